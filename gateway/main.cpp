@@ -16,8 +16,8 @@ int main(int argc, char** argv) {
   HoldStandardDescriptors();
   SplitFromInit();
   CLI::App app(
-      "baudgate polls devices on serial lines and TCP, and serves their values as Modbus TCP, DDS "
-      "and a web page",
+      "baudgate: lines of SPA Bus, DCON, SET-4TM, Modbus, readers and telegrams to Modbus TCP and "
+      "DDS",
       "baudgate");
   app.set_version_flag("--version", std::string("baudgate ") + kVersion);
   app.require_subcommand(1);

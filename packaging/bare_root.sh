@@ -1,5 +1,5 @@
-# Sourced, behind prepare.sh, by what needs a bare Debian 12 of its own (debootstrap), as root. Whoever sources it has
-# set $base, the root that is made once, and $root, the copy of it in which `inside` runs commands.
+# Functions for scripts that need a bare Debian 12 (debootstrap), as root. Source this file after prepare.sh, with $base set
+# to the root that is made once, and $root to the copy of it in which `inside` runs commands.
 
 PATH=$PATH:/usr/sbin:/sbin
 
@@ -7,7 +7,7 @@ inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin D
 quiet() { "$@" >"$root.log" 2>&1 || { tail -n 20 "$root.log" >&2; return 1; }; }
 mirror() { apt-get indextargets --format '$(REPO_URI) $(CODENAME)' 2>/dev/null | awk '$2 == "bookworm" { print $1; exit }'; }
 
-# programs_of ARCH: the kernel runs them, by an emulator where they are not the machine's own.
+# programs_of ARCH: makes the kernel run programs of ARCH, by an emulator if this is not the machine's architecture.
 programs_of() {
   [ "$1" != "$(dpkg --print-architecture)" ] || return 0
   install_packages qemu-user-static binfmt-support
@@ -15,7 +15,7 @@ programs_of() {
   update-binfmts --enable
 }
 
-# bare_root [ARCH]: a fresh copy, of the machine's own architecture if it is not said.
+# bare_root [ARCH]: makes a fresh copy, by default of the machine's architecture.
 bare_root() {
   local of=${1:-$(dpkg --print-architecture)} from
   programs_of "$of"

@@ -21,12 +21,12 @@ FLAGS = ["-std=c++20", "-fPIC", "-Wall", "-Wthread-safety", "-Werror"]
 
 
 def options(command):
-    """The definitions and include folders of a command of the build."""
+    """Returns the definitions and include folders of a command of the build."""
     return re.findall(r"-D\S+|-I\S+|-isystem \S+", command)
 
 
 def changed(root):
-    """All files of the history, the latest change first."""
+    """Returns all files of the history, the latest change first."""
     log = subprocess.run(["git", "log", "--format=", "--name-only"], cwd=root, capture_output=True, text=True, check=False)
     return list(dict.fromkeys(log.stdout.split()))
 

@@ -26,7 +26,7 @@ version() {
   fi
 }
 
-# source_tree FOLDER: what git knows, with debian/ where dpkg-buildpackage wants it.
+# source_tree FOLDER: copies the files of git, with debian/ at the place for dpkg-buildpackage.
 source_tree() {
   mkdir -p "$1"
   git ls-files -z | xargs -0 cp --parents -P -t "$1"
@@ -42,8 +42,8 @@ END
 
 commit_date() { TZ=UTC git log -1 --format=%cd --date=format-local:%Y-%m-%d; }
 
-# build_packages FOLDER [BUILD]: the packages appear beside FOLDER. BUILD has the preset `release`, built; without it the
-# preset is built below FOLDER.
+# build_packages FOLDER [BUILD]: makes the packages beside FOLDER. BUILD contains the built preset `release`; without BUILD
+# the preset is built below FOLDER.
 build_packages() {
   source_tree "$1"
   if ! dpkg-checkbuilddeps "$1/debian/control" 2>/dev/null; then
@@ -57,7 +57,7 @@ build_packages() {
   fi
 }
 
-# build_for ARCH: by a cross compiler, in a root where programs of ARCH run as well: man pages ask the built ones.
+# build_for ARCH: builds with a cross compiler, in a root that also runs programs of ARCH: man pages need their --help.
 build_for() {
   readonly base=build/cross-root.base root=build/cross-root
   . packaging/bare_root.sh
@@ -72,7 +72,7 @@ build_for() {
   source_tree "$root/made/src"
   quiet inside apt-get -qq build-dep -y --no-install-recommends "-a$1" -Pcross,nocheck /made/src
   say "building the packages for $1: this takes some minutes"
-  # Tools that CMake would run by an emulator are run by the kernel.
+  # The kernel runs the tools that CMake would otherwise run in an emulator.
   quiet inside sh -c "cd /made/src && BAUDGATE_CMAKE=-DCMAKE_CROSSCOMPILING_EMULATOR=/usr/bin/env \
     dpkg-buildpackage -b --no-sign -a$1 -Pcross,nocheck"
   mkdir -p "$out"

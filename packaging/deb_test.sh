@@ -29,7 +29,7 @@ check() {
     failed=$((failed + 1))
   fi
 }
-# check_each COMMAND…: the command prints a line for each of its own checks.
+# check_each COMMAND…: runs a command that prints a line for each of its own checks.
 check_each() { "$@" || failed=$((failed + 1)); }
 end() {
   printf '\n== %s failed\n' "$failed"
@@ -44,14 +44,14 @@ says() { [ "$("${@:2}")" = "$1" ]; }
 absent() { local path; for path in "$@"; do [ ! -e "$root$path" ] || { echo "$path is there"; return 1; }; done; }
 not() { ! "$@"; }
 
-# Everything but what programs that work write by themselves.
+# Lists all files except those that running programs write.
 files() {
   (cd "$root" && find . -path ./proc -prune -o -path ./dev -prune -o -path ./tmp -prune -o -path ./packages -prune -o \
     -path ./var/cache -prune -o -path ./var/log -prune -o -path ./var/lib/apt -prune -o -path ./var/lib/dpkg -prune -o \
     -printf '%p %y %m %u:%g\n') | sort
 }
 
-# The service as its unit starts it, without systemd; then what it listens at.
+# Starts the service as its unit does, without systemd; then checks its listening ports.
 service_runs() {
   inside install -d -o baudgate -g baudgate /run/baudgate /var/lib/baudgate
   inside setpriv --reuid baudgate --regid baudgate --init-groups env STATE_DIRECTORY=/var/lib/baudgate \

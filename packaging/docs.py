@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Copies the documents of users into a folder, with their links right there.
+"""Copies the documents for users into a folder, with valid links.
 
 usage: docs.py FOLDER
 
-They stand to each other as in the sources. A link to what is not installed becomes plain text.
+The folder has the structure of the sources. A link to a file that is not installed is replaced by its text.
 """
 # SPDX-License-Identifier: Apache-2.0
 import os
@@ -22,7 +22,7 @@ def documents():
 
 
 def linked(text, folder, installed):
-    """The text of a document in `folder`, without links to what is not installed."""
+    """Returns the text of a document in `folder`, without links to files that are not installed."""
     folders = {parent for path in installed for parent in path.parents}
 
     def one(match):

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Runs every fuzz target for ten seconds: shows that they build with clang, that their corpora pass and that
-# nothing is found quickly. For the night and before a release; what ctest does for each change is to replay the
-# corpora. Always with the same seed, so that it judges the change and not the day; the long run with seeds of
-# its own is packaging/soak.sh fuzz.
+# Runs every fuzz target for ten seconds. The targets must build with clang, their corpora must pass, and there
+# must be no quick finding. For the night and before a release; ctest replays the corpora for each change. The
+# seed is always the same, so that the result depends only on the change. packaging/soak.sh fuzz is the long run
+# with other seeds.
 # usage: packaging/fuzz_smoke.sh [SECONDS]
 set -euo pipefail
 cd "$(dirname "$0")/.."

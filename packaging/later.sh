@@ -1,6 +1,6 @@
-# Sourced by what tries an upgrade of the packages.
+# A function for scripts that test an upgrade of the packages. Source this file.
 
-# later DEB OUT: the same package, one version on, with another configuration as its default.
+# later DEB OUT: writes the same package with the next version and another default configuration.
 later() {
   local tree sample=etc/baudgate/baudgate.yaml
   tree=$(mktemp -d)

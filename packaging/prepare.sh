@@ -1,7 +1,7 @@
-# Sourced by demo.sh, test.sh and their like: installs what the build needs on Debian 12 and builds.
-# Works as root and with sudo, never asks, and does nothing that is already done.
+# Functions for demo.sh, test.sh and similar scripts, which source this file: they install the packages for the build on Debian 12
+# and build. They work as root and with sudo, never ask, and repeat nothing.
 
-# The product. ccache is used where it is installed: a first build is faster without it.
+# For the product. ccache is used if it is installed, and not installed here: a first build is faster without it.
 packages=(
   ca-certificates g++ cmake ninja-build pkg-config python3
   libfastrtps-dev libfastcdr-dev libasio-dev libmodbus-dev libyaml-cpp-dev libfmt-dev
@@ -11,9 +11,9 @@ packages=(
 # Only for tests: build_tests.
 test_packages=(
   libgtest-dev libgmock-dev mbpoll socat iproute2 cyclonedds-dev cyclonedds-tools
-  # pymodbus only recommends the other two, and imports them all the same.
+  # pymodbus only recommends the other two packages, but imports them.
   python3-pymodbus python3-serial python3-serial-asyncio
-  # What systemd thinks of our units, and their system calls refused without it.
+  # For the exposure of the units (systemd-analyze), and for tests of their filters of system calls without systemd.
   systemd libseccomp-dev
 )
 # Only for fuzzing: install_packages "${fuzz_packages[@]}".
@@ -35,7 +35,7 @@ as_root() {
   fi
 }
 
-# install_packages [PACKAGE…]: what every build needs, and these.
+# install_packages [PACKAGE…]: installs the packages of every build, and these.
 install_packages() {
   local missing=() package
   for package in "${packages[@]}" "$@"; do
@@ -55,7 +55,7 @@ install_packages() {
 # configure PRESET [OPTION OF CMAKE…]
 configure() { cmake --preset "$@" >/dev/null; }
 
-# Configures the release. Tests, for which packages may be missing, are left out until build_tests; then they stay.
+# Configures the release. Tests may need missing packages, so they are left out until build_tests, and stay from then on.
 configure_product() {
   if [ -f build/release/CMakeCache.txt ]; then
     configure release
@@ -64,7 +64,7 @@ configure_product() {
   fi
 }
 
-# build_product TARGET…: of the release; no tests.
+# build_product TARGET…: builds targets of the release, without tests.
 build_product() {
   install_packages
   configure_product
@@ -78,7 +78,7 @@ build_tests() {
   build "$@"
 }
 
-# build PRESET [TARGET…]: what is configured, with as many jobs as there are processors.
+# build PRESET [TARGET…]: builds the configured preset, with as many jobs as there are processors.
 build() {
   local preset=$1
   shift
@@ -86,7 +86,7 @@ build() {
   cmake --build --preset "$preset" -j "$(nproc)" ${1:+--target "$@"}
 }
 
-# fuzz_targets: the names in tests/fuzz/targets.txt.
+# fuzz_targets: prints the names in tests/fuzz/targets.txt.
 fuzz_targets() { awk '!/^#/ && NF { print $1 }' tests/fuzz/targets.txt; }
 
 # Builds the fuzz targets, unless $BAUDGATE_FUZZ_BUILD names a build that has them.
@@ -98,7 +98,7 @@ build_fuzz() {
 }
 
 # fuzz OPTION…: runs every target in build/fuzz with these options of libFuzzer, two at a time, and
-# prints a line for each. Fails when one has found something.
+# prints a line for each. Fails if a target has a finding.
 fuzz() {
   fuzz_targets | xargs -P 2 -I '{}' tests/fuzz/run.sh "${BAUDGATE_FUZZ_BUILD:-build/fuzz}" '{}' "$@"
 }

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs the commands of README.md, in their order, and compares what they print with what README.md promises.
+"""Runs the commands of README.md, in their order, and compares their output with the text of README.md.
 
 usage: readme_test.py demo BINARY    the section "See it work", on the demo of this binary
-       readme_test.py installed ROOT    all that follows, in a bare Debian below ROOT in which the packages are installed
+       readme_test.py installed ROOT    all sections after it, in a bare Debian below ROOT in which the packages are installed
 
 Every command of README.md must have a row in COMMANDS below, and every row must have its command. A row that is not run
-here says which test runs the command instead.
+here names the test that runs the command instead.
 SPDX-License-Identifier: Apache-2.0
 """
 import os
@@ -18,11 +18,11 @@ import sys
 import time
 
 README = pathlib.Path(__file__).resolve().parent.parent / "README.md"
-PATIENCE = 60  # seconds until a command must have printed what README.md promises
+PATIENCE = 60  # seconds until a command must have printed the expected output
 
 
 def commands(text):
-    """The commands of the code blocks, without their comments. A here-document is one command with its lines."""
+    """Returns the commands of the code blocks, without their comments. A here-document is one command with its lines."""
     found, fence, here = [], False, None
     for line in text.split("\n"):
         if here is not None:
@@ -42,7 +42,7 @@ def commands(text):
 
 
 def numbers(output):
-    """What mbpoll has read: {register: value}."""
+    """Returns the values in the output of mbpoll: {register: value}."""
     return {int(r): float(v) for r, v in re.findall(r"^\[(\d+)\]:\s+(\S+)$", output, re.MULTILINE)}
 
 
@@ -95,13 +95,13 @@ COMMANDS = [
 
 
 def row_of(command):
-    # The longest beginning: "baudgate check" stands in two of them.
+    # Chooses the longest beginning, because "baudgate check" begins two rows.
     rows = [row for row in COMMANDS if command.startswith(row[0])]
     return max(rows, key=lambda row: len(row[0]), default=None)
 
 
 class Run:
-    """A command under way; what it prints goes to a file, so that nothing that runs on can block."""
+    """A running command. Its output goes to a file, so that a command that runs on cannot block."""
 
     def __init__(self, command, prefix, folder):
         self.log = open(folder / "output", "w+b")
@@ -121,7 +121,7 @@ class Run:
 
 
 def shows(run, look, stays, until):
-    """True as soon as the output has what is promised and the program has done its work."""
+    """Returns True as soon as the output is as expected and the program has ended, or runs on if it stays."""
     while time.monotonic() < until:
         code = run.process.poll()
         if look(run.output()) and (code == 0 or (stays and code is None)):
@@ -169,7 +169,7 @@ def main():
             folder = here / str(len(running)) if stays else here
             folder.mkdir(exist_ok=True)
             until = time.monotonic() + PATIENCE
-            # What a gateway has just begun to read is not there at once: a reader tries again.
+            # A gateway needs time for its first readings, so the command is repeated.
             while True:
                 run = Run(runs, prefix, folder)
                 good = shows(run, row[2], stays or "watch" in runs, until)

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Prints what is in a package's programs as SPDX 2.3 (JSON): the Debian packages that they are linked to.
+"""Prints the contents of a package's programs as SPDX 2.3 (JSON): the Debian packages that they are linked to.
 
 usage: sbom.py NAME VERSION SECONDS_SINCE_1970 FOLDER
 
-FOLDER holds the files as they will be installed. Licences come from the table in docs/licences.md.
+FOLDER contains the files as they will be installed. Licences come from the table in docs/licences.md.
 """
 # SPDX-License-Identifier: Apache-2.0
 import datetime
@@ -15,7 +15,7 @@ import sys
 import uuid
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
-# Header-only libraries leave no trace in a program: who is compiled into what.
+# Header-only libraries leave no trace in a program, so this table lists them for each program.
 COMPILED_IN = {
     "baudgate": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev", "libjs-dygraphs"],
     "baudgate-dds": ["libasio-dev", "libcli11-dev", "nlohmann-json3-dev"],
@@ -33,7 +33,7 @@ def programs(folder):
 
 
 def owners(libraries):
-    """The Debian packages ("libc6:arm64") that files belong to, whichever of its names dpkg knows each by."""
+    """Returns the Debian packages ("libc6:arm64") of the files; dpkg may know a file by any of its names."""
     names = set()
     for library in libraries:
         real = str(pathlib.Path(library).resolve())
@@ -42,7 +42,7 @@ def owners(libraries):
 
 
 def loader(files):
-    """Of programs of their architecture; ldd knows that of this machine alone."""
+    """Returns the dynamic loader of the programs' architecture, because ldd has only that of this machine."""
     return re.search(r"interpreter: (\S+)\]", run("readelf", "-lW", *files)).group(1)
 
 
@@ -55,7 +55,7 @@ def linked(folder):
 
 
 def licences():
-    """Source package of Debian → SPDX expression."""
+    """Returns a map from Debian source package to SPDX expression."""
     rows = re.findall(r"^\| `([^`]+)` \|[^|]*\| `([^`]+)` \|", (SOURCE / "docs/licences.md").read_text(), re.MULTILINE)
     return dict(rows)
 

@@ -17,17 +17,17 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 . packaging/prepare.sh
 
-# whole NUMBER: fails unless it is one, from 1 on.
+# whole NUMBER: fails unless NUMBER is a whole number from 1 on.
 whole() { [[ $1 =~ ^[1-9][0-9]*$ ]] || usage; }
 
-# What ctest says. Runs that take $BAUDGATE_LONG_RUNS: tests/support/long_run.h.
+# Prints the result of ctest. tests/support/long_run.h has the runs that read $BAUDGATE_LONG_RUNS.
 soak_tests() {
   build_tests release
   say "all tests, with long random runs"
   BAUDGATE_LONG_RUNS=1 ctest --test-dir build/release --output-on-failure -j 2
 }
 
-# A line for each kind of line: exchanges, faults, and what became of damage.
+# Prints a line for each kind of line: exchanges, faults, and the results of damage.
 soak_virtual() {
   local hours=${1:-24}
   whole "$hours"
@@ -36,7 +36,7 @@ soak_virtual() {
   BAUDGATE_SOAK_HOURS=$hours build/release/tests/runs_test --gtest_filter='*/Soak.*'
 }
 
-# A line for each kind of line: exchanges, readings judged, and under which faults one was wrong.
+# Prints a line for each kind of line: exchanges, checked readings, and the faults with a wrong reading.
 soak_lag() {
   local millions=${1:-1000}
   whole "$millions"
@@ -45,7 +45,7 @@ soak_lag() {
   BAUDGATE_LAG_EXCHANGES=${millions}000000 build/release/tests/runs_test --gtest_filter='*RandomLag*'
 }
 
-# A line for each protocol, and one about the heap; then a line for each kind of line behind a
+# Prints a line for each protocol, and one about the heap; then a line for each kind of line behind a
 # lagging server.
 soak_ptys() {
   local minutes=${1:-10}
@@ -58,14 +58,14 @@ soak_ptys() {
   done
 }
 
-# A line for each target; on a finding the path of the input that shows it, and a failure at the end.
+# Prints a line for each target; for a finding the path of its input, and a failure at the end.
 soak_fuzz() {
   build_fuzz
   say "fuzzing every target, ${1:-10000000} executions each"
   fuzz -runs="${1:-10000000}"
 }
 
-# One line: executions, or what was found.
+# Prints one line: executions, or the finding.
 soak_datagrams() {
   local minutes=${1:-10}
   whole "$minutes"
@@ -75,7 +75,7 @@ soak_datagrams() {
     -max_total_time=$((minutes * 60))
 }
 
-# A line for each kill: how long until the subscriber had all 10,000 points again; a line for each kind.
+# Prints a line for each kill, with the time until the subscriber had all 10,000 points again; a line for each kind.
 soak_discovery() {
   local rounds=${1:-50} by
   whole "$rounds"
@@ -87,7 +87,7 @@ soak_discovery() {
   done
 }
 
-# One line: kills, writes on the wire, records.
+# Prints one line: kills, writes on the wire, records.
 soak_audit() {
   local kills=${1:-200}
   whole "$kills"
@@ -96,7 +96,7 @@ soak_audit() {
   BAUDGATE_AUDIT_KILLS=$kills build/release/tests/system_routes_test --gtest_filter='Audit.*Killed*'
 }
 
-# Two lines: events, kills, power cuts; kills, events.
+# Prints two lines: events, kills, power cuts; kills, events.
 soak_events() {
   local thousands=${1:-1000} kills=${2:-200}
   whole "$thousands"
@@ -108,7 +108,7 @@ soak_events() {
   BAUDGATE_EVENT_KILLS=$kills build/release/tests/system_routes_test --gtest_filter='Events.*Killed*'
 }
 
-# Four lines each: times, memory, descriptors, shared memory.
+# Prints four lines each: times, memory, descriptors, shared memory.
 soak_service() {
   local minutes=${1:-30} dds
   whole "$minutes"

@@ -8,10 +8,10 @@ cd "$(dirname "$0")/.."
 preset=${1:-release}
 build_tests "$preset"
 say "running the tests ($preset)"
-# Most programs wait for lines more than they compute: three at a time, long ones first (COST in tests/).
+# Most test programs wait for lines more than they compute, so three run at a time, long ones first (COST in tests/).
 ctest --test-dir "build/$preset" --output-on-failure -j 3
 
-# A test that this machine does not let run is no test that has passed.
+# A test that cannot run on this machine counts as not passed.
 skipped=$(sed -n 's/^\[  SKIPPED \] \(.*\) (.* ms)$/\1/p' "build/$preset/Testing/Temporary/LastTest.log" | sort -u)
 if [ -n "$skipped" ]; then
   say "NOT RUN, because this user may not make namespaces (run as root):"

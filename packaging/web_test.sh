@@ -42,7 +42,7 @@ if [ -z "$axe" ] && [ "${parts[*]}" != quick ] && command -v npm >/dev/null; the
 fi
 [ -n "$axe" ] || [ "${parts[*]}" = quick ] || say "without npm and --axe accessibility is not checked"
 
-# The interpreter of the system: selenium is a package of it.
+# Uses the interpreter of the system, because selenium is its package.
 page() { /usr/bin/python3 packaging/web_test/test_page.py "$@" "${options[@]}" ${axe:+--axe "$axe"}; }
 if [ -n "$url" ]; then
   page

@@ -1,10 +1,10 @@
-# The plugin contract: the headers that a protocol is built with, and their hash in the tag that every module carries
-# (entry.h.in). The source tree and the installed package (packaging/dev) use this file alike.
+# The plugin contract: the headers that a protocol is built with, and their hash, which is part of the tag of every module
+# (entry.h.in). The source tree and the installed package (packaging/dev) both use this file.
 
-# Their names, relative to the folder `root` that holds the modules.
+# Returns the names of these headers, relative to the folder `root` that contains the modules.
 function(baudgate_contract_headers root headers)
   set(folders gateway/base config/model protocols protocols/common)
-  set(again CONFIGURE_DEPENDS)  # a header that is new or gone is noticed
+  set(again CONFIGURE_DEPENDS)  # CMake runs again when a header is added or removed
   if(CMAKE_SCRIPT_MODE_FILE)
     set(again "")
   endif()
@@ -21,7 +21,7 @@ function(baudgate_contract_headers root headers)
   set(${headers} ${all} PARENT_SCOPE)
 endfunction()
 
-# The SHA-256 of their names and contents, wherever they lie.
+# Returns the SHA-256 of their names and contents. The place of `root` does not matter.
 function(baudgate_contract_hash root hash)
   baudgate_contract_headers(${root} headers)
   set(all "")

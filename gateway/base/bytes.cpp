@@ -32,7 +32,7 @@ void AppendCrc16(Bytes& bytes) {
   bytes.push_back(static_cast<std::uint8_t>(crc >> 8U));
 }
 
-// The CRC of bytes with their own CRC behind them is 0, because it has no final XOR.
+// The CRC over bytes and their appended CRC is 0, because this CRC has no final XOR.
 bool EndsInCrc16(View frame) { return frame.size() > 2 && Crc16(frame) == 0; }
 
 std::uint8_t Sum8(View bytes) {

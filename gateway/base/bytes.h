@@ -1,5 +1,5 @@
-// Byte sequences as they stand on a wire, and a reader that cannot run past their end. ModemLines
-// are the lines of a serial port beside its data; Crc16, Sum8 and Xor8 are check values.
+// Byte sequences of a wire (`Bytes`, `View`) and `ByteReader`, which never reads beyond their end.
+// `ModemLines` are the control lines of a serial port; Crc16, Sum8 and Xor8 compute check values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@ using View = std::span<const std::uint8_t>;
 
 inline Bytes ToBytes(std::string_view text) { return Bytes(text.begin(), text.end()); }
 
-/// The same bytes read as characters; valid as long as the viewed bytes are.
+/// Returns the same bytes as characters; the result is valid as long as the viewed bytes are.
 inline std::string_view AsText(View bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -28,8 +28,7 @@ inline void Append(Bytes& to, std::string_view more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-/// Reads numbers from fixed places of a frame. Every access is checked: beyond the end there is no
-/// value, never a guess.
+/// Reads numbers from fixed places of a frame. A read beyond the end returns no value.
 class ByteReader {
  public:
   explicit ByteReader(View bytes) : bytes_(bytes) {}
@@ -56,7 +55,7 @@ class ByteReader {
     if (!raw) return std::nullopt;
     return std::bit_cast<float>(*raw);
   }
-  /// `count` bytes from `at`, or nothing when the frame is shorter.
+  /// Returns `count` bytes from `at`, or nothing if the frame is shorter.
   std::optional<View> Slice(std::size_t at, std::size_t count) const {
     if (at > bytes_.size() || count > bytes_.size() - at) return std::nullopt;
     return bytes_.subspan(at, count);
@@ -78,11 +77,10 @@ class ByteReader {
   View bytes_;
 };
 
-// The lines of a serial port beside its data.
 struct ModemLines {
-  bool dtr = false;  ///< set by this machine, as `rts`
+  bool dtr = false;  ///< set by this machine, as `rts` is
   bool rts = false;
-  bool cts = false;  ///< set by the device, as all below
+  bool cts = false;  ///< set by the device, as all lines below
   bool dsr = false;
   bool dcd = false;
   bool ring = false;
@@ -90,20 +88,19 @@ struct ModemLines {
   bool operator==(const ModemLines&) const = default;
 };
 
-// The check values that serial protocols use, each in one place.
-
 /// CRC-16/MODBUS: reflected polynomial 0xA001, start 0xFFFF, no final XOR. Check("123456789") =
 /// 0x4B37.
 std::uint16_t Crc16(View bytes);
-/// Appends the CRC of `bytes` to them, low byte first.
+/// Appends the CRC of `bytes` to `bytes`, low byte first.
 void AppendCrc16(Bytes& bytes);
-/// Whether the last two bytes are the CRC of those before, of which there is at least one.
+/// True if the frame has at least three bytes and its last two are the CRC of the bytes before
+/// them.
 bool EndsInCrc16(View frame);
 
-/// Sum of all bytes modulo 256 (DCON).
+/// Returns the sum of all bytes modulo 256 (DCON).
 std::uint8_t Sum8(View bytes);
 
-/// Exclusive-or of all bytes (SPA Bus).
+/// Returns the exclusive-or of all bytes (SPA Bus).
 std::uint8_t Xor8(View bytes);
 
 }  // namespace baudgate

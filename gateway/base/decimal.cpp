@@ -75,7 +75,7 @@ __extension__ using Digits = unsigned __int128;
 
 constexpr Digits kMostDigits = ~Digits{0};
 constexpr std::uint64_t kMost64 = std::numeric_limits<std::uint64_t>::max();
-/// Digits of a double are never further from its point.
+/// The exponent of a double, and of a number that Parse accepts, is never larger than this.
 constexpr int kMostPlaces = 400;
 
 }  // namespace
@@ -85,14 +85,14 @@ struct Decimal::Wide {
   int exponent = 0;
   Digits digits = 0;
 
-  /// More digits after the last one, as long as there is room.
+  /// Appends zeros until the exponent is `wanted`, as long as the digits fit into 128 bits.
   void LowerTo(int wanted) {
     while (exponent > wanted && digits <= kMostDigits / 10) {
       digits *= 10;
       --exponent;
     }
   }
-  /// Without the last digit: halves up.
+  /// Drops the last digit. With `round`, a last digit of 5 or more rounds up.
   void DropDigit(bool round) {
     const auto last = static_cast<unsigned>(digits % 10);
     digits = digits / 10 + (round && last >= 5 ? 1 : 0);
@@ -123,7 +123,7 @@ Decimal::Decimal(double number) {
                                           std::chars_format::scientific);
   const std::string_view all(text.data(), error == std::errc() ? end : text.data());
   const auto e = all.find('e');
-  if (e == std::string_view::npos) return;  // no number
+  if (e == std::string_view::npos) return;  // NaN or infinity: the number stays 0
   Wide wide{.is_negative = std::signbit(number)};
   for (const char c : all.substr(0, e)) {
     if (c == '.') continue;
@@ -196,7 +196,7 @@ std::string Decimal::ToText() const {
   const std::string sign = is_negative_ ? "-" : "";
   std::string text = std::to_string(digits_);
   const int size = static_cast<int>(text.size());
-  const int point = size + exponent_;  // digits in front of it
+  const int point = size + exponent_;  // number of digits in front of the point
   if (point > 21 || point < -5) return sign + text + "e" + std::to_string(exponent_);
   if (exponent_ >= 0) return sign + text.append(static_cast<std::size_t>(exponent_), '0');
   if (point > 0) return sign + text.insert(static_cast<std::size_t>(point), ".");
@@ -231,7 +231,8 @@ bool Decimal::is_whole() const { return exponent_ >= 0; }
 
 bool Decimal::IsMultipleOf(const Decimal& step) const {
   if (digits_ == 0 || step.digits_ == 0) return digits_ == 0;
-  // Both in units of the smaller exponent, of which only remainders are needed.
+  // Scales this number to the exponent of `step`; a smaller exponent means no multiple. Only
+  // remainders are computed, so no product overflows.
   if (exponent_ < step.exponent_) return false;
   Digits rest = digits_ % step.digits_;
   for (int i = step.exponent_; i < exponent_ && rest != 0; ++i) rest = rest * 10 % step.digits_;
@@ -313,12 +314,12 @@ double AsDecimal(double number) {
   const auto single = static_cast<float>(number);
   if (static_cast<double>(single) != number) return number;
   const double shown = read(std::to_chars(text.data(), last, single).ptr);
-  // The largest float32 is shown as 3.4028235e38, which lies above it.
+  // The largest float32 is printed as 3.4028235e38, which is above the range of float32.
   return std::abs(shown) > std::numeric_limits<float>::max() ? number : shown;
 }
 
 double NearestSingle(double number) {
-  // From here on a number is nearer to 2^128, which is no float32, than to the largest one.
+  // Numbers from kEnd on are nearer to 2^128, which is no float32, than to the largest float32.
   constexpr double kEnd = 0x1.FFFFFFp127;
   if (!(std::abs(number) < kEnd)) return std::copysign(HUGE_VAL, number);
   return AsDecimal(static_cast<double>(static_cast<float>(number)));

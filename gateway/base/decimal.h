@@ -1,6 +1,6 @@
-// A decimal number as people write it: 0.57 is 57 hundredths, and 0.57 times 400 is 228, where the
-// nearest doubles give 227.99999999999997. Whole numbers of 64 bits are exact. WithDecimalPoint
-// accepts a decimal comma, and WhyLeadingZero explains numbers that not everybody reads alike.
+// `Decimal` is a decimal number as people write it: 0.57 is 57 hundredths, and 0.57 times 400 is
+// 228, where doubles give 227.99999999999997. Whole numbers of 64 bits are exact. WithDecimalPoint
+// accepts a decimal comma, and WhyLeadingZero explains a refused leading zero.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,29 +19,28 @@
 
 namespace baudgate {
 
-// Numbers with a decimal comma, as many people write them.
-
-/// The character there is a comma between two digits.
+/// True if the character at place `at` is a comma between two digits.
 bool IsDecimalComma(std::string_view text, std::size_t at);
 
-/// "1,5s" → "1.5s"; empty: its comma, if it has one, does not stand alone between two digits.
+/// Returns "1.5s" for "1,5s"; an empty text unless the text has exactly one comma, between two
+/// digits.
 std::string WithDecimalPoint(std::string_view text);
 
-// Numbers that not everybody reads alike: 010 is 10 to some readers of YAML, and 8 to others.
+// Leading zeros: 010 is 10 in YAML 1.2, and 8 in YAML 1.1.
 
-/// Why `number` is refused for its leading zero; empty: it has no leading zero. A sign may stand
-/// before the digits, and a fraction or a unit behind them: "-010", "00.5", "05s". The caller puts
-/// the number in front of the text: "010 " + "has a leading zero: it is 10 in YAML 1.2, and 8 in
-/// YAML 1.1; write 10 or 8".
+/// Returns why `number` is refused for its leading zero; an empty text if it has no leading zero. A
+/// sign may stand before the digits, and a fraction or a unit behind them: "-010", "00.5", "05s".
+/// The caller puts the number in front of the text: "010 " + "has a leading zero: it is 10 in YAML
+/// 1.2, and 8 in YAML 1.1; write 10 or 8".
 std::string WhyLeadingZero(std::string_view number);
 
-/// Refuses a leading zero of every number in `text` that stands directly behind one of the
-/// characters `behind`, where '^' means the begin of the text. Numbers of bits are always checked:
+/// Refuses `text` if a number in it has a leading zero. Checked are numbers directly behind one of
+/// the characters `behind` ('^' stands for the beginning of the text), and all bit numbers:
 /// "[b03]", "[b0-b03]". The error names the number.
 Status RefuseLeadingZeros(std::string_view text, std::string_view behind);
 
-/// Sums and products are exact where 64 bits hold their digits; else they are rounded to 19 digits,
-/// two more than a double has.
+/// Sums and products are exact if their digits fit into 64 bits; longer ones are rounded to 19
+/// digits, two more than a double has.
 class Decimal {
  public:
   constexpr Decimal() = default;
@@ -52,37 +51,36 @@ class Decimal {
     for (; digits_ != 0 && digits_ % 10 == 0; digits_ /= 10) ++exponent_;
   }
   constexpr Decimal(bool number) : digits_(number ? 1 : 0) {}
-  /// The shortest decimal that reads back as this double. It has to be finite.
+  /// Takes the shortest decimal that reads back as this double. The double must be finite.
   Decimal(double number);
 
-  /// "-12.50", "+7", "1e30"; in hex, "0xFFFF", a whole number without a sign.
+  /// Reads "-12.50", "+7", "1e30", or a whole number without a sign in hex: "0xFFFF".
   static std::optional<Decimal> Parse(std::string_view text);
-  /// Nothing for texts, NaN, infinity and no value. Booleans are 0 and 1.
+  /// Returns nothing for a text, NaN, infinity and an empty value. A boolean is 0 or 1.
   static std::optional<Decimal> Of(const Value& value);
 
-  /// The nearest one.
   double ToDouble() const;
-  /// "12.5", with all digits; from 1e-6 to 1e21 without an exponent.
+  /// Returns all digits ("12.5"); numbers from 1e-6 to 1e21 have no exponent.
   std::string ToText() const;
-  /// As a point of any type of numbers holds it: a whole number, else a double.
+  /// Returns an integer if the number is whole and fits into 64 bits, else a double.
   Value ToValue() const;
-  /// Halves away from 0. Nothing beyond 64 bits.
+  /// Rounds halves away from 0. Returns nothing beyond 64 bits.
   std::optional<std::int64_t> ToInt64() const;
   std::optional<std::uint64_t> ToUint64() const;
 
   bool is_negative() const { return is_negative_; }
   bool is_whole() const;
-  /// A step of 0 has only 0.
+  /// The only multiple of 0 is 0.
   bool IsMultipleOf(const Decimal& step) const;
-  /// times 10 to the power of `places`
+  /// Returns this number times 10 to the power of `places`.
   Decimal Shifted(int places) const;
 
   friend Decimal operator*(const Decimal& a, const Decimal& b);
   friend Decimal operator+(const Decimal& a, const Decimal& b);
-  /// `b` is not 0.
+  /// `b` must not be 0.
   friend Decimal operator/(const Decimal& a, const Decimal& b);
   friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + -b; }
-  /// Whether `exact`, rounded to the digits that this number has, is this number.
+  /// True if `exact`, rounded to as many digits as this number has, equals this number.
   bool IsRounded(const Decimal& exact) const;
   Decimal operator-() const;
   Decimal& operator*=(const Decimal& other) { return *this = *this * other; }
@@ -94,27 +92,28 @@ class Decimal {
   }
 
  private:
-  struct Wide;  // 128 bits of digits
+  struct Wide;  // a number with 128 bits of digits
 
   static Decimal Of(Wide wide);
   Wide Widened() const;
 
-  // ±digits * 10^exponent; no zero at the end of digits, and 0 is all zeros: equal ones look equal
+  // ±digits * 10^exponent. digits_ does not end in a zero, and 0 has all members 0, so equal
+  // numbers have equal members.
   bool is_negative_ = false;
   int exponent_ = 0;
   std::uint64_t digits_ = 0;
 };
 
-/// The decimal number that a float32 stands for: 30.3 for 30.299999237060547 in 64 bits. A number
-/// that is not a float32, or has no more digits than one needs (1834523.25), stays as it is.
+/// Returns the decimal number that a float32 stands for: 30.3 for 30.299999237060547. Returns
+/// `number` unchanged if it is not a float32, or has no more than nine digits already (1834523.25).
 double AsDecimal(double number);
 
-/// The float32 that is nearest to `number`, as the decimal number that it stands for: 16777216 for
-/// 16777217. Infinite beyond its range.
+/// Returns the float32 nearest to `number`, as the decimal number that this float32 stands for:
+/// 16777216 for 16777217. Returns infinity for a number beyond the range of float32.
 double NearestSingle(double number);
 
-/// Whether `said`, which a device sends, is the number that a person has written. 999.9 is the
-/// float32 999.9000244140625 as well.
+/// True if `said`, a value from a device, is the number `written` by a person. For example, the
+/// float32 999.9000244140625 counts as 999.9.
 bool IsMeant(const Value& said, const Decimal& written);
 
 inline Decimal Abs(const Decimal& number) { return number.is_negative() ? -number : number; }

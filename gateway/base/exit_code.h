@@ -1,12 +1,12 @@
-// How a command ends, for scripts: docs and man pages list these.
+// Exit codes of the commands, for scripts. The documentation and the man pages list them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 namespace baudgate {
 
 inline constexpr int kExitDone = 0;
-inline constexpr int kExitUsage = 2;             ///< words that are not understood
-inline constexpr int kExitBadConfiguration = 3;  ///< or a bad profile
-inline constexpr int kExitCanNot = 4;            ///< a file, a port or the machine says no
+inline constexpr int kExitUsage = 2;
+inline constexpr int kExitBadConfiguration = 3;  ///< the configuration or a profile is bad
+inline constexpr int kExitCanNot = 4;            ///< a file, a port or the machine refuses
 
 }  // namespace baudgate

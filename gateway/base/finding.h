@@ -1,7 +1,7 @@
-// What one exchange looked like on the wire, for `baudgate status`: an outcome says how it ended, a
-// finding what came in place of a good reply, or beside it. Made by
-// gateway/diagnosis/damage/examine.h, kept by gateway/bus/points/findings.h, put into words by
-// gateway/diagnosis/causes/diagnose.h.
+// `Finding` describes what came on the wire in one exchange, for `baudgate status`. `Outcome` is
+// how the exchange ended; `Symptom` is what came in place of a good reply, or beside it.
+// gateway/diagnosis/damage/examine.h makes findings, gateway/bus/points/findings.h stores them, and
+// gateway/diagnosis/causes/diagnose.h puts them into words.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,78 +19,83 @@
 namespace baudgate {
 
 enum class Symptom : std::uint8_t {
-  // A good reply came.
+  // A good reply came. "Also" below means: together with the good reply.
   clean,          ///< nothing else came
-  refusal,        ///< in it the device says no, or asks to wait
-  doubted,        ///< it was not taken, because it may answer an earlier request
-  no_number,      ///< it has no number where one belongs; `cause`: what stands there
-  few_beside,     ///< one to three bytes came as well, which may be nothing
-  noise_before,   ///< bytes that belong to nothing came before it
-  noise_behind,   ///< bytes that belong to nothing came behind it
-  text_beside,    ///< words or numbers for people came as well
-  master_beside,  ///< a request that this gateway has not sent came as well
-  device_beside,  ///< a whole reply of another device came as well
-  copies,         ///< it came more than once
-  others_beside,  ///< a second one with another content came as well
-  // None came, or none that could be taken:
-  silence,         ///< not a byte
-  echo,            ///< the request itself, and nothing else
-  late,            ///< a whole reply after the reply time
-  split,           ///< a whole reply with a pause inside that is longer than `gap`
-  head_lost,       ///< a whole reply but for its first byte, or a few; `cause`: a few, garbled
-  end_lost,        ///< a whole reply but for its last byte; `cause`: garbled
-  tail_lost,       ///< the beginning of a reply
-  bytes_lost,      ///< beginning and end of a reply, and one or two bytes too few; `cause`: of a
-                   ///< text, as other_form
-  bytes_added,     ///< the same, with one or two too many
-  bad_check,       ///< a reply of the right form and length, whose check value is wrong; `cause`:
-                   ///< a text, which may lack a character
-  eighth_bit,      ///< a whole reply once the eighth bit of its characters is cleared
-  other_setting,   ///< a whole reply, if the device were configured in another way
+  refusal,        ///< the reply refuses the request, or asks to wait
+  doubted,        ///< the reply was not used, because it may answer an earlier request
+  no_number,      ///< the reply has no number where a number belongs; `cause`: what it has in that
+                  ///< place
+  few_beside,     ///< one to three stray bytes came also; they may mean nothing
+  noise_before,   ///< stray bytes came also, before the reply
+  noise_behind,   ///< stray bytes came also, behind the reply
+  text_beside,    ///< text for people came also
+  master_beside,  ///< a request that this gateway has not sent came also
+  device_beside,  ///< a whole reply of another device came also
+  copies,         ///< the reply came more than once
+  others_beside,  ///< a second reply with another content came also
+  // No good reply came, or none that could be used.
+  silence,     ///< not a byte came
+  echo,        ///< only the request itself came back
+  late,        ///< a whole reply came after the reply time
+  split,       ///< a whole reply came, with a pause inside that is longer than `gap`
+  head_lost,   ///< a reply without its beginning; `cause`: empty (one byte is missing), "a few"
+               ///< (several are missing), "garbled" (the first byte is wrong)
+  end_lost,    ///< a reply without its last byte; `cause`: "garbled" if the last byte came, but is
+               ///< wrong
+  tail_lost,   ///< only the beginning of a reply
+  bytes_lost,  ///< the beginning and the end of a reply, with one or two bytes missing; `cause`: as
+               ///< for other_form, if the reply is a text
+  bytes_added,  ///< a reply with one or two bytes too many
+  bad_check,   ///< a reply of the right form and length with a wrong check value; `cause`: "a text"
+               ///< for a text, in which a character may be missing
+  eighth_bit,  ///< a whole reply after the eighth bit of its characters is cleared
+  other_setting,   ///< a reply that is whole if the device is configured in another way
   other_protocol,  ///< messages of another protocol
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
-  one_behind,  ///< the reply to the request before, in time; `cause`: lags, where it never comes
-               ///< without the next request
-  same_again,  ///< what came to other requests before, byte for byte; `cause`: a text
-  late_echo,   ///< a request of this gateway, long after it was sent; `cause`: a part of it at once
+  one_behind,      ///< the reply to the previous request, within the reply time; `cause`: "lags" if
+                   ///< each reply waits for the next request
+  same_again,  ///< the same bytes that came to other requests; `cause`: the bytes, if they are a
+               ///< text
+  late_echo,   ///< a request of this gateway, long after it was sent; `cause`: kOwnRequest if it is
+               ///< a part of the current request
   late_other,  ///< the late reply of another device of the line
   other_reply,  ///< a whole reply to another request
   two_replies,  ///< two different whole replies to one request
   odd,          ///< a whole reply whose content does not fit its request
-  other_form,   ///< a whole line of text of another form; `cause` says which
-  text,         ///< words for people: a login, a menu, a log
-  zeros,        ///< nothing but 00 or FF
-  damaged,      ///< begins as a reply does, and is damaged
-  endless,      ///< it does not stop
+  other_form,   ///< a whole line of text of another form; `cause`: which form
+  text,         ///< text for people: a login, a menu, a log
+  zeros,        ///< only bytes 00 or FF
+  damaged,      ///< begins like a reply, but is damaged
+  endless,      ///< the bytes do not stop
   noise,        ///< bytes in which nothing can be recognised
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 
-/// Cause of noise_before and late_echo: a part of the request came back.
+/// The `cause` of noise_before and late_echo if a part of the request came back.
 inline constexpr std::string_view kOwnRequest = "our own request";
 
-/// Before the first request after the opening of a port.
+/// The `idle` of the first request after a port was opened.
 inline constexpr Duration kLongIdle = Duration::max();
 
 struct Finding {
   Symptom symptom = Symptom::clean;
-  /// late: from the end of the request to the reply; split: the pause.
+  /// late: time from the end of the request to the reply; split: length of the pause.
   Duration time{};
-  Duration idle{};           ///< silence of the line before the request; kLongIdle: unknown
-  std::size_t bytes = 0;     ///< that came
-  std::size_t expected = 0;  ///< of the longest good reply, where that is known
-  /// Which of kSpecialBytes came, one bit each: converters that are not transparent change them;
-  /// and kHighBit, kEvenByte, kOddByte.
+  Duration idle{};  ///< how long the line was silent before the request; kLongIdle: unknown
+  std::size_t bytes = 0;
+  std::size_t expected = 0;  ///< length of the longest good reply; 0: unknown
+  /// Which of kSpecialBytes came, one bit each, because converters that are not transparent change
+  /// these bytes; and kHighBit, kEvenByte, kOddByte.
   std::uint8_t specials = 0;
-  std::uint8_t asked = 0;  ///< which of kSpecialBytes the request had, one bit each
-  /// "Modbus RTU frames come", "slave 7 answers"; text: as it came; refusal and odd: the reason;
-  /// noise_before, noise_behind, few_beside: "10 02 ... 10 03", what stands around the reply;
-  /// eighth_bit: "mark", where it is always 1.
+  std::uint8_t asked = 0;  ///< which of kSpecialBytes the request contained, one bit each
+  /// Words or a detail, by symptom: "Modbus RTU frames come", "slave 7 answers". text: the text
+  /// itself; refusal and odd: the reason; noise_before, noise_behind, few_beside: the bytes around
+  /// the reply, "10 02 ... 10 03"; eighth_bit: "mark" if the bit is always 1.
   std::string cause{};
-  std::string remedy{};  ///< "set protocol: modbus_rtu at the line"; empty: nothing special
-  Outcome outcome = Outcome::none;  ///< of the exchange
-  bool ended = false;  ///< silence: the server closed the connection in place of an answer
+  std::string remedy{};  ///< what to do: "set protocol: modbus_rtu at the line"; may be empty
+  Outcome outcome = Outcome::none;
+  bool ended = false;  ///< silence: the server closed the connection instead of answering
 };
 
 constexpr std::string_view Name(Symptom symptom) {
@@ -107,15 +112,15 @@ constexpr std::string_view Name(Symptom symptom) {
   return kNames[static_cast<std::size_t>(symptom)];
 }
 
-/// Line ends, flow control and Telnet.
+/// Bytes that converters change: line ends, flow control (XON, XOFF) and Telnet.
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
 
 inline constexpr std::uint8_t kAllSpecials = (1U << std::size(kSpecialBytes)) - 1;
-/// Those of flow control: XON and XOFF.
+/// The bits of the flow control bytes XON and XOFF.
 inline constexpr std::uint8_t kFlowBytes = 0b01100;
 static_assert(kSpecialBytes[2] == 0x11 && kSpecialBytes[3] == 0x13);
 
-/// Which of them these bytes have, one bit each.
+/// Returns which of kSpecialBytes `bytes` contains: bit i stands for kSpecialBytes[i].
 inline std::uint8_t SpecialsOf(View bytes) {
   unsigned bits = 0;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
@@ -124,13 +129,12 @@ inline std::uint8_t SpecialsOf(View bytes) {
   return static_cast<std::uint8_t>(bits);
 }
 
-/// A character with its eighth bit came, or none can: the protocol has seven.
+/// A byte above 0x7F came, or none can come because the protocol has seven-bit characters.
 inline constexpr std::uint8_t kHighBit = 0x80;
-/// A character came, other than FF, whose number of ones is even, or odd.
+/// A byte came whose number of ones is even, or odd. Bytes 00 and FF do not count.
 inline constexpr std::uint8_t kEvenByte = 0x40;
 inline constexpr std::uint8_t kOddByte = 0x20;
 
-/// There was a good reply.
 constexpr bool IsAnswered(Symptom symptom) { return symptom <= Symptom::others_beside; }
 
 }  // namespace baudgate

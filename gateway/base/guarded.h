@@ -1,5 +1,6 @@
-// A mutex that says what it guards: `Counters counters_ BAUDGATE_GUARDED_BY(mutex_);` A build with
-// clang refuses code that reads or writes such a member without the lock; gcc ignores the marks.
+// `Mutex` is a mutex for members that name it: `Counters counters_ BAUDGATE_GUARDED_BY(mutex_);` A
+// build with clang refuses code that reads or writes such a member without the lock; gcc ignores
+// the marks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,9 +15,9 @@
 #define BAUDGATE_THREAD_MARK(mark)
 #endif
 
-/// Marks a member that is only touched while this mutex is held.
+/// Marks a member that may be used only while `mutex` is held.
 #define BAUDGATE_GUARDED_BY(mutex) BAUDGATE_THREAD_MARK(guarded_by(mutex))
-/// Marks a function whose caller holds this mutex.
+/// Marks a function whose caller must hold `mutex`.
 #define BAUDGATE_REQUIRES(mutex) BAUDGATE_THREAD_MARK(requires_capability(mutex))
 
 namespace baudgate {
@@ -31,8 +32,8 @@ class BAUDGATE_THREAD_MARK(capability("mutex")) Mutex {
   std::mutex mutex_;
 };
 
-/// Holds the mutex while it lives. What is waited for is asked in a loop, so that the check sees
-/// that the lock is held: `while (queue_.empty()) lock.Wait(changed_);`
+/// Holds the mutex for its lifetime. Waiting is written as a loop, so that clang sees that the
+/// condition is checked under the lock: `while (queue_.empty()) lock.Wait(changed_);`
 class BAUDGATE_THREAD_MARK(scoped_lockable) MutexLock {
  public:
   explicit MutexLock(Mutex& mutex) BAUDGATE_THREAD_MARK(acquire_capability(mutex))
@@ -41,9 +42,9 @@ class BAUDGATE_THREAD_MARK(scoped_lockable) MutexLock {
   MutexLock(const MutexLock&) = delete;
   MutexLock& operator=(const MutexLock&) = delete;
 
-  /// Lets others have the mutex until `changed` is notified, or for no reason.
+  /// Releases the mutex until `changed` is notified, or spuriously.
   void Wait(std::condition_variable& changed) { changed.wait(lock_); }
-  /// The same until `when` at the latest; false: that time has come.
+  /// As Wait, but until `when` at the latest. False: the time `when` has come.
   bool WaitUntil(std::condition_variable& changed, Instant when) {
     return changed.wait_until(lock_, when) == std::cv_status::no_timeout;
   }

@@ -32,13 +32,12 @@ Folder& TheFolder() BAUDGATE_REQUIRES(g_mutex) {
 
 std::atomic<Level> g_least = Level::info;
 
-/// Empty: standard error is not the journal.
 std::unique_ptr<Journal> g_journal;
 
-/// Made by Begin, and never destroyed: whoever logs last still finds it.
+/// Created by Begin and never destroyed, because objects that are destroyed at exit may still log.
 Outlet* g_outlet = nullptr;
 
-/// "2024-05-06 12:01:05.042 warning line bay: device relay: offline", in local time.
+/// Returns "2024-05-06 12:01:05.042 warning line bay: device relay: offline", in local time.
 std::string LineOf(Level level, const std::string& text) {
   constexpr std::string_view kLevels[] = {"debug", "info", "warning", "error"};
   const auto now =
@@ -49,8 +48,8 @@ std::string LineOf(Level level, const std::string& text) {
                      kLevels[static_cast<std::size_t>(level)], text);
 }
 
-/// A journal that takes nothing just now gets the line as any program's standard error does, with
-/// its priority. Before Begin, which only tests leave out, lines go to standard output.
+/// If the journal does not accept a line now, the line goes to standard error with its priority
+/// ("<4>text"). Before Begin, which only tests leave out, lines go to standard output.
 void Print(Level level, const About& about, const std::string& text) {
   if (level < g_least || (g_journal && g_journal->Send(level, about, text))) return;
   std::string line =
@@ -77,14 +76,14 @@ void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   PrintRepeats(repeats);
 }
 
-/// Tells of repeats when their minute is over, although nobody writes to the log any more.
+/// Writes repeats when their minute is over, even if no other text is logged then.
 class Teller {
  public:
   Teller() {
     try {
       worker_.Start();
     } catch (const std::system_error&) {
-      // No thread is left for it: repeats are told with the next text.
+      // No thread can be started, so repeats are written before the next text.
     }
   }
 
@@ -100,7 +99,7 @@ std::string Whole(const About& about, const std::string& text) {
          (about.device.empty() ? "" : "device " + about.device + ": ") + text;
 }
 
-/// Prints or holds back a text: repeats that are due go before it.
+/// Prints or holds back a text. Repeats that are due are printed first.
 void PrintOrHold(const std::string* key, Level level, const About& about, const std::string& text) {
   Repeats due;
   bool passed = false;
@@ -113,13 +112,15 @@ void PrintOrHold(const std::string* key, Level level, const About& about, const 
   }
   PrintRepeats(due);
   if (passed) return Print(level, about, text);
-  // Made with the first repeat, long after the log it prints to, and therefore gone before it.
+  // This static is created at the first repeat, after the Folder, so it is destroyed before the
+  // Folder.
   static Teller teller;
 }
 
 }  // namespace
 
-/// The times stand first: a line that began with the text would read as if it had come now.
+/// The times come first, because a line that began with the text would look as if the text had come
+/// now.
 std::string RepeatText(const Folder::Repeat& repeat) {
   const auto shown = [](const Now& at) {
     const std::time_t time = std::chrono::system_clock::to_time_t(

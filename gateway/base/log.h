@@ -1,7 +1,7 @@
-// The one log: lines on standard error, one per change of state, each naming its line and device.
-// Logging never waits for the reader: a line that finds no room is dropped and counted.
-// Repeats are folded: a text that comes again within a minute is counted, and reported when the
-// minute is over.
+// The log of the program: lines on standard error, one per change of state, each with its line and
+// device. Logging never waits for the reader: if the buffer is full, a line is dropped and counted.
+// A text that comes again within a minute is counted only, and its count is written when the minute
+// is over.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,41 +16,44 @@ namespace baudgate::log {
 
 enum class Level { debug, info, warning, error };
 
-/// What a text is about: said before it ("line bay: device relay: offline"). In the journal they
-/// are fields besides (LINE=, DEVICE=, OUTCOME=); the outcome, as of outcome.h, is only there.
+/// The line and device of a text. They precede the text ("line bay: device relay: offline"), and
+/// are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, a name of outcome.h, is in the
+/// journal only.
 struct About {
   std::string line{};
   std::string device{};
   std::string outcome{};
-  /// Further fields of the journal, name and value.
+  /// Further fields for the journal, as name and value.
   std::vector<std::pair<std::string, std::string>> fields{};
 };
 
-/// Once, from the composition root. Where standard error is systemd's journal, lines go to its
-/// `socket` with priority and fields; it knows the time better.
+/// Starts the log; called once by the main program. If standard error is systemd's journal, lines
+/// go to its `socket` with priority and fields, but without the time.
 void Begin(Level least, const std::string& socket = "/run/systemd/journal/socket");
 
-/// Keeps the log from drawing over a live table.
+/// Sets the lowest level that is written, for example while a live table is shown.
 void SetLeast(Level least);
 
 /// Thread-safe.
 void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
-/// Texts with the same key are repeats of each other; of those held back the last is written.
+/// Texts with the same key count as repeats of each other; of the held back texts the last is
+/// written.
 void Write(Level level, const std::string& key, const std::string& text);
-/// Never folded: an act of a person, of which each counts.
+/// Writes the text even if it is a repeat, because every act of a person counts.
 void WriteAct(Level level, const std::string& text);
 void WriteAct(Level level, const About& about, const std::string& text);
 
-/// As it is, without time and level. `text` ends with a line feed.
+/// Writes `text` without time and level. `text` ends with a line feed.
 void Plain(const std::string& text);
 
-/// Waits until the reader has taken all, half a second at most. An exit does it by itself.
+/// Waits until the reader has taken all lines, at most half a second. At exit this happens
+/// automatically.
 void Flush();
-/// Lines that neither the journal nor standard error took, or not in time.
+/// Returns the number of lines that neither the journal nor standard error took in time.
 std::uint64_t Dropped();
 
-/// Tells at once what is held back, so that a log that ends here ends with the true state.
+/// Writes all held back repeats now, so that a log that ends here ends with the current state.
 /// Thread-safe.
 void TellRepeats();
 
@@ -78,7 +81,8 @@ template <typename... Args>
 void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
   WriteAct(level, fmt::format(form, std::forward<Args>(args)...));
 }
-/// For texts in which something differs every time, such as the port of a client.
+/// For a text that differs every time, for example by the port of a client: `key` decides what is a
+/// repeat.
 template <typename... Args>
 void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::warning, key, fmt::format(form, std::forward<Args>(args)...));

@@ -1,6 +1,6 @@
-// Writes log lines to a descriptor that may block: a pipe that is not read, a stopped terminal. A
-// thread of its own writes; the caller only queues a line, and never waits. Folder counts texts
-// that come again, and Journal writes to systemd's journal.
+// `Outlet` writes log lines to a descriptor that may block, such as a pipe that is not read or a
+// stopped terminal. A separate thread writes; the caller only queues a line, and never waits.
+// `Folder` counts repeated texts, and `Journal` writes to systemd's journal.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,13 +17,11 @@
 
 namespace baudgate::log {
 
-// Counts log texts that come again within a minute, so that a flapping device does not flood the
-// log: texts and times come from gateway/base/log.cpp, and what may be written goes back there.
-
-/// Not thread-safe.
+/// Counts log texts that come again within a minute, so that a flapping device does not flood the
+/// log. Not thread-safe.
 class Folder {
  public:
-  /// A text that was held back `times` times.
+  /// A text that was held back `times` times, from `first` to `last`.
   struct Repeat {
     std::string text;
     Level level = Level::info;
@@ -33,22 +31,23 @@ class Folder {
     About about{};
   };
 
-  /// True: write it. False: the same text was written less than a minute ago; it is held back.
-  /// The caller writes what is Due first, so that no older repeat follows.
+  /// True: the caller must write the text, after the texts of Due(). False: the same text was
+  /// written less than a minute ago, and is held back.
   bool Pass(const std::string& text, Level level, const Now& now, const About& about = {}) {
-    // Written at least; such texts name what is configured, so there is an end of them.
+    // Without room the text is written every time. Texts without a key name configured lines and
+    // devices, so there are few.
     if (!HasRoom(text, kRemembered, now.instant)) return true;
     return Note(text, text, level, now, about);
   }
 
-  /// Alike, with the key in the place of the text. Keys may name strangers, of whom there is no
-  /// end: those that are too many share one entry.
+  /// As above, but compares keys instead of texts. Keys may name unknown clients without limit, so
+  /// all keys beyond kMostWithKeys share one entry.
   bool Pass(const std::string& key, const std::string& text, Level level, const Now& now) {
     return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now, {});
   }
 
-  /// The held back texts, the latest last, once a minute has passed for any of them. All at once:
-  /// so the end of the log tells the state in which things are.
+  /// Returns nothing until a minute has passed for one of the held back texts; then returns all of
+  /// them, the latest last, so that the end of the log shows the current state.
   std::vector<Repeat> Due(Instant now) {
     const auto is_due = [now](const auto& entry) {
       return entry.second.held.times > 0 && now - entry.second.written >= kMinute;
@@ -57,7 +56,7 @@ class Folder {
     return All(now);
   }
 
-  /// Alike, whether a minute has passed or not.
+  /// Returns all held back texts, the latest last, and forgets their counts.
   std::vector<Repeat> All(Instant now) {
     std::vector<Repeat> held;
     for (auto& [key, seen] : seen_) {
@@ -96,7 +95,8 @@ class Folder {
     return true;
   }
 
-  /// Repeats that are not told yet are never forgotten.
+  /// Erases texts whose minute is over and whose repeats were written. False: there is no room for
+  /// a new key.
   bool HasRoom(const std::string& key, std::size_t most, Instant now) {
     if (seen_.size() < most || seen_.contains(key)) return true;
     std::erase_if(seen_, [now](const auto& entry) {
@@ -105,26 +105,27 @@ class Folder {
     return seen_.size() < most;
   }
 
-  std::map<std::string, Seen> seen_;  // by key
+  std::map<std::string, Seen> seen_;  // by text or key
 };
 
-/// "3 times more between 12:01:05 and 12:01:58: line bay: device relay: offline", in local time.
+/// Returns "3 times more between 12:01:05 and 12:01:58: line bay: device relay: offline", in local
+/// time.
 std::string RepeatText(const Folder::Repeat& repeat);
 
-/// As if this process had written nothing yet: for tests that count lines, whatever ran before.
+/// Forgets all texts, for tests that count lines.
 void ForgetRepeats();
 
-// systemd's journal as a place for the log: a datagram for each message, with fields (systemd's
-// "Native Journal Protocol").
+// systemd's journal takes one datagram per message, with fields (systemd's "Native Journal
+// Protocol").
 
-/// What journald calls it: 3 error, 4 warning, 6 info, 7 debug.
+/// Returns the priority of the journal: 3 error, 4 warning, 6 info, 7 debug.
 int Priority(Level level);
 
-/// Descriptors that systemd has connected to the journal, as $JOURNAL_STREAM says; not when the
-/// variable was only inherited by a program whose output goes elsewhere.
+/// True if systemd has connected this descriptor to the journal: device and inode are those in
+/// $JOURNAL_STREAM. A program that inherited the variable, but writes elsewhere, gets false.
 bool IsJournal(int descriptor);
 
-/// "MESSAGE=line bay: device relay: offline\nPRIORITY=4\nLINE=bay\nDEVICE=relay\n…"
+/// Returns "MESSAGE=line bay: device relay: offline\nPRIORITY=4\nLINE=bay\nDEVICE=relay\n…".
 std::string JournalMessage(Level level, const About& about, const std::string& text);
 
 class Journal {
@@ -134,7 +135,8 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Does not block; thread-safe. False: there is no journal, or its socket is full.
+  /// Sends a message without blocking. False: there is no journal, or its socket is full.
+  /// Thread-safe.
   bool Send(Level level, const About& about, const std::string& text) const;
 
  private:
@@ -142,21 +144,21 @@ class Journal {
   const int socket_;
 };
 
-/// Thread-safe. Lines that find no room are dropped and counted; the reader is told how many as
-/// soon as it reads again.
+/// Queues lines and writes them in a thread. A line that exceeds `most_bytes` is dropped; when the
+/// reader reads again, the number of dropped lines is written. Thread-safe.
 class Outlet {
  public:
   static constexpr std::size_t kMostBytes = 256 * 1024;
 
   explicit Outlet(int descriptor, std::size_t most_bytes = kMostBytes);
-  /// Does not wait for a thread that is held by its reader.
+  /// Does not wait for the thread if the reader blocks it.
   ~Outlet();
   Outlet(const Outlet&) = delete;
   Outlet& operator=(const Outlet&) = delete;
 
-  /// `line` ends with a line feed.
+  /// Queues `line`, which ends with a line feed.
   void Put(std::string line);
-  /// Waits until all is written. False: `patience` is over.
+  /// Waits until all lines are written. False: `patience` is over.
   bool Flush(Duration patience);
   std::uint64_t dropped() const;
 
@@ -164,9 +166,10 @@ class Outlet {
   struct Queue;
   static void WriteQueued(Queue& queue);
 
-  const std::shared_ptr<Queue> queue_;  // shared with the thread, which may outlive the outlet
+  // Shared with the thread, which may live longer than this object.
+  const std::shared_ptr<Queue> queue_;
   Worker worker_;
-  bool has_thread_ = true;  // false: none is left, and the caller writes
+  bool has_thread_ = true;  // false: no thread could be started, so the caller of Put writes
 };
 
 }  // namespace baudgate::log

@@ -1,5 +1,5 @@
-// A value or one sentence that says why there is none: how failures cross layers without
-// exceptions.
+// `Result` is a value, or one sentence why there is none. Failures cross layers in this way,
+// without exceptions.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,7 +10,7 @@
 
 namespace baudgate {
 
-/// Why something could not be done, in words for the user.
+/// Why something failed, in words for the user.
 struct Error {
   std::string message;
 };
@@ -24,7 +24,7 @@ class Result {
   bool ok() const { return content_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  /// Only when ok().
+  /// Call only if ok().
   T& value() { return std::get<0>(content_); }
   const T& value() const { return std::get<0>(content_); }
   T& operator*() { return value(); }
@@ -32,14 +32,14 @@ class Result {
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
 
-  /// Only when not ok().
+  /// Call only if not ok().
   const std::string& error() const { return std::get<1>(content_).message; }
 
  private:
   std::variant<T, Error> content_;
 };
 
-/// Success, or why not.
+/// Success, or an error with its reason.
 class Status {
  public:
   Status() = default;

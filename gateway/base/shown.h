@@ -1,4 +1,4 @@
-// Values, ages and foreign text as people see them, in tables and sentences.
+// Formats values, ages and foreign text for people, in tables and sentences.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,18 +13,17 @@
 
 namespace baudgate {
 
-/// Whole numbers whole, others with nine digits at most: "1834523", "12.25", "-" for NaN.
+/// Formats a whole number with all digits, another number with at most nine: "1834523", "12.25";
+/// "-" for NaN.
 std::string FormatValue(double value);
-/// "0.3 s", "12 s", "5 min", "3 h", "2 d".
+/// Returns "0.3 s", "12 s", "5 min", "3 h", "2 d".
 std::string FormatAge(Duration age);
-/// "1 line", "2 lines".
+/// Returns "1 line", "2 lines".
 std::string Plural(std::uint64_t count, std::string_view word);
-/// Control characters but those in `kept`, and what is no UTF-8, become '?'.
+/// Replaces control characters, except those in `kept`, and bytes that are not UTF-8 by '?'.
 std::string Harmless(std::string_view text, std::string_view kept = {});
 
-// Tables for spreadsheets.
-
-/// "-5.25", "1e-05": digits with a point and an exponent.
+/// True for numbers such as "-5.25" and "1e-05".
 inline bool LooksLikeNumber(std::string_view text) {
   if (text.starts_with('+') || text.starts_with('-')) text.remove_prefix(1);
   if (text.empty() ||
@@ -37,7 +36,7 @@ inline bool LooksLikeNumber(std::string_view text) {
   return read.ptr == end && read.ec != std::errc::invalid_argument;
 }
 
-/// Spreadsheets take such a cell for a formula. "-5.2 kW" is none, and "-" neither.
+/// True if a spreadsheet takes such a cell for a formula. "-5.2 kW" and "-" are no formulas.
 inline bool LooksLikeFormula(std::string_view text) {
   if (text.empty() || LooksLikeNumber(text)) return false;
   if (std::string_view("=@\t\r\n").find(text.front()) != std::string_view::npos) return true;
@@ -48,7 +47,7 @@ inline bool LooksLikeFormula(std::string_view text) {
           rest.find_first_of("=+-*/^&|!()@<>:;\"'") != std::string_view::npos);
 }
 
-/// One cell as RFC 4180 has it. Spreadsheets show a text that looks like a formula as text.
+/// Quotes a cell as in RFC 4180. A leading ' makes spreadsheets show a formula as text.
 inline std::string CsvCell(std::string text) {
   if (LooksLikeFormula(text)) text.insert(0, "'");
   if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
@@ -57,7 +56,7 @@ inline std::string CsvCell(std::string text) {
   return quoted + "\"";
 }
 
-/// One row, with its end: every CSV output of the program goes through here.
+/// Returns one row with its line end. Every CSV output of the program must use this function.
 inline std::string CsvLine(std::span<const std::string> cells) {
   std::string line;
   for (std::size_t i = 0; i < cells.size(); ++i) line += (i == 0 ? "" : ",") + CsvCell(cells[i]);

@@ -1,6 +1,6 @@
-// SteadyVector: a list that grows while others read it. Its elements never move, and are never
-// removed. One thread at a time appends; another thread may read an element that it has learned of
-// from that one. Used where a reload adds lines and devices while all others run.
+// `SteadyVector` is a list that grows while other threads read it. Its elements never move and are
+// never removed. One thread at a time may append; other threads may read every element below
+// size(). A reload uses it to add lines and devices while the others run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,7 +35,7 @@ class SteadyVector {
 
  private:
   using Element = std::unique_ptr<T>;
-  // Each chunk is twice as long as the one before: 16, 32, 64 …
+  // Each chunk is twice as long as the chunk before: 16, 32, 64 …
   static constexpr std::size_t kFirst = 16;
   static std::size_t ChunkOf(std::size_t index) {
     return static_cast<std::size_t>(std::bit_width(index / kFirst + 1)) - 1;

@@ -1,6 +1,6 @@
-// SystemTrouble names the cause and the cure of a failed system call in words for users. NoFileLeft
-// and MostFileBytes tell limits of this process, and NameOfUser names a user. FindHolders and
-// NameHolders find the programs that have a serial port open.
+// `SystemTrouble` puts a failed system call into words for users: cause and cure. NoFileLeft and
+// MostFileBytes return limits of this process, NameOfUser the name of a user, FindHolders and
+// NameHolders the programs that have a serial port open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,36 +15,37 @@
 
 namespace baudgate {
 
-/// `error`: an errno. "too many open files; raise LimitNOFILE of the service (ulimit -Hn)".
+/// Returns words for `error`, an errno: "too many open files; raise LimitNOFILE of the service
+/// (ulimit -Hn)".
 std::string SystemTrouble(int error);
 
-/// The process has used up its file descriptors.
+/// True if the process has used up its file descriptors.
 bool NoFileLeft();
 
-/// The largest size of a file that this process may write, in bytes. Empty: no limit.
+/// Returns the largest size of a file that this process may write, in bytes; nothing: no limit.
 std::optional<std::size_t> MostFileBytes();
 
-/// "baudgate"; of a user without a name its number. A name that was found once is remembered: it
-/// counts while the users of the system cannot be read, or are not read within a second. From any
-/// thread.
+/// Returns the name of the user, such as "baudgate", or the number of a user without a name. A name
+/// that was found once is remembered, and returned if the user database cannot be read or does not
+/// answer within a second. Thread-safe.
 std::string NameOfUser(uid_t user);
 
-// Which programs have a serial port open, as far as /proc shows it to us.
+// The programs that have a serial port open, as far as this process may read /proc.
 struct PortHolders {
   struct Program {
     int pid = 0;
     std::string name;
   };
-  std::map<std::string, std::vector<Program>> by_port;  ///< by the name below /dev, "ttyUSB0"
-  bool all_seen = true;  ///< false: there are programs of others, whose files we may not see
+  std::map<std::string, std::vector<Program>> by_port;  ///< key: the name below /dev, "ttyUSB0"
+  bool all_seen = true;  ///< false: some programs of other users could not be read
 };
 
-/// `root`: "/", or a tree with proc.
+/// Reads `root`/proc. `root` is "/", or a directory tree that contains proc.
 PortHolders FindHolders(const std::filesystem::path& root);
 
-/// Names the other programs that have the port open: "mbpoll, pid 4711". If none is visible to us,
-/// for example because it runs as another user, the text is a command that finds it:
-/// "fuser -v /dev/ttyUSB0".
+/// Returns the other programs that have the port open: "mbpoll, pid 4711". If none is visible, for
+/// example because it runs as another user, returns a command that finds it: "fuser -v
+/// /dev/ttyUSB0".
 std::string NameHolders(const std::string& port);
 
 }  // namespace baudgate

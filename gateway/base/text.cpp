@@ -13,13 +13,14 @@ struct Lead {
   unsigned char first, last, second_from, second_to;
   std::size_t length;
 };
-/// RFC 3629: nothing twice in two lengths, no halves of UTF-16, nothing beyond 10FFFF.
+/// Valid first and second bytes by RFC 3629: no overlong forms, no surrogates of UTF-16, nothing
+/// beyond U+10FFFF. NUL is left out.
 constexpr Lead kLeads[] = {
     {0x01, 0x7F, 0x00, 0x00, 1}, {0xC2, 0xDF, 0x80, 0xBF, 2}, {0xE0, 0xE0, 0xA0, 0xBF, 3},
     {0xE1, 0xEC, 0x80, 0xBF, 3}, {0xED, 0xED, 0x80, 0x9F, 3}, {0xEE, 0xEF, 0x80, 0xBF, 3},
     {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4}};
 
-/// The bytes of the character that `text` begins with; 0: it is none.
+/// Returns the length of the UTF-8 character at the front; 0: there is none.
 std::size_t CharacterLength(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const auto* const lead = std::ranges::find_if(
@@ -90,7 +91,8 @@ std::string FormatNumber(double value) {
   if (std::isnan(value)) return "nan";
   char buffer[64];
   const double size = std::abs(value);
-  // People read 100000, not 1e+05; only what would be a long row of zeros keeps its exponent.
+  // People read 100000, not 1e+05, so an exponent is used only for very large and very small
+  // numbers.
   const bool plain = size == 0 || (size >= 1e-6 && size < 1e15);
   const auto [end, error] =
       plain ? std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed)
@@ -130,7 +132,8 @@ std::string HostAndPort(const std::string& host, std::uint16_t port) {
 
 bool MatchesPattern(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
-  std::size_t star = std::string_view::npos;  // the last one, and where it was tried
+  // The last star; `tried`: where in `text` it was tried.
+  std::size_t star = std::string_view::npos;
   std::size_t tried = 0;
   for (std::size_t t = 0; t < text.size();) {
     if (p < pattern.size() && pattern[p] == '*') {
@@ -183,7 +186,7 @@ std::string_view KeyPart(std::string_view text) {
   return text.substr(0, static_cast<std::size_t>(end - text.begin()));
 }
 
-// Optimal string alignment: two letters swapped are one slip, as people make it.
+// Computes the optimal string alignment distance: two swapped letters count as one error.
 std::size_t EditDistance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> before_last(b.size() + 1);
   std::vector<std::size_t> last(b.size() + 1);

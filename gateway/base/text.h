@@ -1,5 +1,5 @@
-// Functions for text: hex, numbers, UTF-8, patterns, quoting, splitting and trimming. None uses the
-// locale. Nearest finds the known word that a misspelt one was meant to be.
+// Functions for text: hex, numbers, UTF-8, patterns, quoting, splitting, trimming, and Nearest,
+// which finds the known word for a misspelt one. No function uses the locale.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,19 +16,20 @@
 
 namespace baudgate {
 
-/// "3E 31 52"; upper case, one space between bytes.
+/// Returns "3E 31 52": upper case, one space between bytes.
 std::string ToHex(View bytes);
-/// Two upper-case digits.
+/// Returns two upper-case digits.
 std::string HexByte(std::uint8_t byte);
-/// Reads hex with or without spaces, either case. Nothing on an odd digit count or another
-/// character.
+/// Reads hex of either case, with or without spaces. Returns nothing for an odd number of digits or
+/// another character.
 std::optional<Bytes> ParseHex(std::string_view text);
-/// CR or LF.
+/// True for CR and LF.
 constexpr bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
-/// 0…15, or nothing.
+/// Returns 0…15; nothing for another character.
 std::optional<std::uint8_t> HexDigit(char c);
 
-/// The whole text as a number in `base`; no sign "+", no spaces, no rest, no overflow.
+/// Reads the whole text as a number in `base`. Returns nothing for a "+", a space, other characters
+/// behind the number, or an overflow.
 template <typename T>
 std::optional<T> ParseInteger(std::string_view text, int base = 10) {
   T value{};
@@ -37,30 +38,30 @@ std::optional<T> ParseInteger(std::string_view text, int base = 10) {
   return value;
 }
 
-/// The whole text as a decimal number, with an optional sign ("+" too); the point is always '.'.
-/// No exponent, no "inf", no "nan": no device of ours sends them and a typing error should not
-/// pass.
+/// Reads the whole text as a decimal number with an optional sign ("+" too); the point is always
+/// '.'. Refuses exponents, "inf" and "nan", because no device sends them and a typing error must
+/// not pass.
 std::optional<double> ParseDecimal(std::string_view text);
 
-/// The shortest text that reads back as the same number; never locale dependent.
+/// Returns the shortest text that reads back as the same number.
 std::string FormatNumber(double value);
 
-/// Printable ASCII for people: "\r" and other control bytes escaped.
+/// Returns printable ASCII for people: "\r", "\n", and "\x1B" for other bytes.
 std::string Printable(View bytes);
 
-/// The first byte from `begin` on that cannot be part of UTF-8 text, or is NUL (UTF-16 is full of
-/// them); npos: there is none.
+/// Returns the place of the first byte from `begin` on that cannot be part of UTF-8 text, or is NUL
+/// (UTF-16 contains many NULs); npos if there is none.
 std::size_t FirstNotUtf8(std::string_view text, std::size_t begin = 0);
 
-/// "10.0.0.9:502", "[::1]:502".
+/// Returns "10.0.0.9:502", or "[::1]:502" for IPv6.
 std::string HostAndPort(const std::string& host, std::uint16_t port);
 
-/// Where a pattern has * for any text and ? for any character.
+/// True if `text` matches `pattern`, in which * is any text and ? any character.
 bool MatchesPattern(std::string_view pattern, std::string_view text);
 
 std::string_view Trim(std::string_view text);
 std::vector<std::string_view> Split(std::string_view text, char separator);
-/// Its parts would outlive the text.
+/// Deleted, because the parts would outlive a temporary text.
 template <std::same_as<std::string> Temporary>
 std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
@@ -68,28 +69,30 @@ std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
 namespace baudgate {
 
-// Which known word a misspelt one was probably meant to be, for "did you mean" in messages.
+// "Did you mean": finds the known word for a misspelt one.
 
-/// The nearest of `known` by edit distance; empty when none is near enough to be a slip.
+/// Returns the word of `known` with the smallest edit distance; an empty text if none is near
+/// enough for a typing error.
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known);
 
-/// "a, b, c".
+/// Returns "a, b, c".
 std::string Join(std::span<const std::string_view> words);
 
-/// In quotes, shortened where it is long: "'adress'".
+/// Returns the text in quotes, shortened if it is long: "'adress'".
 std::string Quoted(std::string_view text);
 
-/// An unknown key, in quotes only as far as it looks like one: "'password…'" of
-/// "password:SECRET", because what follows may be a secret.
+/// Returns an unknown key in quotes, cut where it stops looking like a key: "'password…'" for
+/// "password:SECRET", because the rest may be a secret.
 std::string QuotedKey(std::string_view key);
 
-/// " is the blank after the colon missing?" and the like, or nothing where it looks like a key.
+/// Returns " is the blank after the colon missing?" or " is a colon missing?"; nothing if `key`
+/// looks like a key.
 std::string MissingMark(std::string_view key);
 
-/// " did you mean 'x'?" with the leading blank, or nothing.
+/// Returns " did you mean 'x'?" with the leading blank, or nothing.
 std::string DidYouMean(std::string_view word, std::span<const std::string_view> known);
 
-/// As lower case, ASCII letters only; never locale dependent.
+/// Converts to lower case, ASCII letters only.
 std::string Lower(std::string_view text);
 
 }  // namespace baudgate

@@ -18,11 +18,12 @@ struct Unit {
   Duration length;
 };
 
-// Longest first, so that formatting takes the largest unit that leaves a short number.
+// The longest unit comes first, so that FormatDuration takes the largest unit that gives a short
+// number.
 constexpr std::array<Unit, 6> kUnits = {
     {{"d", 24h}, {"h", 1h}, {"min", 1min}, {"s", 1s}, {"ms", 1ms}, {"us", 1us}}};
 
-/// Never with an exponent, which ParseDuration refuses.
+/// Formats without an exponent, which ParseDuration refuses.
 std::string Plain(double value) {
   char buffer[64];
   const auto [end, error] =
@@ -92,7 +93,7 @@ Result<WallTime> ParseWallTime(std::string_view text) {
   const Error error{"'" + std::string(text) +
                     "' is not a time; write for example 2026-11-21 or 2026-11-21T01:14:31 (UTC); "
                     "years are 1970 to 2200"};
-  // Each part, and what stands before it.
+  // Each part: the characters before it, and its number of digits.
   constexpr std::array<std::pair<std::string_view, std::size_t>, 7> kParts = {
       {{"", 4}, {"-", 2}, {"-", 2}, {"T ", 2}, {":", 2}, {":", 2}, {".", 3}}};
   constexpr std::size_t kDate = 3;
@@ -112,7 +113,7 @@ Result<WallTime> ParseWallTime(std::string_view text) {
   const std::chrono::year_month_day date{std::chrono::year(year),
                                          std::chrono::month(static_cast<unsigned>(month)),
                                          std::chrono::day(static_cast<unsigned>(day))};
-  const bool whole = part == kDate || part > kDate + 1;  // an hour has its minutes
+  const bool whole = part == kDate || part > kDate + 1;  // an hour needs its minutes
   const bool clock = hour < 24 && minute < 60 && second < 60;
   if (!text.empty() || !whole || !clock || !date.ok() || year < 1970 || year > 2200) return error;
   return WallTime(std::chrono::sys_days(date) + std::chrono::hours(hour) +
@@ -125,7 +126,7 @@ Result<WallTime> ParseSince(std::string_view text, WallTime now) {
   if (span) return now - *span;
   const auto time = ParseWallTime(text);
   if (time) return time;
-  // "1,5h", "99999999d", "2hours"
+  // The text looks like a duration: "1,5h", "99999999d", "2hours".
   const auto is = [](char c, char from, char to) { return c >= from && c <= to; };
   const bool was_span = !text.empty() && is(text.front(), '0', '9') && is(text.back(), 'a', 'z');
   if (was_span) return Error{span.error()};

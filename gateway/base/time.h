@@ -1,4 +1,4 @@
-// The two kinds of time, and durations as users write them ("250ms").
+// The types of time (monotonic and civil), and durations as users write them ("250ms").
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,11 +12,11 @@
 
 namespace baudgate {
 
-/// Monotonic: deadlines, ages. Below the composition root it is always an argument, never asked
-/// for.
+/// Monotonic, for deadlines and ages. Only the main program reads the clock; other code gets the
+/// time as an argument.
 using Instant = std::chrono::steady_clock::time_point;
 using Duration = std::chrono::nanoseconds;
-/// Civil time: only what users read as a time stamp.
+/// Civil time, for time stamps that users read only.
 using WallTime = std::chrono::sys_time<std::chrono::nanoseconds>;
 
 using namespace std::chrono_literals;  // NOLINT: durations are written 5ms everywhere
@@ -27,22 +27,21 @@ struct Now {
   WallTime wall;
 };
 
-/// The clocks of this machine; called by the composition root and the loop drivers only.
+/// Reads the clocks of this machine. Only the main program and the loop drivers may call it.
 Now ReadClocks();
 
-/// "250ms", "1s", "5min", "1.5h", "20us". A number without a unit is an error, and so are negative
-/// ones.
+/// Reads "250ms", "1s", "5min", "1.5h", "20us". Refuses negative numbers, and numbers without a
+/// unit except 0.
 Result<Duration> ParseDuration(std::string_view text);
 
-/// The shortest form that ParseDuration reads back to the same value: "250ms", "1.5s", "1min".
+/// Returns the shortest text that ParseDuration reads back to the same value: "250ms", "1.5s",
+/// "1min".
 std::string FormatDuration(Duration duration);
 
-/// "2026-11-21T01:14:31.250Z".
+/// Returns "2026-11-21T01:14:31.250Z".
 std::string FormatWallTime(WallTime time);
 
-// Times at which something is due, where one may never be.
-
-/// Empty: none of them is ever due.
+/// Empty: none of the times is ever due.
 inline std::optional<Instant> Soonest(std::initializer_list<std::optional<Instant>> times) {
   std::optional<Instant> soonest;
   for (const std::optional<Instant>& time : times) {
@@ -55,13 +54,13 @@ inline bool HasCome(const std::optional<Instant>& time, Instant now) {
   return time && *time <= now;
 }
 
-// Times and spans as users give them to ask for what has been: `--since 2h`.
+// Times in the past, as users write them: `--since 2h`.
 
-/// What FormatWallTime writes, or less of it: "2026-11-21", "2026-11-21T01:14", with a blank for
-/// the T. Always UTC, with the Z or without.
+/// Reads a time as FormatWallTime writes it, or a shorter one: "2026-11-21", "2026-11-21T01:14"; a
+/// blank may replace the T. The time is always UTC, with or without the Z.
 Result<WallTime> ParseWallTime(std::string_view text);
 
-/// "2h" before `now`, or a time.
+/// Reads a duration before `now` ("2h"), or a time as ParseWallTime does.
 Result<WallTime> ParseSince(std::string_view text, WallTime now);
 
 }  // namespace baudgate

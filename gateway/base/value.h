@@ -1,5 +1,5 @@
-// One value of a point, as read, stored, served and written. Quality says how far a value can be
-// trusted.
+// `Value` is one value of a point, as it is read, stored, served and written. `Quality` is how far
+// a value can be trusted.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,25 +10,25 @@
 
 namespace baudgate {
 
-/// Nothing yet, or a value. Integers of every width travel as 64 bits; unsigned 64-bit counters
-/// keep their own alternative because they do not fit.
+/// No value yet, or a value. Integers of every width travel as 64 bits; unsigned 64-bit counters
+/// need an alternative of their own.
 using Value = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string>;
 
 inline bool HasValue(const Value& value) { return value.index() != 0; }
 
-/// As a number: booleans are 0 and 1; text and nothing are NaN.
+/// Returns the value as a number: a boolean is 0 or 1; a text and an empty value are NaN.
 double ToDouble(const Value& value);
 
-/// As people read it: "0.52", "true", "SPCJ 4D29", "" for nothing.
+/// Returns the value for people: "0.52", "true", "SPCJ 4D29"; an empty text for an empty value.
 std::string ToText(const Value& value);
 
-// How far a point's value can be trusted: an OPC DA code, and of a bad one why it is bad. Numbers
-// are a public contract (docs/modbus.md, docs/dds.md): code in the low byte, reason in the high
-// one.
+// The quality of a point's value: an OPC DA code, and for a bad value the reason. The numbers are a
+// public contract (docs/modbus.md, docs/dds.md): the code is the low byte, the reason the high
+// byte.
 //
 //   0x0310 = open sensor, sensor failure        0x00C0 = good
 
-/// Why a value is not good, beyond what the code says.
+/// The reason why a value is not good, in addition to the code.
 enum class Reason : std::uint8_t {
   none = 0,
   over_range = 1,
@@ -36,20 +36,21 @@ enum class Reason : std::uint8_t {
   open_sensor = 3,
   channel_disabled = 4,
   not_fitted = 5,  ///< the device has no such channel or value
-  not_ready = 6,   ///< not yet, or not now
+  not_ready = 6,   ///< the device cannot give the value yet, or not now
   device_fault = 7,
-  other_module = 8,  ///< the device is not what its profile says
-  swapped = 9,       ///< another one answers in its place
+  other_module = 8,  ///< the device is not the device of its profile
+  swapped = 9,       ///< another device answers in its place
   password_refused = 10,
   no_permission = 11,
   sentinel = 12,      ///< a number that stands for no measurement
-  out_of_range = 13,  ///< beyond what the point's type holds
+  out_of_range = 13,  ///< beyond the range of the point's type
 };
 
-/// For people: "over range", "open sensor", …; empty for none.
+/// Returns the name for people: "over range", "open sensor", …; an empty text for none.
 std::string_view Name(Reason reason);
 
-/// They follow `on_bad`; mostly of a whole device, other_module also of one input of a wrong type.
+/// True for reasons that follow `on_bad`. They mostly concern a whole device; other_module may also
+/// concern one input of a wrong type.
 constexpr bool ConcernsDevice(Reason reason) {
   return reason == Reason::other_module || reason == Reason::swapped ||
          reason == Reason::password_refused || reason == Reason::no_permission;
@@ -65,7 +66,7 @@ struct Quality {
     bad_last_known = 0x14,
     bad_communication = 0x18,
     bad_out_of_service = 0x1C,
-    bad_waiting = 0x20,  ///< every point is born so
+    bad_waiting = 0x20,  ///< the initial quality of every point
     uncertain = 0x40,
     uncertain_last_usable = 0x44,
     uncertain_sub_normal = 0x58,
@@ -86,13 +87,13 @@ struct Quality {
   }
 
   bool operator==(const Quality&) const = default;
-  /// The code alone, whatever the reason.
+  /// Compares the code only; the reason does not matter.
   constexpr bool operator==(Code other) const { return code == other; }
-  /// Worse.
+  /// A worse quality is less.
   constexpr bool operator<(const Quality& other) const { return code < other.code; }
 };
 
-/// The quality of all values of a device that a reason concerns.
+/// The quality of all values of a device with this reason.
 constexpr Quality QualityOfDevice(Reason reason) {
   switch (reason) {
     case Reason::other_module:
@@ -108,7 +109,8 @@ constexpr bool IsGood(Quality quality) { return (quality.code & 0xC0U) == 0xC0U;
 constexpr bool IsUncertain(Quality quality) { return (quality.code & 0xC0U) == 0x40U; }
 constexpr bool IsBad(Quality quality) { return (quality.code & 0xC0U) == 0; }
 
-/// For people: "good", "uncertain: last usable", "bad: sensor failure, open sensor", …
+/// Returns the name for people: "good", "uncertain: last usable", "bad: sensor failure, open
+/// sensor", …
 std::string Name(Quality quality);
 
 }  // namespace baudgate

@@ -1,4 +1,4 @@
-// Files that are read whole, and written whole or not at all, whenever the power fails.
+// Reads whole files, and writes files either completely or not at all, even if the power fails.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,19 +10,22 @@
 
 namespace baudgate {
 
-/// By way of FILE.part, for owner and group. The error is errno's; 0: it is on the disk.
+/// Writes FILE.part and renames it to `file`, readable for owner and group. Returns an errno; 0:
+/// the file is on the disk.
 int WriteWhole(const std::filesystem::path& file, std::string_view text);
 
-/// In the place of `to`, which lies in the same folder. The error is errno's; 0: it is on the disk.
+/// Renames `from` to `to`, which must be in the same folder, and replaces `to`. Returns an errno;
+/// 0: the new name is on the disk.
 int MoveFile(const std::filesystem::path& from, const std::filesystem::path& to);
 
-/// If it is there. The error is errno's; 0: it is gone from the disk.
+/// Removes the file if it exists. Returns an errno; 0: the file is gone from the disk.
 int RemoveFile(const std::filesystem::path& file);
 
-/// `any`: pipes as well, which wait for a writer.
+/// Which files ReadWhole accepts. `any`: also pipes, which wait for a writer.
 enum class Kind : std::uint8_t { regular, any };
 
-/// Empty: it is not there, cannot be read, is larger, or is of another kind; errno says which.
+/// Returns nothing, with errno set, if the file does not exist, cannot be read, has more than 32
+/// MiB, or is of another kind.
 std::optional<std::string> ReadWhole(const std::filesystem::path& file, Kind kind = Kind::regular);
 
 }  // namespace baudgate

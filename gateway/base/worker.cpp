@@ -13,7 +13,7 @@
 namespace baudgate {
 namespace {
 
-/// Signals are for the thread that waits for them: the new thread takes none.
+/// Starts a thread with all signals blocked, because another thread waits for signals.
 std::thread Start(const std::string& name, std::function<void()> work) {
   sigset_t all;
   sigset_t before;
@@ -39,7 +39,7 @@ struct Worker::Job {
   explicit Job(Round its_round) : round(std::move(its_round)) {}
 
   const Round round;
-  // Guarded by the mutex of the thread.
+  // The members below are guarded by the mutex of the thread.
   bool started = false;
   bool woken = true;
   bool stops = false;
@@ -57,12 +57,11 @@ struct WorkThread::State {
   explicit State(std::string its_name) : name(std::move(its_name)) {}
 
   static void Run(const std::shared_ptr<State>& state);
-  /// Waits for the next round. Empty: the thread ends.
+  /// Waits for the next round. Empty: the thread must end.
   std::optional<Turn> Await();
   std::optional<Turn> Next() BAUDGATE_REQUIRES(mutex);
   void OnRound(const Turn& turn, Instant next);
 
-  /// Starts the thread with its first job.
   static void Add(const std::shared_ptr<State>& state, const std::shared_ptr<Job>& job);
   void Wake(Job& job);
   void RequestStop(Job& job);
@@ -71,9 +70,9 @@ struct WorkThread::State {
 
   const std::string name;
   Mutex mutex;
-  std::condition_variable changed;  // for the thread
-  std::condition_variable ended;    // for those who wait for the last round of a job
-  std::vector<std::shared_ptr<Job>> jobs BAUDGATE_GUARDED_BY(mutex);  // the next one first
+  std::condition_variable changed;  // wakes the thread
+  std::condition_variable ended;    // wakes callers that wait for the last round of a job
+  std::vector<std::shared_ptr<Job>> jobs BAUDGATE_GUARDED_BY(mutex);  // in the order of their turns
   bool ends BAUDGATE_GUARDED_BY(mutex) = false;
   std::thread thread;
 };
@@ -107,7 +106,7 @@ std::optional<WorkThread::State::Turn> WorkThread::State::Next() {
   return Turn{*due, (*due)->stops};
 }
 
-/// Whoever has had its turn goes behind all others.
+/// Moves the job behind all others after its turn.
 void WorkThread::State::OnRound(const Turn& turn, Instant next) {
   const MutexLock lock(mutex);
   std::erase(jobs, turn.job);

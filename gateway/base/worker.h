@@ -1,15 +1,17 @@
-// Threads that are not event loops. A worker runs rounds on a thread that has a name:
+// `Worker` runs rounds of work on a thread that has a name. It is for threads that are not event
+// loops:
 //
 //   Worker worker_{"state", [this](bool last) { return Write(last); }};
 //   ... worker_.Start();  // at the end of the constructor
-//   ... worker_.Wake();   // from any thread: there is something to do
+//   ... worker_.Wake();   // from any thread: there is work
 //
-// The first round runs at the start. A further round runs when the worker has been woken, or when
-// the time comes that the last round returned. A round that finds nothing to do returns at once.
-// Stop runs one last round, in which the worker finishes what is left.
+// The first round runs at the start. A further round runs when the worker was woken, or at the time
+// that the last round returned. A round that finds no work returns at once. Stop runs one last
+// round, in which the worker completes its work.
 //
-// Several workers may share one thread. They take turns: no worker runs two rounds while another
-// waits. So the audit waits for one round of the events at most, however many events are queued.
+// Several workers may share one `WorkThread`. They take turns: no worker runs two rounds while
+// another waits. For example, the audit waits for at most one round of the events, however many
+// events are queued.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,16 +29,16 @@
 
 namespace baudgate {
 
-/// The time of the next round for a worker that only waits to be woken.
+/// The time of the next round for a worker that only waits for Wake.
 inline constexpr Instant kWhenWoken = Instant::max();
 
 /// A thread for several workers. It takes no signals.
 class WorkThread {
  public:
-  /// `name`: as `top -H` shows it; the kernel keeps 15 bytes. The thread starts with its first
+  /// `name` is shown by `top -H`; the kernel stores 15 bytes. The thread starts with its first
   /// worker.
   explicit WorkThread(std::string name);
-  /// Its workers have stopped.
+  /// All workers of the thread must have stopped.
   ~WorkThread();
   WorkThread(const WorkThread&) = delete;
   WorkThread& operator=(const WorkThread&) = delete;
@@ -44,33 +46,36 @@ class WorkThread {
  private:
   friend class Worker;
   struct State;
-  const std::shared_ptr<State> state_;  // the thread has it as well, and may outlive this
+  // Shared with the thread, which may live longer than this object.
+  const std::shared_ptr<State> state_;
 };
 
 class Worker {
  public:
-  /// Returns when the next round is due. A time in the past: at once. `last`: no round follows.
+  /// One round of work. Returns the time of the next round; a time in the past means at once.
+  /// `last`: no round follows.
   using Round = std::function<Instant(bool last)>;
 
-  /// With a thread of its own. The last member of its owner, which it stops before the others go.
+  /// Runs on a separate thread. Declare the worker as the last member of its owner, so that it
+  /// stops before the other members are destroyed.
   Worker(std::string name, Round round);
-  /// With others on `thread`, which outlives it.
+  /// Runs on `thread`, together with other workers. `thread` must outlive the worker.
   Worker(WorkThread& thread, Round round);
   ~Worker() { Stop(); }
   Worker(const Worker&) = delete;
   Worker& operator=(const Worker&) = delete;
 
-  /// Once. Throws std::system_error where the system has no thread left.
+  /// Starts the rounds; call it once. Throws std::system_error if the system has no thread left.
   void Start();
-  /// From any thread; never waits for a round.
+  /// Asks for a round, and never waits for it. Thread-safe.
   void Wake();
-  /// The last round runs next. From any thread; does not wait for it. Idempotent.
+  /// Asks for the last round, and does not wait for it. Idempotent. Thread-safe.
   void RequestStop();
-  /// The same, and returns after the last round; one that was not started has none. Not from a
-  /// round. Idempotent.
+  /// Asks for the last round and returns after it; a worker that was not started has none. Must not
+  /// be called from a round. Idempotent.
   void Stop();
-  /// As RequestStop, without waiting for the last round: the thread may outlive this object, so
-  /// rounds own all that they use. Only with a thread of its own.
+  /// Asks for the last round without waiting for it. The thread may outlive this object, so rounds
+  /// must own all that they use. Only for a worker with a separate thread.
   void Leave();
   bool stopping() const;
 
@@ -85,18 +90,17 @@ class Worker {
   friend struct WorkThread::State;
 };
 
-/// Runs `work` on a thread that may outlive main(), without waiting for it: for a call that may
-/// hang. The error: the system has no thread left.
+/// Runs `work` on a thread that may outlive main(), and does not wait: for a call that may hang.
+/// Fails if the system has no thread left.
 Status StartDetached(const std::string& name, std::function<void()> work);
 
-/// Items that wait for a worker, first in, first out. If there is no room for an item, it is
-/// dropped and counted. From any thread.
+/// Items that wait for a worker, first in, first out. If the queue is full, a new item is dropped
+/// and counted. Thread-safe.
 template <typename Item>
 class WorkQueue {
  public:
   explicit WorkQueue(std::size_t most) : most_(most) {}
 
-  /// False: there was no room.
   bool Put(Item&& item) {
     const MutexLock lock(mutex_);
     if (items_.size() >= most_) {
@@ -106,7 +110,7 @@ class WorkQueue {
     items_.push_back(std::move(item));
     return true;
   }
-  /// The oldest. Empty: none waits.
+  /// Returns the oldest item; nothing if the queue is empty.
   std::optional<Item> Take() {
     const MutexLock lock(mutex_);
     if (items_.empty()) return std::nullopt;

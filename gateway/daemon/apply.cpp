@@ -1,7 +1,7 @@
-// Another configuration for a gateway that runs. What may fail, the opening of ports, comes first.
-// Lines that are the same are not touched. The order of the rest: lines end; the store gets the new
-// lines, before an interlock of a line that stays can name their devices; then files and outputs;
-// then the new lines begin.
+// Applies another configuration to a running gateway. The opening of ports may fail, so it comes
+// first. Lines that do not change are not touched. Then the old lines end; the store gets the new
+// lines, before an interlock of a remaining line can name their devices; then files and outputs
+// change; then the new lines start.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <map>
@@ -18,8 +18,8 @@ reload::Health HealthOf(const bus::DeviceRecord& record) {
   using reload::Health;
   if (record.override_quality == Quality::bad_out_of_service) return Health::unasked;
   if (record.override_quality == Quality::bad_configuration) return Health::ill;
-  // A device of a restarted line may still be waking up, and one without an override has not been
-  // asked since its port came back.
+  // An offline device is ill only if it has answered before (last_ok) and was asked since its port
+  // came back (override_quality): it may still be starting.
   if (record.status.state == bus::DeviceState::offline) {
     const bool was_asked = record.status.last_ok && record.override_quality;
     return was_asked ? Health::ill : Health::unknown;
@@ -111,7 +111,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   std::vector<std::shared_ptr<const config::Line>> begun;
   const std::uint32_t first_device = store.device_count();
   for (const std::uint32_t line : placed.begun) {
-    // Its memory does not wait for weak pointers to it.
+    // make_unique, not make_shared, so that weak pointers to the line do not hold its memory.
     begun.push_back(std::make_unique<const config::Line>(running->lines[line]));
     store.Append(begun.back());
   }
@@ -130,7 +130,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
     Restore(manual[line->name], dispatcher, *line, number, device, ReadClocks().wall);
     device += static_cast<std::uint32_t>(line->devices.size());
   }
-  // Points of the history are numbers, too: nobody reads it with numbers of another configuration.
+  // The history refers to points by number, so outputs must not read it while the numbers change.
   const bool renews = before->history.on() || running->history.on();
   if (renews) SetHistory(nullptr);
   std::vector<std::string> missing;
@@ -145,7 +145,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (records::EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
-  // Outputs and events have taken from the store what they need of the lines that have ended.
+  // Outputs and events have read what they need of the ended lines from the store.
   for (const std::uint32_t line : placed.gone) store.Forget(line);
   for (std::string& trouble : lines.NotOpen(started)) missing.push_back(std::move(trouble));
   return missing;

@@ -15,7 +15,8 @@
 namespace baudgate::daemon {
 namespace {
 
-/// glibc gives every thread an arena of its own; with a thread per line that is memory for nothing.
+/// glibc gives every thread a separate memory arena; with a thread per line this would waste
+/// memory.
 constexpr int kMostArenas = 2;
 
 }  // namespace
@@ -31,7 +32,7 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
-  // Before anything opens files: each line has some.
+  // Each line opens some files.
   RaiseDescriptorLimit(DescriptorNeedsOf(impl_->config, impl_->output_rows).all());
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();
@@ -198,7 +199,7 @@ void Daemon::Impl::MakeClocks() {
   clocks->OnReload(config);
 }
 
-/// Waits for every driver.
+/// Ends all lines and waits for every driver.
 void Daemon::Impl::EndLines() {
   lines.End();
   if (records::EventPath* const events = records.events()) events->End();

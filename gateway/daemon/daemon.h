@@ -1,5 +1,5 @@
-// The composition root: makes store, lines and outputs out of a configuration, starts and stops
-// them in the right order, and carries writes from outputs to lines.
+// `Daemon` is the whole gateway: it makes the store, lines and outputs of a configuration, starts
+// and stops them in the right order, and passes writes from outputs to lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,37 +21,38 @@ struct ReloadOptions;
 
 class Daemon {
  public:
-  /// `catalog` outlives the daemon.
+  /// `catalog` must outlive the daemon.
   Daemon(config::Config config, const config::Catalog& catalog);
   ~Daemon();
 
-  /// Adds an output behind the others in the list. To be called before Start.
+  /// Adds an output at the end of the list. Must be called before Start.
   void Add(OutputRow output);
-  /// The names of the outputs, in the order in which they are stopped. After Start.
+  /// Returns the names of the outputs, in the order in which they stop. To be called after Start.
   std::vector<std::string_view> outputs() const;
 
-  /// Before Start. Then `baudgate reload` and Reload read the file again.
+  /// Makes `baudgate reload` and Reload read the file again. Must be called before Start.
   void SetReload(ReloadOptions options);
-  /// From any thread, done soon after; the result is in the log.
+  /// Requests a reload and returns at once; the result is in the log. Thread-safe.
   void Reload(const std::string& by);
 
-  /// Opens the outputs, then starts the lines. A network port that is in use is an error; a missing
-  /// serial port is not.
+  /// Opens the outputs, then starts the lines. Fails if a network port is in use; a missing serial
+  /// port is no error.
   Status Start();
-  /// Closes the lines, tells subscribers the end and releases every port; within two seconds.
+  /// Closes the lines, reports the end to subscribers and releases every port, within two seconds.
   /// False: a line hangs in a call of its driver. All others have ended properly, and the process
   /// may end with _Exit; the destructor would wait for the driver.
   bool Stop();
 
-  /// Call it once a second between Start and Stop. False: something that the whole gateway needs
-  /// hangs. A line that hangs is reported in log and status, and the rest goes on.
+  /// To be called once a second between Start and Stop. False: a thread hangs that the whole
+  /// gateway needs. A line that hangs is only reported in log and status.
   bool Look();
 
   const config::Config& config_at_start() const;
   const bus::PointStore& store() const;
-  /// Between Start and Stop.
+  /// To be called between Start and Stop only.
   lines::LineControl& control();
-  /// "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices": for the log and READY=1.
+  /// Returns "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
+  /// READY=1.
   std::string Summary() const;
 
  private:

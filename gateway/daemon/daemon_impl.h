@@ -1,4 +1,4 @@
-// The parts of the gateway, for daemon.cpp, which starts and stops them, and apply.cpp, which gives
+// `Daemon::Impl` holds the parts of the gateway. daemon.cpp starts and stops them; apply.cpp gives
 // them another configuration while they run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -32,7 +32,8 @@ struct Daemon::Impl {
         lines(store, catalog,
               lines::SharedLoops(config.lines, std::thread::hardware_concurrency())) {}
 
-  /// The sink of all outputs: the audit, or the lines themselves where no write is recorded.
+  /// Returns the sink for the writes of all outputs: the audit, or the lines if no write is
+  /// recorded.
   bus::CommandSink& Commands() {
     bus::CommandSink* const recorded = records.entrance();
     return recorded != nullptr ? *recorded : dispatcher;
@@ -41,18 +42,17 @@ struct Daemon::Impl {
   /// See Reloader::Links.
   void Examine(const config::Config& next, reload::Difference& difference) const;
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
-  /// By name of the line that begins.
+  /// By name of the line that starts.
   using Threads = std::map<std::string, std::shared_ptr<transports::LoopThread>>;
   /// In the order of `outputs`.
   using PreparedOutputs = std::vector<std::unique_ptr<outputs::Output::Prepared>>;
-  /// Returns what could not be applied.
+  /// Applies a prepared configuration. Returns what could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
                                  PreparedOutputs prepared, const Threads& threads);
-  /// `own` null: on a shared thread, because the system has none left.
+  /// `own` null: the line gets a new thread if it needs one and the system has one.
   void AddLine(std::shared_ptr<const config::Line> line,
                std::shared_ptr<transports::LoopThread> own);
   reload::Healths Healths() const;
-  /// For all outputs, and with the configuration that runs.
   void SetHistory(const std::shared_ptr<const history::HistorySource>& history);
   void SetReload(ReloadOptions options);
 
@@ -67,15 +67,16 @@ struct Daemon::Impl {
   status::GatewayInfo GatewayForStatus();
   void EndLines();
 
-  const config::Config config;  // of the start: what only a restart can change is in it
-  /// By the numbers of the store. Points to `config` without owning it until the first reload.
-  /// Replaced by the reloader's thread, which alone uses it then.
+  const config::Config config;  // the configuration of the start: settings that only a restart can
+                                // change are read from it
+  /// The current configuration, by the numbers of the store. Points to `config` without owning it
+  /// until the first reload. Replaced by the reloader's thread, which alone uses it then.
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
   bus::PointStore store;
   OpenFiles open_files;
   records::FileTroubles troubles;
-  std::unique_ptr<records::Recordings> recordings;  // null: there is no place to keep them
+  std::unique_ptr<records::Recordings> recordings;  // null: there is no place for recordings
   records::Records records;
   lines::Lines lines;
   lines::LineDispatcher dispatcher{store, catalog, lines};
@@ -85,7 +86,7 @@ struct Daemon::Impl {
   Instant started = ReadClocks().instant;
   OutputRows output_rows = AllOutputs();
   outputs::OutputList outputs;
-  std::unique_ptr<Reloader> reloader;  // null: nothing is reloaded
+  std::unique_ptr<Reloader> reloader;  // null: the gateway cannot be reloaded
 };
 
 }  // namespace baudgate::daemon

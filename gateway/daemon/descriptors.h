@@ -1,7 +1,6 @@
-// File descriptors: how many the gateway needs by its configuration, and how many clients and
-// viewers may connect if the system allows fewer. Ports, sockets and files come first; viewers get
-// at most an eighth of the limit, and clients what is left.
-// OpenFiles counts the descriptors that are open.
+// File descriptors of the process: how many the gateway needs, and how many clients and viewers may
+// connect if the system allows fewer. Ports, sockets and files come first; viewers get at most an
+// eighth of the limit, and clients the rest. `OpenFiles` counts the open descriptors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,30 +16,30 @@
 
 namespace baudgate::daemon {
 
-/// The files that the gateway, its lines and these outputs may have open at once.
+/// Returns how many files the gateway, its lines and these outputs may have open at once.
 outputs::DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs);
 
-/// Raises this process's soft limit towards `needed`, as far as the hard one allows; never lowers
-/// it. Returns the new limit.
+/// Raises the soft limit of this process towards `needed`, as far as the hard limit allows; never
+/// lowers it. Returns the resulting limit.
 std::size_t RaiseDescriptorLimit(std::size_t needed);
 
-/// Which part of `needs.clients` may connect, above 0 and at most 1.
+/// Returns the part of `needs.clients` that may connect, above 0 and at most 1.
 double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// How many of `needs.viewers` may be used: all, or an eighth of the limit.
+/// Returns how many of `needs.viewers` may be used: all, or an eighth of the limit.
 std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// For the log, if it is less than all.
+/// For the log, if not all clients may connect.
 std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// Counts the files that this process has open, also at its limit. From any thread.
+/// Counts the open files of this process, also when it has reached its limit. Thread-safe.
 class OpenFiles {
  public:
   OpenFiles();
 
   struct Count {
     std::size_t open = 0;
-    std::size_t limit = 0;  ///< 0: there is none, or it is not known
+    std::size_t limit = 0;  ///< 0: no limit, or unknown
   };
   Count Now();
 
@@ -49,7 +48,8 @@ class OpenFiles {
     void operator()(DIR* folder) const { ::closedir(folder); }
   };
   Mutex mutex_;
-  std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);  // null: it cannot be read
+  // /proc/self/fd, opened at the start; null: it cannot be read.
+  std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::daemon

@@ -32,7 +32,7 @@ std::unique_ptr<outputs::Output> MakeWeb(const OutputLinks& links) {
     api.configuration = [reloader = links.reloader] { return reloader->ConfigurationText(); };
   }
   outputs::DescriptorNeeds needs = links.needs(links.config);
-  needs.viewers = web::WebOutput::kDescriptors;  // a reload may add the page
+  needs.viewers = web::WebOutput::kDescriptors;
   const std::size_t limit = RaiseDescriptorLimit(needs.all());
   return std::make_unique<web::WebOutput>(std::move(api),
                                           web::Limits::Of(ViewerShare(needs, limit)));
@@ -113,7 +113,7 @@ std::unique_ptr<outputs::Output> MakeDds(const OutputLinks& links) {
 
 OutputRows AllOutputs() {
   return {
-      {&MakeControl},  // its few descriptors are counted with those of the gateway
+      {&MakeControl},  // counted with those of the gateway
       {&MakeWeb, &web::WebOutput::Descriptors},
       {&MakeModbus, &modbus::ModbusOutput::Descriptors},
       {&MakeDds, &dds::DdsOutput::Descriptors, &dds::DdsOutput::Consumer},

@@ -1,5 +1,5 @@
-// The outputs of this gateway. AllOutputs is the list that names them, one row each; everything
-// else in this folder knows them only as Output (gateway/outputs/output.h).
+// `AllOutputs` lists the outputs of this gateway, one row each. All other code in this folder uses
+// outputs only through the interface Output (gateway/outputs/output.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,34 +31,34 @@ namespace baudgate::daemon {
 
 class Reloader;
 
-/// What an output may be joined with. All of it outlives the output.
+/// The parts of the gateway that an output may use. They outlive the output.
 struct OutputLinks {
-  const config::Config& config;  ///< of the start
+  const config::Config& config;  ///< the configuration of the start
   const config::Catalog& catalog;
   bus::PointStore& store;
   lines::Lines& lines;
   lines::LineControl& control;
-  bus::CommandSink& commands;  ///< that writes go to
+  bus::CommandSink& commands;  ///< receives writes
   records::Records& records;
-  Reloader* reloader;               ///< null: nothing is reloaded
-  const status::GatewayInfo& info;  ///< to be copied
-  /// Of the whole gateway.
+  Reloader* reloader;               ///< null: the gateway cannot be reloaded
+  const status::GatewayInfo& info;  ///< the output must copy the information
+  /// Returns the descriptors that the whole gateway needs.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> needs;
 };
 
 struct OutputRow {
   std::function<std::unique_ptr<outputs::Output>(const OutputLinks& links)> make;
-  /// Empty: no more than a few.
+  /// Empty: only a few descriptors.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> descriptors{};
-  /// Its name in the file of the events that outputs have got (events::CursorBook), if it keeps its
-  /// place there.
+  /// Returns the name under which the output stores how far it has read the events
+  /// (events::CursorBook); empty: it stores nothing.
   std::function<std::string(const config::Config& config)> consumer{};
 };
 using OutputRows = std::vector<OutputRow>;
 
-/// They stop in this order: first those through which people and clients write. Modbus stands
-/// before DDS, because its port is the one that is taken when a gateway is started twice: the
-/// second gateway must not publish, and then end, the points of the first.
+/// The outputs start and stop in this order: those through which people and clients write come
+/// first. Modbus comes before DDS, because its port is in use if a gateway is started twice: the
+/// second gateway must fail before it publishes the points of the first and then ends them.
 OutputRows AllOutputs();
 
 }  // namespace baudgate::daemon

@@ -86,8 +86,8 @@ namespace {
 
 using log::Level;
 
-constexpr int kBadFile = 2;   // nothing of it is applied
-constexpr int kCanNotBe = 4;  // a disk fails, or a port is somebody else's
+constexpr int kBadFile = 2;   // nothing of the file is applied
+constexpr int kCanNotBe = 4;  // a disk fails, or another program uses a port
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
   control::ReloadAnswer answer;
@@ -119,7 +119,7 @@ std::string Joined(const std::vector<std::string>& sentences, const char* betwee
   return all;
 }
 
-/// The end of a sentence: parts that were applied and do not work yet.
+/// Returns the end of a sentence: parts that were applied and do not work yet.
 std::string NotYet(const std::vector<std::string>& missing) {
   return missing.empty() ? std::string() : "; not working yet: " + Joined(missing);
 }
@@ -224,7 +224,7 @@ control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::s
   return difference.empty() ? Unchanged(ask, text) : Apply(ask, text, std::move(next), difference);
 }
 
-/// The text may differ nevertheless. What is on trial stays on trial.
+/// Handles a file that changes nothing, although its text may differ. A running trial continues.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
   const reload::Applied applied = *trial_.applied();
   const Duration trial = trial_.running() ? TimeFor(ask, *applied.config) : Duration::zero();
@@ -248,7 +248,7 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     log::Act(Level::error, "reload: {}", troubles);
     return Failed(kCanNotBe, troubles);
   }
-  // Before it is applied: whatever ends the gateway then, the next start knows.
+  // Stored first, so that the next start finds the texts even if applying ends the gateway.
   const Status kept = copies_.Keep(trial_.ToKeepWith(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
@@ -265,7 +265,6 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
   return Done(ask, difference, not_yet + NotKept(kept));
 }
 
-/// What has been done, in the log and as an answer.
 control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
                                      const reload::Difference& difference, const std::string& but) {
   control::ReloadAnswer answer;
@@ -279,12 +278,12 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
   return answer;
 }
 
-/// Zero: it is for good.
+/// Zero: `next` is confirmed at once.
 Duration Reloader::TimeFor(const control::ReloadAsk& ask, const config::Config& next) const {
   return trial_.TimeFor(next, ask.confirm, ReadClocks().instant);
 }
 
-/// Begins a trial of what runs now; zero ends the one before and confirms what runs.
+/// Starts a trial of the applied text; zero ends the running trial and confirms the applied text.
 void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   trial_.Begin(time, before, ReadClocks().instant);
   FollowTrial();
@@ -299,7 +298,7 @@ void Reloader::FollowTrial() {
   display_.SetTrial(trial_.until());
 }
 
-/// Behind a sentence.
+/// Returns "; to be confirmed within 60s", or an empty text.
 std::string Reloader::OnTrial() const {
   if (!trial_.running()) return {};
   return "; confirm it within " + FormatDuration(trial_.Left(ReadClocks().instant)) +
@@ -348,7 +347,7 @@ void Reloader::WatchFiles() {
   });
 }
 
-/// What was taken back has a sentence of its own.
+/// A text that was taken back has another sentence in the status.
 void Reloader::OnFile(const Result<std::string>& text) {
   std::string note;
   if (!text) {
@@ -361,7 +360,8 @@ void Reloader::OnFile(const Result<std::string>& text) {
   display_.Change([&](status::ReloadState& state) { state.file_changed = note; });
 }
 
-/// The file stays as it is: it is the user's, and may not be ours to write.
+/// Applies the confirmed configuration again. The file is not written, because it belongs to the
+/// user.
 void Reloader::TakeBack(const std::string& why) {
   options_.notify(fmt::format("RELOADING=1\nMONOTONIC_USEC={}\nSTATUS=takes back {}",
                               ReadClocks().instant.time_since_epoch() / 1us, options_.file));
@@ -374,7 +374,7 @@ void Reloader::TakeBack(const std::string& why) {
   trial_.TakeBack(why);
   ShowApplied();
   FollowTrial();
-  // A start before this is written finds the trial, and goes back as well.
+  // If the gateway ends before this write, the next start finds the trial and takes it back, too.
   const Status kept = copies_.Keep(trial_.ToKeep());
   if (!kept) log::Warn("the configuration cannot be saved: {}", kept.error());
   LogChanges(difference);

@@ -1,8 +1,9 @@
-// Applies a changed configuration file while the gateway runs, on request (SIGHUP, `baudgate
-// reload`); an edit alone is only shown in the status. Reads the file, says what it changes, has it
-// applied, keeps a copy, and takes it back if it is not confirmed. On a thread of its own; lines,
-// outputs and the watchdog do not wait for it, and it does not wait for a disk. ReloadDisplay shows
-// the configuration that runs, ConfigFile reads the user's file, and ConfigCopies keeps copies.
+// `Reloader` applies a changed configuration file while the gateway runs, on request (SIGHUP,
+// `baudgate reload`); a mere edit is only shown in the status. It reads the file, reports the
+// changes, has them applied, stores a copy, and takes them back if they are not confirmed. It runs
+// on a separate thread: lines, outputs and the watchdog do not wait for it, and it does not wait
+// long for a disk. `ReloadDisplay` shows the current configuration, `ConfigFile` reads the user's
+// file, and `ConfigCopies` stores copies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,43 +29,42 @@
 
 namespace baudgate::daemon {
 
-// How a gateway that was started from a file reads that file again. Provided by the program that
-// starts it.
-
-/// A text as a configuration, or why it is invalid.
+/// The configuration of a text, or why the text is invalid.
 struct LoadedText {
   std::optional<config::Config> config;
-  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if there is a configuration
+  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if `config` has a value
 };
 
 struct ReloadOptions {
   std::string file;
-  std::function<Result<std::string>()> read;                ///< the file, as it is now
-  std::function<LoadedText(const std::string& text)> load;  ///< paths in it are the file's
-  std::function<void(const std::string& state)> notify;     ///< as sd_notify
-  std::function<std::string()> summary;                     ///< what runs, for READY=1
-  /// A text without its secrets; empty: they cannot be found.
+  std::function<Result<std::string>()> read;  ///< reads the current text of the file
+  /// Paths in the text are relative to the file.
+  std::function<LoadedText(const std::string& text)> load;
+  /// Sends a state to systemd, as sd_notify does.
+  std::function<void(const std::string& state)> notify;
+  std::function<std::string()> summary;  ///< describes what runs, for READY=1
+  /// Returns a text without its secrets, or an error if they cannot be found.
   std::function<Result<std::string>(const std::string& text)> masked{};
-  std::string text_at_start;                ///< the text that runs
+  std::string text_at_start;
   std::optional<reload::Refused> refused;   ///< the text of the file, if it was taken back
-  std::optional<reload::KeptConfigs> kept;  ///< empty: there is no folder
+  std::optional<reload::KeptConfigs> kept;  ///< empty: there is no state folder
   Duration disk_patience = 5s;              ///< how long an answer waits for a file
 };
 
-// The configuration that runs, as outputs show it: its state, its text, and the end of its trial.
-// Written by the reloader's thread, read by any thread.
+// The current configuration as outputs show it: its state, its text, and the end of its trial. The
+// reloader's thread writes it; any thread may read it.
 class ReloadDisplay {
  public:
   void Change(const std::function<void(status::ReloadState&)>& change) {
     const MutexLock lock(mutex_);
     change(state_);
   }
-  /// The text that runs from now on, with its secrets.
+  /// Sets the text that runs from now on, with its secrets.
   void SetText(std::shared_ptr<const std::string> text) {
     const MutexLock lock(mutex_);
     text_ = std::move(text);
   }
-  /// The configuration of the file runs, on trial until then; empty: for good.
+  /// Notes that the configuration of the file runs, on trial until `until`; empty: permanently.
   void SetTrial(std::optional<Instant> until) {
     const MutexLock lock(mutex_);
     state_.not_the_file.clear();
@@ -78,7 +78,7 @@ class ReloadDisplay {
     if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
     return state;
   }
-  /// Null before the start.
+  /// Null before Start.
   std::shared_ptr<const std::string> text() const {
     const MutexLock lock(mutex_);
     return text_;
@@ -88,24 +88,23 @@ class ReloadDisplay {
   mutable Mutex mutex_;
   status::ReloadState state_ BAUDGATE_GUARDED_BY(mutex_);
   std::shared_ptr<const std::string> text_ BAUDGATE_GUARDED_BY(mutex_);
-  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);  // of the trial
+  std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// The configuration file of the user, which is only read. No caller waits long for its disk.
-
-/// All is called on one thread, or while it does not run: that of `loop`.
+/// The configuration file of the user, which is never written. No caller waits longer than
+/// `patience`. All calls must come from the thread of `loop`, or while it does not run.
 class ConfigFile {
  public:
   using Text = Result<std::string>;
 
-  /// `read`: on a thread of its own.
+  /// `read` is called on a separate thread.
   ConfigFile(asio::io_context& loop, std::function<Text()> read, Duration patience)
       : loop_(loop), read_(std::move(read)), calls_("configuration", patience) {}
 
   Text Read();
-  /// `seen` gets the text, later or at once.
+  /// `seen` gets the text later on the loop, or an error at once.
   void Look(std::function<void(const Text& text)> seen);
-  /// As long as the disk takes. Idempotent.
+  /// Waits as long as the disk takes. Idempotent.
   void Stop() { calls_.Stop(); }
 
  private:
@@ -114,29 +113,27 @@ class ConfigFile {
   records::DiskCalls calls_;
 };
 
-// The copies of the configuration in the state folder, as the next start needs them. No caller
-// waits long for the disk: a write that comes too late is corrected at the next look.
-
-/// All is called on one thread, or while it does not run: that of `loop`.
+/// The copies of the configuration in the state folder, as the next start needs them. No caller
+/// waits longer than `patience`; the next Look corrects a write that came too late. All calls must
+/// come from the thread of `loop`, or while it does not run.
 class ConfigCopies {
  public:
-  /// `kept` empty: there is no folder. `open_folder` makes and locks it.
+  /// `kept` empty: there is no folder. `open_folder` creates and locks the folder.
   ConfigCopies(asio::io_context& loop, std::optional<reload::KeptConfigs> kept, Duration patience,
                std::function<Status()> open_folder);
 
-  /// Something was kept before.
   bool found() const { return kept_ && !kept_->empty(); }
-  /// Empty: there is none.
+  /// Empty: there is no folder.
   std::string folder() const { return kept_ ? kept_->folder().string() : std::string(); }
 
-  /// Opens the folder if that was not done yet, and writes `texts`.
+  /// Opens the folder if needed, and writes `texts`.
   Status Keep(const reload::KeptTexts& texts);
   /// Writes the copies that differ from `texts`, if the folder is open: a copy may have been
-  /// removed or changed, or a full disk may have room again. `seen` gets why they cannot be
-  /// written, later or at once; empty: they are up to date.
+  /// removed or changed, or a full disk may have room again. `seen` gets the reason on the loop, or
+  /// at once, if they cannot be written; empty: they are up to date.
   void Look(const reload::KeptTexts& texts,
             std::function<void(std::optional<std::string> trouble)> seen);
-  /// As long as the disk takes. Idempotent.
+  /// Waits as long as the disk takes. Idempotent.
   void Stop() { calls_.Stop(); }
 
  private:
@@ -146,47 +143,50 @@ class ConfigCopies {
   asio::io_context& loop_;
   const std::optional<reload::KeptConfigs> kept_;
   const std::function<Status()> open_folder_;
-  bool open_ = false;                   // the folder is ours
-  std::optional<std::string> trouble_;  // as it was said last
+  bool open_ = false;  // this process has opened and locked the folder
+  std::optional<std::string> trouble_;
   records::DiskCalls calls_;
 };
 
 class Reloader final : public control::ReloadService {
  public:
-  /// A configuration before it is applied. If it is dropped without `apply`, nothing has changed.
+  /// A configuration before it is applied. If it is destroyed without a call of `apply`, nothing
+  /// has changed.
   struct Prepared {
-    /// What cannot be opened: "listener 0.0.0.0:502: address already in use; …".
+    /// The ports and files that cannot be opened: "listener 0.0.0.0:502: address already in use;
+    /// …".
     std::vector<std::string> troubles;
-    /// Applies the rest anyway, and the missing part as soon as it can; returns what is missing.
+    /// Applies the configuration even if a part fails; such a part follows as soon as it can.
+    /// Returns the failed parts.
     std::function<std::vector<std::string>()> apply;
   };
-  /// How it is done; on the reloader's thread.
+  /// Functions of the gateway that the reloader calls on its thread.
   struct Links {
     std::function<std::shared_ptr<const config::Config>()> running;
-    /// Whether the gateway keeps anything. Else the state folder is made at the first reload.
+    /// Returns whether the gateway stores anything. If not, the state folder is created at the
+    /// first reload.
     std::function<bool()> keeps;
     std::function<Status()> open_folder;
-    /// Adds what only a restart can change.
+    /// Adds changes that need a restart.
     std::function<void(const config::Config& next, reload::Difference& difference)> examine;
-    /// Opens what is new.
+    /// Opens ports and files that are new.
     std::function<Prepared(config::Config next, const reload::Difference& difference)> prepare;
     std::function<reload::Healths()> healths;
-    /// An event of the gateway's own.
     std::function<void(bool taken_back, const std::string& text)> tell;
   };
   Reloader(ReloadOptions options, Links links);
   ~Reloader() override { Stop(); }
 
-  /// Keeps what runs.
+  /// Also stores a copy of the current configuration.
   void Start();
-  /// Ends what is under way; nothing is answered after it. Idempotent.
+  /// Ends the current work; no request is answered afterwards. Idempotent.
   void Stop();
 
-  // From any thread.
+  // Thread-safe.
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
   void Confirm(const std::string& by, Answered answered) override;
   status::ReloadState state() const { return display_.StateAt(ReadClocks()); }
-  /// The text that runs, without its secrets.
+  /// Returns the text that runs, without its secrets.
   Result<std::string> ConfigurationText() const;
 
  private:

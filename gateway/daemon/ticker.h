@@ -1,6 +1,6 @@
-// Gives the time a few times a second to parts without a thread of their own: the point store,
-// which tells its feeds of every value that has grown old, the correction of clocks, and the
-// records. Runs on a loop that never blocks.
+// `Ticker` gives the time, five times a second, to parts that have no thread: the point store,
+// which reports values that have become too old, the correction of clocks, and the records. It runs
+// on a loop that never blocks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,10 +14,11 @@
 
 namespace baudgate::daemon {
 
-/// All on the loop's thread, but Start before it runs. The loop stops before this goes.
+/// All calls must come from the loop's thread, except Start before it runs. The loop must stop
+/// first.
 class Ticker {
  public:
-  /// A change from good to uncertain is reported at most this late.
+  /// A value that becomes uncertain by its age is reported at most this late.
   static constexpr Duration kInterval = 200ms;
 
   Ticker(asio::io_context& io, std::function<void(Instant now)> tick)

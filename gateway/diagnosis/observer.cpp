@@ -21,14 +21,15 @@ std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster, bus::Point
   return std::make_unique<Observer>(roster, store);
 }
 
-// ---------------------------------------------------------------- the status
+// ---------------------------------------------------------------- status
 
 void Observer::OnExchange(const bus::EndedExchange& ended, Now now) {
   const bus::Member& member = *ended.member;
   Finding finding = TakeFinding(ended.end.outcome);
   Complete(ended, finding);
   last_[member] = {finding.symptom, finding.asked};
-  // The part that has ended the connection may have reported why.
+  // An exchange that was cut off by the end of the connection counts if bytes came: these may
+  // contain the reason.
   const bool counts = !ended.broadcast && (!ended.cut_off() || finding.bytes > 0);
   if (!counts || member.device == nullptr) return;
   store_.UpdateStatus(member.index, [&](bus::DeviceStatus& status) {
@@ -36,8 +37,8 @@ void Observer::OnExchange(const bus::EndedExchange& ended, Now now) {
   });
 }
 
-/// Adds to `finding` what the bytes do not show: the words of the device, and that its reply was
-/// not taken.
+/// Adds to `finding` what the bytes do not show: the reason that the device gave, and whether the
+/// bus rejected the reply.
 void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
   const bus::ExchangeEnd& end = ended.end;
   const protocols::Answer& answer = *ended.answer;
@@ -46,7 +47,8 @@ void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
   const bool refuses = ended.answered() && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;
   finding.ended = end.ended;
-  // The form of the reply to an earlier request; but the order of replies is proven.
+  // The reply has the form of a reply to the request before, but the bus has proven that replies
+  // come in order. So the reply belongs to this request, and its content does not fit.
   const bool proven = ended.verdict.odd && finding.symptom == Symptom::one_behind;
   if (proven) finding.symptom = Symptom::odd;
   if (refuses || (unproven != nullptr && !unproven->refusal.empty())) {
@@ -64,7 +66,7 @@ void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
     finding.symptom = Symptom::no_number;
     finding.cause = Printable(ToBytes(*answer.no_number));
   } else if (finding.symptom == Symptom::odd) {
-    // Without a reason: the reply was good, and an earlier exchange has met it.
+    // If there is no reason, the reply is good and was attributed to an earlier exchange.
     if (reason.empty()) finding.symptom = Symptom::silence;
     finding.cause = reason;
     finding.remedy = answer.remedy;
@@ -84,7 +86,8 @@ void Observer::OnPoll(const bus::Device& device, std::size_t query) {
   });
 }
 
-/// An exchange of the member, `back` before its last, looks different now.
+/// Changes the finding of an earlier exchange of the member. `back`: 0 for its last exchange, 1 for
+/// the one before.
 void Observer::Amend(const bus::Member& member, const Finding& finding, std::size_t back) {
   if (back == 0) last_[member].symptom = finding.symptom;
   if (member.device == nullptr) return;
@@ -115,7 +118,7 @@ void Observer::OnUnasked(const bus::Device& device, Outcome outcome, const std::
   });
 }
 
-// ---------------------------------------------------------------- what came
+// ---------------------------------------------------------------- received bytes
 
 bool Observer::IsNegotiation(View bytes) const { return IsTelnet(bytes); }
 
@@ -124,7 +127,7 @@ void Observer::OnRequest(const bus::Member& member, const protocols::Request& re
   for (const EarlierFinding& changed : TakeChanged()) {
     Amend(*changed.member, changed.finding, changed.back);
   }
-  Bytes unanswered;  // what came to its last request
+  Bytes unanswered;  // bytes that came in answer to the member's previous request
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
   exchange_.Begin(member, request, member.times, now);
   earlier_.OnBegin(exchange_, std::move(unanswered));
@@ -158,11 +161,11 @@ void Observer::OnAnswered() {
   negotiated_ = IsTelnet(greeting_.OnAnswered(exchange_.heard())) && roster_.is_network();
 }
 
-/// The same came to other requests before.
+/// Changes the finding to same_again if the same bytes came in answer to other requests before.
 Finding Observer::LookAgain(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool right = IsAnswered(finding.symptom);
-  // A Modbus TCP reply says by its number that it is another one's.
+  // A Modbus TCP reply has a transaction number, so its finding is proven already.
   const bool told = exchange_.member()->protocol->tcp && !finding.remedy.empty();
   const bool same = habits_.NoteSame(exchange_, exchange_.outcome() == Outcome::ok);
   if (!same || right || told) return finding;
@@ -172,7 +175,7 @@ Finding Observer::LookAgain(Finding finding) {
           .cause = text ? Quote(heard) : std::string()};
 }
 
-/// A greeting of the connection may say why no device answers.
+/// Replaces the finding by one about the greeting, if a greeting explains why no device answers.
 Finding Observer::Greet(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool speaks =
@@ -190,7 +193,8 @@ std::vector<EarlierFinding> Observer::TakeChanged() {
   return changed;
 }
 
-/// More has come after the end of the exchange. Empty: it looks as before.
+/// Bytes may have come after the end of the exchange. Returns nothing if the symptom has not
+/// changed.
 std::optional<Finding> Observer::More() {
   if (!exchange_.TakeMore()) return std::nullopt;
   Finding finding = Look();
@@ -240,11 +244,11 @@ Finding Observer::Look() {
 namespace {
 
 constexpr std::size_t kMostUnasked = 256;
-/// Messages that are further apart are two.
+/// A longer pause separates two messages.
 constexpr Duration kLongestPause = 2s;
 
-/// With seven data bits and a parity each character has the same one; without it the eighth bit is
-/// always 1.
+/// True if the eighth bit looks like a parity bit: nearly all characters have the same parity, or
+/// the bit is always 1 (mark).
 bool HasParity(View heard) {
   const auto even =
       std::ranges::count_if(heard, [](auto byte) { return std::popcount(byte) % 2 == 0; });
@@ -277,8 +281,8 @@ Finding Overheard::OnDamaged() {
   return Look();
 }
 
-/// With what came before the pause it is a whole message. Between two messages the silence is
-/// longer.
+/// True if heard_ is the rest of torn_: together they are a whole message, and the pause between
+/// them is shorter than the silence before the message.
 bool Overheard::IsRest() const {
   if (torn_.empty() || pause_ > kLongestPause || 5 * pause_ > 4 * before_) return false;
   const Hearing hearing{

@@ -1,16 +1,18 @@
-// Watches a line for the status: keeps what comes between one request and the next, and writes into
-// the status of the device what the exchange looked like, also when more has come after its end.
-// Overheard does the same for the device that sends unasked. Start here to read the diagnosis:
-// findings are counted in gateway/bus/points/findings.h, and gateway/diagnosis/causes/diagnose.h
-// makes sentences of them. Decides nothing on the bus, which calls it as `LineObserver`; which
-// replies count is decided in gateway/bus/replies/whose_reply.h. Bounded memory. The parts of
-// Observer have a question each:
+// `Observer` watches one line for `baudgate status`. The bus calls it as a `LineObserver`; it
+// decides nothing on the bus. It collects the bytes between two requests and writes into the status
+// of the device what the exchange looked like; if more bytes come after the end of an exchange, it
+// corrects the entry. `Overheard` does the same for a device that sends unasked. Memory is bounded.
+// Start here to read the diagnosis: gateway/bus/points/findings.h counts the findings, and
+// gateway/diagnosis/causes/diagnose.h makes sentences of the counts.
+// gateway/bus/replies/whose_reply.h decides which replies count. Each part of Observer answers one
+// question:
 //
-//   HeardExchange    what came in this exchange?
-//   ServerGreeting   what did the connection say before the first request?
-//   EarlierReplies   whose earlier reply was that? (gateway/diagnosis/damage/earlier_replies.h)
+//   HeardExchange    which bytes came in this exchange?
+//   ServerGreeting   which text did the server send before the first request?
+//   EarlierReplies   do these bytes belong to an earlier request?
+//                    (gateway/diagnosis/damage/earlier_replies.h)
 //   ReplyHabits      what do the replies of this device look like in general?
-//                    (gateway/diagnosis/damage/reply_habits.h, which has HeardExchange, too)
+//                    (gateway/diagnosis/damage/reply_habits.h, which also contains HeardExchange)
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -37,12 +39,13 @@
 
 namespace baudgate::diagnosis {
 
-// Keeps what a connection says before anything is asked: another service, a word of a server that
-// is in use, or Telnet. The greeting explains why no device answers, until one does.
+// ServerGreeting stores the bytes that come on a connection before the first request: the text of
+// another service, a message that the server is in use, or Telnet. Until a device answers, the
+// greeting explains why no device does.
 //
-//   opened, "Login: ", a request, silence     the greeting explains it
-//   opened, a request, "Login: "              the same: a server's words may meet the first request
-//   opened, "Login: ", a request, its reply   forgotten: it has kept nobody from answering
+//   opened, "Login: ", a request, silence     the greeting explains the silence
+//   opened, a request, "Login: "              as above: the greeting may arrive after the request
+//   opened, "Login: ", a request, its reply   the greeting is dropped: the device answers
 //
 class ServerGreeting {
  public:
@@ -50,25 +53,26 @@ class ServerGreeting {
     first_ = true;
     text_.clear();
   }
-  /// Bytes have come before the first request.
+  /// Stores bytes that came before the first request.
   void Keep(View bytes) {
     Append(text_, bytes.first(std::min(bytes.size(), kMost - text_.size())));
   }
-  /// A device has answered. Returns what the connection had said until then; `heard`: with the
-  /// reply.
+  /// Call this when a device has answered. Returns the stored greeting and clears it. If there is
+  /// no greeting and this was the first exchange, returns `heard`: all bytes of the exchange,
+  /// including the reply.
   Bytes OnAnswered(View heard) {
     Bytes said = std::exchange(text_, {});
     if (said.empty() && first_) said.assign(heard.begin(), heard.end());
     return said;
   }
-  /// An exchange has ended, whether answered or not. `speaks`: what was heard in it are words, or
-  /// another service.
+  /// Call this at the end of every exchange, answered or not. `speaks`: the bytes in `heard` are
+  /// text for people, or come from another service.
   void NoteExchange(View heard, bool speaks) {
     const bool first = std::exchange(first_, false);
     if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
   }
 
-  /// Empty: it has said nothing, or a device has answered since.
+  /// Empty: no greeting came, or a device has answered since.
   const Bytes& text() const { return text_; }
 
  private:
@@ -78,21 +82,22 @@ class ServerGreeting {
   bool first_ = true;  // no exchange has ended since the port was opened
 };
 
-// Bytes of a device that sends unasked which its conversation could not read: what they looked like
-// (gateway/diagnosis/damage/examine.h). Bounded memory.
+// Overheard collects the bytes of a device that sends unasked and finds out what unreadable
+// messages looked like (gateway/diagnosis/damage/examine.h). Memory is bounded.
 //
-//   Hear(bytes)    at any time; returns what the bytes before looked like, if these begin new ones
-//   OnDamaged()    what they look like so far
+//   Hear(bytes)    for all bytes; returns a finding if a new message begins after a damaged one
+//   OnDamaged()    the conversation could not read the message: returns a finding so far
 //
 class Overheard {
  public:
-  /// Both outlive it.
+  /// The references must stay valid for the lifetime of this object.
   Overheard(const bus::Device& device, const bus::Roster& roster);
 
-  /// Empty: what came before was read, or looks as reported already.
+  /// If `bytes` begin a new message and the message before was damaged, returns what that message
+  /// looked like in full. Otherwise returns nothing.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
-  /// The next message could be read, so it is not the rest of the damaged one.
+  /// The conversation has read a message, so the next bytes are not the rest of a damaged message.
   void OnRead() { damaged_ = false; }
 
  private:
@@ -102,17 +107,17 @@ class Overheard {
   const bus::Device& device_;
   const bus::Roster& roster_;
   const protocols::Expectation expect_;
-  Bytes heard_;  // since the last silence
-  Bytes torn_;   // before the last silence, if they were damaged
+  Bytes heard_;  // bytes since the last silence
+  Bytes torn_;   // the message before the last silence, if it was damaged
   Instant last_{};
-  Duration pause_{};   // between these two
-  Duration before_{};  // the silence before both
+  Duration pause_{};   // silence between torn_ and heard_
+  Duration before_{};  // silence before torn_
   bool damaged_ = false;
 };
 
 class Observer : public bus::LineObserver {
  public:
-  /// Both must stay valid for the lifetime of this object.
+  /// The references must stay valid for the lifetime of this object.
   Observer(const bus::Roster& roster, bus::PointStore& store);
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
@@ -134,17 +139,16 @@ class Observer : public bus::LineObserver {
   void OnUnasked(const bus::Device& device, Outcome outcome, const std::string& reason,
                  const std::string& remedy, Duration rest, Instant now) override;
 
-  // The two halves of OnExchange and OnRequest, without the status; for tests.
-  /// How the exchange looked on the wire.
+  // OnExchange and OnRequest without the update of the status; for tests.
+  /// Ends the exchange and returns what it looked like on the wire.
   Finding TakeFinding(Outcome outcome);
-  /// Exchanges that look different now, because more has come since they were looked at; each once.
+  /// Returns the exchanges whose finding has changed because more bytes came later; each once.
   std::vector<EarlierFinding> TakeChanged();
 
  private:
-  /// Of the last exchange of a member.
   struct Last {
     Symptom symptom = Symptom::clean;
-    std::uint8_t asked = 0;  // the special bytes of its request
+    std::uint8_t asked = 0;  // which of kSpecialBytes the request had, one bit each
   };
 
   static void Complete(const bus::EndedExchange& ended, Finding& finding);
@@ -158,16 +162,16 @@ class Observer : public bus::LineObserver {
   const bus::Roster& roster_;
   bus::PointStore& store_;
   bus::ByMember<Last> last_;
-  HeardExchange exchange_;  // the last one
+  HeardExchange exchange_;  // the current exchange, or the last one
   ServerGreeting greeting_;
   ReplyHabits habits_;
   EarlierReplies earlier_{habits_};
   Symptom told_ = Symptom::clean;
   bool negotiated_ = false;
-  std::optional<Overheard> overheard_;  // of the first device that sends unasked
+  std::optional<Overheard> overheard_;  // for the first device that sends unasked
 };
 
-/// For Poller.
+/// Makes the observer of a line, for Poller. The references must outlive the observer.
 std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster, bus::PointStore& store);
 
 }  // namespace baudgate::diagnosis

@@ -1,7 +1,7 @@
-// What may be done to lines while they run: lend a port, take a device out of use, look at the
-// bytes. Implemented by gateway/lines/lines.h, used by gateway/outputs/control (the local
-// socket). All calls are thread-safe. Lines are numbered as in the configuration, devices as in the
-// point store.
+// `LineControl` acts on lines while they run: lends a port, takes a device out of use, watches the
+// bytes. gateway/lines/lines.h implements it; gateway/outputs/control (the local socket) uses it.
+// All calls are thread-safe. Lines are numbered as in the configuration, devices as in the point
+// store.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,33 +22,33 @@ struct Protocol;
 
 namespace baudgate::lines {
 
-// What a line's status says of its port between the start and the first attempt to open it.
+// The port text in the status of a line between the start and the first attempt to open the port.
 
 inline constexpr std::string_view kNotOpenedYet = "not opened yet";
 
 class LineControl {
  public:
   virtual ~LineControl() = default;
-  /// Closes the port for another program, and opens it again after `time`; a second call starts the
-  /// time again. Meanwhile the line's points are out of service.
+  /// Closes the port for another program, and opens it again after `time`; a second call restarts
+  /// the time. Meanwhile the points of the line are out of service.
   virtual void Release(std::uint32_t line, Duration time) = 0;
-  /// Lets network clients have the port, for `time`; a second call replaces the first. Points are
-  /// out of service while a client has the port.
+  /// Lets network clients use the port for `time`; a second call replaces the first. Points are out
+  /// of service while a client uses the port.
   virtual void Offer(std::uint32_t line, config::PortServer server, Duration time) = 0;
-  /// Ends a release, and what Offer has begun, at once.
   virtual void TakeBack(std::uint32_t line) = 0;
-  /// A device that is not in use is not polled, and its points are out of service. Not kept over a
-  /// restart; the configuration has `enabled: false` for that.
+  /// Takes a device into or out of use. A device out of use is not polled, and its points are out
+  /// of service. A restart forgets this; `enabled: false` in the configuration lasts.
   virtual void SetInUse(std::uint32_t device, bool in_use) = 0;
-  /// Null: it is not installed.
+  /// Returns null if the protocol is not installed.
   virtual const protocols::Protocol* FindProtocol(const std::string& /*name*/) const {
     return nullptr;
   }
-  /// Records of the line from now on, until the queue is given back. `wake` is called from the
-  /// line's thread when the empty queue gets its first record; it must not block.
+  /// Returns a queue that receives all records of the line from now on, until the caller drops the
+  /// queue. The line's thread calls `wake` when the empty queue gets its first record; `wake` must
+  /// not block.
   virtual std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
                                                      std::function<void()> wake) = 0;
-  /// What the flight recorder holds of the line, oldest first.
+  /// Returns the records in the flight recorder of the line, oldest first.
   virtual std::vector<records::TraceRecord> Recorded(std::uint32_t line) = 0;
 };
 

@@ -10,7 +10,7 @@
 namespace baudgate::lines {
 namespace {
 
-/// Each look is a call into the driver.
+/// Each check calls into the driver.
 constexpr Duration kLookEvery = 1s;
 
 }  // namespace
@@ -78,16 +78,17 @@ void SettingsWatch::CheckSettings(Now now) {
 
 namespace {
 
-/// A server that takes so many requests passes them on.
+/// A server that leaves at least this many requests unanswered has passed them on to the line.
 constexpr int kPassedOn = 2;
 
-/// One step each: to the end of the exchange, of the silence behind it, and of what waits.
+/// Runs due timers, one step each: the end of the exchange, the end of the silence behind it, the
+/// next request.
 void CatchUp(auto& part, Now now) {
   constexpr int kMostSteps = 100;
   for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
 }
 
-/// What to look at where a connection has ended before it had worked.
+/// Returns what the user should check if a connection ended before it had worked.
 std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
@@ -150,7 +151,7 @@ void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopp
 
 // ---------------------------------------------------------------- the connection
 
-/// And nothing opens it again.
+/// Also stops the retries, so that nothing opens the port again.
 void LinePort::ClosePort() {
   proof_.OnClosed();
   settings_.OnClosed();
@@ -175,8 +176,8 @@ void LinePort::OnOpened(Now now) {
   poller_.OnOpened(now, transport_.KeepsBitRate());
 }
 
-/// The request that waits for this connection is not sent if its exchange has ended meanwhile (the
-/// program may have been stopped), or if it may not be sent any more.
+/// Drops the request that waited for this connection if its exchange has ended meanwhile (the
+/// program may have been suspended), or if the request is too late to be sent.
 void LinePort::DropLate() {
   CatchUp(telegrams_, now_);
   CatchUp(poller_, now_);
@@ -196,7 +197,7 @@ void LinePort::OnOpenFailed(const std::string& reason, transports::NoConnection 
     display_.CountLoss(now);
     return Lost(reason);
   }
-  // The time of the loan is over, but the port is not ours yet.
+  // The loan is over, but the port could not be opened again.
   if (std::exchange(out_of_service_, false)) poller_.OnClosed(now);
   display_.OnDown(reason, {.first = retries_.OnDown(reason)}, now_);
 }
@@ -211,7 +212,7 @@ void LinePort::OnEnded(const std::string& reason, bool unread, Now now) {
   now_ = now;
   const std::uint64_t answers = poller_.accounts().line.Answers();
   const bool several = line_.devices.size() > 1;
-  // While a client has the port, no request of the line opens it again.
+  // While a client uses the port, no request of the line would open it again.
   const bool lent = loan_.has_port();
   display_.CountEnd(
       {.worked = resting_.HasWorked(answers), .asked = resting_.asks(), .unread = unread}, now);
@@ -260,7 +261,7 @@ void LinePort::Release(Duration time, Now now) {
 void LinePort::EndRelease(Now now) {
   now_ = now;
   loan_.TakeBack(std::string(kTakenBack), now);
-  if (grace_.waits() && !stopping_) {  // it has not been lent yet
+  if (grace_.waits() && !stopping_) {  // the port has not been lent yet
     grace_.CallOff();
     display_.OnReleaseAsked({});
     poller_.CallOffWindUp(now);

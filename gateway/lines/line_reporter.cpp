@@ -21,7 +21,8 @@ void LineReporter::OnDeviceState(std::uint32_t device, bus::DeviceState from, bu
     const auto take = [&](const bus::DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
     };
-    if (device < bus::kFirstSlave) store_.Read(device, take);  // the store has no slaves of routes
+    // Slaves of routes are not in the store.
+    if (device < bus::kFirstSlave) store_.Read(device, take);
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
 }
@@ -51,7 +52,7 @@ void LineReporter::OnNews(bus::News news, Now at) {
     if (news.first && known) return;
   } else if (news.what != bus::News::What::replaced) {
     const bool is_new = lasting_.insert(key).second;
-    // The trouble of a wrong device may become another one.
+    // A further fault of a wrong device is reported, because its reason may differ.
     if (!is_new && news.what != bus::News::What::wrong_device) return;
   }
   events_->OnNews(line_, news, at);
@@ -59,7 +60,8 @@ void LineReporter::OnNews(bus::News news, Now at) {
 
 namespace {
 
-/// Connections that a limit of time ends differ by no more than this and a tenth.
+/// Connections have the same age if their ages differ by less than this plus a tenth: a time limit
+/// of the server ends them.
 constexpr Duration kSameAge = 500ms;
 
 }  // namespace

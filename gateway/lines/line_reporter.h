@@ -1,12 +1,14 @@
-// What one line reports: device states and warnings to the log, news and events to the event sink,
-// what conversations have learned to their memory. The beginning and the end of a lasting state are
-// reported once each; an end without a beginning is reported the first time only (News::first).
+// `LineReporter` reports what happens on one line: device states and warnings to the log, news and
+// events to the event sink, and what conversations have learned to their memory. The beginning and
+// the end of a lasting state are reported once each; an end without a beginning is reported the
+// first time only (News::first).
 //
 //   device online → offline           no_answer
 //   port lost, opened                 port_down, port_down over
-//   that device offline → online      no_answer over; of all others only the first (News::first)
+//   this device offline → online      no_answer over
+//   another device → online           no_answer over, the first time only (News::first)
 //
-// PortDisplay shows the port of the line.
+// `PortDisplay` shows the port of the line in log, status, trace and news.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,11 +29,11 @@
 
 namespace baudgate::lines {
 
-/// On the line's thread, but Retire.
+/// All functions must be called on the line's thread, except Retire.
 class LineReporter final : public bus::PollerListener {
  public:
-  /// All outlive it. `memory` null: what conversations learn ends with the program. `events` null:
-  /// nothing is kept.
+  /// The references and pointers must outlive this object. `memory` null: what conversations learn
+  /// is lost at the end of the program. `events` null: events are dropped.
   LineReporter(const config::Line& line, const bus::PointStore& store,
                const records::LineRecorder& recorder, records::DeviceMemory* memory,
                bus::EventSink* events)
@@ -55,12 +57,13 @@ class LineReporter final : public bus::PollerListener {
     if (events_ != nullptr) events_->OnRead(device, points, at);
   }
 
-  /// A reload has put another line in the place of this one, whose driver hangs: news from now on
-  /// would pass for that line's, which has the same name. From any thread.
+  /// Stops news. A reload calls it when another line of the same name has replaced this line, whose
+  /// driver hangs: news of this line would look like news of the new line. Thread-safe.
   void Retire() { retired_ = true; }
 
-  /// Events of the device are on the disk: those that OnEvents reported last (`reported`), or those
-  /// from before the start. Returns whether none of its events is unsaved.
+  /// Notes that events of the device are on the disk: those that OnEvents reported last
+  /// (`reported`), or those from before the start. Returns true if no event of the device is
+  /// unsaved.
   [[nodiscard]] bool TakeKept(std::uint32_t device, bool reported) {
     if (reported) unsaved_.erase(device);
     return !unsaved_.contains(device);
@@ -79,53 +82,51 @@ class LineReporter final : public bus::PollerListener {
   bus::EventSink* const events_;
   std::atomic<bool> retired_ = false;
   std::set<std::uint32_t> unsaved_;  // devices whose events are not on the disk yet
-  std::set<Key> lasting_;            // told, and not over
-  std::set<Key> over_;               // their end was told once
+  std::set<Key> lasting_;            // states whose beginning was reported, and whose end was not
+  std::set<Key> over_;               // states whose end was reported before
 };
 
-// What people see of a line's port: the log, the status, the trace and the news.
-
-/// A loan of the port, as people see it.
 struct ShownLoan {
   WallTime until{};
-  bool to_client = false;  ///< over the network; else by hand to another program
+  bool to_client = false;  ///< lent to a client over the network; else by hand to another program
 };
 
 class PortDisplay {
  public:
-  /// All outlive it.
+  /// The references must outlive this object.
   PortDisplay(bus::PointStore& store, const config::Line& line, records::LineRecorder& recorder,
               LineReporter& reporter);
 
-  /// `text`: what the port is and how it is set.
+  /// `text` describes the port and its settings.
   void OnOpened(const std::string& text, Now now);
   struct Down {
-    bool first = false;   ///< for this reason, since it worked
-    bool silent = false;  ///< closed here, because no device behind it has answered
+    bool first = false;  ///< the first failure for this reason since the port worked
+    /// Closed by this gateway, because no device behind the port has answered.
+    bool silent = false;
   };
   void OnDown(const std::string& reason, Down down, Now now);
-  /// By hand: the write under way ends first. The epoch: it was called off.
+  /// A user has asked for a release, which waits for the end of the current write. The epoch: the
+  /// release was called off.
   void OnReleaseAsked(WallTime until);
-  /// By hand, to another program.
+  /// The port was released by hand to another program.
   void OnReleased(const std::string& port, Duration time, Now now);
-  /// The loan is over. The port may have gone meanwhile, so it is not open yet.
+  /// The loan is over. The port is not open yet; it may have vanished meanwhile.
   void OnTakenBack(Now now);
   void CountLoss(Now now, bool takes_no_data = false);
-  /// The connection has proven that it works.
   void OnWorked() { worked_ = true; }
-  /// There is no connection; the first time behind one that has worked counts.
+  /// A connection could not be opened. Only the first failure after a connection that worked is
+  /// counted.
   void CountNoConnection(transports::NoConnection why, Now now);
   void OnConnected(Now now) { connected_ = now.instant; }
-  /// The server has ended a connection.
   struct End {
-    bool worked = false;  ///< something was answered over it
+    bool worked = false;  ///< the connection had carried an answer
     bool asked = false;   ///< a request was not answered yet
-    bool unread = false;  ///< nor read
+    bool unread = false;  ///< this request was not read either
   };
   void CountEnd(End end, Now now);
-  /// The server has ended a connection that was in use, which is no outage.
+  /// The server has ended a connection that was in use. This is no outage.
   void CountDrop(const std::string& reason, Now now);
-  /// It has ended one as it does again and again, which is no trouble.
+  /// The server has ended a connection as it does regularly. This is no fault.
   void CountRest();
 
   void Show(bus::LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});
@@ -137,13 +138,13 @@ class PortDisplay {
 
  private:
   bus::PointStore& store_;
-  const std::uint32_t line_;  // its number in the store
+  const std::uint32_t line_;
   const std::string name_;
   records::LineRecorder& recorder_;
   LineReporter& reporter_;
   std::string text_;
   Instant connected_{};
-  bool worked_ = false;  // the last connection, and no try has failed since
+  bool worked_ = false;  // the last connection worked, and no attempt has failed since
 };
 
 }  // namespace baudgate::lines

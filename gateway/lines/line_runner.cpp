@@ -149,8 +149,8 @@ void LineRunner::RequestStop(const std::string& why) {
       timer_.cancel();
       offer_end_.cancel();
       servers_.Stop(why);
-      // What was ready before, or is cancelled by this, stands before these two in the loop's
-      // queue.
+      // Handlers that were ready, or that this stop cancels, are in the loop's queue before these
+      // two posts, so none of them runs after the stop is reported.
       asio::post(io_, [this] { asio::post(io_, [stopped = stopped_] { stopped->set_value(); }); });
     });
   });
@@ -259,7 +259,8 @@ void LineRunner::OnEnded(const std::string& reason, bool unread) {
   Handle([&](LineParts& line, Now now) { line.port.OnEnded(reason, unread, now); });
 }
 
-/// A timer that ends early once costs less than one that is set again at every input.
+/// Moves the timer only to an earlier deadline, because a timer that ends too early costs less than
+/// setting it at every input.
 void LineRunner::Arm() {
   const auto deadline = line_.Deadline();
   if (!deadline || *deadline >= armed_) return;

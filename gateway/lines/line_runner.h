@@ -1,8 +1,8 @@
-// Runs one line for real on an event loop that it may share with other lines: joins a transport and
-// the clocks with the parts of the line, which hold the rules. On a shared loop
-// nothing here blocks; a local serial port, whose driver may, gets a loop of its own (lines.h).
-// LineParts holds the parts, LineServers serves the port over the network, and LineSlot is the
-// place of a line, which stays over reloads although the line may go.
+// `LineRunner` runs one line on an event loop: it connects a transport and the clocks with the
+// parts of the line (`LineParts`), which hold the rules. Lines share loops, and nothing here blocks
+// a shared loop; a local serial port, whose driver may block, has a separate loop (lines.h).
+// `LineServers` serves the port over the network. `LineSlot` is the place of a line; it stays over
+// reloads even if the line ends.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,38 +32,37 @@
 
 namespace baudgate::lines {
 
-// All that belongs to one line, joined: its poller, its port, telegrams by hand, the loan of its
-// port, the flight recorder, and the reporter. No thread and no clock: LineRunner brings bytes,
-// calls and the time, and calls Settle after each of them.
-
-/// One thread at a time, except where a part says otherwise. `now` never goes back.
+/// The parts of one line. They have no thread and no clock: LineRunner passes bytes, calls and the
+/// time, and calls Settle after each of them. Not thread-safe, except where a part documents it.
+/// `now` must never go back.
 class LineParts {
  public:
-  /// What a line needs of the gateway.
   struct Links {
     records::LineRecorder::Sink recordings{};
     records::DeviceMemory* memory =
-        nullptr;                       ///< null: what conversations learn ends with the program
-    bus::EventSink* events = nullptr;  ///< null: devices are asked for events no more than once
+        nullptr;  ///< null: what conversations learn is lost at the end of the program
+    /// Null: events are dropped, so no device is asked for events twice.
+    bus::EventSink* events = nullptr;
     LoanRecords loans{};
-    std::vector<protocols::ForeignRule> foreign{};  ///< of all protocols
+    std::vector<protocols::ForeignRule> foreign{};  ///< rules of all protocols
   };
 
-  /// All references outlive it. See LinePort.
+  /// The references must outlive this object. See LinePort.
   LineParts(const config::Line& line, std::uint32_t first_device,
             const bus::Poller::FindProtocol& find, bus::PointStore& store,
             transports::Transport& transport, transports::PortRetries& retries, Links links);
 
-  /// Conversations know what they had learned; the port opens.
+  /// Restores what the conversations had learned, and opens the port.
   void Start(Now now);
-  /// The caller keeps to Poller::kQueueLimit (CommandRoom), so the poller has room for it.
+  /// The caller must respect Poller::kQueueLimit (CommandRoom), so that the poller has room for the
+  /// command.
   void Submit(bus::WriteCommand command, Now now);
   /// See EventPath::Kept.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
-  /// To be called at Deadline(); earlier does nothing.
+  /// To be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// After every input.
+  /// To be called after every input.
   void Settle(Now now);
 
  private:
@@ -80,21 +79,21 @@ class LineParts {
   PortLoan loan;
 };
 
-// The servers for the port of one line: the configured one, and one by hand for a while
-// (`baudgate release --tcp`). On the loop of the line.
+// The servers for the port of one line: the configured server, and a temporary server of `baudgate
+// release --tcp`. All calls must come from the loop of the line.
 class LineServers {
  public:
-  /// All outlive it. `owner`: of the port; clients ask it for `loan`.
+  /// The references must outlive this object. `owner` gets the requests of clients, and passes them
+  /// to `loan`.
   LineServers(asio::io_context& io, const config::Line& line, serial_server::PortOwner& owner,
               PortLoan& loan)
       : io_(io), line_(line), owner_(owner), loan_(loan) {}
 
   void Start();
-  /// `why`: "the gateway stops".
   void Stop(const std::string& why);
-  /// Until Withdraw, which is due after `time`.
+  /// The caller must call Withdraw after `time`.
   void Offer(config::PortServer server, Duration time, Now now);
-  /// Ends the offer: no client can connect there any more, and one that has the port loses it.
+  /// Ends the offer: no client can connect any more, and a client that has the port loses it.
   void Withdraw(const std::string& why, Now now);
 
  private:
@@ -106,59 +105,58 @@ class LineServers {
   const config::Line& line_;
   serial_server::PortOwner& owner_;
   PortLoan& loan_;
-  std::unique_ptr<serial_server::Server> server_;   // as configured; null: there is none
-  std::unique_ptr<serial_server::Server> offered_;  // by hand; null: there is none
-  config::PortServer offer_;                        // where that is
+  std::unique_ptr<serial_server::Server> server_;   // the configured server; null: none
+  std::unique_ptr<serial_server::Server> offered_;  // the temporary server; null: none
+  config::PortServer offer_;                        // address and mode of `offered_`
 };
 
 class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
-  /// All references outlive the runner. Nothing happens before Start.
+  /// The references must outlive the runner. Nothing happens before Start.
   LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
              std::uint32_t first_device, const bus::Poller::FindProtocol& find,
              bus::PointStore& store, LineParts::Links links = {});
-  /// Stopped, if it was started: the loop must not have ended before.
+  /// Stops the line. If the line was started, the loop must still run.
   ~LineRunner() override { Stop(); }
 
-  /// The loop runs, or will soon.
   void Start();
-  /// Closes the port and answers what is queued, soon; from any thread. Nothing may be submitted
-  /// after it. `why`: for the log, and for clients that are connected or wait.
+  /// Closes the port and answers all queued requests, soon. Nothing may be submitted afterwards.
+  /// `why` is for the log, and for clients that are connected or wait. Thread-safe.
   void RequestStop(const std::string& why = "the gateway stops");
-  /// The same, and waits until nothing of this line is left on the loop: as long as the driver
-  /// needs for the present call. Any thread but the loop's.
+  /// Stops the line and waits until the loop has no handler of it left: as long as the current call
+  /// of the driver lasts. Not from the loop's thread.
   void Stop();
-  /// The same, but waits at most this long; false: Stop must be called again before anything that
-  /// the line uses is destroyed.
+  /// As Stop, but waits until `deadline` at the latest. False: Stop must be called again before
+  /// anything that the line uses is destroyed.
   bool StopBefore(Instant deadline);
 
-  /// The line is abandoned, because it cannot be stopped: see LineReporter. From any thread.
+  /// The line is abandoned because it cannot be stopped; see LineReporter. Thread-safe.
   void Retire() { line_.reporter.Retire(); }
 
-  /// Since when the loop hangs; empty: it does not. Until it runs again, requests are refused. From
-  /// any thread.
+  /// Sets since when the loop hangs; empty: it runs. While the loop hangs, requests are refused.
+  /// Thread-safe.
   void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }
   std::optional<WallTime> stuck_since() const {
     const WallTime since = stuck_since_;
     return since == WallTime{} ? std::nullopt : std::optional(since);
   }
 
-  // From any thread; see CommandSink and RouteTarget.
+  // Thread-safe; see CommandSink and RouteTarget.
   bool Submit(bus::WriteCommand command);
   bool Submit(bus::RoutedRequest request);
 
-  /// Calls `call` with the parts of the line and the time on the loop, soon; from any thread.
+  /// Calls `call` soon on the loop, with the parts of the line and the time. Thread-safe.
   template <typename Call>
   void Post(Call call) {
     asio::post(io_, [this, call = std::move(call)]() mutable { Handle(std::move(call)); });
   }
 
-  // See LineControl; from any thread, done soon after.
+  // See LineControl. Thread-safe; the effect follows soon.
   void Offer(config::PortServer server, Duration time);
   void TakeBack();
 
   records::LineRecorder& recorder() { return line_.recorder; }  // any thread may read it
-  bool is_open() const { return line_.port.is_open(); }         // from any thread
+  bool is_open() const { return line_.port.is_open(); }         // thread-safe
 
  private:
   void OnOpened() override;
@@ -170,13 +168,11 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void OnEnded(const std::string& reason, bool unread) override;
   void OnRoom() override { line_.loan.OnRoom(); }
 
-  // From the servers of its port.
   void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
 
-  /// One input of the line, on its loop.
   template <typename Call>
   void Handle(Call call) {
     const Now now = ReadClocks();
@@ -187,17 +183,19 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Arm();
 
   asio::io_context& io_;
-  const std::shared_ptr<const config::Line> config_;  // as the line began: all parts refer to it
+  // The line as it was started: all parts refer to it.
+  const std::shared_ptr<const config::Line> config_;
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
-  transports::PortKeeper keeper_;   // while the port is down
+  transports::PortKeeper keeper_;   // opens the port again while it is down
   const std::unique_ptr<transports::Transport> transport_;
   LineParts line_;
   LineServers servers_;
   asio::steady_timer offer_end_;
   bus::CommandRoom queued_{
-      bus::Poller::kQueueLimit};         // for commands handed over and not yet answered
-  std::atomic<std::size_t> routed_ = 0;  // the same for routed requests
+      bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
+  // Counts routed requests that were submitted and not answered yet.
+  std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};
   bool started_ = false;
   bool stopping_ = false;
@@ -205,11 +203,11 @@ class LineRunner final : private transports::TransportListener, private serial_s
   const std::future<void> ended_ = stopped_->get_future();
 };
 
-// The number of a line for as long as the gateway runs, and the line itself, if there still is one:
-// a caller need not know whether a reload has ended it. All calls from any thread.
+// The place of a line, with a number that never changes, and the line itself while it exists.
+// Callers need not check whether a reload has ended the line. All calls are thread-safe.
 class LineSlot final : public bus::RouteTarget {
  public:
-  /// Why a request for it ends while there is no line.
+  /// The reason in the reply to a request while the slot has no line.
   static constexpr const char* kNotThere =
       "its line does not run: a reload is adding the line, or has removed it";
 
@@ -223,7 +221,7 @@ class LineSlot final : public bus::RouteTarget {
     Post([client](LineParts& line, Now now) { line.poller.Abandon(client, now); });
   }
 
-  /// Calls `call` with the line, which stays until it returns; false: there is none.
+  /// Calls `call` with the line, which is not destroyed during the call. False: there is no line.
   template <typename Call>
   bool With(Call call) const {
     const MutexLock lock(mutex_);
@@ -232,13 +230,14 @@ class LineSlot final : public bus::RouteTarget {
     return true;
   }
 
-  /// Calls `call` with the parts of the line and the time on its loop, soon, if there is a line.
+  /// If there is a line, calls `call` soon on its loop, with the parts of the line and the time.
   template <typename Call>
   void Post(Call call) const {
     With([&](LineRunner& runner) { runner.Post(std::move(call)); });
   }
 
-  /// For gateway/lines/lines.cpp, which puts and takes it; null: there is none.
+  /// For gateway/lines/lines.cpp, which puts the line here and takes it away. Null: there is no
+  /// line.
   LineRunner* mine() const {
     const MutexLock lock(mutex_);
     return runner_.get();
@@ -247,7 +246,7 @@ class LineSlot final : public bus::RouteTarget {
     const MutexLock lock(mutex_);
     runner_ = std::move(runner);
   }
-  /// No call reaches the line after this.
+  /// Takes the line out of the slot. No call reaches the line afterwards.
   std::unique_ptr<LineRunner> Take() {
     const MutexLock lock(mutex_);
     return std::move(runner_);

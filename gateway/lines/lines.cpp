@@ -63,7 +63,7 @@ LoopWatch::Ask AskOn(asio::io_context& io) {
 
 Lines::Lines(bus::PointStore& store, const config::Catalog& catalog, std::size_t loops)
     : store_(store), find_([&catalog](const std::string& name) -> const protocols::Protocol& {
-        static constexpr protocols::Protocol kNone;  // of a line that only clients of its port use
+        static constexpr protocols::Protocol kNone;  // for a line that only clients of its port use
         return name.empty() ? kNone : *catalog.FindProtocol(name);
       }) {
   while (shared_.size() < loops) {
@@ -126,7 +126,7 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
   for (const std::uint32_t line : lines) {
     auto done = std::make_shared<std::promise<void>>();
     tried.push_back(done->get_future());
-    // What starts a line posts the opening of its port, so the port was tried behind a second post.
+    // The start of a line posts the opening of its port, so after a second post the port was tried.
     const LineSlot& slot = at(line);
     slot.Post([&slot, done](LineParts&, Now) {
       slot.Post([done](LineParts&, Now) { done->set_value(); });
@@ -189,8 +189,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   }
 }
 
-// These wait until lines have ended, and hold the lock of no slot meanwhile: a line may need a
-// thread to end that waits for this lock.
+// The functions below wait until lines have ended, and hold the lock of no slot meanwhile: a line
+// may need a thread to end that waits for this lock.
 
 std::vector<LineRunner*> Lines::All() const {
   std::vector<LineRunner*> all;
@@ -309,7 +309,7 @@ void LineDispatcher::OnNotTaken(const bus::DeniedWrite& denied) {
   if (denied.counts && denied.point) Count(denied.device, denied.end);
 }
 
-/// Counts a write that does not reach the poller, which counts all others.
+/// Counts a write that does not reach the poller. The poller counts all other writes.
 void LineDispatcher::Count(std::uint32_t device, WriteEnd end) {
   store_.UpdateStatus(device, [end](bus::DeviceStatus& status) {
     ++status.writes.ends[static_cast<std::size_t>(end)];
@@ -355,7 +355,7 @@ ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line
                                 const config::Line& config) {
   ManualSettings settings;
   const bus::LineStatus status = store.ReadLine(line);
-  // A client over the network has gone with the line.
+  // A loan to a network client ends with the old line.
   const bool by_hand = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   settings.released_until = by_hand ? status.released_until : status.release_asked_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {

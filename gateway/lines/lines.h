@@ -1,7 +1,7 @@
-// All lines of the gateway and the threads that they run on. Lines are numbered for good: one that
-// a reload ends keeps its number, a new one gets the next. ThreadKindOf chooses a thread, LoopWatch
-// finds loops that hang, LineDispatcher passes requests of outputs to their line, and
-// ManualSettings is what a person has set.
+// `Lines` holds all lines of the gateway and their threads. A line that a reload ends keeps its
+// number, a new line gets the next number. `ThreadKindOf` chooses a thread, `LoopWatch` finds loops
+// that hang, `LineDispatcher` passes requests of outputs to lines, and `ManualSettings` is what a
+// user has set by hand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,45 +31,43 @@
 
 namespace baudgate::lines {
 
-// Decides whether a line runs on a thread of its own, because opening or closing the port may
-// block, or on one of a few that many lines share; and how many those are. Used by Lines.
+// Whether a line runs on a separate thread, because opening or closing its port may block, or on a
+// loop that several lines share.
 enum class ThreadKind : std::uint8_t { own_thread, shared_loop };
 
-/// By the text of the configuration alone, because what a link leads to may change while the line
-/// runs: "tcp://host:port" and "/dev/pts/7" never block; a driver of a serial port may, for half a
-/// minute.
+/// Decides by the text of the configuration alone, because the target of a link may change while
+/// the line runs. "tcp://host:port" and "/dev/pts/7" never block; the driver of a serial port may
+/// block for half a minute.
 ThreadKind ThreadKindOf(std::string_view port);
 
-/// Threads that lines share in turn: at least one, at most four. `cores`: of this machine, 0: not
-/// known.
+/// Returns how many loops are needed for lines that share loops: at least 1, at most 4. `cores` of
+/// this machine; 0: unknown.
 std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores);
 
-// Finds event loops that hang: each is asked once a second for a sign of life. If one of the
-// gateway's own loops hangs, the gateway must be restarted; the loop of a single line concerns only
-// that line. No thread, no clock and no loop of its own: gateway/daemon/daemon.cpp has them.
-
-/// One thread at a time; signs come from any.
+/// Asks each loop once a second for a sign of life. If a loop of the whole gateway hangs, the
+/// gateway must be restarted; the loop of a single line affects only this line.
+/// gateway/daemon/daemon.cpp calls it. Not thread-safe, but signs of life may come from any thread.
 class LoopWatch {
  public:
-  /// A loop hangs after this many looks in a row without a sign. Looks are counted, not seconds: a
-  /// machine that slept has missed none.
+  /// A loop hangs after this many looks in a row without a sign. Looks are counted, not seconds,
+  /// because a machine that was suspended has missed no looks.
   static constexpr int kStuckAfter = 5;
 
-  /// Posts `sign` to the loop.
+  /// Posts `sign` to the loop; the loop is alive if it calls `sign`.
   using Ask = std::function<void(std::function<void()> sign)>;
   struct Change {
     std::string loop;
     std::optional<std::uint32_t> line;
-    std::optional<WallTime> stuck_since;  ///< empty: it runs again
+    std::optional<WallTime> stuck_since;  ///< empty: the loop runs again
   };
 
-  /// `line`: nothing but this line depends on the loop.
+  /// `line`: only this line depends on the loop; empty: the whole gateway depends on it.
   void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
-  /// The loop of a line that has ended.
   void Remove(std::uint32_t line);
-  /// Returns which loops hang, or run again, since the last look. Asks all that have answered.
+  /// Returns the loops that hang, or run again, since the last look. Asks all loops that have
+  /// answered.
   std::vector<Change> Look(WallTime now);
-  /// Whether all loops of the gateway itself had answered at the last look.
+  /// True if all loops of the whole gateway had answered at the last look.
   bool complete() const { return complete_; }
 
  private:
@@ -77,7 +75,8 @@ class LoopWatch {
     std::string name;
     std::optional<std::uint32_t> line;
     Ask ask;
-    std::shared_ptr<std::atomic<bool>> answered;  // the loop may outlive this
+    // Shared with the loop, which may live longer than this object.
+    std::shared_ptr<std::atomic<bool>> answered;
     WallTime asked{};
     int missed = 0;
   };
@@ -88,68 +87,70 @@ class LoopWatch {
 
 class Lines {
  public:
-  /// For the first attempt of new lines to open what they need.
+  /// How long NotOpen waits for the first attempts of new lines to open their ports.
   static constexpr Duration kWaitForPorts = 1s;
-  /// For lines to end: a second for a write under way (line_port.cpp), and some room.
+  /// How long lines may take to end: a second for a current write (line_port.cpp), and some
+  /// reserve.
   static constexpr Duration kWaitForLines = 1300ms;
 
-  /// `loops`: the number of threads for lines that never block, at least one. All
-  /// references outlive it; lines have the numbers of the store.
+  /// `loops` is the number of threads for lines that never block, at least 1. The references must
+  /// outlive this object. Lines have the numbers of the store.
   Lines(bus::PointStore& store, const config::Catalog& catalog, std::size_t loops);
   ~Lines();
   Lines(const Lines&) = delete;
   Lines& operator=(const Lines&) = delete;
 
-  /// What lines are joined with that are added from now on; it outlives them.
+  /// Sets the links of lines that are added from now on. Their targets must outlive the lines.
   void Link(LineParts::Links links) { links_ = std::move(links); }
-  /// A thread of its own for a line whose driver may block; null: it needs none. The error: the
-  /// system has no thread or no file descriptors left for it.
+  /// Starts a separate thread for a line whose driver may block; returns null for other lines.
+  /// Fails if the system has no thread or no file descriptor left.
   static Result<std::shared_ptr<transports::LoopThread>> MakeLoop(const config::Line& line);
-  /// The next of the store's lines, on this thread of its own or, without one, on a thread that it
-  /// shares. It does not run before Start.
+  /// Adds the next line of the store. It runs on `own`, or, if `own` is null, on a shared thread.
+  /// It does not run before Start.
   void Add(std::shared_ptr<const config::Line> line,
            std::shared_ptr<transports::LoopThread> own = {});
-  /// Those that do not run yet.
   void Start();
-  /// A text for each port that these lines, which were just started, could not open: "line bay: no
-  /// client can connect at 127.0.0.1:4001: address already in use". Waits for the first attempts,
-  /// at most kWaitForPorts. Connections of lines over the network take longer and are not reported.
+  /// Returns a text for each port that these lines, which were started before this call, could not
+  /// open: "line bay: no client can connect at 127.0.0.1:4001: address already in use". Waits for
+  /// the first attempts, at most kWaitForPorts. Connections of lines over the network take longer
+  /// and are not reported.
   std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;
   /// Ends these lines and closes their ports, within about a second. A line whose driver does not
   /// return from a call is abandoned.
   void Remove(std::span<const std::uint32_t> lines);
-  /// Ends all, within about a second. Returns the names of those that hang.
+  /// Ends all lines within about a second. Returns the names of lines that hang.
   std::vector<std::string> Stop();
-  /// Ends all, and waits for every driver.
+  /// Ends all lines, and waits for every driver without a limit.
   void End();
-  /// After End: nothing runs any more.
+  /// To be called after End.
   void StopLoops();
 
   std::size_t size() const { return entries_.size(); }
-  /// Empty as well while a reload has put the line into the store and not yet here.
+  /// Returns an empty slot for an unknown number, also while a reload has added the line to the
+  /// store but not here.
   LineSlot& at(std::uint32_t line) const {
     return line < entries_.size() ? entries_[line].slot : none_;
   }
   LineSlot& OfDevice(std::uint32_t device) const {
     return device < line_of_.size() ? at(line_of_[device]) : none_;
   }
-  /// Never blocks, and runs as long as any line.
+  /// Returns a loop that never blocks, and runs as long as any line.
   asio::io_context& io() { return shared_.front()->io(); }
   std::size_t present() const;
   std::size_t open() const;
   std::optional<WallTime> stuck_since(std::uint32_t line) const;
   void OnHostClock(bool right);
 
-  /// Another loop to be watched, which outlives this.
+  /// Watches another loop, too. The loop must outlive this object.
   void Watch(const std::string& name, asio::io_context& io);
-  /// Reports loops that hang; called once a second. False: one that the whole gateway needs hangs.
+  /// Reports loops that hang; to be called once a second. False: a loop of the whole gateway hangs.
   bool Look(WallTime now);
 
  private:
   struct LineEntry {
     explicit LineEntry(std::shared_ptr<const config::Line> its) : config(std::move(its)) {}
     std::shared_ptr<const config::Line> config;     // null: the line has ended
-    std::shared_ptr<transports::LoopThread> own{};  // null: it shares one
+    std::shared_ptr<transports::LoopThread> own{};  // null: the line uses a shared thread
     LineSlot slot;
     bool started = false;
   };
@@ -162,22 +163,23 @@ class Lines {
   LineParts::Links links_;
   std::vector<std::unique_ptr<transports::LoopThread>> shared_;
   bool running_ = false;
-  std::size_t turn_ = 0;  // of the shared loops
+  std::size_t turn_ = 0;  // counter that chooses the next shared loop
   SteadyVector<LineEntry> entries_;
-  SteadyVector<std::uint32_t> line_of_;               // by device
-  mutable LineSlot none_;                             // always empty
-  std::vector<std::unique_ptr<LineRunner>> hanging_;  // their loops stay, too
+  SteadyVector<std::uint32_t> line_of_;               // number of the line, by device
+  mutable LineSlot none_;                             // for unknown numbers; always empty
+  std::vector<std::unique_ptr<LineRunner>> hanging_;  // abandoned lines; their loops stay, too
   Mutex watch_mutex_;
   LoopWatch watch_ BAUDGATE_GUARDED_BY(watch_mutex_);
   Mutex clock_mutex_;
-  std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);  // as told last
+  // Whether this machine's clock is right, as last reported to the lines.
+  std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 
-// Passes requests of outputs to their line: writes, loans of its port, whether a device is in use,
-// its trace. The one CommandSink of all lines. From any thread.
+// Passes requests of outputs to their line: writes, loans of its port, use of a device, its trace.
+// It is the only CommandSink of all lines. Thread-safe.
 class LineDispatcher final : public bus::CommandSink, public LineControl {
  public:
-  /// All references outlive it.
+  /// The references must outlive this object.
   LineDispatcher(bus::PointStore& store, const config::Catalog& catalog, const Lines& lines)
       : store_(store), catalog_(catalog), lines_(lines) {}
 
@@ -201,24 +203,25 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
   const Lines& lines_;
 };
 
-// What a person has set at a running line by `release`, `disable` or `enable`: a reload that
-// restarts the line carries it over. If a loan ended with the old line, there would be two masters
-// on the bus. But a network client loses its connection with the old line, and polls go on.
+// Settings that a user has made at a running line by `release`, `disable` or `enable`. A reload
+// that restarts the line makes them again: if a loan ended with the old line, two masters would be
+// on the bus. A network client, however, loses its connection with the old line, and polling
+// continues.
 //
 //   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
 //   bay-1 is restarted: lent until 12:00, a disabled
 //
 struct ManualSettings {
   WallTime released_until{};             ///< the epoch: the port is not lent by hand
-  std::map<std::string, bool> in_use{};  ///< devices that differ from `enabled`
+  std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`
 };
 
-/// The manual settings of a running line, by its number.
+/// Returns the manual settings of a running line, by the number of the line.
 ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,
                                 const config::Line& config);
 
-/// Applies them to the line in its place, by its number, which is not started yet. If the new
-/// configuration has changed `enabled` of a device, that holds.
+/// Applies `before` to the line that replaces the old line and is not started yet. If the new
+/// configuration has changed `enabled` of a device, the configuration wins.
 void Restore(const ManualSettings& before, LineControl& lines, const config::Line& config,
              std::uint32_t line, std::uint32_t first_device, WallTime now);
 

@@ -16,13 +16,13 @@ using serial_server::Visit;
 
 namespace {
 
-/// No exchange takes longer, unless a device answers without end.
+/// No exchange takes longer, unless a device sends without end.
 constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
-/// A bus that never falls silent.
+/// A rest ends after this time even if the bus is never silent.
 constexpr Duration kLongestRest = 10s;
-/// Between two loans the line polls for this time: a client that comes again and again would keep
-/// the port beyond any limit.
+/// Between two loans the line polls for this time. Otherwise a client that comes again and again
+/// would have the port without limit.
 constexpr Duration kPolls = 5s;
 
 std::string WhoOf(const Visit& visit) {
@@ -72,7 +72,6 @@ std::optional<std::string> PortLoan::InUse() const {
   return "the port is in use by " + visit_.client;
 }
 
-/// The end of the exchange under way.
 void PortLoan::Await(Now now) {
   state_ = State::wanted;
   wanted_at_ = now.instant;
@@ -85,14 +84,13 @@ bool PortLoan::Settle(Now now) {
   return state_ == State::wanted;
 }
 
-/// The longest time that the client has the port.
 Duration PortLoan::TimeOf(const Visit& visit, Now now) const {
   if (visit.place == offered_at_) return offered_until_ - now.instant;
   return links_.config.lend ? links_.config.lend->time : config::PortServer().time;
 }
 
 void PortLoan::HandOver(Now now) {
-  if (const auto why_not = line_.WhyNot()) {  // the port has closed since the client came
+  if (const auto why_not = line_.WhyNot()) {  // the port was closed after the client came
     PortUser& user = *user_;
     Part();
     return Refuse(user, visit_.client, *why_not, now);
@@ -124,7 +122,7 @@ void PortLoan::HandOver(Now now) {
   if (user_ != nullptr) ShowVisit(now);
 }
 
-/// No client wants or has the port any more. True: one had it.
+/// Forgets the client that asks for the port or has it. True: the client had the port.
 bool PortLoan::Part() {
   user_ = nullptr;
   const bool held = state_ == State::held;
@@ -144,11 +142,11 @@ void PortLoan::TakeBack(const std::string& why, Now now) {
 
 void PortLoan::OnClosed(const std::string& reason, Now now) {
   if (state_ == State::rests) state_ = State::free;
-  // The next program that opens the port finds the settings of the line.
+  // Sets the settings of the line, so that the next program that opens the port finds them.
   if (Dismiss(reason, now)) (void)links_.port.Reset(links_.config.serial);
 }
 
-/// Disconnects the client. True: it had the port.
+/// True: the client had the port.
 bool PortLoan::Dismiss(const std::string& why, Now now) {
   if (user_ == nullptr) return false;
   PortUser& user = *user_;
@@ -159,7 +157,7 @@ bool PortLoan::Dismiss(const std::string& why, Now now) {
   return held;
 }
 
-/// Tells all parts that a client no longer has the port.
+/// Reports to log, audit, events and status that a client no longer has the port.
 void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   const Duration took = now.instant - visit.began.instant;
   const std::string text = fmt::format("{}, after {}; {}", why, TookText(took), BytesOf(visit));
@@ -178,7 +176,8 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   });
 }
 
-/// The next client of a served port may have it at once: its own bytes are its own trouble.
+/// After a loan the line rests. A served port is free for the next client at once, because late
+/// replies disturb no poll.
 void PortLoan::Restore(Now now) {
   if (const Status set = links_.port.Reset(links_.config.serial); !set) {
     return line_.OnPortFailed(set.error(), now);
@@ -265,7 +264,7 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Address();
   offered_until_ = now.instant + time;
-  polls_until_ = now.instant;  // somebody has just asked for it
+  polls_until_ = now.instant;  // a user has asked for the port now
   ShowService(server, now.wall + time);
 }
 
@@ -280,7 +279,7 @@ void PortLoan::HideService(const std::string& place) {
   });
 }
 
-/// `until`: clients can come in; empty: as long as the line is there.
+/// `until`: end of the offer; empty: the server exists as long as the line.
 void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
   HideService(server.Address());
   bus::PortService service;

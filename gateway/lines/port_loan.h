@@ -1,10 +1,10 @@
-// The loan of a line's port to a network client: when the port is handed over, how long the client
-// has it, and when the line may go on. A part of gateway/lines/line_runner.h; clients connect at
-// gateway/lines/serial_server/server.h.
+// `PortLoan` lends the port of a line to a network client: it decides when the client gets the
+// port, for how long, and when the line may continue. It is a part of gateway/lines/line_runner.h;
+// clients connect at gateway/lines/serial_server/server.h.
 //
-//   free → wanted (the exchange under way ends) → held → rests (until the bus is silent) → free
+//   free → wanted (the current exchange ends) → held → rests (until the bus is silent) → free
 //
-// A client that wants the port during a rest, or soon after, waits: between two loans the line
+// A client that asks for the port during a rest, or soon after, waits: between two loans the line
 // polls.
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -23,26 +23,24 @@
 
 namespace baudgate::lines {
 
-/// Where loans are recorded.
 struct LoanRecords {
-  audit::WriteLog* log = nullptr;  ///< null: nowhere
-  bool required = false;           ///< no loan without a record
+  audit::WriteLog* log = nullptr;  ///< null: loans are not recorded
+  bool required = false;           ///< refuse a loan that cannot be recorded
 };
 
 class PortLoan final : public serial_server::PortOwner {
  public:
-  /// The line.
   class Line {
    public:
-    /// Why its port cannot be lent now, if it cannot.
+    /// Returns why the port cannot be lent now; empty: it can.
     virtual std::optional<std::string> WhyNot() const = 0;
-    /// Begins nothing more. True: nothing is under way.
+    /// Stops new exchanges. Returns true if no exchange runs.
     virtual bool Quiet() = 0;
-    /// The client has the port until then; `text` names it. Points are out of service.
+    /// The client has the port until `until`; `text` names the client. Points are out of service.
     virtual void OnLent(const std::string& text, WallTime until, Now now) = 0;
-    /// The port is the line's again, with its settings: it goes on.
+    /// The line has its port again, with its settings, and continues.
     virtual void OnReturned(Now now) = 0;
-    /// The settings could not be restored.
+    /// The settings of the port could not be restored.
     virtual void OnPortFailed(const std::string& reason, Now now) = 0;
 
    protected:
@@ -55,10 +53,10 @@ class PortLoan final : public serial_server::PortOwner {
     transports::Transport& port;
     bus::PollerListener& news;
     LoanRecords records{};
-    /// Replies to the client may still come after it has left, so the line is silent for this time.
+    /// How long the line is silent after a loan, because late replies to the client may still come.
     Duration rest{};
   };
-  /// All outlive it.
+  /// The references must outlive this object.
   PortLoan(const Links& links, Line& line)
       : links_(links), number_(links.store.LineIndex(links.config)), line_(line) {}
 
@@ -67,28 +65,27 @@ class PortLoan final : public serial_server::PortOwner {
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
-  /// The server of the configuration.
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
-  /// The server of `release --tcp`, for this time. Its first client need not wait.
+  /// Shows the server of `release --tcp` in the status, for `time`. Its first client need not wait.
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 
-  /// False: the bytes are the line's.
+  /// False: the bytes are for the line.
   bool PassToClient(View bytes, Now now);
   void OnRoom();
-  /// The port is gone, or is given away: the client is disconnected.
+  /// The port is closed or lent to another program: disconnects the client.
   void OnClosed(const std::string& reason, Now now);
-  /// The same, if the port is with this server.
+  /// As TakeBack, if `user` has the port or waits for it.
   void TakeBackFrom(serial_server::PortUser& user, const std::string& why, Now now) {
     if (user_ == &user) TakeBack(why, now);
   }
-  /// The client is disconnected, and the line goes on.
+  /// Disconnects the client; the line continues.
   void TakeBack(const std::string& why, Now now);
-  /// A client has it, or has just left.
+  /// True if a client has the port, or the line is still silent after a loan.
   bool has_port() const { return state_ == State::held || state_ == State::rests; }
-  /// Which client wants the port, or has it: a sentence.
+  /// Returns a sentence with the client that asks for the port or has it; empty: there is none.
   std::optional<std::string> InUse() const;
-  /// After every input of the line. True: the line waits.
+  /// To be called after every input of the line. True: the line must start nothing.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
@@ -112,18 +109,19 @@ class PortLoan final : public serial_server::PortOwner {
   bus::PortService* ServiceAt(bus::LineStatus& status, const std::string& place) const;
 
   const Links links_;
-  const std::uint32_t number_;  // in the store, which forgets a line that a reload has ended
+  // Number of the line in the store, which no longer lists a line that a reload has ended.
+  const std::uint32_t number_;
   Line& line_;
   State state_ = State::free;
-  serial_server::PortUser* user_ = nullptr;  // wants it, or has it
+  serial_server::PortUser* user_ = nullptr;  // the server that asks for the port, or has it
   serial_server::Visit visit_;
   Instant wanted_at_{};
   Instant until_{};
-  Instant show_at_{};        // what the status says of it
-  std::string offered_at_;   // by `release --tcp`; empty: nowhere
-  Instant offered_until_{};  // there
-  Instant polls_until_{};    // after the last loan
-  Instant heard_{};          // a byte of the port, or the client has left
+  Instant show_at_{};       // when the status is updated next
+  std::string offered_at_;  // address of the server of `release --tcp`; empty: none
+  Instant offered_until_{};
+  Instant polls_until_{};  // until then the line polls after a loan
+  Instant heard_{};        // time of the last byte from the port, or when the client left
 };
 
 }  // namespace baudgate::lines

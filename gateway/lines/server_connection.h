@@ -1,15 +1,15 @@
-// ConnectionProof tells when a connection has proven that it works. A local port does so by
-// opening; a server may take the connection although it is in use by another client, and say so or
-// close it.
+// `ConnectionProof` decides when the connection of a line has proven that it works. A local port
+// works once it is open; a server may accept a connection while another client uses its port, and
+// then send a message or close it.
 //
-//   bytes within 500 ms of the opening      heard: it may be the greeting of a server in use
-//   these, and it still holds at 500 ms     proven
-//   bytes later than that                   proven at once
-//   a device has answered                   proven at once
-//   nothing came, and it has held for 30 s  proven: it works, although no device answers
-//   it ended before                         useless: the next one is news only once it is proven
+//   bytes within 500 ms of the opening        heard: it may be a message of a server in use
+//   such bytes, and still open after 500 ms   proven
+//   bytes later than 500 ms                   proven at once
+//   a device has answered                     proven at once
+//   no bytes, and still open after 30 s       proven: it works, although no device answers
+//   ended before                              useless: the next one is reported only once proven
 //
-// RestingConnection handles servers that end their connections by themselves.
+// `RestingConnection` handles servers that end their connections regularly.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,63 +26,62 @@ namespace baudgate::lines {
 
 class ConnectionProof {
  public:
-  /// A connection behind which every device has been silent so long is made anew: a serial server
-  /// may keep its TCP alive although its serial side hangs.
+  /// A connection is closed and opened again if no device behind it has answered for this time: a
+  /// serial server may keep TCP alive although its serial side hangs.
   static constexpr Duration kSilenceLimit = 30s;
 
-  /// `network`: else a local port.
+  /// `network`: on TCP; else a local port.
   explicit ConnectionProof(bool network) : network_(network) {}
 
-  /// True: it is shown at once.
+  /// Returns true if the opening must be reported at once.
   bool OnOpened(Instant now) {
     told_ = state_ != State::useless;
     state_ = network_ ? State::fresh : State::proven;
     GoOn(now);
     return told_;
   }
-  /// The same connection, which was lent.
+  /// A loan has ended; the connection is the same.
   void GoOn(Instant now) {
     opened_ = now;
     if (network_) check_at_ = now + kGreeting;
   }
-  /// True: it is proven now.
+  /// True: the connection is proven now.
   bool NoteBytes(Instant now) {
     if (state_ == State::fresh) state_ = State::heard;
     if (state_ != State::heard || now - opened_ < kGreeting) return false;
     state_ = State::proven;
     return true;
   }
-  /// The same, at check_at(). `silent`: no device has answered for kSilenceLimit.
+  /// To be called at check_at(). `silent`: no device has answered for kSilenceLimit. True: the
+  /// connection is proven now.
   bool OnCheck(Instant now, bool silent) {
     check_at_.reset();
     if (!silent) check_at_ = now + kSilenceLimit / 4;
     const bool held = state_ == State::heard || now - opened_ >= kSilenceLimit;
     return held && Prove();
   }
-  /// A device has answered over it. True: it is proven now.
+  /// A device has answered. True: the connection is proven now.
   bool Prove() { return std::exchange(state_, State::proven) != State::proven; }
-  /// It was ended. False: before it had worked.
+  /// The connection has ended. Returns false if it had not been proven.
   bool OnLost() {
     check_at_.reset();
     if (state_ == State::proven) return true;
     state_ = State::useless;
     return false;
   }
-  /// The port was closed here.
   void OnClosed() {
     check_at_.reset();
     state_ = State::fresh;
   }
-  /// Nothing is looked at until GoOn.
   void Pause() { check_at_.reset(); }
 
-  /// The connection is proven, and that is shown now. True once for each connection.
+  /// Returns true once for each connection: its proof must be reported now.
   bool TakeNews() { return !std::exchange(told_, true); }
   const std::optional<Instant>& check_at() const { return check_at_; }
 
  private:
   static constexpr Duration kGreeting = 500ms;
-  /// The state of the present connection, or of the last one if none is open.
+  /// The state of the current connection, or of the last connection if none is open.
   enum class State : std::uint8_t { fresh, heard, proven, useless };
 
   const bool network_;
@@ -92,34 +91,36 @@ class ConnectionProof {
   std::optional<Instant> check_at_;
 };
 
-// Connections of a server that ends them by itself, as some do after each answer and others after a
-// rest. Such an end is no outage: the next request opens the connection again.
+// Handles connections that the server ends regularly, for example after each answer or after an
+// idle time. The end of such a connection is no outage: the next request opens it again.
 //
 // clang-format off
-//   answered, ended while nothing is asked        rests; opened by the next request
-//   answered once, or soon behind its opening,    the same, and each of the next 32 requests gets
-//   ended with a request under way                its own connection: the next would be lost, too.
-//                                                 Then one connection is tried again. When the same
-//                                                 happens again it is 128 requests, then 512, then
-//                                                 1,024
-//   answered again and again, ended likewise      rests: a drop, or an end behind a rest
-//   ended before any answer, with a request       the same, four times at most: some servers close
-//   under way, where the line has several         for a device that they do not know, and the
-//   devices                                       others are asked next
-//   ended before any answer, with the request     the same, four times at most: the server closes
-//   that ended the connection before              at this request, and serves others
+// answered, ended while no request is open      rests; the next request opens it
+//   answered once, or soon after its opening,     rests, and each of the next 32 requests gets a
+//   ended with a request open                     separate connection, because the server would
+//                                                 end the next request, too. Then one connection
+//                                                 is tried again. If the server repeats this, it
+//                                                 is 128 requests, then 512, then 1,024
+//   answered several times, ended with a          rests: a drop, or an end after an idle time
+//   request open
+//   ended before any answer with a request        rests, at most four times in a row: some servers
+//   open, on a line with several devices          close when they do not know a device, and the
+//                                                 other devices are asked next
+//   ended before any answer, at the request       rests, at most four times in a row: the server
+//   that ended the previous connection            closes at this request, and serves others
 //   ended before any answer otherwise             an outage
 //   ended although it is wanted all the time      an outage
 // clang-format on
 //
 class RestingConnection {
  public:
-  /// `wanted`: all the time, because a device speaks unasked. `transaction`: see TransactionBytes.
+  /// `wanted`: the connection is wanted all the time, because a device sends unasked.
+  /// `transaction`: see TransactionBytes.
   explicit RestingConnection(bool wanted, std::size_t transaction = 0)
       : wanted_(wanted), transaction_(transaction) {}
 
-  /// A connection was opened, after this many answers on the line. True: it continues one that
-  /// rested.
+  /// A connection was opened; `answers` counts the answers on the line so far. Returns true if it
+  /// continues a connection that rested.
   bool OnOpened(std::uint64_t answers, Instant now) {
     opened_ = now;
     if (answers > answers_before_) in_vain_ = 0;
@@ -129,8 +130,8 @@ class RestingConnection {
     unanswered_ = 0;
     return std::exchange(rests_, false);
   }
-  /// The server has ended it; `several`: more than one device is polled over it. False: that is an
-  /// outage.
+  /// The server has ended the connection; `several`: more than one device is polled over it.
+  /// Returns false if the end is an outage.
   bool OnEnded(std::uint64_t answers, bool several, Instant now) {
     if (rests_ || wanted_) return false;
     const std::uint64_t its = answers - answers_before_;
@@ -151,8 +152,9 @@ class RestingConnection {
     }
     return rests_ = true;
   }
-  /// Whether the server has ended a connection that was in use: not behind each answer, not after a
-  /// rest as long as any before, and not at the request that has ended the connection before.
+  /// Returns true if the server has ended a connection in use: not right after an answer, not after
+  /// an idle time that is longer than any before, and not at the request that ended the previous
+  /// connection.
   bool IsDrop(std::uint64_t answers, Instant now) const {
     if (IsSoon(now)) return false;
     const Duration since = now - used_;
@@ -160,15 +162,17 @@ class RestingConnection {
     if (asks_) return its > 1 && !IsSameEnd();
     return (its > 1 || since >= kBehindAnswer) && its > 0 && since < survived_;
   }
-  /// The connection, after this many answers on the line.
+  /// True if an answer came over this connection.
   bool HasWorked(std::uint64_t answers) const { return answers > answers_before_; }
   void NoteBytes(Instant now) {
     OnUsed(now);
-    if (asks_ && IsSameEnd()) ended_by_.clear();  // it is answered: the end had another cause
+    // The request is answered, so the earlier end had another cause.
+    if (asks_ && IsSameEnd()) ended_by_.clear();
     asks_ = false;
     unanswered_ = 0;
   }
-  /// A request is to be sent. True: it waits for a connection to be opened.
+  /// A request is about to be sent. Returns true if the request must wait until a connection is
+  /// open.
   bool Holds(View request, Instant now) {
     OnUsed(now);
     request_.assign(request.begin(), request.end());
@@ -183,37 +187,36 @@ class RestingConnection {
     unanswered_ += holds ? 0 : 1;
     return holds;
   }
-  /// The request that has waited, if it is still wanted.
+  /// Returns the request that has waited; empty if it was given up.
   Bytes TakeHeld() {
     is_used_ = asks_ = !held_.empty();
     if (asks_) is_unsent_ = false;
     return std::exchange(held_, {});
   }
   void GiveUpHeld() { held_.clear(); }
-  /// It is closed for another reason.
   void End() {
     rests_ = false;
     held_.clear();
   }
 
   bool rests() const { return rests_; }
-  /// The latest request has not gone out: it is held, or was given up.
+  /// True if the latest request was not sent: it waits, or was given up.
   bool is_unsent() const { return is_unsent_; }
-  /// A request went out over this connection, and nothing has come since.
+  /// True if a request was sent over this connection, and no byte has come since.
   bool asks() const { return asks_; }
-  /// How many went out in a row without an answer.
   int unanswered() const { return unanswered_; }
-  /// The last connection ended before any answer.
   bool in_vain() const { return in_vain_ > 0; }
 
  private:
-  /// The request that ended the connection before has met an end again.
+  /// True if the server ended the previous connection at the same request, apart from the
+  /// transaction number.
   bool IsSameEnd() const {
     return request_.size() > transaction_ &&
            std::ranges::equal(View(request_).subspan(transaction_),
                               View(ended_by_).subspan(std::min(transaction_, ended_by_.size())));
   }
-  /// The server ends connections behind the first answer, and others have come meanwhile.
+  /// A server that ends connections after their first answer may have answered more than once by
+  /// now.
   bool IsSoon(Instant now) const { return now - opened_ < kSoon; }
   void OnUsed(Instant now) {
     if (is_used_) survived_ = std::max(survived_, now - used_);
@@ -221,7 +224,7 @@ class RestingConnection {
   }
 
   static constexpr int kMostInVain = 4;
-  static constexpr int kFewestAlone = 32;  // a lost request in so many is no trouble for the device
+  static constexpr int kFewestAlone = 32;  // one lost request in 32 does not matter to a device
   static constexpr int kMostAlone = 1024;
   static constexpr Duration kBehindAnswer = 100ms;
   static constexpr Duration kSoon = 150ms;
@@ -230,19 +233,20 @@ class RestingConnection {
   const std::size_t transaction_;
   std::uint64_t answers_before_ = 0;
   Instant opened_{};
-  Instant used_{};       // the last byte in or out
-  Duration survived_{};  // the longest rest after which this connection was still there
-  Bytes request_;        // the latest
-  Bytes ended_by_;       // the latest request that met the end, and was not answered since
+  Instant used_{};       // time of the last byte in or out
+  Duration survived_{};  // the longest idle time that this connection has survived
+  Bytes request_;
+  Bytes ended_by_;  // the latest request at which the server ended the connection, if it was not
+                    // answered since
   bool rests_ = false;
-  int alone_ = 0;  // requests that still get a connection each
+  int alone_ = 0;  // how many further requests get a separate connection
   int next_alone_ = kFewestAlone;
-  bool is_used_ = false;  // a request went out over this connection
-  bool asks_ = false;     // and nothing has come since
-  int unanswered_ = 0;    // requests over this connection since then
+  bool is_used_ = false;  // a request was sent over this connection
+  bool asks_ = false;     // a request was sent, and no byte has come since
+  int unanswered_ = 0;    // requests over this connection since the last byte
   int in_vain_ = 0;       // connections in a row that ended before any answer
   Bytes held_;
-  bool is_unsent_ = false;  // see above
+  bool is_unsent_ = false;
 };
 
 }  // namespace baudgate::lines

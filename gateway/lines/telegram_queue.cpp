@@ -29,8 +29,8 @@ void TelegramQueue::Submit(bus::WriteCommand command, const std::optional<std::s
   Settle(now);
 }
 
-/// Why a telegram that waits is not sent any more: bytes of others have kept the line from being
-/// quiet, the program was stopped, or its client has left.
+/// Returns why a waiting telegram can no longer be sent: its client has left, or its deadline has
+/// passed, for example because other bytes kept the line busy or the program was suspended.
 const char* TelegramQueue::WhyNotSend(const bus::WriteCommand& command, Now now) {
   if (command.client_left()) return bus::kClientLeft;
   return command.deadline <= now.instant ? bus::kTooLate : nullptr;
@@ -81,7 +81,8 @@ void TelegramQueue::Hand(bool send, Now now) {
   if (exchange_->is_over()) End(now);
 }
 
-/// It has failed. Nobody will have got it if it was never put on the wire.
+/// A failed telegram that was never put on the wire becomes `queued` again, because no device can
+/// have received it.
 void TelegramQueue::TakeBack() {
   const bool sent = command_->state == bus::WriteState::sent;
   if (sent && port_.IsUnsent()) command_->MoveTo(bus::WriteState::queued);

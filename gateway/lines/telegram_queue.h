@@ -1,12 +1,13 @@
-// Telegrams by hand (`baudgate ask`) that wait for their turn on a line: when the poller has ended
-// its present job, it pauses, the telegram has the line to itself, and the poller goes on.
+// `TelegramQueue` holds telegrams by hand (`baudgate ask`) until they can be sent. The poller
+// finishes its job and pauses, the telegram uses the line alone, and the poller continues.
 //
-//   poll under way → its end → the telegram and its reply → silence → the next poll
+//   current poll → its end → the telegram and its reply → silence → the next poll
 //
-// It waits until no late reply to a poll can come, which would pass for its own. If it gets no
-// reply, one may still come and pass for that of a poll: probes go before the next polls.
+// A telegram waits until no late reply to a poll can come, because it could be mistaken for the
+// reply to the telegram. If a telegram gets no reply, a late one could be mistaken for the reply to
+// a poll, so probes go before the next polls.
 //
-// One thread, the line's.
+// All calls must come from the line's thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,21 +24,21 @@ namespace baudgate::lines {
 
 class TelegramQueue {
  public:
-  /// All outlive it; `port` may be made later than this.
+  /// The references must outlive this object; `port` may be constructed later.
   TelegramQueue(const config::Line& line, bus::Poller& poller, bus::Tap& tap,
                 bus::RequestPort& port)
       : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
-  /// `why_not`: nothing can be sent now; it is answered at once.
+  /// `why_not`: nothing can be sent now, so the command is answered at once.
   void Submit(bus::WriteCommand command, const std::optional<std::string>& why_not, Now now);
-  /// False: no telegram is on the line, and the bytes are the poller's.
+  /// Returns false if no telegram is on the line: the bytes are for the poller.
   bool TakeBytes(View bytes, Now now);
   void OnTimer(Now now);
   /// See Poller.
   bool MayGoOut(Now now) const { return !command_ || WhyNotSend(*command_, now) == nullptr; }
-  /// The port is gone, or is given away.
+  /// The port is closed or lent: answers all commands.
   void OnClosed(const std::string& reason);
-  /// After every input of the line.
+  /// To be called after every input of the line.
   void Settle(Now now);
   std::optional<Instant> Deadline() const;
   bool is_busy() const { return exchange_.has_value(); }
@@ -56,7 +57,7 @@ class TelegramQueue {
   bus::Tap& tap_;
   bus::RequestPort& port_;
   std::deque<bus::WriteCommand> waiting_;
-  std::optional<bus::WriteCommand> command_;  // under way
+  std::optional<bus::WriteCommand> command_;
   config::SerialSettings serial_;
   std::optional<bus::TelegramExchange> exchange_;
 };

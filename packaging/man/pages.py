@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Man pages and shell completions from what the programs' own --help says, and from docs/keys.md.
+"""Writes man pages and shell completions from the programs' own --help, and from docs/keys.md.
 
 usage: pages.py VERSION DATE OUT BAUDGATE [BAUDGATE_DDS]
 
@@ -13,7 +13,7 @@ import re
 import subprocess
 import sys
 
-COLUMN = 30  # where CLI11 begins a description
+COLUMN = 30  # the column at which CLI11 begins a description
 FILES = {"--config", "--pty", "--socket", "--security", "FILE", "DIR"}
 LISTED = {"--profile": "profiles", "--protocol": "protocols"}
 

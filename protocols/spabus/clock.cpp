@@ -21,7 +21,6 @@ bool IsDue(const std::optional<Instant>& sent, Duration period, Instant now) {
   return period > Duration::zero() && (!sent || now - *sent >= period);
 }
 
-/// What the clock on the wall shows.
 std::tm CivilTime(std::time_t time, Zone zone) {
   std::tm civil{};
   if (zone == Zone::utc) {

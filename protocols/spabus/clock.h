@@ -1,12 +1,12 @@
-// The time for all relays of a line: T, the second of the minute, and D, date and time, sent to
-// slave 900 and answered by none. When each is due, and what it says: the moment at which its last
-// character arrives. Nothing is sent while this machine's own clock is not known to be right.
+// `ClockMessages` sends the time to all relays of a line: T, the second of the minute, and D, date
+// and time, as writes to slave 900, which no relay answers. The text contains the moment at which
+// its last character arrives. Nothing is sent unless this machine's clock is known to be right.
 // Source: spa-bus reference, 13.
 //
 //   > >900WT:12.345:                    arrives at 12.345 s of the minute
-//   > >900WD:24-02-29 23.59;58.125:     a relay of the SPACOM series knows T alone
+//   > >900WD:24-02-29 23.59;58.125:     a relay of the SPACOM series supports T only
 //
-// ClockOffset measures how far a relay's clock is off.
+// `ClockOffset` measures how far a relay's clock is off.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,18 +24,18 @@ namespace baudgate::protocols::spabus {
 inline constexpr char kSeconds = 'T';
 inline constexpr char kDate = 'D';
 
-/// What D counts its hours in; in the order of the words of the option `date_zone`.
+/// The time zone of D, in the order of the words of the option `date_zone`.
 enum class Zone : std::uint8_t {
-  local,     ///< of this machine, with its summer time
-  standard,  ///< the same, without summer time
+  local,     ///< time of this machine, with summer time
+  standard,  ///< time of this machine, without summer time
   utc,
 };
 
 struct ClockSettings {
-  Duration seconds{};  ///< how often T is sent; zero: never
-  Duration date{};     ///< D, likewise
+  Duration seconds{};  ///< interval of T; zero: never sent
+  Duration date{};     ///< interval of D; zero: never sent
   Zone zone = Zone::local;
-  Duration delay{};  ///< of converters on the way, beyond the characters themselves
+  Duration delay{};  ///< delay of converters on the way, beyond the characters
 };
 
 /// The clock messages of one line, shared by its relays.
@@ -43,11 +43,10 @@ class ClockMessages {
  public:
   explicit ClockMessages(bool right = false) : right_(right) {}
 
-  /// This machine's clock is known to be right, or not any more.
   void OnHostClock(bool right);
   bool right() const { return right_; }
 
-  /// The item that is to be sent now; D first.
+  /// Returns the item to send now, D before T; empty: none is due.
   std::optional<char> Due(const ClockSettings& settings, Instant now) const;
   void OnSent(char item, Instant now);
 
@@ -57,45 +56,46 @@ class ClockMessages {
   std::optional<Instant> date_sent_;
 };
 
-/// Always of the same length for one item.
+/// Returns the text of T or D; its length depends on the item only.
 std::string ClockText(char item, WallTime time, Zone zone);
 
-// How far a relay's clock is from this machine's: T, the second of its minute, against the middle
-// of the time in which it must have looked at its clock. Read only; nothing is set.
+// Measures how far a relay's clock is from this machine's clock: compares T, the second of the
+// relay's minute, with the middle of the time in which the relay read its clock.
 //
 //   > >1RT:…          the last character arrives at 12:00:00.000
 //   < <1D:01.510:…    the first character comes at 12:00:00.020      1.510 - 0.010 = 1.500 s ahead
 //
-// Whole minutes do not show: from -30 s to 30 s. Source: spa-bus reference, 5 and 13; that the time
-// is that between request and reply is inferred.
+// Whole minutes do not show: the result is from -30 s to 30 s. Source: spa-bus reference, 5 and 13;
+// that the relay reads its clock between request and reply is inferred.
 
-/// What stands in a point's `read` for it.
+/// The text in a point's `read` for the clock offset.
 inline constexpr std::string_view kOffsetItem = "T offset";
 
-/// "12.345"; empty: it is no second of a minute.
+/// Reads "12.345". Empty: the text is no second of a minute.
 std::optional<Duration> SecondsOf(std::string_view data);
 
 class ClockOffset {
  public:
-  /// Wider than this nobody knows when the relay looked at its clock.
+  /// In a longer time between request and reply it is unknown when the relay read its clock.
   static constexpr Duration kWidest = 500ms;
 
-  /// A request for T is made: it has not been sent yet.
+  /// A request for T was made, but is not sent yet.
   void OnAsked() { first_.reset(); }
-  /// It is sent, perhaps once more: its last character arrives then.
+  /// The request is sent, perhaps a second time. `arrives`: when its last character arrives;
+  /// `character`: the time of one character.
   void OnSent(Now arrives, Duration character);
 
   struct Offset {
-    Value value;  ///< seconds, positive where the relay is ahead
+    Value value;  ///< seconds; positive if the relay's clock is ahead
     Quality quality;
   };
-  /// The reply has come whole at `now` and has so many characters. `right`: this machine's clock is
-  /// known to be.
+  /// Returns the offset for a reply of `characters` characters that was complete at `now`. `right`:
+  /// this machine's clock is known to be right.
   Offset Of(std::string_view data, std::size_t characters, Instant now, bool right) const;
 
  private:
-  std::optional<Instant> first_;  // when it was sent first
-  Now arrives_{};                 // when it was sent last
+  std::optional<Instant> first_;  // when the request was sent first
+  Now arrives_{};                 // when the request was sent last
   Duration character_{};
 };
 

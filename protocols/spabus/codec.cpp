@@ -10,7 +10,7 @@ constexpr std::string_view kNumbered = "IOSVM";
 constexpr std::string_view kSingle = "CFTDALB";
 constexpr std::size_t kSlaveDigits = 3;
 
-/// `first[/last]`; nothing when the text does not start with a proper range.
+/// Takes `first[/last]` from the front. Returns nothing if there is no valid range.
 std::optional<Range> TakeRange(std::string_view& text, std::size_t digits) {
   const auto first = TakeNumber(text, digits);
   if (!first) return std::nullopt;
@@ -21,7 +21,7 @@ std::optional<Range> TakeRange(std::string_view& text, std::size_t digits) {
   return Range{*first, *last};
 }
 
-/// The part of a request between the type letter and the next colon.
+/// Parses what is between the type letter and the next colon.
 bool ParseItems(std::string_view text, Command& command) {
   if (!text.empty() && IsDigit(text.front())) {
     const auto channels = TakeRange(text, kChannelDigits);
@@ -125,7 +125,7 @@ Command WriteOf(unsigned slave, const Address& address, std::string data) {
 
 Bytes Encode(const Command& command, bool wildcard) {
   std::string text = ">" + std::to_string(command.slave) + (command.write ? "W" : "R");
-  // Channel 0 need not be written, and single-module relays expect it so.
+  // Channel 0 is left out, because single-module relays expect this form.
   if (command.channels != Range{}) text += RangeText(command.channels);
   text += command.category;
   if (command.numbers) text += RangeText(*command.numbers);

@@ -1,6 +1,5 @@
-// Requests of the SPA Bus as text: addresses of items, the frames that ask for them, and the way
-// back. Bytes go to the line from the conversation, and come from it to the twin. Wire format:
-// README.md.
+// Encodes requests of the SPA Bus as text and decodes them: addresses of items, and frames. Wire
+// format: README.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,28 +16,28 @@ namespace baudgate::protocols::spabus {
 
 inline constexpr std::uint8_t kCr = 0x0D;
 inline constexpr std::uint8_t kLf = 0x0A;
-/// Nobody answers a request to this slave number.
+/// Requests to this slave number are for all slaves; no slave answers.
 inline constexpr unsigned kBroadcast = 900;
-/// Most characters of a line that we make, of one that we take (devices older than version 2.1 of
-/// the protocol send 256), and most lines of a continued reply that we take.
+/// Most characters of a line that the gateway sends, and of a line that it accepts (devices older
+/// than version 2.1 of the protocol send 256), and most lines of a continued reply that it accepts.
 inline constexpr std::size_t kMaxLine = 255;
 inline constexpr std::size_t kLongestLine = 256;
 inline constexpr std::size_t kMaxLines = 16;
-/// Most digits of a channel, and of a number of data or an event.
+/// Most digits of a channel, and of the number of an item or event.
 inline constexpr std::size_t kChannelDigits = 3;
 inline constexpr std::size_t kNumberDigits = 6;
-/// The checksum that says "do not check me".
+/// In place of the checksum: the receiver does not check the frame.
 inline constexpr std::string_view kWildcard = "XX";
 
 constexpr bool IsDigit(char c) { return c >= '0' && c <= '9'; }
-/// Printable ASCII, the only characters besides CR and LF that stand on the bus.
+/// True for printable ASCII. The bus uses no other characters except CR and LF.
 constexpr bool IsPrintable(std::uint8_t byte) { return byte >= 0x20 && byte <= 0x7E; }
-/// Delimiters of the protocol; never inside a value.
+/// True for delimiters of the protocol, which a value cannot contain.
 constexpr bool IsReserved(char c) {
   return c == '<' || c == '>' || c == ':' || c == '/' || c == '&';
 }
 
-/// First and last, both included.
+/// Numbers from first to last; both are included.
 struct Range {
   std::uint32_t first = 0;
   std::uint32_t last = 0;
@@ -50,28 +49,28 @@ struct Range {
 struct Address {
   unsigned channel = 0;  ///< 0…999
   char category = 'I';
-  std::optional<std::uint32_t> number;  ///< 0…999999; only of categories that count their items
+  std::optional<std::uint32_t> number;  ///< 0…999999; empty for categories without numbers
   auto operator<=>(const Address&) const = default;
 };
 
-/// I, O, S, V, M are numbered; C, F, T, D, A, L, B are one item each.
+/// True for I, O, S, V, M. Each of C, F, T, D, A, L, B is one item.
 bool TakesNumber(char category);
 
-/// `[channel]category[number]`; the channel is 0 when left out. An error says what would be right.
+/// Reads `[channel]category[number]`; the channel is 0 if it is left out. An error contains the
+/// right form.
 Result<Address> ParseAddress(std::string_view text);
 std::string FormatAddress(const Address& address);
 
-/// 1…999 without 900. An error says what would be right.
+/// Reads a slave number: 1…999 without 900. An error contains the right form.
 Result<unsigned> ParseSlave(std::string_view text);
 
-/// What a request says.
 struct Command {
   unsigned slave = 0;
   bool write = false;
   Range channels;
   char category = 'I';
   std::optional<Range> numbers;
-  std::string data;  ///< of a write
+  std::string data;  ///< data of a write
   bool operator==(const Command&) const = default;
 
   std::size_t ItemCount() const { return channels.Count() * (numbers ? numbers->Count() : 1); }
@@ -80,19 +79,20 @@ struct Command {
 Command ReadOf(unsigned slave, const Address& first, std::uint32_t last_number);
 Command WriteOf(unsigned slave, const Address& address, std::string data);
 
-/// The whole frame, CR included. `wildcard`: XX in place of the checksum.
+/// Returns the whole frame with its CR. `wildcard`: XX in place of the checksum.
 Bytes Encode(const Command& command, bool wildcard);
 
-/// What a slave can make of a frame between `>` and CR.
+/// The content of a frame between `>` and CR, as a slave reads it.
 struct ReceivedRequest {
-  std::optional<unsigned> slave;   ///< empty: not even a slave number can be read
-  bool intact = false;             ///< the checksum fits, or is XX
+  std::optional<unsigned> slave;   ///< empty: the frame has no slave number
+  bool intact = false;             ///< the checksum is right, or is XX
   std::optional<Command> command;  ///< empty: the syntax is wrong
   std::size_t data_at = 0;         ///< where Command::data begins in the frame
 };
 ReceivedRequest ParseRequest(View frame);
 
-/// Takes up to `most` digits from the front; nothing when there is none or one more follows.
+/// Takes up to `most` digits from the front of `text`. Returns nothing if there are no digits, or
+/// more than `most`.
 std::optional<std::uint32_t> TakeNumber(std::string_view& text, std::size_t most);
 
 }  // namespace baudgate::protocols::spabus

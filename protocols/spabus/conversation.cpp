@@ -15,8 +15,9 @@ namespace {
 
 bool AreNeighbours(std::uint32_t a, std::uint32_t b) { return a + 1 == b || b + 1 == a; }
 
-/// Whether its neighbours stand in other channels: 1I1, 2I1, 3I1. Neighbours of its own channel go
-/// before, and channel 0 is no channel among others: it holds what is common to all.
+/// True if the neighbours of the point are in other channels: 1I1, 2I1, 3I1. Neighbours in the same
+/// channel are preferred. Channel 0 never counts, because it contains the items that are common to
+/// all channels.
 bool IsAcross(const ReadPoint& point, std::span<const ReadPoint> points) {
   const Address& own = point.address;
   if (!own.number || own.channel == 0) return false;
@@ -103,9 +104,10 @@ bool ItemReads::OnAnswered(std::size_t query, Instant now) {
   return true;
 }
 
-/// What is asked changes so that one item does not cost the others.
+/// Changes the queries, so that one item does not block the others.
 bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now) {
-  // "Does not have it" takes three: a damaged reply may look like a refusal.
+  // An item counts as missing after three refusals, because a damaged reply may look like a
+  // refusal.
   if (!plan_.IsLastRefusal(query)) answer.readings.clear();
   const NackRule& rule = RuleOf(nack);
   const std::size_t items = plan_.block(query).size();
@@ -128,9 +130,9 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
   return plan_.OnRefused(query, now) != PlanChange::nothing;
 }
 
-/// A range of channels that has never been answered may be what the device does not understand:
-/// some say nothing then, or give one value. One that is silent to several items of a channel, and
-/// answers other requests, is asked for fewer.
+/// Handles a failed request for several items. A relay may not support ranges of channels: some
+/// send nothing then, or only one value. A relay that is silent to several items of one channel,
+/// and answers other requests, is asked for fewer items.
 bool ItemReads::OnFailure(std::size_t query, Outcome outcome, Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   if (!silent && outcome != Outcome::unexpected) return false;
@@ -173,7 +175,7 @@ bool RelayIdentity::WantsName() {
   return asked_;
 }
 
-/// A relay that has no designation contradicts nothing.
+/// Judges the name. A relay without a designation contradicts no profile.
 Answer RelayIdentity::TakeName(Answer answer) {
   named_ = true;
   const bool was_in_trouble = static_cast<bool>(trouble_);
@@ -192,9 +194,9 @@ Answer RelayIdentity::TakeName(Answer answer) {
 namespace {
 
 constexpr Address kIdentification{0, 'F', std::nullopt};
-/// All that is asked of a relay which is not what its profile says: what it is now.
+/// The only query for a relay that is not what its profile requires: its designation.
 const Query kIdentificationQuery{config::Group::slow, {}};
-/// What is remembered over restarts, and nothing else.
+/// The memory over restarts, while the password may be open.
 constexpr std::string_view kMayBeOpen = "password may be open";
 
 class SpaConversation final : public Conversation {
@@ -221,7 +223,8 @@ class SpaConversation final : public Conversation {
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
-    // A probe asks for the name as well: its reply spares the question that waits behind it.
+    // A probe reads F, too: its reply also answers a question for the name that waits behind the
+    // probe.
     const bool is_probe = task.kind == Task::Kind::probe;
     if (!is_probe) identity_.OnAsk();
     const auto clock = clock_.Due(ClockSettingsOf(settings_), now);
@@ -422,7 +425,7 @@ class SpaConversation final : public Conversation {
     return request;
   }
 
-  /// The reading that the user chose; 0 = to be learned.
+  /// Returns the checksum variant that the user chose; 0: none, the variant is learned.
   int PinnedReading() const {
     const int chosen = ChecksumBits(settings_) & kCoversAny;
     return chosen == kCoversAny ? 0 : chosen;
@@ -453,7 +456,7 @@ class SpaConversation final : public Conversation {
 
   Answer TakeRead(std::size_t query, Exchange exchange, std::size_t characters, Instant now) {
     Answer& answer = exchange.answer;
-    // "Other error" is worth one more try: reading again does no harm.
+    // "Other error" (NACK 9) is worth one retry, because a read has no side effect.
     if (exchange.nack == kOtherError && !std::exchange(repeated_, true)) {
       answer.then = Then::ask_again;
       return std::move(answer);
@@ -477,8 +480,8 @@ class SpaConversation final : public Conversation {
   ItemReads reads_;
   RelayIdentity identity_;
   ClockOffset offset_;
-  bool repeated_ = false;        ///< the present poll, because of NACK 9
-  bool sends_wildcard_ = false;  ///< the latest good reply had XX
+  bool repeated_ = false;        ///< the current poll was repeated because of NACK 9
+  bool sends_wildcard_ = false;  ///< the latest good reply had XX as its checksum
 };
 
 }  // namespace

@@ -1,7 +1,6 @@
-// The SPA Bus as the poller sees it: one bus per line, one conversation per device on it.
-// Tasks come in, requests go to the line; frames come back from it and leave as readings.
-// RelayIdentity checks that a relay is what its profile says, and ItemReads finds the requests that
-// read its points.
+// `SpaBus` is what the devices of a line share, and MakeConversation makes the conversation with
+// one device. `ItemReads` chooses the requests that read the points of a relay, and `RelayIdentity`
+// checks that a relay is what its profile requires.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,44 +22,43 @@
 
 namespace baudgate::protocols::spabus {
 
-// How the points of a device are read: items with consecutive numbers share a request, or else the
-// same item of consecutive channels. Points come from the profile, queries go to the poller through
-// the conversation. ItemReads reads the points of one relay, and learns from refusals.
+// Plans how the points of a device are read: items with consecutive numbers share a request, or
+// else the same item of consecutive channels.
 
 /// Items of one category that one request may read: 1I1, 1I2, 1I3 of channel 1, or across channels
-/// 1I1, 2I1, 3I1. Places in it are numbers, or channels.
+/// 1I1, 2I1, 3I1. Places in a row are numbers of items, or channels.
 struct Row {
   char category = 'I';
   bool across = false;
-  std::uint32_t common = 0;  ///< the channel of all; across channels the number of all
+  std::uint32_t common = 0;  ///< the channel of all items; across channels: the number of all items
   bool operator==(const Row&) const = default;
 };
 using ItemPlan = QueryPlan<Row>;
 
-/// What the device takes in one request, as far as it is known.
+/// How much the device accepts in one request, as far as it is known.
 struct RequestLimits {
   std::size_t items = 8;
-  bool channels = true;     ///< a range of them
-  std::size_t written = 1;  ///< items in one write
+  bool channels = true;     ///< a range of channels is accepted
+  std::size_t written = 1;  ///< most items in one write
 };
 
-/// One request takes items without a gap. `limits` are read whenever requests are laid out, so that
-/// the device can be asked for less from now on; they outlive the plan.
+/// Plans requests, each without gaps between its items. `limits` are read at each planning, so a
+/// lower limit takes effect at the next planning; they must outlive the plan.
 ItemPlan MakePlan(std::span<const ReadPoint> points, const RequestLimits& limits,
                   Often is_often = IsFast);
 
-/// The request that reads a block: >1RI1/5: or >1R1/3I1:
+/// Returns the request that reads a block: >1RI1/5: or >1R1/3I1:
 Command ReadOf(unsigned slave, const Block<Row>& block);
 
-// By which requests the points of one relay are read, and what its refusals teach of that: fewer
-// items in one request, no range of channels, one value in one write. Silence to several items,
-// beside answers to others, teaches the same.
+// Chooses the requests that read the points of one relay, and learns from refusals: fewer items in
+// one request, no range of channels, one value in one write. Silence to several items, while the
+// relay answers other requests, teaches the same.
 //
-//   > >1R1/3I1:   < <1N:7:      it does not know ranges of channels: >1R1I1: from now on
+//   > >1R1/3I1:   < <1N:7:      no ranges of channels from now on: >1R1I1:
 //
 class ItemReads {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   ItemReads(const config::Device& device, const Settings& settings);
   ItemReads(const ItemReads&) = delete;
   ItemReads& operator=(const ItemReads&) = delete;
@@ -71,18 +69,18 @@ class ItemReads {
   const RequestLimits& limits() const { return limits_; }
   Command Ask(unsigned slave, std::size_t query) const { return ReadOf(slave, plan_.block(query)); }
 
-  // True: the queries are others now.
+  // The functions below return true if the queries have changed.
 
   bool OnAnswered(std::size_t query, Instant now);
-  /// `answer` is the NACK to the query.
+  /// Handles a refusal: `nack` is its code, `answer` its answer.
   bool TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now);
   bool OnFailure(std::size_t query, Outcome outcome, Instant now);
   bool ForgetRefusals() { return plan_.ForgetRefusals(); }
 
-  /// A write of several values is too much for the relay.
+  /// The relay refused a write of several values.
   void WriteAlone() { limits_.written = 1; }
   void OnReconnect();
-  /// For the status; empty: nothing was learned.
+  /// Returns what was learned, for the status; empty: nothing was learned.
   std::string Learned() const;
 
  private:
@@ -94,50 +92,51 @@ class ItemReads {
 
   const Settings& settings_;
   const std::vector<ReadPoint> points_;      ///< in the order of the device
-  const std::vector<ReadPoint> by_address_;  ///< the same, sorted
-  RequestLimits limits_;                     ///< less once the device has called it too much
-  TryAgain larger_;                          ///< when requests are as large as configured again
+  const std::vector<ReadPoint> by_address_;  ///< the same points, sorted by address
+  RequestLimits limits_;  ///< lower than configured after the device refused requests as too large
+  TryAgain larger_;       ///< when the configured limits are tried again
   ItemPlan plan_;
-  int channel_failures_ = 0;    ///< of ranges of channels, none answered so far
-  bool channels_work_ = false;  ///< a range of channels was answered
+  int channel_failures_ = 0;  ///< failures of ranges of channels, while none was answered
+  bool channels_work_ = false;
 };
 
-// Whether a relay is what its profile says, by its designation (item F):
+// Checks by its designation (item F) that a relay is what its profile requires:
 //
-//   > >7RF:    < <7D: SPAJ 140C:      it is asked before the first poll
-//                                     another name: it is asked for nothing else until it is right
+//   > >7RF:    < <7D: SPAJ 140C:      F is read before the first poll
+//                                     another name: only F is read until the name is right
 //
 class RelayIdentity {
  public:
-  /// It outlives this.
+  /// `identity` must outlive this object.
   explicit RelayIdentity(const config::Identity& identity) : identity_(identity) {}
 
-  /// A request is asked for: an earlier one that waits will be asked for again.
+  /// A new request is being made: an earlier request for the name that still waits must be made
+  /// again.
   void OnAsk() { asked_ = false; }
-  /// True: the next request asks for the name.
+  /// Returns true if the next request must read the name.
   bool WantsName();
-  /// The request under way asks for the name, and is answered or has failed.
+  /// Returns true if the request that was answered or has failed was for the name. Resets the
+  /// state.
   bool TakeAsked() { return std::exchange(asked_, false); }
   Answer TakeName(Answer answer);
-  /// Silence contradicts nothing; the next poll asks for values.
+  /// Silence contradicts no profile: the next poll reads values.
   void OnNoName() { named_ = true; }
   void OnReconnect() { named_ = false; }
   const DeviceTrouble& trouble() const { return trouble_; }
 
  private:
   const config::Identity& identity_;
-  bool named_ = false;  ///< it has said what it is, since OnReconnect
+  bool named_ = false;  ///< the relay has answered or ignored F since OnReconnect
   bool asked_ = false;
   DeviceTrouble trouble_;
 };
 
-/// What the devices of a line share.
 struct SpaBus final : Bus {
   ContinuationChecksum checksum;
   ClockMessages clock;
 };
 
-/// `device` and `bus` outlive the conversation.
+/// `device` and `bus` must outlive the conversation.
 std::unique_ptr<Conversation> MakeConversation(const config::Device& device,
                                                const Settings& settings, SpaBus& bus);
 

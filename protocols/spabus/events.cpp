@@ -15,7 +15,7 @@ constexpr std::uint32_t kSecondsInMinute = 60;
 
 bool IsLetter(char c) { return c >= 'A' && c <= 'Z'; }
 
-/// "12.345": exactly three decimals, so that a channel may follow without a space.
+/// Takes "12.345": exactly three decimals, so that a channel may follow without a space.
 std::optional<SaidTime> TakeTime(std::string_view& text) {
   std::string_view rest = text;
   const auto seconds = TakeNumber(rest, kSecondDigits);
@@ -87,15 +87,17 @@ namespace {
 constexpr Address kEvents{0, 'L', std::nullopt};
 constexpr Address kBackup{0, 'B', std::nullopt};
 constexpr Address kStatus{0, 'C', std::nullopt};
-/// Tasks in a row whose B nobody answers, while the relay answers all else and has never answered
-/// one: it does not know B.
+/// A relay that has never answered B, ignores B in this many tasks in a row and answers other
+/// requests, does not support B.
 constexpr int kSilentBackups = 3;
-/// L in a row, refused by a relay that has never answered one: it does not know L. One that has is
-/// asked on: what looks like a refusal may be a damaged or somebody else's reply.
+/// A relay that has never answered L, and refuses it this many times in a row, does not support L.
+/// A relay that has answered is asked again, because an apparent refusal may be a damaged reply, or
+/// that of another device.
 constexpr int kMostRefusals = 3;
-/// Failures in a row that are worth a word.
+/// Failures in a row after which the status has a remark.
 constexpr int kManyFailures = 10;
-/// Events carry the time within a minute: the same text cannot be said of others so soon.
+/// Events contain the time within a minute, so other events cannot have the same text within this
+/// time.
 constexpr Duration kNeverTwiceWithin = 50s;
 
 Answer GoOn() {
@@ -171,7 +173,7 @@ Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   } else if (held_ && held_->said == batch.said) {
     return ReportHeld(now);
   } else if (held_ && rechecks_) {
-    // One of the two is damaged. Where it goes on so, other tasks come between.
+    // One of the two batches is damaged. Other tasks get their turn if this repeats.
     Answer answer = Hold(std::move(batch.said), true);
     answer.then = Then::done;
     return answer;
@@ -208,7 +210,7 @@ Answer EventSession::Report(EventBatch batch, Instant now) {
   return answer;
 }
 
-/// 1: it was restarted, 2: events were lost, 3: both.
+/// Handles the status: 1 the relay was restarted, 2 events were lost, 3 both.
 Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
   owes_status_ = false;
   const auto status = ParseInteger<int>(Trim(exchange.data));
@@ -216,7 +218,7 @@ Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
   return held_ ? ReportHeld(now) : GoOn();
 }
 
-/// Without B or C it goes on with L; a relay that does not know L is not asked again.
+/// If B or C is refused, L follows without it. A relay that does not support L is not asked again.
 Answer EventSession::OnRefused(Step step, Exchange exchange, Instant now) {
   Answer answer = std::move(exchange.answer);
   answer.readings.clear();
@@ -246,7 +248,7 @@ const DeviceTrouble& EventSession::remark() const {
 
 Then EventSession::OnFailure(Outcome outcome) {
   const Step step = std::exchange(step_, Step::none);
-  if (outcome == Outcome::busy) return Then::done;  // it was not sent
+  if (outcome == Outcome::busy) return Then::done;  // the request was not sent
   ++failures_;
   if (step == Step::events || step == Step::none) owes_backup_ = true;
   if (step == Step::status || step == Step::clear) owes_status_ = clears_ = false;
@@ -254,7 +256,7 @@ Then EventSession::OnFailure(Outcome outcome) {
   silent_backups_ = silent ? silent_backups_ + 1 : 0;
   if (silent_backups_ >= kSilentBackups && !answers_backup_) {
     owes_backup_ = knows_backup_ = false;
-    owes_status_ = true;  // and what is held is told after it
+    owes_status_ = true;  // the held batch is reported after the status
   }
   return Then::done;
 }

@@ -29,7 +29,7 @@ constexpr DecoderSpec kDecoders[] = {
     {"3A", "alarms of a channel (string)"},
 };
 
-/// What must not be written through a gateway, and why; nothing = it may be.
+/// Returns why an item must not be written through a gateway; empty: it may be written.
 std::string_view Forbidden(const Address& address) {
   if (address.category != 'V') return {};
   switch (address.number.value_or(0)) {
@@ -152,21 +152,21 @@ namespace {
 
 using config::Type;
 
-/// Beyond this a double does not hold every integer, and no device of ours has such numbers.
+/// A double cannot represent every integer beyond this, and no known device uses such numbers.
 constexpr double kLargestExact = 9007199254740992.0;
-/// Longest text item that known masters write.
+/// The longest text item that known masters write.
 constexpr std::size_t kLongestText = 131;
-/// The decimals of a point that does not say how many it has. What was divided by a scale is not
-/// exact in its last digits.
+/// The most decimals for a point without configured decimals. A value that was divided by a scale
+/// is inexact in its last digits.
 constexpr std::size_t kMostDecimals = 9;
 constexpr std::size_t kScaledDecimals = 6;
-/// Relative, of limits that are no binary fractions.
+/// Relative tolerance, for limits that are no binary fractions.
 constexpr double kSlack = 1e-9;
 
 bool IsInteger(Type type) { return type >= Type::int8 && type <= Type::uint64; }
 bool IsScaled(const config::Point& point) { return point.scale != 1 || point.offset != 0; }
 
-/// Integers of all forms as integers, the rest as decimal.
+/// Returns an integer for a whole number in any form, else a decimal number.
 std::optional<Value> ParseNumber(std::string_view text) {
   if (const auto whole = ParseInteger<std::int64_t>(text)) return Value(*whole);
   if (const auto large = ParseInteger<std::uint64_t>(text)) return Value(*large);
@@ -208,7 +208,7 @@ Limits LimitsOf(Type type) {
   }
 }
 
-/// "4.10" and "4.00" to "4.1" and "4"; `least` decimals stay.
+/// Changes "4.10" and "4.00" to "4.1" and "4"; at least `least` decimals stay.
 void DropZeros(std::string& text, std::size_t least) {
   const std::size_t point = text.find('.');
   if (point != std::string::npos) {
@@ -218,7 +218,6 @@ void DropZeros(std::string& text, std::size_t least) {
   if (text == "-0") text = "0";
 }
 
-/// Fixed notation with `least` to `most` decimals.
 std::string FormatFixed(double number, int least, int most) {
   char buffer[64];
   const auto [end, error] =
@@ -229,7 +228,7 @@ std::string FormatFixed(double number, int least, int most) {
   return text;
 }
 
-/// One more in the last digit: "-1.99" to "-2.00".
+/// Adds one in the last digit: "-1.99" to "-2.00".
 void StepUp(std::string& text) {
   for (std::size_t i = text.size(); i-- > 0;) {
     if (text[i] == '.' || text[i] == '-') continue;
@@ -242,7 +241,7 @@ void StepUp(std::string& text) {
   text.insert(text.front() == '-' ? 1 : 0, 1, '1');
 }
 
-/// Rounded as on paper, half away from zero: 2.675 is 2.68, whatever a double makes of it.
+/// Rounds as on paper, half away from zero: 2.675 becomes 2.68, although its double is lower.
 std::string RoundTo(std::string text, std::size_t decimals) {
   const std::size_t point = text.find('.');
   const std::size_t next = point + 1 + decimals;
@@ -267,8 +266,9 @@ Result<std::string> EncodeText(const std::string& text) {
   return text;
 }
 
-/// float32 registers carry 30.3 as 30.299999237: the shortest text that reads back as the same
-/// float32 is what was meant. Of a double it is that of 15 digits, which hides 0.1 + 0.2.
+/// A float32 register contains 30.3 as 30.299999237, so the shortest text that reads back as the
+/// same float32 is the intended number. A float64 is rounded to 15 digits, which hides the error of
+/// 0.1 + 0.2.
 std::string Shortest(double number, Type type) {
   char buffer[512];
   char* const end = buffer + sizeof buffer;
@@ -289,7 +289,7 @@ std::size_t MostDecimals(const config::Point& point) {
   return IsScaled(point) ? kScaledDecimals : kMostDecimals;
 }
 
-/// Rounding must not lead out of the range that the value itself was in.
+/// True if the rounded value is still in the allowed range.
 bool IsAllowed(const std::string& text, const config::Point& point) {
   const Decimal shown = Decimal::Parse(text).value_or(0) * point.scale + point.offset;
   const auto& [min, max] = std::tie(point.writing.min, point.writing.max);
@@ -297,7 +297,7 @@ bool IsAllowed(const std::string& text, const config::Point& point) {
   return !(min && shown < *min - slack) && !(max && shown > *max + slack);
 }
 
-/// The text for a number that is in the range of the point's type.
+/// Returns the text for a number within the range of the point's type.
 Result<std::string> EncodeNumber(double number, const config::Point& point) {
   const std::size_t decimals = MostDecimals(point);
   std::string text = RoundTo(Shortest(number, point.type), decimals);
@@ -324,7 +324,7 @@ Decoded DecodeValue(std::string_view raw, const config::Point& point) {
     return {{}, Quality::bad_configuration};
   }
   if (IsInteger(point.type)) {
-    // 0.52 in an integer is a measurement only where a scale makes it whole.
+    // 0.52 in an integer point is valid only if a scale makes the value whole.
     const bool whole = !std::holds_alternative<double>(*number);
     if (!whole && !IsScaled(point)) return {{}, Quality::bad_configuration};
     return {*number, Quality::good};

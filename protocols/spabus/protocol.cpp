@@ -20,7 +20,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*slave);
 }
 
-/// The spec's own chapter on delays is not public: figures of known masters, README.md says which.
+/// Delays of known masters (README.md names the sources), because the chapter of the specification
+/// is not public.
 constexpr TimingRule kTiming = {
     .quiet = {.least = 5ms, .characters = 5},
     .reply = {.least = 500ms},
@@ -28,11 +29,11 @@ constexpr TimingRule kTiming = {
     .drain = {.least = 100ms, .characters = 40},
     .longest = kMaxReply,
     .gaps = 0,
-    // Sixteen lines take 4.3 s at 9600 bit/s. On slow lines no device may hold the others up for
-    // minutes: there the bound is ten seconds, or two whole lines where these take longer.
+    // Sixteen lines take 4.3 s at 9600 bit/s. A slow device must not block other devices for
+    // minutes, so the limit is ten seconds, or the time of two whole lines if this is longer.
     .longest_time = {.least = 10s, .characters = 2 * (kMaxLine + 2)}};
 
-/// An S item of a slave or of a channel: "S21", "14S3".
+/// True for an S item of a slave or of a channel: "S21", "14S3".
 bool IsSetting(const config::Point& point) {
   const std::string_view item = point.read;
   const std::size_t letter = item.find_first_not_of("0123456789");

@@ -11,7 +11,8 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-// Arcteq's table of SPA error codes; what to do is ours (README.md).
+// Codes and meanings from Arcteq's table of SPA error codes; the reactions are our choice
+// (README.md).
 constexpr NackRule kRules[] = {
     {Outcome::corrupt,
      "the device saw a checksum or parity error; check wiring, termination and bit rate",
@@ -73,7 +74,7 @@ namespace {
 
 constexpr std::string_view kLineBreak = "&\r\n";
 
-/// From `<` to before the line end.
+/// Returns the text from `<` to before the line end.
 std::string_view Body(View frame) {
   std::string_view text = AsText(frame);
   if (!text.empty() && text.back() == '\n') text.remove_suffix(1);
@@ -89,7 +90,7 @@ std::uint8_t Sum(std::string_view text, std::string_view without) {
   return sum;
 }
 
-/// `covered` runs from `<` to the last colon.
+/// `covered`: the text from `<` to the last colon.
 std::uint8_t SumOf(std::string_view covered, int reading) {
   const std::uint8_t line_feed = (reading & kLineFeedCovered) != 0 ? kLf : 0;
   switch (reading & kCoversAny) {
@@ -107,7 +108,8 @@ std::uint8_t SumOf(std::string_view covered, int reading) {
   }
 }
 
-/// Joins the lines of a reply: a value may be cut anywhere, so nothing comes between them.
+/// Joins the lines without a separator, because a value may be cut anywhere. Nothing: a character
+/// is not allowed.
 std::optional<std::string> Join(std::string_view lines, bool& continued) {
   std::string data;
   for (;;) {
@@ -153,7 +155,7 @@ std::optional<Reply> ParseReply(View frame) {
 
   if (reply.type == 'A') return rest == ":" ? std::optional(reply) : std::nullopt;
   if (reply.type == 'N') {
-    // No source prints the layout of a NACK; the code is taken to be its first digit.
+    // No source prints the layout of a NACK. Its first digit is assumed to be the code.
     const auto digit = rest.find_first_of("0123456789");
     if (digit != std::string_view::npos) reply.nack = rest[digit] - '0';
     if (rest.find_first_of("&\r\n") != std::string_view::npos) return std::nullopt;
@@ -248,7 +250,7 @@ namespace {
 constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
 constexpr const char* kFewer = "set max_items: 1 in the configuration; does the profile fit it?";
 
-/// In place of a checksum, by `send_xx`.
+/// The end of a request by `send_xx`, without a checksum.
 constexpr std::string_view kUnchecked = "XX\r";
 
 Answer Unexpected(std::string reason, const char* remedy = kOtherForm) {
@@ -259,8 +261,8 @@ Answer Unexpected(std::string reason, const char* remedy = kOtherForm) {
   return answer;
 }
 
-/// The items of a command in the order of their values: all numbers of the first channel, then the
-/// next channel. For one channel this is certain, for several it is inferred.
+/// Returns the items of a command in the order of their values: all numbers of the first channel,
+/// then the next channel. This order is certain for one channel, and inferred for several.
 std::vector<Address> ItemsOf(const Command& command) {
   std::vector<Address> items;
   for (unsigned channel = command.channels.first; channel <= command.channels.last; ++channel) {
@@ -301,7 +303,8 @@ void AddValue(const Address& item, std::string_view text, std::span<const ReadPo
     answer.readings.push_back({kNoPoint, GuessValue(text), Quality::good, FormatAddress(item)});
 }
 
-/// Lists of events and alarms have as many parts as there are; each is passed on as text.
+/// Returns each part of a list of events or alarms as a text. The number of parts is not known in
+/// advance.
 Answer DecodeList(const Command& command, const Reply& reply) {
   Answer answer;
   const Address item{command.channels.first, command.category, std::nullopt};
@@ -315,10 +318,10 @@ Answer DecodeList(const Command& command, const Reply& reply) {
 
 Answer DecodeData(const Command& command, const Reply& reply, std::span<const ReadPoint> points) {
   if (IsEventList(command.category)) return DecodeList(command, reply);
-  // An alarm is text for people, and a slash in it separates nothing.
+  // An alarm is text for people, and a slash in it is no separator.
   const auto texts =
       command.category == 'A' ? std::vector<std::string_view>{reply.data} : Split(reply.data, '/');
-  // A range that only a capture could ask for must not make us build a list without end.
+  // Checked before ItemsOf, because a captured request may ask for a huge range.
   if (texts.size() != command.ItemCount()) {
     return Unexpected("the reply has " + std::to_string(texts.size()) + " values where " +
                           std::to_string(command.ItemCount()) + " were asked for",
@@ -354,7 +357,7 @@ Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> p
 std::vector<Reading> WrittenBy(const Command& command) {
   const auto texts = Split(command.data, '/');
   std::vector<Reading> readings;
-  // One text for several items, or several for one: which is whose is not known.
+  // With one text for several items, or several for one, the assignment is unknown.
   if (texts.size() != command.ItemCount()) return readings;
   const std::vector<Address> items = ItemsOf(command);
   for (std::size_t i = 0; i < items.size(); ++i) {

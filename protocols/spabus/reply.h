@@ -1,7 +1,7 @@
-// Replies of the SPA Bus: their text, their checksum in all its readings, and continued lines.
-// Bytes come from the line through rules.h to the conversation; the twin makes them here, too.
-// RuleOf says what a refusal (NACK 0-9) means and what to do about it, ContinuationChecksum has the
-// reading of continued replies that a line uses, and Decode says what an exchange means.
+// Parses and encodes replies of the SPA Bus: text, checksum in all its variants, and continued
+// lines. `RuleOf` explains a refusal (NACK 0-9) and how to react, `ContinuationChecksum` learns
+// which checksum the continued replies of a line have, and `Decode` turns an exchange into an
+// answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,11 +19,10 @@
 
 namespace baudgate::protocols::spabus {
 
-// What a refusal of a slave (NACK 0…9) means and what the master does about it.
-// Codes come from ParseReply and end as outcomes and sentences for the log.
+// Refusals of a slave (NACK 0…9): what each code means, and how the master reacts.
 
-/// Codes of refusals that are met by their number: the message asks for too much; it is not
-/// understood; not now, as while the password is closed.
+/// Codes that are handled by number: the request asks for too much; it is not understood; not now,
+/// for example without the password.
 inline constexpr int kTooComplicated = 3;
 inline constexpr int kSyntax = 5;
 inline constexpr int kNotNow = 7;
@@ -31,71 +30,74 @@ inline constexpr int kOtherError = 9;
 
 struct NackRule {
   Outcome outcome = Outcome::refused;
-  std::string_view meaning;  ///< with advice
-  std::string_view remedy;   ///< for `baudgate status`
-  Duration wait{};           ///< before the slave is asked again
-  /// The slave may answer for the items one by one although it does not for all of them.
+  std::string_view meaning;  ///< for the log, with advice
+  std::string_view remedy;   ///< advice for `baudgate status`
+  Duration wait{};           ///< time before the slave is asked again
+  /// The slave may answer for single items although it refuses a request for several.
   bool worth_splitting = false;
-  /// A single item that is refused so does not exist for us.
+  /// A single item that is refused with this code does not exist in the device.
   bool missing = false;
-  /// The slave looked at the message and judged it; a damaged or crowded-out one it did not.
+  /// The slave has read the request. False: the request was damaged, or the slave was too busy to
+  /// read it.
   bool judged = true;
 };
 
 const NackRule& RuleOf(int code);
 
-/// "NACK 6: some of the data does not exist in the device; …".
+/// Returns "NACK 6: some of the data does not exist in the device; …".
 std::string Explain(int code);
 
-/// Bits of Expectation::checksum. The first four say what the checksum of a reply continued over
-/// several lines may cover; no public source settles it, so more than one may be accepted.
-inline constexpr int kCoversAll = 1;         ///< a: from `<` to the last colon, `&` CR LF included
+/// Bits of Expectation::checksum. The first four are variants of what the checksum of a continued
+/// reply covers (a reply in several lines). No public source defines it, so several variants may be
+/// accepted.
+inline constexpr int kCoversAll = 1;         ///< a: from `<` to the last colon, with `&`, CR and LF
 inline constexpr int kCoversNoLineEnds = 2;  ///< b: without CR and LF
 inline constexpr int kCoversCharacters = 4;  ///< c: without `&`, CR and LF
 inline constexpr int kCoversLastLine = 8;    ///< d: the last line only
 inline constexpr int kCoversAny = 15;
-inline constexpr int kLineFeedCovered = 16;   ///< the LF before `<` counts, too
-inline constexpr int kWildcardAccepted = 32;  ///< XX in place of a checksum passes
+inline constexpr int kLineFeedCovered = 16;   ///< the LF before `<` is covered, too
+inline constexpr int kWildcardAccepted = 32;  ///< XX in place of a checksum is accepted
 
-/// The most bytes that a reply of all permitted lines has: each line with its CR and LF.
+/// The most bytes of a reply with the largest number of lines, each with its CR and LF.
 inline constexpr std::size_t kMaxReply = kMaxLines * (kLongestLine + 2) + 1;
 
 struct Reply {
   unsigned slave = 0;
   char type = 'D';          ///< D, A or N
-  std::string data;         ///< of D: lines joined, before splitting at '/'
-  std::optional<int> nack;  ///< of N: 0…9, when a digit was found
-  bool continued = false;   ///< came in several lines
-  bool wildcard = false;    ///< XX instead of a checksum
+  std::string data;         ///< data of D: the lines joined, before splitting at '/'
+  std::optional<int> nack;  ///< code of N: 0…9; empty: no digit was found
+  bool continued = false;
+  bool wildcard = false;
 };
 
-/// Reads a frame from `<` to its CR or CR LF; syntax only. Nothing when it is not a reply.
+/// Parses a frame from `<` to its CR or CR LF; checks the syntax only. Returns nothing if the frame
+/// is no reply.
 std::optional<Reply> ParseReply(View frame);
 
-/// Which kCovers… readings give the checksum that the frame carries; 0 = none.
+/// Returns which kCovers… variants give the checksum of the frame; 0: none.
 int MatchingReadings(View frame, bool line_feed_covered);
 
-/// Whether the checksum passes under the bits `accepted`.
 bool ChecksumPasses(View frame, int accepted);
 
-/// How a slave computes the checksums of its replies: one of kCovers…, with kLineFeedCovered or
-/// not. The frames begin with LF and end in CR LF.
+/// `reading`: how the slave computes checksums, one of kCovers…, with or without kLineFeedCovered.
+/// The frames begin with LF and end in CR LF. EncodeData returns nothing if the data is too long.
 std::optional<Bytes> EncodeData(unsigned slave, std::string_view data, int reading);
 Bytes EncodeAck(unsigned slave, int reading);
 Bytes EncodeNack(unsigned slave, int code, int reading);
 
-// Which reading of the checksum of continued replies the devices of a line use. Shared by
-// their conversations; each match narrows it down.
+// Learns which variant of the checksum the continued replies of a line have. The conversations of a
+// line share it; each matching reply excludes variants.
 class ContinuationChecksum {
  public:
-  /// Bits that a reply may match from now on.
+  /// Returns the variants that a reply may have from now on.
   int accepted() const { return accepted_; }
-  /// A continued reply passed; `matching` are the readings under which it did.
+  /// A continued reply was right under the variants `matching`.
   void Confirm(int matching);
-  /// A reply was damaged. Three in a row, and what was learned may itself be the mistake.
+  /// A reply was damaged. After three in a row all variants are accepted again, because the learned
+  /// one may be wrong.
   void Doubt();
   void Forget();
-  /// The reading that is left: 'a' to 'd'; 0 while there are several.
+  /// Returns the remaining variant, 'a' to 'd'; 0 while several remain.
   char letter() const;
 
  private:
@@ -103,21 +105,22 @@ class ContinuationChecksum {
   int doubts_ = 0;
 };
 
-// What one exchange means: the pure function behind live polling and `baudgate decode` alike.
-// A request and the frame that answered it go in, an Answer comes out.
+// The meaning of one exchange. Decode is a pure function from a request and its reply; live polling
+// and `baudgate decode` both use it.
 struct Exchange {
   Answer answer;
-  std::optional<Command> command;  ///< what was asked, when the request could be read
-  std::optional<int> nack;         ///< the code, when the right slave refused
-  std::string data;                ///< of an answered read, as it came
+  std::optional<Command> command;  ///< the request; empty: it could not be parsed
+  std::optional<int> nack;         ///< the code, if the right slave refused
+  std::string data;                ///< the data of an answered read, as it came
 };
 
-/// Readings carry the index of each point of `points`, which are sorted by address, with the item's
-/// address, or a label where there is none. A single item that the slave does not have gives one
+/// `points` must be sorted by address. Readings have the index of each point with the item's
+/// address, or a label if there is none. A single item that the slave does not have gives one
 /// reading of bad configuration.
 Exchange Decode(View request, View frame, std::span<const ReadPoint> points);
 
-/// What a write has set, value by value, with labels: "S21 written". Nothing of the password.
+/// Returns what a write has set, value by value, with labels: "S21 written". Items of the password
+/// are left out.
 std::vector<Reading> WrittenBy(const Command& command);
 
 }  // namespace baudgate::protocols::spabus

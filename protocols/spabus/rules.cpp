@@ -14,8 +14,8 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-/// Bytes of the longest reply to a read: items of text have up to 131 characters, and a slave
-/// decides by itself how long a list is.
+/// Returns the most bytes of a reply. Text items have up to 131 characters, and the slave decides
+/// how long a list is.
 std::size_t LongestReply(const Command& command) {
   constexpr std::size_t kItem = 132;
   const std::size_t one_line = kLongestLine + 3;
@@ -45,25 +45,26 @@ Expectation Expect(View request, const Settings& settings) {
   expect.address = ToBytes(std::to_string(command.slave));
   expect.max_bytes = LongestReply(command);
   const std::size_t head = expect.address.size();
-  // `<`, slave, type, colons, checksum, CR and LF around the content.
+  // The numbers count `<`, slave, type, colons, checksum, CR and LF around the content.
   expect.shapes.push_back({'N', head + 7, kLongestLine + 2});
   if (command.write) {
     expect.shapes.push_back({'A', head + 6, head + 7});
   } else {
     expect.shapes.push_back({'D', head + 7, expect.max_bytes});
   }
-  // Reading L takes the events out of the device; a write may have been carried out unheard.
+  // A retry of L would lose events, and a write may have been executed although no reply came.
   expect.repeatable = !command.write && command.category != 'L';
   if (command.write && command.category == 'V' && command.numbers &&
       command.numbers->first <= kPasswordItems.last &&
       command.numbers->last >= kPasswordItems.first) {
     expect.secrets.emplace_back(received.data_at, command.data.size());
-    expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);  // the checksum
+    // The checksum, which gives the password away.
+    expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);
   }
   return expect;
 }
 
-// Cuts SPA messages from `>` or `<` to CR.
+// Cutting of SPA messages from `>` or `<` to CR:
 //
 //   > 3E 31 52 46 3A 32 31 0D                        >1RF:21           what is slave 1?
 //   < 0A 3C 31 44 3A 30 2E 35 32 2F 31 3A 36 30 0D 0A
@@ -72,19 +73,19 @@ Expectation Expect(View request, const Settings& settings) {
 //   < 0A 3C 31 4E 3A 35 3A 37 36 0D 0A               <1N:5:76          refused, code 5
 //   < 0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F ... 3A CC CC 0D 0A     continued behind & CR LF
 //
-// `<` and `>` never stand inside a message: one that appears cuts off what came before it. Fibre
-// rings bring every request back to the master.
+// A message never contains `<` or `>`, so each of them ends an incomplete message before it. Fibre
+// rings return every request to the master.
 
 namespace {
 
-/// How far a message could be followed from its first byte.
+/// How far a message can be followed from its first byte.
 struct Scan {
   enum class State { open, broken, whole } state = State::open;
-  std::size_t size = 0;  ///< whole: up to and with its CR; broken: the bytes that are no message
+  std::size_t size = 0;  ///< whole: length with the CR; broken: number of bytes that are no message
   std::string_view why;
 };
 
-/// Follows text from its start character to the CR that ends it.
+/// Follows a message from its start character to the CR at its end.
 Scan ScanText(View held, bool may_continue) {
   std::size_t line_start = 0;
   std::size_t lines = 1;
@@ -110,10 +111,10 @@ Scan ScanText(View held, bool may_continue) {
   return {};
 }
 
-/// Up to the next message, or to the line end of the one before, which is no noise.
+/// Skips to the next message. CR and LF of the message before are not counted as noise.
 Cut SkipTo(View held, std::string_view starts) { return cut::SkipNoise(held, starts, "\r\n"); }
 
-/// What a fibre ring brings back.
+/// Skips a request that a fibre ring has returned.
 Cut SkipEcho(View held, bool idle) {
   constexpr std::string_view kWhy = "echo of a request";
   const Scan scan = ScanText(held, false);
@@ -123,7 +124,8 @@ Cut SkipEcho(View held, bool idle) {
 
 }  // namespace
 
-// < 3C 32 44 3A 30 3A 37 41 0D 0A: <2D:0:7A while slave 1 is asked is passed over.
+// Skips a reply of another slave: for example 3C 32 44 3A 30 3A 37 41 0D 0A (<2D:0:7A) while slave
+// 1 is asked.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (held[0] == '>') return SkipEcho(held, idle);
   if (held[0] != '<') return SkipTo(held, "<>");
@@ -144,8 +146,8 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (!expect.address.empty() && std::to_string(reply->slave) != AsText(expect.address)) {
     return cut::OfAnother(scan.size);
   }
-  // The LF belongs to the frame, or it would be a stray byte of the next exchange; a slave that
-  // leaves it out is understood as well.
+  // The LF belongs to the frame; otherwise it would be a stray byte of the next exchange. A slave
+  // that leaves it out is accepted, too.
   if (scan.size == held.size()) return idle ? Cut::Frame(scan.size) : Cut::NeedMore();
   return Cut::Frame(held[scan.size] == kLf ? scan.size + 1 : scan.size);
 }
@@ -200,7 +202,7 @@ Sighting JudgeDesignation(View request, View frame, std::size_t) {
 
 }  // namespace
 
-// Addresses up to 899: 900 is that of broadcasts.
+// 900 is the number for broadcasts, so the addresses end at 899.
 const ScanRule kScan = {.serials = kSerials,
                         .first_address = 1,
                         .last_address = 899,
@@ -211,7 +213,8 @@ const ScanRule kScan = {.serials = kSerials,
 
 namespace {
 
-/// `>1RF:`, `>1RF:XX` and `>1RF:21` give `>1RF:21` and CR; XX stays where the device is sent XX.
+/// Completes `>1RF:`, `>1RF:XX` and `>1RF:21` to `>1RF:21` and CR. XX stays if the option send_xx
+/// is set.
 Result<Bytes> CompleteMessage(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (!text.starts_with('>')) return Error{"an SPA telegram begins with '>', as in '>1RF:XX'"};
@@ -239,12 +242,12 @@ const TelegramRule kTelegram = {">", kWithSettings<CompleteMessage>, kWithSettin
 
 namespace {
 
-/// "<1D:0:".
+/// length of "<1D:0:"
 constexpr std::size_t kShortest = 6;
 
 std::string Slave(unsigned slave) { return "slave " + std::to_string(slave); }
 
-/// A message of the slave that was asked, which has its own check value and is no reply.
+/// Recognises a message of the requested slave that has a right check value and is no reply.
 std::optional<Recognised> OtherForm(View message) {
   if (ParseReply(message) || MatchingReadings(message, false) == 0) return std::nullopt;
   return Recognised{Recognised::What::other_reply,
@@ -253,7 +256,7 @@ std::optional<Recognised> OtherForm(View message) {
                     "the device or its firmware does not keep to the SPA bus"};
 }
 
-/// A reply of the slave that was asked, which would be right with another option.
+/// Recognises a reply of the requested slave that would be right with another option.
 std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   const auto other = [](const char* cause, const char* remedy) {
     return Recognised{Recognised::What::other_setting, cause, remedy};
@@ -277,7 +280,7 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   return std::nullopt;
 }
 
-/// "<D:0:33" where "<1D:0:33" belongs.
+/// True for "<D:0:33" in place of "<1D:0:33".
 bool IsNameless(View message, const std::string& name) {
   if (message.size() < 2 || !std::isalpha(message[1])) return false;
   Bytes named(message.begin(), message.begin() + 1);

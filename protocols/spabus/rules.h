@@ -1,6 +1,6 @@
-// What may answer a request on the SPA Bus, from the request's bytes and the device's options
-// alone. RequestRule and ReplyRule say where messages begin and end, and Recognise what other bytes
-// are; the tables for a scan and for telegrams by hand stand here too.
+// Rules for messages of the SPA Bus: `Expect` lists the possible replies, by the bytes of a request
+// and the device's options; `ReplyRule` and `RequestRule` cut messages out of a byte stream;
+// `Recognise` explains other bytes. The tables for a scan and for telegrams by hand are here, too.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,31 +14,29 @@
 
 namespace baudgate::protocols::spabus {
 
-/// An empty request: what a twin listens for.
+/// Returns the possible replies. An empty request stands for the twin, which expects requests.
 Expectation Expect(View request, const Settings& settings);
 
-// Where messages of the SPA Bus begin and end: replies for the master, requests for twins.
-// Bytes come from the line through protocols/assembler.h; whole frames go to the conversation or
-// twin.
+// Cut messages out of received bytes: replies for the master, requests for twins.
 
-/// Delivers `<` … CR [LF] with right syntax and a checksum that passes under expect.checksum
-/// (reply.h). The LF before `<` and echoes of requests are dropped without blame.
+/// Delivers `<` … CR [LF] with right syntax and a checksum that is right under expect.checksum
+/// (reply.h). The LF before `<` and echoes of requests are dropped and not counted as damage.
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
-/// Delivers every `>` … CR: a slave answers a damaged request with NACK 0, so the twin judges.
+/// Delivers every `>` … CR, even with a wrong checksum, because a slave answers it with NACK 0.
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 
-// What a scan asks on a bus that may be a SPA bus: `F`, who are you, with a real checksum and with
-// XX. Nothing else. Goes to gateway/tools/scan through the descriptor.
+// The requests of a scan on a bus that may be a SPA bus: only `F` (type designation), with a real
+// checksum and with XX.
 
 extern const ScanRule kScan;
 
-// What a person may send by hand: the check value in the place of XX, and which telegrams are reads
-// for certain. `L` is none: it takes the events out of the relay.
+// Telegrams by hand: completes the check value, in place of XX if it is there, and decides which
+// telegrams are certainly reads. `L` is no read, because it takes the events out of the relay.
 
 extern const TelegramRule kTelegram;
 
-// What bytes are that came in place of a SPA reply: another slave, another master.
+// Explains bytes that came in place of a reply: another slave, another master, another option.
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 

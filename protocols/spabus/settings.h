@@ -1,5 +1,5 @@
-// The options of an SPA Bus device: their table for users, and the same as a struct for the code.
-// They come from the configuration and go to conversation, twin and frame rules.
+// `Settings` are the options of an SPA Bus device as a struct; OptionTable describes the options
+// for users.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,13 +17,13 @@ namespace baudgate::protocols::spabus {
 /// V160 opens and V161 closes or changes the password.
 inline constexpr Range kPasswordItems{160, 161};
 
-/// What the checksum of a reply in several lines covers (reply.h), in the order of the words in the
-/// table.
+/// The part of a reply in several lines that its checksum covers (reply.h). The order is that of
+/// the words in the table.
 enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
 
 struct Settings {
-  std::size_t max_items = 8;    ///< in one request
-  std::size_t write_items = 1;  ///< in one write
+  std::size_t max_items = 8;    ///< most items in one request
+  std::size_t write_items = 1;  ///< most items in one write
   std::int64_t password = 0;    ///< 0: the device needs none
   bool send_wildcard = false;
   bool accept_wildcard = true;
@@ -40,7 +40,7 @@ Settings ReadSettings(const config::Options& options);
 
 ClockSettings ClockSettingsOf(const Settings& settings);
 
-/// As Expectation::checksum wants it.
+/// Returns the bits for Expectation::checksum.
 int ChecksumBits(const Settings& settings);
 
 }  // namespace baudgate::protocols::spabus

@@ -18,7 +18,7 @@ namespace {
 constexpr int kDamaged = 0;
 constexpr int kMissing = 6;
 constexpr int kBadValue = 8;
-/// More values than any reply could carry are not even looked up.
+/// A reply cannot contain more items, so they are not looked up.
 constexpr std::size_t kMostItems = 500;
 
 constexpr std::size_t kRegister = 65;
@@ -27,7 +27,7 @@ constexpr int kStatusOverflow = 2;
 constexpr Address kModuleStatus{0, 'C', std::nullopt};
 constexpr Address kOwnClock{0, 'T', std::nullopt};
 
-/// The one reading of the continued checksum that this device uses.
+/// Returns the one checksum variant that this device uses.
 int OwnReading(const Settings& settings) {
   const int bits = ChecksumBits(settings);
   const int chosen = bits & kCoversAny;
@@ -39,7 +39,7 @@ std::size_t DecimalsOf(std::string_view text) {
   return point == std::string_view::npos ? 0 : text.size() - point - 1;
 }
 
-/// Whether a value fits the number, integer or bool that the item is.
+/// True if a value fits the type of the item: number, integer or bool.
 bool Fits(const std::string& text, const Decoded& decoded, const config::Point& point) {
   const auto& decimals = point.writing.decimals;
   if (decimals && DecimalsOf(text) > static_cast<std::size_t>(*decimals)) return false;
@@ -51,7 +51,7 @@ bool HasOffset(const config::Device& device) {
                              [](const config::Point& point) { return point.read == kOffsetItem; });
 }
 
-/// Its minutes begin where they will: it is not set.
+/// The twin's clock is not set: its minutes begin at any time.
 std::string PrintSeconds(Duration time) {
   const auto millis = time / 1ms % 60'000;
   return fmt::format("{:02}.{:03}", millis / 1000, millis % 1000);
@@ -182,7 +182,7 @@ Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
   const auto number = ParseInteger<std::int64_t>(data);
   if (!number || *number < 0 || *number > 999) return Nack(kBadValue);
   const bool opening = item == kPasswordItems.first;
-  if (password_ == 0) return EncodeAck(reply_as_, reading_);  // this device asks for none
+  if (password_ == 0) return EncodeAck(reply_as_, reading_);  // this device needs no password
   if (opening) {
     if (*number != password_) return Nack(kNotNow);
     open_ = true;
@@ -191,7 +191,7 @@ Bytes SpaTwin::WritePassword(std::uint32_t item, const std::string& data) {
     if (*number == password_) {
       open_ = false;
     } else {
-      password_ = *number;  // while it is open, another value becomes the new password
+      password_ = *number;  // while the password is open, another value becomes the new password
     }
   }
   return EncodeAck(reply_as_, reading_);

@@ -9,7 +9,7 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-/// Whether what its write has set can be told by reading it.
+/// True if a read of the point shows what a write has set.
 bool IsReadBack(const config::Point& point) {
   return point.access == config::Access::read_write &&
          (point.write.empty() || point.write == point.read);
@@ -20,7 +20,8 @@ bool IsNext(const Address& item, const Address& before) {
          before.number && *item.number == *before.number + 1;
 }
 
-/// `>1WS21/23:` and `:CC` CR around the values, with numbers of the greatest length.
+/// The most characters around the values: `>1WS21/23:` and `:CC` CR, with numbers of the greatest
+/// length.
 constexpr std::size_t kMostAround = 28;
 
 }  // namespace
@@ -68,7 +69,7 @@ namespace {
 
 constexpr Address kOpenPassword{0, 'V', 160};
 constexpr Address kClosePassword{0, 'V', 161};
-/// A closing that gets lost is sent once more: an open password is worth a second try.
+/// A lost closing is sent once more, because an open password is worth a second try.
 constexpr int kMostClosings = 2;
 
 bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
@@ -77,7 +78,7 @@ bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
   });
 }
 
-/// The device has judged the closing, be it that nothing is open.
+/// True if the device has judged the closing, even if nothing was open.
 bool IsFinal(const Answer& answer) {
   return answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
 }
@@ -97,7 +98,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
     values_ = std::move(values);
     step_ = password_ == 0 ? Step::write : Step::open;
   }
-  // Checked before the password is opened: a bad value must cost nothing.
+  // The values are checked before the password is opened, so a bad value sends nothing.
   auto write = WriteOf(slave, values_, points);
   if (!write) {
     step_ = Step::idle;
@@ -127,10 +128,10 @@ std::optional<Command> WriteSession::Leftover(unsigned slave) {
 }
 
 void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
-  // Else a failure follows.
+  // Otherwise a failure follows, and is counted there.
   if (ProvesLife(answer.outcome)) ++closings_;
   if (unsettled_) {
-    // Without a NACK and without "ok" nobody knows: it is tried once more.
+    // Without a NACK and without "ok" the result is unknown, so the step is repeated.
     unsettled_ = answer.outcome != Outcome::ok && !nack;
     maybe_open_ = answer.outcome == Outcome::ok;
     password_refused_ = nack && RuleOf(*nack).judged && !RuleOf(*nack).missing;
@@ -173,7 +174,7 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
     step_ = Step::write;
     answer.then = Then::ask_again;
   } else if (!nack) {
-    // Somebody else's reply: the password may be open anyway.
+    // The reply is not from this device: the password may be open anyway.
     result_ = answer;
     step_ = Step::close;
     answer.then = Then::ask_again;
@@ -194,7 +195,7 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
   return answer;
 }
 
-/// One value that was refused was not taken: not now (7, 9), or never.
+/// A single refused value was not stored: NACK 7 and 9 mean not now, others never.
 Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
   if (!nack || !RuleOf(*nack).judged) return answer;
   if (values_.size() > 1) {
@@ -254,7 +255,7 @@ Then WriteSession::OnFailure(Outcome outcome, bool closes) {
   return Then::ask_again;
 }
 
-/// The closings that were not answered are not those of what comes next.
+/// Ends the task. Its unanswered closings do not count for the next task.
 void WriteSession::End() {
   step_ = Step::idle;
   closings_ = 0;

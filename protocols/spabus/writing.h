@@ -1,9 +1,8 @@
-// What one write request carries: one item with its value, or neighbouring items with theirs.
+// Writes items: one item with its value, or neighbouring items with their values.
 //   V150 ← 1                       >1WV150:1:
 //   S21 ← 0.5, S22 ← 1.2, S23 ← 3  >1WS21/23:0.5/1.2/3:
-// Points and values come from tasks; commands go to the conversation.
 //
-// WriteSession has the steps of one write.
+// `WriteSession` decides the steps of one write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,64 +19,63 @@
 
 namespace baudgate::protocols::spabus {
 
-/// What a write is for: the task's own value, then those that go with it.
+/// Returns the values that a task writes: its main value, then those in `also`.
 std::vector<PointValue> ValuesOf(const Task& task);
 
-/// The request that writes `values`, which CountTogether has passed, or one alone. An error names
-/// the value that does not fit its point.
+/// Returns the request that writes `values`: one value, or several that CountTogether permits in
+/// one request. An error names the value that does not fit its point.
 Result<Command> WriteOf(unsigned slave, std::span<const PointValue> values,
                         std::span<const config::Point> points);
 
-/// How many of `writes`, from the first on, stand side by side in one channel and category, can be
-/// read back, and fit one line; at most `most`, at least one.
+/// Returns how many of `writes`, from the first on, fit into one request: neighbouring items of one
+/// channel and category that can be read back, in one line; at least one, at most `most`.
 std::size_t CountTogether(std::span<const PointValue> writes, std::span<const config::Point> points,
                           std::size_t most);
 
-// The steps of one write: open the password, write, close the password again, whatever happened.
-// Values come from tasks; commands go to the conversation, which puts them on the wire.
-
-/// A password opens the relay for everybody on the line and a few wrong ones lock it out. So it is
-/// sent for a real write only, never again after the device has refused it, and closed with its own
-/// value: any other value written to V161 would become the new password.
+/// The steps of one write: open the password, write, close the password, also after a failure. An
+/// open password opens the relay for every master on the line, and a few wrong passwords lock it.
+/// So the password is sent only for a real write, never again after a refusal, and closed with its
+/// own value: any other value in V161 would become the new password.
 class WriteSession {
  public:
-  /// `password` 0 = the device needs none.
+  /// `password` 0: the device needs none.
   explicit WriteSession(std::int64_t password) : password_(password) {}
 
-  /// The command of the step that is due for `task`, which writes points of `points`.
+  /// Returns the command of the next step of `task`, which writes points of `points`.
   Result<Command> Next(unsigned slave, const Task& task, std::span<const config::Point> points);
-  /// Whether the command just given opens the password: nothing is written by it.
+  /// True if the latest command opens the password, so it writes no value.
   bool opening() const { return step_ == Step::open; }
-  /// Whether the command just given closes the password.
   bool closing() const { return step_ == Step::close; }
 
-  /// Takes the decoded answer to the step in hand. The answer of the last step carries the outcome
-  /// of the write itself.
+  /// Handles the decoded answer to the current step. Returns the answer of the task; in the last
+  /// step it contains the outcome of the write itself.
   Answer OnAnswer(Answer answer, std::optional<int> nack);
-  /// The exchange failed, be it in silence or after OnAnswer had called its frame no good.
-  /// `closes`: its request should have closed the password.
+  /// Handles a failed exchange, also if the failure follows an OnAnswer with a useless frame.
+  /// `closes`: the request should have closed the password.
   Then OnFailure(Outcome outcome, bool closes);
 
-  /// Closes what an earlier task has left open; nothing when nothing is, or the most closings have
-  /// got no answer. Asking alone counts nothing: the request may wait, and then be asked for again.
-  /// For a device that answers: before it is read, as no write may come for a long time.
-  /// Behind OnUnsettledWrite it opens the password first.
+  /// Returns the command that closes a password left open by an earlier task; nothing if none is
+  /// open, or if the most closings got no answer. The call itself is not counted, because the
+  /// request may wait and be asked for again. To be used before a device that answers is read, as
+  /// the next write may be far away. After OnUnsettledWrite the password is opened first.
   std::optional<Command> Leftover(unsigned slave);
   void OnLeftover(const Answer& answer, std::optional<int> nack);
   Then OnLeftoverFailure(Outcome outcome);
 
-  /// The program was killed within a write: its password may be open. Only a device that takes the
-  /// configured password is closed with it: in another one it would become the new password.
+  /// The program was killed during a write, so the password may be open. It is closed only if the
+  /// device accepts the configured password: in another device the closing would set a new
+  /// password.
   void OnUnsettledWrite() { unsettled_ = password_ != 0; }
-  /// Its password may be open. Worth keeping over restarts: the device may be silent until then.
+  /// True if the password may be open. Worth storing over restarts: the device may be silent until
+  /// then.
   bool may_be_open() const { return unsettled_ || maybe_open_; }
 
-  /// A person has looked: a refused password may be sent once more.
+  /// A user has enabled the device again: a refused password may be sent once more.
   void OnEnabled() { password_refused_ = false; }
 
-  /// Forgets the task in hand, not that its password may be open. A refused password stays refused:
-  /// it is wrong until the configuration changes, and a device that comes and goes must not add up
-  /// the attempts that lock it.
+  /// Forgets the current task, but not that the password may be open. A refused password stays
+  /// refused: it is wrong until the configuration changes, and a device that comes and goes must
+  /// not collect the attempts that lock it.
   void Reset();
 
  private:
@@ -86,18 +84,17 @@ class WriteSession {
   Answer Opened(Answer answer, std::optional<int> nack);
   Answer Written(Answer answer, std::optional<int> nack) const;
   Answer Closed(Answer answer);
-  /// The final answer of the task.
   Answer Finish(const std::string& warning);
   void End();
 
   std::int64_t password_;
-  Step step_ = Step::idle;          ///< due next
-  std::vector<PointValue> values_;  ///< of the task in hand
-  Answer result_;                   ///< of the write itself
-  int closings_ = 0;                ///< in a row that have come to an end, by an answer or without
+  Step step_ = Step::idle;  ///< the next step
+  std::vector<PointValue> values_;
+  Answer result_;     ///< answer to the write itself
+  int closings_ = 0;  ///< closings in a row that have ended, with or without an answer
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since
-  bool unsettled_ = false;   ///< a write before a restart may have left it open
+  bool unsettled_ = false;   ///< a write before a restart may have left the password open
 };
 
 }  // namespace baudgate::protocols::spabus

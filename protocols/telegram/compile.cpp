@@ -26,7 +26,7 @@ constexpr std::size_t kMostTelegrams = 200;
 constexpr std::size_t kMostCodes = 200;
 constexpr std::size_t kLongestTelegram = 4096;
 
-/// One telegram as it was read, with what can be judged only when all are known.
+/// Parts of a telegram that can be checked only when all telegrams are known.
 struct RawTelegram {
   std::vector<YamlNode> before;
   std::vector<YamlNode> behind;
@@ -66,14 +66,14 @@ std::string HintOf(std::string_view name, const std::vector<std::string>& known)
          " its fields: " + (views.empty() ? std::string("none") : Join(views));
 }
 
-/// "0x1A" of "0x1a" and of the escape "\\x1A".
+/// Returns "0x1A" for "0x1a" and for the escape "\\x1A"; nothing for another key.
 std::optional<std::string> ByteCode(std::string_view key) {
   if (!key.starts_with("0x") && !key.starts_with("\\x")) return std::nullopt;
   const auto byte = ParseHex(key.substr(2));
   return byte && byte->size() == 1 ? std::optional(ByteText(*byte)) : std::nullopt;
 }
 
-/// The codes as the field `name` writes them.
+/// Returns the codes in the form of the field `name`, and reports codes that it cannot contain.
 Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
               const config::Mark& mark, Problems& problems) {
   const Format& format = telegram.FindField(name)->format;
@@ -102,7 +102,8 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
   if (!node) return;
   Problems& problems = map.problems();
   const std::vector<std::string> names = FieldNames(telegram);
-  if (telegram.receive.empty() && map.Has("receive")) return;  // it could not be read
+  // 'receive' is invalid, which was reported.
+  if (telegram.receive.empty() && map.Has("receive")) return;
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;
     for (const Entry& code :
@@ -134,7 +135,6 @@ std::vector<YamlNode> NodesOf(MapReader& map, const char* key, std::size_t most)
   return config::ReadList(*node, key, most, map.problems());
 }
 
-/// What contradicts itself in one telegram.
 void CheckTelegram(const MapReader& map, const Telegram& telegram) {
   Problems& problems = map.problems();
   const auto error = [&](std::string_view key, const std::string& why) {
@@ -191,14 +191,14 @@ class Compiler {
   }
 
  private:
-  /// As it was written: two descriptions are the same where this is.
+  /// Returns the YAML as text. Two descriptions are equal if their texts are equal.
   static std::string TextOf(const YamlNode& node) {
     YAML::Emitter out;
     out << node.yaml();
     return out.good() ? out.c_str() : std::string();
   }
 
-  /// "al: { ends: '\r\n' }"
+  /// True for a misspelt "all": "al: { ends: '\r\n' }".
   static bool IsMeantAsAll(const Entry& entry) {
     constexpr std::array<std::string_view, 1> kKnown = {kAll};
     if (entry.key == kAll || DidYouMean(entry.key, kKnown).empty()) return false;
@@ -278,7 +278,7 @@ class Compiler {
     };
     read(raws_[index].before, "before", telegram.before);
     read(raws_[index].behind, "behind", telegram.behind);
-    // The question who the device is may go before.
+    // One place is left for the question for the device's name.
     constexpr std::size_t kMost = kMostSteps - 1;
     if (telegram.before.size() + telegram.behind.size() + 1 > kMost) {
       problems_.Error(telegram.mark, "telegram '" + telegram.name + "': at most " +
@@ -321,7 +321,7 @@ class Compiler {
 }  // namespace
 
 std::shared_ptr<const config::Description> Compile(const YamlNode& telegrams, Problems& problems) {
-  // Errors elsewhere in the file are none of the description's.
+  // Errors elsewhere in the file must not count as errors of the description.
   Problems own;
   auto description = Compiler(telegrams, own).Run(telegrams);
   for (const config::Problem& problem : own.Sorted()) problems.Error(problem.mark, problem.message);
@@ -339,7 +339,7 @@ std::string NameOf(const Element& element) {
   return element.name.empty() ? "a field without a name" : "{" + element.name + "}";
 }
 
-/// How far the bytes fit: "from byte 5 on, at {weight}, it does not fit".
+/// Returns how far the bytes fit: "it does not fit from byte 5 on, at {weight}".
 std::string Misfit(const Form& form, View bytes, const Match& match) {
   const auto size = form.pattern.size();
   if (size && bytes.size() > *size) {
@@ -387,7 +387,7 @@ class ExampleCheck {
       Error("receive", "the telegram has no 'receive', so nothing comes back");
     }
     if (!telegram_.send && map_.Has("send")) Error("send", "the telegram has no 'send'");
-    // What else it says cannot be judged.
+    // The other keys of the example cannot be checked then.
     if (!sent || !received) map_.AllowAll();
     map_.Finish();
     if (!sent || !received) return std::nullopt;
@@ -409,7 +409,7 @@ class ExampleCheck {
     return bytes;
   }
 
-  /// What to write in place of bytes that are written as in C.
+  /// Returns a hint if the bytes are written as in C ("0x1B").
   std::string HexHint(const char* key) {
     const auto text = map_.Text(key);
     return text && text->starts_with("0x") ? "; bytes in hex are written 'hex 1B 05'" : "";
@@ -467,7 +467,7 @@ class ExampleCheck {
   }
 
   std::string WhyNot(View bytes) const {
-    // If several answers are possible, the reason is that of the one that fits furthest.
+    // If several answers are possible, the reason is that of the form that fits furthest.
     const Form* best = nullptr;
     Match furthest;
     for (const Form& form : telegram_.receive) {
@@ -510,7 +510,8 @@ class ExampleCheck {
   Bound known_;
 };
 
-/// A number is in the unit that the first example says. If another one may come, `codes` say so.
+/// Takes the unit of the first example as the only good code of a unit field, unless `codes` list
+/// its texts.
 void TakeUnits(const Example& example, Telegram& telegram) {
   const auto good = std::ranges::find(Meanings(), "good", &Meaning::word);
   for (const auto& [name, value] : example.values) {
@@ -520,8 +521,9 @@ void TakeUnits(const Example& example, Telegram& telegram) {
   }
 }
 
-/// Blanks behind a number may have taken the place of its digits ("123 " of "1234"), unless the
-/// device writes numbers at the left of their fields: then an example shows it.
+/// Decides whether numbers may stand at the left of their fields, with blanks behind them. These
+/// blanks may have replaced digits ("123 " for "1234"), so they are accepted only if an example
+/// shows them.
 void TakeSides(Telegram& telegram) {
   for (Form& form : telegram.receive) {
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {

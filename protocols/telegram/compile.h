@@ -1,5 +1,5 @@
-// From the YAML of a description to its telegrams. Everything that is wrong is said at once, each
-// with line and column; nothing is left for the time when the line runs. CheckExamples runs the
+// `Compile` reads the YAML of a description into telegrams. It reports all errors at once, each
+// with line and column, so that no error appears when the line runs. `CheckExamples` checks the
 // examples of a description.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -12,15 +12,13 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Without a telegram where there is an error.
+/// Returns the description; it has no telegrams if there is an error.
 std::shared_ptr<const config::Description> Compile(const config::YamlNode& telegrams,
                                                    config::Problems& problems);
 
-// The examples of a description, run: what is sent is built from the pattern byte by byte, and what
-// comes back has to mean what the example says.
-
-/// `description` is whole but for the example of telegram `index`, which becomes the first good
-/// one.
+/// Checks the examples of telegram `index`, and stores the good ones in it. The sent bytes must be
+/// what the pattern gives; the received bytes must mean what the example states. The rest of
+/// `description` must be complete.
 void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
                    std::size_t index, config::Problems& problems);
 

@@ -108,7 +108,8 @@ constexpr std::size_t kMostOthers = 3;
 constexpr std::size_t kLongestBegin = 10;
 constexpr std::size_t kShortestWord = 2;
 
-/// The word in its fixed characters by which people know it, "MDA"; else its name.
+/// Returns the word in its fixed characters by which users know a telegram, such as "MDA"; else its
+/// name.
 std::string WordOf(const Telegram& telegram) {
   for (const Element& element : telegram.receive.front().pattern.elements) {
     std::string word;
@@ -120,7 +121,7 @@ std::string WordOf(const Telegram& telegram) {
   return telegram.name;
 }
 
-/// "$GPGSV".
+/// Returns for example "$GPGSV".
 std::string BeginOf(View message) {
   const std::string_view text = Trim(AsText(message));
   return Printable(ToBytes(text.substr(0, std::min(text.find_first_of(", "), kLongestBegin))));
@@ -148,7 +149,7 @@ Listening::Listening(const Description& description, const Bound& bound,
   }
 }
 
-/// It is this telegram, whatever its parameters say.
+/// True if the message is this telegram, with any parameters.
 bool Listening::Take(Awaited& awaited, View message) const {
   for (const Form& form : description_.telegrams[awaited.telegram].receive) {
     const Match match = MatchAll(form, message, bound_);
@@ -223,7 +224,7 @@ bool Exchanges::Advance() {
 
 bool Exchanges::Fail() {
   Forget();
-  // What was not begun has nothing to be closed.
+  // Nothing must be closed if neither a telegram before nor the main telegram was sent.
   const bool begun = at_ > 0 || (under_way() && steps_[at_].part != Step::Part::before);
   while (under_way() && steps_[at_].part != Step::Part::behind) ++at_;
   const bool closes = begun && under_way() && steps_[at_].part == Step::Part::behind;
@@ -233,9 +234,9 @@ bool Exchanges::Fail() {
 
 namespace {
 
-constexpr Duration kUsualIdle = 500ms;  // behind which what came unasked is broken off
+constexpr Duration kUsualIdle = 500ms;  // silence that ends an incomplete unasked message
 constexpr Duration kLongestMessage = 5s;
-constexpr int kRefusals = 3;  // a damaged answer may look like one
+constexpr int kRefusals = 3;  // a damaged answer may look like a refusal
 
 /// A device without a description is asked nothing.
 Settings WithDescription(Settings settings) {
@@ -313,7 +314,7 @@ Status TelegramConversation::Begin(const Task& task, Instant now) {
   if (is_false) {
     return Error{"only true can be written here: it sends the telegram '" + call.telegram + "'"};
   }
-  // What cannot be written is refused before anything is sent.
+  // A value that cannot be written is refused before anything is sent.
   if (const auto bytes = BytesOf(*telegram); !bytes) return Error{bytes.error()};
   identifies_ = identification_.IsDue(now);
   if (identifies_) filled_ = bound_;
@@ -353,7 +354,8 @@ Result<Request> TelegramConversation::AskProbe() {
   return AskStep();
 }
 
-/// If two telegrams look alike, the device takes one of them, and the answer belongs to that one.
+/// Returns the bytes of a telegram. Fails if they look like another telegram, because the device
+/// would answer that telegram.
 Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   auto bytes = Build(*TelegramOf(telegram).send, filled_);
   if (!bytes) return bytes;
@@ -400,13 +402,12 @@ Answer TelegramConversation::OnFrame(const Task& task, const Request& request, V
   if (!exchanges_.under_way()) return Interpret(request.bytes, frame);
   const Exchanges::Step step = exchanges_.step();
   Answer answer = ReadStep(step.telegram, request, frame);
-  // The frame is the answer to another exchange: the same step is asked again.
+  // The frame answers another exchange, so the same step is asked again.
   if (answer.outcome == Outcome::unexpected) return answer;
   NoteTold(step, request);
   return AfterStep(task, std::move(answer), now);
 }
 
-/// What the answer to the present step means.
 Answer TelegramConversation::ReadStep(std::size_t number, const Request& request, View frame) {
   const Telegram& telegram = TelegramOf(number);
   const Match match = MatchAll(*telegram.send, request.bytes, {});
@@ -428,7 +429,8 @@ Answer TelegramConversation::ReadStep(std::size_t number, const Request& request
   return answer;
 }
 
-/// The step is over: what it has told the device belongs to the question of those that follow.
+/// Notes the fields of a finished step that goes before: they belong to the question of the next
+/// steps.
 void TelegramConversation::NoteTold(const Exchanges::Step& step, const Request& request) {
   const Telegram& telegram = TelegramOf(step.telegram);
   if (step.part != Exchanges::Step::Part::before) return;
@@ -441,7 +443,7 @@ Then TelegramConversation::OnSent(const Task& task, const Request& request, Inst
   return AfterStep(task, {}, now).then == Then::ask_again ? Then::ask_again : Then::done;
 }
 
-/// `answer`: of the step that is over.
+/// Continues after a step. `answer` is the answer to this step.
 Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant now) {
   using Part = Exchanges::Step::Part;
   const Part part = exchanges_.under_way() ? exchanges_.step().part : Part::behind;
@@ -460,7 +462,7 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant 
   }
   if (task.kind == Task::Kind::probe) {
     if (ProvesLife(answer.outcome)) probes_.OnAnswered(own_);
-    // It is there, whatever it says to a question that no poll asks.
+    // The device is present, even if it refuses a question that no poll asks.
     const bool refused =
         answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
     if (own_ && refused) answer = {};
@@ -471,7 +473,8 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant 
   return answer;
 }
 
-/// It was asked who the device is. One that is another one is not written to.
+/// Continues after the question for the device's name. If the name is wrong, nothing is written to
+/// the device.
 Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer, Instant now) {
   const bool goes_on = task.kind == Task::Kind::poll || !trouble();
   if (answer.outcome != Outcome::ok) identification_.OnNoName(now);
@@ -484,7 +487,6 @@ Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer, Instant 
   return answer;
 }
 
-/// What the answer to a poll says of the query.
 void TelegramConversation::AfterPoll(std::size_t query, Answer& answer, Instant now) {
   probes_.OnPolled();
   PlanChange change = PlanChange::nothing;
@@ -493,7 +495,8 @@ void TelegramConversation::AfterPoll(std::size_t query, Answer& answer, Instant 
     change = plan_.OnHeard(query, now);
   }
   if (answer.outcome == Outcome::unsupported) {
-    // "Does not have it" takes three: a damaged answer may look like a refusal.
+    // An item counts as missing after three refusals, because a damaged answer may look like a
+    // refusal.
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
     change = plan_.OnRefused(query, now);
   }
@@ -519,7 +522,7 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   if (std::exchange(identifies_, false)) {
     identification_.OnNoName(now);
     goes_on_ = false;
-    // A device that is only written to has no other request to show that it is there.
+    // A device that is only written to has no other request that shows its presence.
     const bool goes_on = task.kind == Task::Kind::poll || plan_.queries().empty();
     return goes_on ? Then::ask_again : Then::done;
   }
@@ -532,14 +535,13 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// Repeats a read together with the telegrams that go before it. A device that has started again,
-/// or that keeps the selection of a channel for one telegram only, would answer the read alone for
-/// another channel.
+/// Repeats a read together with the telegrams that go before it. A device that has restarted, or
+/// that selects a channel for one telegram only, would answer the read alone for another channel.
 std::optional<Request> TelegramConversation::Instead(const Request& request, Outcome outcome,
                                                      Instant) {
   const bool hangs = !request.context.empty() && exchanges_.under_way();
   if (!hangs || !request.expect.repeatable) return std::nullopt;
-  if (outcome == Outcome::unexpected) return request;  // its own answer is still to come
+  if (outcome == Outcome::unexpected) return request;  // the right answer is still to come
   if (repeated_ || 2 * exchanges_.size() >= std::size_t{kMostSteps}) return std::nullopt;
   repeated_ = true;
   exchanges_.BeginAgain();

@@ -1,5 +1,6 @@
-// What a described device is asked, and what its answers mean for the points. Exchanges gives the
-// telegrams of a task, one after the other, and AnswerReader reads the answers.
+// `TelegramConversation` polls and writes a device that a description describes. `Exchanges` gives
+// the telegrams of a task one after the other, `AnswerReader` reads the answers, and `Listening`
+// notes unasked telegrams.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,27 +21,25 @@
 
 namespace baudgate::protocols::telegram {
 
-// Reads the answers of a described device: their outcome, and the values of its points. Remembers
-// nothing. Listening notes which telegrams a device has sent by itself.
-
 class AnswerReader {
  public:
-  /// Where each point stands in answers; empty: it is not read.
+  /// The place of each point in the answers; empty: the point is not read.
   using Places = std::vector<std::optional<ReadPlace>>;
 
-  /// `bound`: what every telegram of the device is filled with. `description` outlives it.
+  /// `bound`: values for the fields of every telegram of the device. `description` must outlive
+  /// this object.
   AnswerReader(const Description& description, const Bound& bound, const config::Device& device);
 
   const Places& places() const { return places_; }
 
-  /// `known`: what the answer has to repeat. `sent`: see Questions.
+  /// `known`: values that the answer must repeat. `sent`: see Questions.
   Answer Read(std::size_t telegram, const Bound& known, const Bound& sent, View frame) const;
-  /// See Conversation. Interpret also returns the fields that no point reads. It knows only
+  /// See Conversation. Interpret also returns the fields that no point reads. It has only
   /// `request`, not the telegrams sent before it, so it leaves out points whose question depends on
   /// such a telegram: "READ" after "CH2".
   Outcome Check(View request, View frame) const;
   Answer Interpret(View request, View frame) const;
-  /// `bound`: what every telegram of the device is filled with.
+  /// `bound`: values for the fields of every telegram of the device.
   Answer ReadUnasked(View message, const Bound& bound) const;
 
  private:
@@ -52,38 +51,37 @@ class AnswerReader {
   const Questions questions_;  // by point
 };
 
-// Which of the telegrams that a device sends by itself have come: what is said of those that points
-// read and that never came. Bounded memory.
+// Notes which unasked telegrams have come, and reports telegrams that points read and that never
+// came. Its memory is bounded.
 class Listening {
  public:
-  /// `description` and `bound` outlive it.
+  /// `description` and `bound` must outlive this object.
   Listening(const Description& description, const Bound& bound, const AnswerReader::Places& places);
 
-  /// A whole message of the description.
   void OnMessage(View message);
-  /// "no MDA comes: …"; empty: all have come that points read.
+  /// Returns "no MDA comes: …"; empty: all telegrams that points read have come.
   std::string Missing() const;
 
  private:
   struct Awaited {
     std::size_t telegram = 0;
     bool came = false;
-    std::string said;  ///< it came with another parameter: "speed_unit: M"
+    std::string said;  ///< the telegram came with another parameter: "speed_unit: M"
   };
 
   bool Take(Awaited& awaited, View message) const;
 
   const Description& description_;
   const Bound& bound_;
-  std::vector<Awaited> awaited_;     // those that points read
-  std::vector<std::string> others_;  // how other messages begin
+  std::vector<Awaited> awaited_;     // the unasked telegrams that points read
+  std::vector<std::string> others_;  // the beginnings of other messages
 };
 
-// Which telegrams are sent for a task, one after the other: those that go before, the one that is
-// meant, those that go behind.
+// The telegrams of a task, sent one after the other: telegrams that go before, the main telegram
+// (`meant`), and telegrams that go behind.
 class Exchanges {
  public:
-  /// `description` outlives it.
+  /// `description` must outlive this object.
   explicit Exchanges(const Description& description) : description_(description) {}
 
   struct Step {
@@ -92,29 +90,29 @@ class Exchanges {
   };
 
   void Begin(std::size_t telegram);
-  /// Once more from its first telegram on, those that are sent only once as well.
+  /// Starts again with the first telegram, including telegrams that are sent only once.
   void BeginAgain();
   bool under_way() const { return at_ < steps_.size(); }
   const Step& step() const { return steps_[at_]; }
   bool is_first() const { return at_ == 0; }
   std::size_t size() const { return steps_.size(); }
 
-  /// The step has succeeded. True: another one follows.
+  /// The step has succeeded. Returns true if another step follows.
   bool Advance();
-  /// It has failed. True: what closes the exchange is still to be sent.
+  /// The step has failed. Returns true if closing telegrams must still be sent.
   bool Fail();
-  /// What is sent only once is sent again.
+  /// Telegrams that are sent only once are sent again.
   void Forget() { done_once_.clear(); }
   void Break() { at_ = steps_.size(); }
 
-  /// How the telegram that is meant, or the first failure, has ended. The first call counts: the
-  /// answer to a closing telegram says nothing of what was meant.
+  /// Sets the outcome of the exchange: that of the main telegram, or the first failure. Only the
+  /// first call counts: the answer to a closing telegram is no result of the main telegram.
   void EndAs(Outcome outcome, const std::string& reason) {
     if (outcome_ != Outcome::none) return;
     outcome_ = outcome;
     reason_ = reason;
   }
-  /// Outcome::none: neither has come yet.
+  /// Outcome::none: EndAs was not called yet.
   Outcome outcome() const { return outcome_; }
   const std::string& reason() const { return reason_; }
 
@@ -169,7 +167,7 @@ class TelegramConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;  // its description is never null
-  const Bound bound_;        // for every telegram
+  const Bound bound_;        // values for the fields of every telegram
   const AnswerReader reader_;
   Listening listening_;
   QueryPlan<Call> plan_;
@@ -178,16 +176,16 @@ class TelegramConversation final : public Conversation {
   const std::optional<std::size_t> own_probe_;
   ProbeChoice probes_;
 
-  // The exchange under way.
   Exchanges exchanges_;
-  Bound filled_;                  // for its telegrams
+  Bound filled_;                  // values for the fields of its telegrams
   Bytes context_;                 // see Request
   Bound told_;                    // the fields of the telegrams that went before
-  Quality said_ = Quality::good;  // what their answers say of the device
-  bool repeated_ = false;         // as a whole
-  bool goes_on_ = false;          // it has said ask_again
-  bool identifies_ = false;       // it asks who the device is, before what was meant
-  bool own_ = false;              // a probe that is no poll
+  Quality said_ = Quality::good;  // the quality of the device by their answers
+  bool repeated_ = false;         // the exchange was repeated as a whole
+  bool goes_on_ = false;          // ask_again was returned, so Ask continues the exchange
+  // The exchange asks for the name of the device, before the main exchange.
+  bool identifies_ = false;
+  bool own_ = false;  // the exchange is a probe that is no poll
 };
 
 }  // namespace baudgate::protocols::telegram

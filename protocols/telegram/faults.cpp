@@ -19,11 +19,11 @@ namespace {
 constexpr std::string_view kUnitBehind = "_unit";
 constexpr std::string_view kUnitInFront = "unit_";
 
-/// Letters with which NMEA 0183 names the unit of a speed, and that unit as points have it.
+/// The letters of NMEA 0183 for units of speed, and the same units as points have them.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kLettersOfUnits = {
     {{"N", "kn"}, {"K", "km/h"}, {"M", "m/s"}, {"S", "mph"}}};
 
-/// Without blanks; "°C" and "degC" are "C".
+/// Removes blanks; "°C" and "degC" become "C".
 std::string PlainText(std::string_view unit) {
   std::string text(unit);
   std::erase(text, ' ');
@@ -35,7 +35,8 @@ std::string PlainText(std::string_view unit) {
   return text;
 }
 
-/// "mPa" and "MPa", but not "mbar" and "MBAR" of a device that writes capitals only.
+/// True for "mPa" and "MPa", but not for "mbar" and "MBAR", because a device may write capitals
+/// only.
 bool AreMilliAndMega(std::string_view one, std::string_view other) {
   return one.size() > 1 && one.front() != other.front() && Lower(one).front() == 'm' &&
          one.substr(1) == other.substr(1);
@@ -46,11 +47,12 @@ bool IsNumberField(const Element& element) {
          element.name != kChecksum && element.name != kAddress;
 }
 
-/// The number next to elements[index], in front of it or else behind it; null: neither is one.
+/// Returns the number field beside elements[index], first in front of it, then behind it; null:
+/// there is none.
 const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
   const auto& elements = pattern.elements;
   for (const bool behind : {false, true}) {
-    std::size_t place = behind ? index + 1 : index - 1;  // wraps in front of the first
+    std::size_t place = behind ? index + 1 : index - 1;  // wraps in front of the first element
     const bool separates =
         place < elements.size() && !elements[place].is_field() &&
         AsText(elements[place].literal).find_first_not_of(" ,;\t") == std::string_view::npos;
@@ -60,8 +62,8 @@ const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
   return nullptr;
 }
 
-/// Whether elements[index], a unit, is that of the number `field`: by its name ("weight_unit"),
-/// because the answer has no other number, or because it stands next to it.
+/// True if elements[index] is the unit of the number `field`: by its name ("weight_unit"), because
+/// the answer has no other number, or because it is beside the number.
 bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field) {
   std::string_view own = pattern.elements[index].name;
   if (own.ends_with(kUnitBehind)) {
@@ -79,7 +81,8 @@ bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field)
   return alone || (next != nullptr && next->name == field);
 }
 
-/// The texts with which the number is good. A parameter chooses one of them.
+/// Returns the texts of `unit` with which the number is good: the text that a parameter chooses,
+/// else all good codes.
 std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& unit,
                                    const Bound& bound) {
   const bool chosen = telegram.listen || (telegram.send && telegram.send->pattern.Has(unit));
@@ -94,7 +97,7 @@ std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& 
   return texts;
 }
 
-/// "0" and "1" are codes of units, and a blank says nothing.
+/// False for "0" and "1", which are codes, and for blanks.
 bool NamesUnit(std::string_view text) {
   return text.find_first_not_of(" 0123456789") != std::string_view::npos;
 }
@@ -110,9 +113,9 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
          Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
 }
 
-/// For a point that reads the number `field` of `telegram`: an error sentence if the number is good
-/// only with other units than the point's. Empty if the units agree, or if a `scale` or an `offset`
-/// converts the number. `bound`: address and parameters, those of the point included.
+/// Returns an error for a point that reads the number `field` of `telegram`, if the number is good
+/// only with other units than that of the point. Empty if the units agree, or if a `scale` or an
+/// `offset` converts the number. `bound`: address and parameters, with those of the point.
 std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
                       const Bound& bound) {
   if (point.unit.empty() || point.scale != 1 || point.offset != 0) return {};
@@ -156,20 +159,21 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// Its first digit could be lost unseen: nothing stands in front of it.
+/// True if the first digit could be lost unnoticed: nothing is in front of it.
 bool IsUnguarded(const Form& form) {
   const Element& first = form.pattern.elements.front();
   return form.is_unmarked() && first.is_field() && first.format.is_text_number() &&
          !first.is_fixed() && !first.format.sign && !form.size_at;
 }
 
-/// Bytes that come unasked and have neither a begin nor a check value: any of them may be first.
+/// True for an unasked telegram that begins with a binary field and has no check value: any byte
+/// may be its first byte.
 bool IsUnsynchronised(const Telegram& telegram, const Form& form) {
   const Element& first = form.pattern.elements.front();
   return telegram.listen && form.is_unmarked() && first.is_field() && !first.format.is_text();
 }
 
-/// The largest number that the point may be given, where that is known.
+/// Returns the largest number that the point may get; empty: unknown.
 std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format) {
   std::optional<unsigned> bits;
   if (place.select == ReadPlace::Select::bits) bits = place.bits;
@@ -185,7 +189,7 @@ std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format
   return *bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << *bits) - 1;
 }
 
-/// As its number on the line.
+/// True if the point can hold `raw`, a number on the line before scale and offset.
 bool Holds(const Point& point, std::uint64_t raw) {
   const Decimal number = Decimal(raw) * point.scale + point.offset;
   if (point.type == Type::boolean) return number == 0 || number == 1;
@@ -194,12 +198,12 @@ bool Holds(const Point& point, std::uint64_t raw) {
   return whole && config::RangeOf(point).Contains(*whole);
 }
 
-/// The field next to elements[index], in front of it or behind it; null: a number, or more than a
-/// separator stands between.
+/// Returns the field beside elements[index]. Null: it is a number, or more than a separator is
+/// between them.
 const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
   const auto at = [&](std::size_t steps) -> const Element* {
     const std::size_t place =
-        behind ? index + steps : index - steps;  // wraps in front of the first
+        behind ? index + steps : index - steps;  // wraps in front of the first element
     return place < pattern.elements.size() ? &pattern.elements[place] : nullptr;
   };
   const Element* next = at(1);
@@ -246,7 +250,7 @@ class DoubtFinder {
             "where it begins, and a lost byte shifts all values; write its fixed bytes and its "
             "{checksum}, if it has any");
       }
-      // A jump is read twice.
+      // With `recheck` a sudden change is read twice.
       if (device_.points[point_].recheck != config::Recheck::off) continue;
       if (!IsUnguarded(form) || form.pattern.elements.front().name != place.field) continue;
       Tell(
@@ -257,7 +261,7 @@ class DoubtFinder {
     }
   }
 
-  /// A unit or a state that comes with the number, and that nothing judges.
+  /// Warns of a unit or state beside the number if no code judges it.
   void CheckBeside(const Telegram& telegram, const Element& field) {
     if (!field.format.is_number()) return;
     for (const Form& form : telegram.receive) {
@@ -287,7 +291,7 @@ class DoubtFinder {
       says = ToText(DecodeField(text.format, match.parts[index]));
       break;
     }
-    if (text.name.empty() && says.empty()) return;  // blanks
+    if (text.name.empty() && says.empty()) return;  // only blanks
     const std::string name = text.name.empty() ? "unit" : text.name;
     Tell("comes with '" + says +
          "' beside its number, and nothing judges that: if the device says " +
@@ -307,7 +311,7 @@ class DoubtFinder {
          " on the line: larger ones will be bad");
   }
 
-  /// `simulate` is the number on the line.
+  /// Checks the numbers of `simulate`, which are numbers on the line.
   void CheckSimulated(const Point& point, const ReadPlace& place, const Element& field) {
     if (!point.simulate || point.simulate->text || !field.format.is_number()) return;
     if (place.select != ReadPlace::Select::whole) return;
@@ -352,7 +356,6 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// Reports about one device, point by point.
 class FaultFinder {
  public:
   FaultFinder(const config::Device& device, const Description& description)
@@ -390,7 +393,7 @@ class FaultFinder {
 
   void CheckRead(const Point& point) {
     const auto place = ParseRead(point);
-    if (!place) return;  // its own check says it
+    if (!place) return;  // CheckPoint reports this
     const Telegram* telegram = FindTelegram(place->call, "read");
     if (telegram == nullptr) return;
     if (!telegram->reads && !telegram->listen) {
@@ -434,7 +437,7 @@ class FaultFinder {
     }
   }
 
-  /// A number that comes with its unit keeps this unit at the point.
+  /// Checks that the point has the unit that the telegram contains for its number.
   void CheckUnit(const Point& point, const Telegram& telegram, const ReadPlace& place,
                  const Element& field) {
     if (place.select != ReadPlace::Select::whole || !field.format.is_number()) return;
@@ -481,7 +484,6 @@ class FaultFinder {
     CheckCalled(*telegram, *call);
   }
 
-  /// Checks the telegram itself and those that go with it.
   void CheckCalled(const Telegram& telegram, const Call& call) {
     Bound own;
     for (const auto& [name, text] : call.parameters) {
@@ -502,7 +504,7 @@ class FaultFinder {
     }
   }
 
-  /// What is sent once for all points cannot say which of them is meant.
+  /// A telegram with 'once' is sent for all points, so it must not have a parameter of one point.
   void CheckOnce(const Telegram& telegram, const Telegram& once, const Call& call) {
     for (const auto& [name, text] : call.parameters) {
       if (!once.send || !once.send->pattern.Has(name)) continue;
@@ -511,7 +513,7 @@ class FaultFinder {
     }
   }
 
-  /// With the telegram, or with one that goes with it.
+  /// True if the telegram, or one that goes with it, has the field.
   bool IsSent(const Telegram& telegram, const std::string& name) const {
     const auto has = [&](const Telegram& one) { return one.send && one.send->pattern.Has(name); };
     const auto other_has = [&](std::size_t other) { return has(description_.telegrams[other]); };
@@ -527,10 +529,10 @@ class FaultFinder {
       const Bound& from = own.contains(element.name) ? own : bound_;
       const auto value = from.find(element.name);
       if (value == from.end() || ToText(value->second).empty()) {
-        // A profile leaves it to its devices.
+        // A profile has no address; each device gives the missing values.
         if (!device_.address.empty()) Missing(telegram, element.name);
       } else if (const auto field = EncodeField(element.format, value->second); !field) {
-        // A secret is not repeated.
+        // The text of a password is not shown.
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "'" +
              (element.name == kPassword ? " does not take this password" : ": " + field.error()));
       } else if (const std::string text = ToText(value->second); IsTooShort(element, text)) {
@@ -545,7 +547,7 @@ class FaultFinder {
     }
   }
 
-  /// Blanks would be put behind it, and the device would be asked for another thing.
+  /// True if blanks would be added to the text, and the device would be asked for something else.
   static bool IsTooShort(const Element& element, const std::string& text) {
     return element.format.kind == Format::Kind::text && element.name != kPassword &&
            text.size() < element.format.width;
@@ -603,7 +605,7 @@ std::vector<ConfigRemark> FaultsOf(const config::Device& device) {
   if (!description) {
     return {{kNoPoint, "has no 'telegrams': they say what is sent and what comes back"}};
   }
-  // What is wrong with the telegrams was said where they stand.
+  // Errors in the telegrams were reported at their place in the file.
   if (description->telegrams.empty()) return {};
   return FaultFinder(device, *description).Run();
 }

@@ -1,5 +1,5 @@
-// What is wrong between the points of a device and its telegrams. WrongUnit compares units, and
-// DoubtsOf finds what hardly anybody means.
+// Checks the points of a device against its telegrams: FaultsOf finds errors, DoubtsOf finds
+// settings that are hardly intended, and WrongUnit compares units.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,8 +12,8 @@
 
 namespace baudgate::protocols::telegram {
 
-// Units that come with a number: "S S     100.00 g". The codes of a unit's field say which texts
-// are good, and a point that reads the number has to name the same unit.
+// Units that come with a number: "S S     100.00 g". The codes of the unit field list the good
+// texts, and a point that reads the number must have the same unit.
 
 /// True if a field of this name is a unit: "unit", "weight_unit", "unit_1".
 bool IsUnit(std::string_view name);
@@ -23,15 +23,16 @@ bool IsUnit(std::string_view name);
 /// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
 bool IsSameUnit(std::string_view text, std::string_view unit);
 
-// What hardly anybody means: values that would be wrong or bad without a word.
+// Returns settings that are hardly intended, because values would be wrong or bad without a
+// message.
 
 std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
-/// What numbers the field of the point can say.
+/// Returns the range of numbers that the field of the point can contain.
 config::RawNumbers NumbersOf(const config::Device& device, const config::Point& point);
 
-/// What can be seen of the whole device only: telegrams that are not described, fields that no
-/// answer has, parameters that nobody gives.
+/// Returns errors that only show for the whole device: telegrams that are not described, fields
+/// that no answer has, parameters without a value.
 std::vector<ConfigRemark> FaultsOf(const config::Device& device);
 
 }  // namespace baudgate::protocols::telegram

@@ -44,12 +44,11 @@ constexpr std::string_view kAllKinds =
     "decimal, scientific, integer, hex, char, word, text, rest, bytes, byte, uint8 to uint64, int8 "
     "to int64, float32, float64, bcd1 to bcd8";
 
-/// Those that are written most, for a suggestion.
+/// The most common words, for suggestions.
 constexpr std::array<std::string_view, 12> kBinaryWords = {
     "uint8",    "uint16_be", "uint16_le", "uint32_be", "uint32_le",  "int8",
     "int16_be", "int16_le",  "int32_be",  "int32_le",  "float32_be", "float32_le"};
 
-/// Digits at the front of `text`, taken off it.
 Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::string_view what) {
   const std::size_t end = std::min(text.find_first_not_of("0123456789"), text.size());
   const auto number = ParseInteger<std::size_t>(text.substr(0, end));
@@ -61,7 +60,7 @@ Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::st
   return *number;
 }
 
-/// "uint16_le", "int24", "float32_be", "bcd3".
+/// Parses "uint16_le", "int24", "float32_be", "bcd3".
 std::optional<Format> ParseBinary(std::string_view text) {
   Format format;
   format.little = text.ends_with("_le");
@@ -202,7 +201,7 @@ bool AllDigits(std::string_view text) {
   return !text.empty() && text.find_first_not_of(kDigits) == std::string_view::npos;
 }
 
-/// "12.5" or "12", without a sign; as many decimals as the format says.
+/// True for "12.5" or "12", without a sign, with as many decimals as the format requires.
 bool IsPlain(std::string_view text, const Format& format) {
   const std::size_t point = text.find('.');
   const std::string_view whole = text.substr(0, point);
@@ -217,10 +216,10 @@ bool IsPlain(std::string_view text, const Format& format) {
   return format.precision < 0 || behind.size() == static_cast<std::size_t>(format.precision);
 }
 
-/// Without the blanks that may stand beside a number: in front of it; in a field of a fixed width
-/// behind it instead, where it stands at the left. "5  kg" may be "50 kg" that was damaged. Hex
-/// digits of a fixed width, and what is filled with zeros, have none; behind an exponent and a
-/// point a blank has taken the place of a digit: "1.25E+0 ", "12. ".
+/// Removes the blanks that may stand beside a number: in front of it, or, in a field of fixed width
+/// with numbers at the left, behind it. Other blanks stay and make the number invalid: "5  kg" may
+/// be a damaged "50 kg". Hex digits of fixed width and zero-padded numbers have no blanks. Behind
+/// an exponent or a point a blank has replaced a digit: "1.25E+0 ", "12. ".
 std::string_view WithoutBlanks(const Format& format, std::string_view text) {
   if (format.width > 0 && (format.zeros || format.kind == Kind::hex)) return text;
   if (text.starts_with(' ')) return text.substr(std::min(text.find_first_not_of(' '), text.size()));
@@ -230,9 +229,8 @@ std::string_view WithoutBlanks(const Format& format, std::string_view text) {
   return number.size() < text.size() && number.ends_with('.') ? text : number;
 }
 
-/// Sign and digits. Blanks between them fill a field of a fixed width whose sign stands at the
-/// left:
-/// "+   12.5".
+/// Sign and digits of a number. In a field of fixed width blanks may stand between them: "+
+/// 12.5".
 struct SignedText {
   bool negative = false;
   bool has_sign = false;
@@ -266,7 +264,7 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   if (format.kind == Kind::hex) {
     const std::string_view digits = WithoutBlanks(format, text);
     const auto number = ParseInteger<std::uint64_t>(digits, 16);
-    // A sign is a digit of no number.
+    // ParseInteger accepts a sign, but a hex number has none.
     if (!number || !HexDigit(digits.front())) return {};
     return WholeValue(false, *number);
   }
@@ -275,7 +273,7 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   std::string_view mantissa = parts.digits;
   std::string_view exponent;
   if (format.kind == Kind::scientific) {
-    // What it has lost would change its size by powers of ten.
+    // A lost character would change the number by powers of ten.
     const auto e = mantissa.find_first_of("eE");
     if (e == std::string_view::npos) return {};
     exponent = mantissa.substr(e + 1);
@@ -295,7 +293,7 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   whole += mantissa;
   if (exponent.empty()) {
     const auto number = ParseDecimal(whole);
-    // "-0.0" is 0.
+    // Adding 0 turns "-0.0" into 0.
     return number ? Value(*number + 0.0) : Value{};
   }
   whole += 'e';
@@ -395,7 +393,7 @@ struct Range {
   std::optional<Decimal> high;
 };
 
-/// Nothing: it is no range. Dots without a number beside them are a text.
+/// Returns nothing if the code is no range. Dots without a number beside them are a text.
 std::optional<Range> ParseRange(std::string_view code) {
   const std::size_t dots = code.find(kDots);
   if (dots == std::string_view::npos) return std::nullopt;
@@ -406,7 +404,8 @@ std::optional<Range> ParseRange(std::string_view code) {
   return whole && (range.low || range.high) ? std::optional(range) : std::nullopt;
 }
 
-/// As the field holds it: a float32 has no 999.9, only its nearest neighbour.
+/// Returns the number as the field stores it: a float32 cannot store 999.9, only its nearest
+/// neighbour.
 Decimal Held(const Format& format, const Decimal& number) {
   const bool single = format.kind == Format::Kind::real && format.width == 4;
   const double nearest = number.ToDouble();

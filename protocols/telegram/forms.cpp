@@ -16,7 +16,7 @@ using config::YamlNode;
 constexpr std::size_t kMostForms = 20;
 constexpr std::int64_t kMostSkipped = 255;
 
-/// A field that a map and not a pattern places: { at: 4, format: uint16_be }.
+/// A field whose place a map gives, not a pattern: { at: 4, format: uint16_be }.
 struct PlacedField {
   Element element;
   std::size_t at = 0;
@@ -84,7 +84,7 @@ std::optional<SizeField> ReadSizeAt(const YamlNode& node, Problems& problems) {
   return std::nullopt;
 }
 
-/// One or a list of them.
+/// Returns the nodes of a list, or the node itself.
 std::vector<YamlNode> OneOrMore(const YamlNode& node, const std::string& what, Problems& problems) {
   if (node.kind() != YamlNode::Kind::list) return {node};
   return config::ReadList(node, what, kMostForms, problems);
@@ -122,7 +122,6 @@ std::vector<PlacedField> ReadPlaced(MapReader& map) {
   return placed;
 }
 
-/// Bytes that nobody names.
 Element Gap(std::size_t width) {
   Element gap;
   gap.format.kind = Format::Kind::bytes;
@@ -130,7 +129,7 @@ Element Gap(std::size_t width) {
   return gap;
 }
 
-/// Puts the placed fields behind what the pattern has, up to `size`.
+/// Appends the placed fields to the pattern, and fills it up to `size`.
 void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t> size,
                Pattern& pattern, Problems& problems) {
   if (placed.empty()) return;
@@ -270,7 +269,8 @@ class FormReader {
     return "0" + std::to_string(2 * kind.bytes) + "X";
   }
 
-  /// What was sent and is repeated carries no value, and neither do fixed bytes: "ACK".
+  /// True if a check value is missing. An answer of repeated fields and fixed bytes ("ACK") needs
+  /// none.
   bool NeedsSum(const Form& form) const {
     if (framing_.checksum.kind == nullptr || !framing_.answers_have_it) return false;
     if (form.pattern.Has(kChecksum)) return false;

@@ -1,5 +1,5 @@
-// How one telegram is put together: the keys of a description that say where its bytes stand, where
-// it ends and what guards it. Part of compile.h.
+// Reads how one telegram is composed: the keys of a description for its bytes, its end and its
+// check value. Part of compile.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,29 +12,29 @@
 
 namespace baudgate::protocols::telegram {
 
-/// What `all:` says, and a telegram may say otherwise.
+/// Settings of `all:` that a telegram may override.
 struct Framing {
   Bytes ends{};
   Checksum checksum{};
-  bool answers_have_it = true;    ///< the check value; else only what is sent has it
-  bool unknown_checksum = false;  ///< it could not be read
+  bool answers_have_it = true;    ///< answers have the check value, too; else only sent telegrams
+  bool unknown_checksum = false;  ///< the check value could not be read
   std::optional<SizeField> size_at{};
   std::vector<config::YamlNode> refused{};
   Duration idle{};
   bool strict = false;
 };
 
-/// The place of a character of the node's text.
+/// Returns the place in the file of character `at` of the node's text.
 config::Mark PlaceIn(const config::YamlNode& node, std::size_t at);
 
-/// Bytes that are written as a pattern without fields.
+/// Reads bytes that are written as a pattern without fields.
 std::optional<Bytes> ReadFixed(const config::YamlNode& node, const std::string& what,
                                config::Problems& problems);
 
-/// Takes what of the framing stands in `map`; the rest is as in `all`.
+/// Reads the framing in `map`; missing keys are taken from `all`.
 Framing ReadFraming(config::MapReader& map, const Framing& all);
 
-/// `send`, `receive`, `refused`, `size` and `fields` of `map`.
+/// Reads `send`, `receive`, `refused`, `size` and `fields` of `map` into `telegram`.
 void ReadForms(config::MapReader& map, const Framing& framing, std::size_t most,
                Telegram& telegram);
 

@@ -20,7 +20,8 @@ bool IsFilled(const Form& form, const Bound& bound) {
   });
 }
 
-/// An answer to the one can never pass for one to the other: their lengths differ.
+/// True if no answer to one telegram can be mistaken for an answer to the other, because their
+/// lengths differ.
 bool Differ(const Telegram& one, const Telegram& other) {
   for (const Form& form : one.receive) {
     const auto [least, most] = form.pattern.usual_sizes();
@@ -42,7 +43,6 @@ bool IsPartOfOthers(const Description& description, std::size_t number) {
   });
 }
 
-/// The one that tells the device's name; empty: none does.
 std::optional<std::size_t> IdentityTelegram(const Description& description) {
   const auto found = std::ranges::find_if(
       description.telegrams, [](const Telegram& telegram) { return !telegram.identity.empty(); });

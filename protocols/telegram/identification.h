@@ -1,7 +1,7 @@
-// Finds out whether the device at the address is the one of the profile. Before it is polled or
-// written to, the device is asked for its name: until the name is known, and as long as it is that
-// of another device. One that does not tell it is asked again less and less often. IdentityTelegram
-// and OwnProbe choose the telegram for a silent device.
+// `Identification` checks that the device at the address is the device of the profile. The device
+// is asked for its name before it is polled or written to, until the name is known and right. A
+// device that does not answer with a name is asked again at growing intervals. OwnProbe chooses the
+// telegram that searches for a silent device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,32 +16,30 @@
 
 namespace baudgate::protocols::telegram {
 
-// Which telegram a silent device is looked for with.
-
-/// The same, or else one that no point reads, needs no parameters, and is answered with a length
-/// that no poll's answer has. Empty: there is none, and polls are the probes.
+/// Returns the telegram that searches for a silent device: the question for the name, or else a
+/// telegram that no point reads, that needs no parameters, and whose answer differs in length from
+/// all answers to polls. Empty: polls are the probes.
 std::optional<std::size_t> OwnProbe(const Description& description,
                                     const std::vector<std::optional<ReadPlace>>& reads,
                                     const Bound& bound);
 
 class Identification {
  public:
-  /// Both outlive it.
+  /// The references must outlive this object.
   Identification(const Description& description, const config::Identity& identity);
 
-  /// The telegram that asks for the name; empty: there is none.
+  /// Empty: no telegram asks for the name.
   const std::optional<std::size_t>& telegram() const { return telegram_; }
   bool IsDue(Instant now) const {
     return telegram_ && (!asked_ || trouble_ || nameless_.IsDue(now));
   }
-  /// Its answer.
   void OnReply(const Reply& reply);
-  /// It got no answer with a name. Many devices of a kind do not know the question.
+  /// The telegram got no answer with a name. Many devices do not support the question.
   void OnNoName(Instant now) {
     asked_ = true;
     nameless_.OnRefused(now);
   }
-  /// A request got no answer: one that has a name is asked for it again.
+  /// A request got no answer: a device that has given its name is asked for it again.
   void OnLost() { asked_ = asked_ && !named_; }
   /// Another device may answer next.
   void OnReconnect();
@@ -53,9 +51,9 @@ class Identification {
   const config::Identity& identity_;
   const std::optional<std::size_t> telegram_;
   bool asked_ = false;
-  bool named_ = false;  // it has told its name, since OnReconnect
-  // When one that does not tell its name is asked again. Rarely: many are silent to the question,
-  // which costs a reply time and its repetitions.
+  bool named_ = false;  // the device has given its name since OnReconnect
+  // When a device that gave no name is asked again. The interval is long, because many devices
+  // ignore the question, which costs a reply time and its retries.
   TryAgain nameless_{10min};
   DeviceTrouble trouble_;
 };

@@ -1,5 +1,5 @@
-// Walks a pattern over the bytes, from left to right and without a second try: each element says by
-// itself where it ends, so that the same bytes give the same answer however they come in pieces.
+// Matches a pattern from left to right without backtracking: each element alone decides where it
+// ends, so the result does not depend on how the bytes were split into pieces.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/matching.h"
 
@@ -82,7 +82,6 @@ class Walk {
   }
 
  private:
-  /// There are no more bytes, and more are needed.
   Step Short() const { return idle_ || held_.size() >= most_ ? Step::none : Step::need_more; }
 
   Step TakeLiteral(const Bytes& literal) {
@@ -119,7 +118,7 @@ class Walk {
     return Step::taken;
   }
 
-  /// What the known size leaves when all that stands behind is taken off.
+  /// Takes a field to the end that the known size gives, without the elements behind the field.
   Step TakeKnownRest(std::size_t index, const Format& format) {
     if (whole_ == kNoSize) return Step::none;
     std::size_t behind = 0;
@@ -132,7 +131,7 @@ class Walk {
     return TakeFixed(format, whole_ - at_ - behind);
   }
 
-  /// "+025.12" of "+025.12-020.45", or as many blanks.
+  /// Takes "+025.12" of "+025.12-020.45", or blanks of the field's width.
   Step TakeSigned(std::size_t index, const Format& format) {
     if (at_ >= held_.size()) return Short();
     if (held_[at_] == ' ' && format.width > 0) return TakeBlanks(format.width);
@@ -140,7 +139,7 @@ class Walk {
     std::size_t end = at_ + 1;
     while (end < held_.size() && IsOfNumber(format, held_[end], end)) ++end;
     if (end - at_ > kMostOfRun) return Step::none;
-    // What follows may look like a part of it: the anchor shows its end.
+    // The next characters may look like a part of the number; the anchor shows its end.
     if (const auto anchor = form_.pattern.AnchorOf(index)) {
       const std::size_t begin = at_;
       const Step step = TakeUntil(format, *anchor);
@@ -175,7 +174,7 @@ class Walk {
     return is_e(byte) || (IsSign(byte) && is_e(held_[at - 1]));
   }
 
-  /// A number that another field follows: as long as it goes on.
+  /// Takes a number that another field follows, up to its last character.
   Step TakeRun(const Format& format) {
     std::size_t end = at_;
     while (end < held_.size() && held_[end] == ' ') ++end;
@@ -191,7 +190,7 @@ class Walk {
   Step TakeUntil(const Format& format, const Pattern::Anchor& anchor) {
     const Bytes& literal = *anchor.literal;
     std::size_t end = at_;
-    // "S S     100.00 g": the blanks in front of it belong to the field.
+    // "S S     100.00 g": the blanks in front of the number belong to the field.
     if (format.kind != Kind::text) {
       while (end < held_.size() && held_[end] == ' ') ++end;
     }
@@ -226,11 +225,11 @@ class Walk {
   View held_;
   const bool idle_;
   const std::size_t most_;
-  const std::size_t whole_;  // kNoSize: the pattern alone says where it ends
+  const std::size_t whole_;  // kNoSize: only the pattern decides where the telegram ends
   std::size_t at_ = 0;
 };
 
-/// Empty: it is too short to say; a size beyond all is the caller's to refuse.
+/// Empty: too few bytes. An invalid size becomes a huge one, which the caller must refuse.
 std::optional<std::size_t> SaidSize(const SizeField& field, View held) {
   if (held.size() < field.at + field.format.width) return std::nullopt;
   const Value value = DecodeField(field.format, held.subspan(field.at, field.format.width));
@@ -254,7 +253,7 @@ bool ChecksumFits(const Form& form, const Match& match) {
   return true;
 }
 
-/// A field that stands twice says the same.
+/// True if a field that occurs twice has the same bytes.
 bool RepeatsAgree(const Form& form, const Match& match) {
   if (!form.pattern.has_repeats) return true;
   const auto& elements = form.pattern.elements;
@@ -276,7 +275,8 @@ bool IsOther(const Form& form, const Match& match, const Bound& known) {
   return false;
 }
 
-/// The size that it says is none. Whether it began as one is said alike however it comes.
+/// Returns no match for an invalid size. `began` does not depend on how the bytes were split into
+/// pieces.
 Match BadSize(const Form& form, View held, bool idle) {
   Match match;
   const Bytes& front = form.pattern.elements.front().literal;
@@ -342,7 +342,6 @@ Bound ValuesOf(const Form& form, const Match& match) {
 
 namespace {
 
-/// Over what stands there.
 void Put(const Bytes& field, std::size_t at, Bytes& bytes) {
   if (at + field.size() > bytes.size()) return;
   std::ranges::copy(field, bytes.begin() + static_cast<std::ptrdiff_t>(at));

@@ -1,4 +1,5 @@
-// The bytes of a telegram as a description writes them: text with escapes, or hex, with fields.
+// `Pattern` is the bytes of a telegram as a description writes them: text with escapes, or hex,
+// with fields.
 //   'S {state:char} {weight:10decimal} {unit:word}\r\n'
 //   'hex 05 08 {address:uint8} 00'
 // SPDX-License-Identifier: Apache-2.0
@@ -16,7 +17,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// A token without a point is a code, and up to so many characters shorter than a number.
+/// A signed number field without a point contains a code, which may be up to this many characters
+/// shorter.
 inline constexpr std::size_t kShorterCode = 2;
 
 inline constexpr std::string_view kAddress = "address";
@@ -24,52 +26,51 @@ inline constexpr std::string_view kPassword = "password";
 inline constexpr std::string_view kValue = "value";
 inline constexpr std::string_view kChecksum = "checksum";
 
-/// Bytes that are always the same, or a field.
+/// Fixed bytes, or a field.
 struct Element {
-  Bytes literal{};     ///< empty: a field
-  std::string name{};  ///< empty: passed over
+  Bytes literal{};     ///< empty: the element is a field
+  std::string name{};  ///< empty: the field is skipped
   Format format{};
 
   bool is_field() const { return literal.empty(); }
-  /// Its size is known beforehand.
+  /// True if the size of the element is known beforehand.
   bool is_fixed() const { return !is_field() || format.is_fixed(); }
   std::size_t fixed_size() const { return is_field() ? format.width : literal.size(); }
 };
 
 struct Pattern {
   std::vector<Element> elements;
-  bool has_repeats = false;  ///< a field stands twice, and has to say the same
+  bool has_repeats = false;  ///< a field occurs twice, and must have the same bytes
 
-  /// Null: it has no such field.
+  /// Returns null if the pattern has no such field.
   const Element* Find(std::string_view name) const;
   bool Has(std::string_view name) const { return Find(name) != nullptr; }
   std::size_t least_size() const;
-  /// Empty: that depends on what is said.
+  /// Empty: the size depends on the content.
   std::optional<std::size_t> size() const;
-  /// The least and the greatest size of telegrams whose fields are what they should be. The second
-  /// is nothing where any number of bytes may be there.
+  /// Returns the smallest and the largest size of a telegram with regular content. The second is
+  /// empty if a field has no limit.
   std::pair<std::size_t, std::optional<std::size_t>> usual_sizes() const;
-  /// How the end of a text field without a width is found: by fixed characters, and by how
-  /// many characters of other fields stand between. "{weight:decimal}{checksum:02X}\r": "\r",
-  /// and 2.
+  /// How the end of a text field without a width is found: the next fixed characters, and how many
+  /// characters of other fields are before them. For "{weight:decimal}{checksum:02X}\r": "\r" and
+  /// 2.
   struct Anchor {
     const Bytes* literal = nullptr;
     std::size_t between = 0;
   };
-  /// Empty: it ends where its own characters do, or with the telegram.
+  /// Empty: the field ends with its own characters, or with the telegram.
   std::optional<Anchor> AnchorOf(std::size_t index) const;
-  /// Bytes that are always the same.
   std::size_t literal_size() const;
-  /// Only silence, or a known size, ends it.
+  /// True if only silence or a known size ends the telegram.
   bool is_open() const { return !elements.empty() && !elements.back().is_fixed(); }
 };
 
 struct PatternError {
   std::string message;
-  std::size_t at = 0;  ///< the character of the text that is wrong, from 0 on
+  std::size_t at = 0;  ///< the place of the wrong character in the text, from 0 on
 };
 
-/// Exactly one of the two has a value.
+/// Exactly one of the members has a value.
 struct ParsedPattern {
   std::optional<Pattern> pattern{};
   std::optional<PatternError> error{};

@@ -24,7 +24,7 @@ bool EndsSigned(View before) {
   return !before.empty() && (before.back() == '-' || before.back() == '+' || before.back() == '(');
 }
 
-/// "-" and "- kg", but not "-5", which is the next number.
+/// True for "-" and "- kg", but not for "-5", which is the next number.
 bool BeginsWithSign(View behind) {
   while (!behind.empty() && behind.front() == ' ') behind = behind.subspan(1);
   if (behind.empty() || (behind.front() != '-' && behind.front() != '+')) return false;
@@ -33,8 +33,8 @@ bool BeginsWithSign(View behind) {
   return behind.empty() || !IsNumberCharacter(behind.front());
 }
 
-/// Whether what stands beside a number that was cut out belongs to it. Other numbers and fixed
-/// characters of the pattern do not.
+/// True if the text beside a number belongs to the number, so the number was cut. Other numbers and
+/// fixed characters of the pattern do not count.
 bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   const auto& elements = form.pattern.elements;
   const auto speaks = [&](std::size_t i) {
@@ -58,7 +58,8 @@ bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   return false;
 }
 
-/// "+1234567" in a field of seven characters, or "+12": no code of it, and no number.
+/// True for "+1234567" or "+12" in a field of seven characters: neither a code of the field nor a
+/// number.
 bool HasWrongWidth(const Format& format, View part) {
   if (!format.is_signed_token() || format.width == 0) return false;
   const bool point = std::ranges::find(part, '.') != part.end();
@@ -68,13 +69,12 @@ bool HasWrongWidth(const Format& format, View part) {
 
 std::string Shown(View part) { return "'" + Printable(part) + "'"; }
 
-/// Decimals of "+012.50".
 std::size_t DecimalsOf(std::string_view text) {
   const std::size_t point = text.find('.');
   return point == std::string_view::npos ? 0 : text.size() - point - 1;
 }
 
-/// Reason and remedy; empty: nothing is known that would be said better by what it measures.
+/// Returns reason and remedy; both are empty if the format explains nothing.
 std::pair<std::string, std::string> WhyNoNumber(const Element& element, View part) {
   const Format& format = element.format;
   const std::string text(Trim(AsText(part)));
@@ -170,7 +170,7 @@ class Interpreter {
     const bool wrong_width = HasWrongWidth(element.format, part);
     const bool torn = element.format.is_text_number() && IsTorn(form_, match_, index);
     if (HasValue(value) && !wrong_width && !torn) return {value, Quality::good};
-    // A code that nobody has listed is the device's word, and no damage.
+    // An unknown code is valid information of the device and no damage.
     const bool unknown_code = element.format.is_signed_token() && element.format.point &&
                               !wrong_width && std::ranges::find(part, '.') == part.end() &&
                               std::ranges::find(part, ' ') == part.end();
@@ -228,7 +228,7 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
     other = other || (match.kind == Match::Kind::whole && match.other);
     return match.kind == Match::Kind::whole && !match.other;
   };
-  // A text may look like anything, and a refusal like a text.
+  // Refusals are tried first, because a text field matches almost anything, also a refusal.
   for (const Form& form : telegram.refused) {
     const Match match = MatchAll(form, frame, known);
     if (!fits(match)) continue;
@@ -267,7 +267,7 @@ bool IsName(std::string_view text) {
   });
 }
 
-/// "input(channel=3)" at the front of `text`, taken off it.
+/// Takes "input(channel=3)" off the front of `text`.
 Result<Call> TakeCall(std::string_view& text) {
   Call call;
   const std::size_t end = std::min(text.find_first_of("(."), text.size());
@@ -290,7 +290,7 @@ Result<Call> TakeCall(std::string_view& text) {
   return call;
 }
 
-/// "[b3]", "[b4-b7]", "=S" or nothing.
+/// Parses "[b3]", "[b4-b7]", "=S" or nothing.
 Status TakeSelect(std::string_view text, ReadPlace& place) {
   if (text.empty()) return {};
   if (text.front() == '=') {
@@ -426,7 +426,7 @@ std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
 Decoded ValueAt(const ReadPlace& place, const Reply& reply) {
   const auto found = reply.fields.find(place.field);
   if (found == reply.fields.end()) {
-    // An answer of another form: what it says instead is why.
+    // The answer has another form, without this field; its status fields are the reason.
     const bool good = !IsBad(reply.quality);
     return {{}, good ? Quality(Quality::bad, Reason::not_ready) : reply.quality};
   }

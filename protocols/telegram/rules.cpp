@@ -23,7 +23,7 @@ void AddForm(const Form& form, std::size_t most, Awaited& awaited, Expectation& 
   awaited.forms.push_back(&form);
 }
 
-/// Where the password stands in the request, and the check value over it.
+/// Adds the places of the password in the request, and of the check value over it.
 void AddSecrets(const Form& form, const Match& match, Expectation& expect) {
   if (!form.pattern.Has(kPassword)) return;
   std::size_t at = 0;
@@ -36,7 +36,7 @@ void AddSecrets(const Form& form, const Match& match, Expectation& expect) {
   }
 }
 
-/// As it stands in the answer: only where all forms write it alike.
+/// Returns the address as answers contain it; empty unless all forms write it alike.
 Bytes AddressIn(const Telegram& telegram, const Bound& known) {
   const auto address = known.find(kAddress);
   if (address == known.end() || telegram.receive.empty()) return {};
@@ -106,19 +106,19 @@ Expectation ExpectUnasked(const Settings& settings) {
   return expect;
 }
 
-// Tries the forms that are awaited at the first byte, in the order of the description. What begins
-// none is dropped one byte at a time, so that a good telegram behind a damaged one is found.
+// CutTelegram tries the possible forms at the first byte, in the order of the description. If none
+// begins there, one byte is dropped, so that a good telegram behind a damaged one is found.
 //
 //   receive: 'S {state:char} {weight:10decimal} {unit:word}\r\n'
 //   < 53 20 53 20 20 20 20 20 31 30 30 2E 30 30 20 67 0D 0A    "S S     100.00 g": whole
-//   < 53 20 53 20 20 20 FF 20                                  a field of text has no such byte
+//   < 53 20 53 20 20 20 FF 20                                  a text field has no such byte
 //
 // A telegram that begins with a field and has no check value could be found inside a damaged one,
-// as "-03" in "1.25E-03" whose sign was lost. Where such a one is awaited the whole line is
-// dropped, or all up to the next silence if no fixed characters end it. The same holds for an
-// answer of one or two fixed bytes, as an ACK: all up to the next silence is dropped.
-// One that a field ends is whole when the line is silent: if more follows without a pause, its
-// bytes are shifted.
+// as "-03" in "1.25E-03" whose sign was lost. If such a telegram is possible, the whole line is
+// dropped, or all bytes up to the next silence if no fixed characters end the telegram. For an
+// answer of one or two fixed bytes, such as an ACK, all bytes up to the next silence are dropped,
+// too. A telegram that ends with a field is whole when the line is silent: if more bytes follow
+// without a pause, its bytes are shifted.
 
 namespace {
 
@@ -127,7 +127,8 @@ bool AllHarmless(View bytes) {
                              [](std::uint8_t byte) { return cut::IsHarmless(byte, "\r\n"); });
 }
 
-/// After the first characters that end one of the unmarked forms; empty: they have not come.
+/// Returns the place behind the first characters that end one of the unmarked forms; empty: they
+/// have not come.
 std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   std::optional<std::size_t> first;
   for (const Form* form : awaited.forms) {
@@ -141,19 +142,20 @@ std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   return first;
 }
 
-/// No telegram begins at the front, and none is looked for behind it.
+/// Drops bytes at whose front no telegram begins, without looking for a telegram behind it.
 Cut DropLine(View held, const Awaited& awaited, std::size_t most, bool idle) {
   const bool has_lines = std::ranges::none_of(awaited.forms, [](const Form* form) {
     return form->is_scant() || (form->is_unmarked() && form->pattern.elements.back().is_field());
   });
-  // However much has come already, no more is looked at than when it comes byte by byte.
+  // No more is examined than if the bytes came one by one, so the result is the same.
   const View near = held.first(std::min(held.size(), most));
   const auto end = has_lines ? EndOfLine(near, awaited) : std::nullopt;
   const auto drop = [&](std::size_t size, Outcome blame, std::string_view why) {
     return Cut::Discard(size, AllHarmless(held.first(size)) ? Outcome::none : blame, why);
   };
   if (end) return drop(*end, Outcome::corrupt, "not as described");
-  // What is kept is longer than any telegram, so that the end of the line is taken for none.
+  // Only one byte is dropped: the rest stays longer than any unmarked telegram, so the end of this
+  // line is not taken for one.
   if (held.size() >= most) return drop(has_lines ? 1 : most, Outcome::corrupt, "too long");
   if (idle) return drop(held.size(), Outcome::partial, "stopped mid-frame");
   return Cut::NeedMore();
@@ -190,7 +192,8 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   }
   if (other != 0) return cut::OfAnother(other);
   if (unmarked) {
-    // In front of a fixed byte the noise of a driver that is switched on hides nothing.
+    // In front of a fixed byte, the noise of a driver that is switched on can be dropped without
+    // harm.
     if (begins_fixed && cut::IsHarmless(held[0], "\r\n"))
       return Cut::Discard(1, Outcome::none, "noise of a driver");
     return DropLine(held, *awaited, expect.max_bytes, idle);
@@ -202,7 +205,7 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
 
 namespace {
 
-/// As it was written: a description makes its own telegrams whole.
+/// Returns the bytes as they were written, because the telegrams of a description are complete.
 Result<Bytes> Complete(View written, const Settings&) {
   if (written.empty()) return Error{"a telegram has at least one byte, as in '53 0D 0A'"};
   return Bytes(written.begin(), written.end());
@@ -221,7 +224,7 @@ const TelegramRule kAskRule = {.complete = kWithSettings<Complete>,
 
 namespace {
 
-/// A check value as it was said, and the bytes in front of it.
+/// A received check value, and the bytes in front of it.
 struct Said {
   View front{};
   std::uint32_t value = 0;
@@ -252,7 +255,6 @@ std::vector<std::pair<std::size_t, std::size_t>> RangesBeside(const Checksum& ow
   return ranges;
 }
 
-/// As a profile writes it.
 std::string Written(const Checksum& sum, bool range) {
   const std::string kind(sum.kind->name);
   if (!range && sum.skip == 0 && sum.leave == 0) return "checksum: " + kind;
@@ -260,7 +262,7 @@ std::string Written(const Checksum& sum, bool range) {
          ", leave: " + std::to_string(sum.leave) + " }";
 }
 
-/// Another of the known ones, over the same bytes; or any of them over others.
+/// Finds another known check value over the same bytes, or any known check value over other bytes.
 std::optional<Checksum> FindFit(const Checksum& own, const Said& said) {
   for (const auto& [skip, leave] : RangesBeside(own)) {
     Checksum sum{own.kind, skip, leave};
@@ -305,15 +307,15 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
 
 namespace {
 
-/// Fewer characters are no line of text.
+/// A text with fewer characters is no line.
 constexpr std::size_t kShortest = 2;
 constexpr std::size_t kShortestUnasked = 8;
 constexpr std::size_t kQuoted = 24;
 constexpr const char* kOtherForm =
     "does the profile fit the device, and the mode that is set in it?";
 
-/// The first line of text that is not empty, with its end; `only`: nothing stands behind it. Empty:
-/// there is none.
+/// Returns the first line of text that is not empty, with its end; nothing if there is none.
+/// `only`: nothing may stand behind the line.
 View FirstLine(View heard, bool only) {
   const auto begin = std::ranges::find_if_not(heard, IsLineEnd);
   const auto end = std::find_if(begin, heard.end(), IsLineEnd);
@@ -327,7 +329,7 @@ std::string Quoted(View line) {
   return "'" + text.substr(0, kQuoted) + (text.size() > kQuoted ? "...'" : "'");
 }
 
-/// The form without its check value; `mark`: and without the character in front of it.
+/// Returns the form without its check value; `mark`: also without the character in front of it.
 std::optional<Form> WithoutSum(const Form& form, bool mark) {
   auto changed = std::optional(form);
   auto& elements = changed->pattern.elements;
@@ -349,14 +351,14 @@ bool IsWhole(const Form& form, View line, const Bound& known) {
   return MatchAll(form, line, known).kind == Match::Kind::whole;
 }
 
-/// Its check value stands behind fixed characters.
+/// True if fixed characters precede the check value.
 bool HasMarkedSum(const Form& form) {
   const auto& elements = form.pattern.elements;
   const auto sum = std::ranges::find(elements, kChecksum, &Element::name);
   return sum != elements.begin() && sum != elements.end() && !std::prev(sum)->is_field();
 }
 
-/// Whole, and its numbers are numbers.
+/// True if the line is whole, and its numbers are valid.
 bool IsRight(const Form& form, View line, const Bound& known) {
   const Match match = MatchAll(form, line, known);
   return match.kind == Match::Kind::whole && HasNumbers(form, match);
@@ -369,7 +371,7 @@ bool LacksSum(const Form& form, View line, const Bound& known) {
   });
 }
 
-/// "VDC" behind the number that ends the line, which is right without it; empty: it is not so.
+/// Returns a unit behind the number at the end, such as "VDC", if the line is right without it.
 std::string UnitBehind(const Form& form, View line, const Bound& known) {
   constexpr std::string_view kUnits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz%/";
   const std::string_view text = AsText(line);
@@ -392,7 +394,7 @@ bool LacksSign(const Form& form, View line, const Bound& known) {
   return IsWhole(form, signed_line, known);
 }
 
-/// How many numbers the form has, if each begins with a sign; 0: one does not.
+/// Returns how many numbers the form has, if each begins with a sign; 0: one number has none.
 std::size_t SignedNumbers(const Form& form) {
   std::size_t count = 0;
   for (const Element& element : form.pattern.elements) {
@@ -418,7 +420,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   if (awaited == nullptr || line.size() < (asked ? kShortest : kShortestUnasked)) {
     return std::nullopt;
   }
-  // What comes behind a password may repeat it.
+  // A text behind a password may repeat it.
   const std::string quoted = expect.secrets.empty() ? " (" + Quoted(line) + ")" : std::string();
   const auto sent = asked ? settings.description->Recognise(request) : std::nullopt;
   const std::string its =

@@ -1,5 +1,6 @@
-// What may answer a request, for the frame rules. CutTelegram is the frame rule, Recognise says
-// what other texts are, and OtherChecksum how a wrong check value may be computed.
+// Frame rules for described telegrams: `Expect` lists the possible answers, `CutTelegram` is the
+// frame rule, `Recognise` explains other texts, and `OtherChecksum` finds how a wrong check value
+// may be computed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,35 +14,33 @@
 
 namespace baudgate::protocols::telegram {
 
-/// What the frame rules look for: carried by the expectation, as the shape of a telegram stands in
-/// a file.
+/// The forms that the frame rule looks for. An expectation carries them.
 struct Awaited final : FrameForms {
   std::shared_ptr<const Description> description;  ///< keeps the forms alive
   std::vector<const Form*> forms;
   Bound known;
 };
 
-/// An empty request: what is sent to the device.
+/// Returns the possible answers. An empty request stands for the twin: any telegram that is sent to
+/// the device.
 Expectation Expect(View request, const Settings& settings);
-/// What it sends unasked.
+/// Returns which telegrams the device sends unasked.
 Expectation ExpectUnasked(const Settings& settings);
 
-// Where telegrams begin and end: one rule for every description.
+// The frame rule: finds the beginning and the end of telegrams, for every description.
 
 Cut CutTelegram(View held, const Expectation& expect, bool idle);
 
-// What `baudgate ask` needs to know of telegrams that a person sends.
+// The rule for telegrams that a user sends by `baudgate ask`.
 
 extern const TelegramRule kAskRule;
 
-// How the check value of a telegram may be computed that is wrong as it is described. Pure; used by
-// Recognise.
-
-/// `match`: all but its check value is right. Empty: what stands there is no check value.
+/// Finds how a check value may be computed. `match`: only the check value is wrong. Empty: the text
+/// in its place is no check value.
 std::optional<Recognised> OtherChecksum(const Form& form, const Match& match);
 
-// What a text that came in place of an answer may be: one without its check value, without its
-// sign, with fewer numbers, or of another form. Pure; for `baudgate status`.
+// Explains a text that came in place of an answer, for `baudgate status`: without its check value,
+// without its sign, with fewer numbers, or of another form.
 
 /// An empty request: `heard` came unasked.
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);

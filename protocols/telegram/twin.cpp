@@ -9,7 +9,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// The first code that means this, as the field writes it; empty: none does.
+/// Returns the first code that means `reason`, as the field writes it; empty: there is none.
 std::optional<Bytes> CodeFor(const Telegram& telegram, const Element& field, Reason reason) {
   const auto codes = telegram.codes.find(field.name);
   if (codes == telegram.codes.end()) return std::nullopt;
@@ -23,7 +23,7 @@ std::optional<Bytes> CodeFor(const Telegram& telegram, const Element& field, Rea
   return std::nullopt;
 }
 
-/// What the field says when it does not say `text`: another code, a good one if there is one.
+/// Returns a value of the field other than `text`: another code, a good one if possible.
 Value OtherThan(const Telegram& telegram, const Element& field, const std::string& text) {
   Value other;
   if (const auto codes = telegram.codes.find(field.name); codes != telegram.codes.end()) {
@@ -84,8 +84,8 @@ bool TelegramTwin::IsForMe(const Bound& sent) const {
   return true;
 }
 
-/// The fields of this telegram, and of those that go before it as they came last: a channel stays
-/// selected.
+/// Returns the fields of this telegram, and of the last telegrams that go before it, because a
+/// selected channel stays selected.
 Bound TelegramTwin::Told(std::size_t telegram, const Bound& sent) {
   told_.insert_or_assign(telegram, sent);
   Bound told = sent;
@@ -103,7 +103,7 @@ void TelegramTwin::Write(std::size_t telegram, const Bound& sent) {
     values_.Set(i, written);
     if (value == sent.end() || !reads_[i] || reads_[i]->select != ReadPlace::Select::whole)
       continue;
-    // Other points that read the same field show it as well.
+    // Other points that read the same field get the value, too.
     for (std::size_t other = 0; other < reads_.size(); ++other) {
       if (other != i && reads_[other] && *reads_[other] == *reads_[i]) values_.Set(other, written);
     }
@@ -155,7 +155,8 @@ Bytes TelegramTwin::Compose(std::size_t number, const Bound& sent, Instant now) 
     const Match usual = MatchAll(form, example.receive, {});
     if (usual.kind != Match::Kind::whole) continue;
     Bound values;
-    std::vector<std::pair<std::size_t, Bytes>> codes;  // of values that are none
+    // Codes in place of values that are no numbers.
+    std::vector<std::pair<std::size_t, Bytes>> codes;
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
       const Element& element = form.pattern.elements[i];
       if (!element.is_field() || element.name.empty()) continue;

@@ -1,4 +1,5 @@
-// A described device that is not there. What no point reads is as in the example of the telegram.
+// `TelegramTwin` simulates a described device. Fields that no point reads are as in the example of
+// the telegram.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,14 +32,15 @@ class TelegramTwin final : public Twin {
                 std::size_t point, Instant now, Bound& values) const;
 
   TwinValues& values_;
-  const std::shared_ptr<const Description> description_;  // null: it never answers
+  const std::shared_ptr<const Description> description_;  // null: the twin never answers
   const Bound bound_;
   std::optional<Value> reply_as_;
   std::vector<std::optional<ReadPlace>> reads_;  // by point
   std::vector<std::optional<Call>> writes_;
   Questions read_;  // by point
   Questions written_;
-  std::map<std::size_t, Bound> told_;  // by telegram: what it said the last time
+  std::map<std::size_t, Bound> told_;  // by telegram: its fields when it was sent last
+  // unasked messages that Say sends next
   std::deque<Bytes> said_;
 };
 

@@ -35,7 +35,7 @@ void FuzzInterpret(View bytes) {
   Bytes request(written.begin(), written.end());
   if ((head & 0x80U) != 0) Seal(UnderTest(), request, 0);
   if (UnderTest().name == "spabus" && !request.empty() && request.back() == '\n') {
-    request.pop_back();  // a SPA request ends in CR only
+    request.pop_back();  // an SPA request ends in CR only
   }
   const auto bus = MakeBus(UnderTest());
   const auto conversation = MakeConversation(UnderTest(), device, bus.get());

@@ -1,5 +1,5 @@
-// The buffering loop around frame rules: conservation, bounds, blame. The laws of real rules stand
-// in tests/laws.
+// Tests Assembler, the buffering loop around frame rules: no byte is lost, memory is bounded, and
+// the outcome names the right cause. tests/laws contains the laws of real rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/assembler.h"
 

@@ -13,7 +13,7 @@ namespace {
 constexpr Duration kThink = 5ms;
 constexpr Duration kDeeds = 1s;          // interval of possible writes and replacements
 constexpr Duration kStaysFor = 1min;     // a device, until another device of the line is replaced
-constexpr std::size_t kOneWriteIn = 10;  // of kDeeds
+constexpr std::size_t kOneWriteIn = 10;  // one deed in ten is a write
 constexpr std::size_t kOneReplacementIn = 60;
 
 config::Config ConfigOf(config::Line line, const std::string& name, const std::string& path) {

@@ -16,16 +16,18 @@
 
 namespace baudgate {
 
-/// A point's `read` chooses its request: "7" plain, "L7" destructive with B7 to repeat it, "D7"
-/// destructive without a repetition, "U7" untagged, "S7" inside a session that is opened first (and
-/// closed after a write, even after a failed one), "E7" cannot be requested, "Q7" a write without a
-/// reply, "N7" a read after a broadcast, "V7" a write-only point. A device with "V" points only
-/// cannot be probed.
+/// A point's `read` chooses its request:
 ///
-/// Words in a reply: busy, refused and unsupported end the exchange with that outcome; closed opens
-/// the session and repeats the request; replan drops the query; fault and nan are readings without
-/// a usable value; foreign: another device is at this address until it answers with a value.
-/// Address: one letter. Option: wait (a duration, after busy).
+///   7    plain                         E7   cannot be requested
+///   L7   destructive; B7 repeats it    Q7   a write without a reply
+///   D7   destructive, never repeated   N7   a read after a broadcast
+///   U7   untagged                      V7   a write-only point; with these alone: no probe
+///   S7   inside a session, which is opened first and closed after every write
+///
+/// Words in a reply: busy, refused and unsupported end the exchange with that outcome. `closed`
+/// opens the session and repeats the request, and `replan` drops the query. `fault` and `nan` are
+/// readings without a usable value. `foreign` says that another device is at this address until the
+/// device answers with a value. Address: one letter. Option: wait (a duration, after busy).
 const protocols::Protocol& ToyProtocol();
 
 /// Returns "!A7=5*XX\r" for "A7=5".

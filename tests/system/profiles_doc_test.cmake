@@ -1,4 +1,4 @@
-# Fails when docs/profiles differs from what the program prints of its profiles, a page each.
+# Fails when docs/profiles differs from the program's output: one page for each profile.
 # usage: cmake -DBAUDGATE=PROGRAM -DPAGES=docs/profiles -P profiles_doc_test.cmake
 # SPDX-License-Identifier: Apache-2.0
 execute_process(COMMAND ${BAUDGATE} profiles --json OUTPUT_VARIABLE list COMMAND_ERROR_IS_FATAL ANY)

@@ -278,7 +278,7 @@ TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
   EXPECT_EQ(client.Holding(50, 3, 1).values, std::vector<std::uint16_t>{1003});
 }
 
-/// This is no route: its registers are points of this gateway.
+/// A device is no route: the registers of the server are points of this gateway.
 TEST_F(Routes, AreNotNeededForAModbusTcpServerAsADevice) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);

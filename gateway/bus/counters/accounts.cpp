@@ -6,7 +6,7 @@
 
 namespace baudgate::bus {
 
-/// A slave that only routes reach stands in no store.
+/// A slave that only routes reach is not in the point store.
 void DeviceAccounts::Change(const Member& member,
                             const std::function<void(DeviceStatus&)>& change) {
   if (member.device != nullptr) store_.UpdateStatus(member.index, change);
@@ -32,7 +32,8 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   const bool life = ended.answered();
   const bool answered = life && !ended.broadcast;
   const bool cut_off = ended.cut_off();
-  const bool looks = ended.asked.probe && member.health.absent();  // whether it is back
+  // The probe finds out whether the device is back.
+  const bool looks = ended.asked.probe && member.health.absent();
   const Outcome outcome = ended.routed && life ? Outcome::ok : end.outcome;
   ShowPatience(member, ended.patience);
   ShowLag(member, ended.lags);
@@ -54,7 +55,7 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   });
 }
 
-/// Devices that have not been asked for long count as well.
+/// Includes devices that have not been asked for a long time.
 void DeviceAccounts::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
@@ -67,7 +68,7 @@ void DeviceAccounts::CountMissed() {
   }
 }
 
-/// What its exchange adds to the minute under way.
+/// Adds the exchange to the counts of the present minute.
 void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& status) {
   Entry& entry = entries_[member];
   MinuteCounts& tally = status.hour.At(now_.instant);
@@ -164,8 +165,8 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
   });
 }
 
-/// A request that it never answered, beside others that it did, is asked otherwise from now on: its
-/// failures were no outages.
+/// If a request was never answered while others were, the device is now asked in another way, so
+/// the failures of that request were no outages.
 void DeviceAccounts::OnPlan(const Device& device) {
   constexpr std::uint32_t kNever = 2;
   Change(device, [this](DeviceStatus& status) {
@@ -191,7 +192,7 @@ void DeviceAccounts::OnWrite(const Member& member, WriteEnd end, bool read_back)
   });
 }
 
-/// Its outage is no judgement of how it works when it is back.
+/// After an outage the device is judged by its new exchanges only.
 void DeviceAccounts::OnOffline(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.recent = {}; });
 }

@@ -21,7 +21,7 @@ void LineAccount::OnOpened() {
   OnAnswer();
 }
 
-/// The line works, or is looked at anew.
+/// The line works, or a new connection begins.
 void LineAccount::OnAnswer() {
   silent_from_.reset();
   counters_.babble = 0;
@@ -73,7 +73,7 @@ void LineAccount::OnExchange(const EndedExchange& ended, Now /*now*/) {
   if (tap_ != nullptr) tap_->OnExchangeEnd(ended.member->index, end, now_);
 }
 
-/// An echo came and differed from what was sent: another master has sent.
+/// The echo differed from the request, so another master has sent at the same time.
 void LineAccount::OnCollision() {
   ++counters_.collisions;
   if (!others_.Add(now_.instant)) return;
@@ -82,7 +82,7 @@ void LineAccount::OnCollision() {
                    now_);
 }
 
-/// `cut`: the bus has stopped echoing (EchoWatch::is_cut), as `member` was asked.
+/// `cut`: the bus has stopped echoing (EchoWatch::is_cut) while `member` was asked.
 void LineAccount::OnRing(const Member& member, bool cut) {
   if (cut == cut_since_.has_value()) return;
   cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;

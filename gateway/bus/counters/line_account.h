@@ -1,6 +1,6 @@
-// The account of a line: what it has carried, what its time went to, and what is wrong with it as a
-// whole. Shown in the point store, its bytes in the tap. Burst tells whether something happens
-// again and again, and LineMinute what the time of the line goes to.
+// `LineAccount` counts the traffic of a line, the use of its time, and faults of the line as a
+// whole. It writes the counts to the point store, and passes bytes to the tap. `Burst` detects
+// repeated events, `LineMinute` measures the use of the line time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,36 +20,37 @@
 
 namespace baudgate::bus {
 
-// Whether something that may happen once by chance happens again and again: it has begun when it
-// happened three times within a minute, and ended after a minute without it.
+// `Burst` detects an event that happens again and again, while a single event may be chance. A
+// burst begins when the event has happened three times with less than a minute between two of them,
+// and ends after a minute without the event.
 class Burst {
  public:
   static constexpr int kCount = 3;
   static constexpr Duration kTime = 1min;
 
-  /// It happened. True: the burst has begun.
+  /// The event happened. Returns true if a burst begins.
   bool Add(Instant now) {
     if (count_ == 0 || now - last_ >= kTime) count_ = 0;
     last_ = now;
     return ++count_ >= kCount && !std::exchange(going_on_, true);
   }
-  /// True: the burst has ended.
+  /// Returns true if the burst ends.
   bool EndsAt(Instant now) { return going_on_ && now - last_ >= kTime && !(going_on_ = false); }
 
  private:
-  int count_ = 0;  // less than a minute apart each
+  int count_ = 0;  // events with less than a minute between two of them
   Instant last_{};
   bool going_on_ = false;
 };
 
-// What the time of a line goes to, since the start and in the present minute. The use of an
-// exchange is known when it ends; until then its time is held back.
+// `LineMinute` measures the use of the time of a line, since the start and in the present minute.
+// The use of an exchange is known when it ends; until then its time is not assigned.
 class LineMinute {
  public:
   /// Parts of a minute, each 0 to 1.
   struct Use {
     double busy = 0;
-    LineShares shares{};  ///< of that, what is known
+    LineShares shares{};  ///< parts of `busy` with a known use
   };
 
   /// The port was opened: no exchange is under way, and a minute begins.
@@ -59,7 +60,7 @@ class LineMinute {
     Begin(now);
   }
   void OnClosed() { full_ = Use{}; }
-  /// Behind what has been told of the time up to now.
+  /// Call after the time up to `now` has been reported (OnExchangeTime, OnDrained).
   void OnTime(Instant now) {
     if (now - began_ < kMinute) return;
     full_ = UseAt(now);
@@ -76,15 +77,16 @@ class LineMinute {
   void CountExchange(LineUse use) { Of(use) += std::exchange(exchange_, {}); }
 
   const TimeByUse& spent() const { return spent_; }
-  /// The last full minute; before there is one, the time since the opening.
+  /// Returns the use of the last full minute; before the first one is over, the use since the
+  /// opening.
   Use use(Instant now) const { return full_ ? *full_ : UseAt(now); }
 
  private:
   static constexpr Duration kMinute = std::chrono::minutes(1);
-  /// Before this time the use is not shown.
+  /// The use of a shorter time is not shown.
   static constexpr Duration kShortest = std::chrono::seconds(10);
 
-  /// The exchange under way goes on.
+  /// Begins a minute. An exchange under way continues.
   void Begin(Instant now) {
     began_ = now;
     before_ = spent_;
@@ -103,43 +105,42 @@ class LineMinute {
   Duration& Of(LineUse use) { return spent_[static_cast<std::size_t>(use)]; }
 
   TimeByUse spent_{};
-  TimeByUse before_{};  // the minute
-  Duration busy_{};     // of the minute
+  TimeByUse before_{};  // spent_ at the begin of the minute
+  Duration busy_{};     // busy time of the minute
   Duration exchange_{};
-  Instant began_{};          // the minute
-  std::optional<Use> full_;  // the last full minute
+  Instant began_{};
+  std::optional<Use> full_;
 };
 
 class LineAccount final : public ExchangeObserver {
  public:
-  /// `line`: its index in the store. All references outlive it.
+  /// `line`: its index in the point store. All references must stay valid for the lifetime of this
+  /// object.
   LineAccount(PointStore& store, std::uint32_t line, PollerListener& listener)
       : store_(store), line_(line), listener_(listener) {}
 
   void Attach(Tap& tap) { tap_ = &tap; }
 
-  /// Time has passed; `busy`: the line was busy, or `drains`: it kept silence after an exchange.
-  /// Returns how much of the time that took.
+  /// Time has passed. `busy`: the line was busy. `drains`: it kept silence after an exchange.
+  /// Returns the busy part of the time.
   Duration OnTime(Now now, bool busy, bool drains);
   void OnOpened();
   void OnClosed();
 
   void OnSent(const Member& member, const protocols::Request& request);
-  /// Bytes came, while `member` was asked; null: nobody was.
+  /// Bytes came while `member` was asked; null: no member was asked.
   void OnHeard(const EchoWatch::Received& heard, const Member* member);
   void OnExchange(const EndedExchange& ended, Now now) override;
-  /// About a member, for the user.
   void Warn(const Member& member, const std::string& warning) {
     listener_.OnWarning(member.index, warning);
   }
-  /// A device has sent something unasked, with this outcome.
   void OnUnasked(Outcome outcome) {
     Count(outcome);
     if (ProvesLife(outcome)) OnAnswer();
   }
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
-  /// `counts`: they are no rest of a broken reply.
+  /// `counts`: the bytes are no rest of a broken reply.
   void CountStray(std::size_t count, bool counts) {
     counters_.babble += count;
     if (counts) counters_.stray_bytes += count;
@@ -150,10 +151,9 @@ class LineAccount final : public ExchangeObserver {
   void Show(std::optional<Duration> notice_bound) const;
 
   const LineCounters& counters() const { return counters_; }
-  /// Replies of devices, so far.
   std::uint64_t Answers() const;
-  /// Nothing that was asked since `when` was answered, and nothing came unasked: a serial server
-  /// may hang although its TCP connection lives.
+  /// Returns true if no request since `when` was answered, and no message came unasked: a serial
+  /// server may hang although its TCP connection works.
   bool SilentSince(Instant when) const {
     return silent_from_ && *silent_from_ < when && last_failure_ >= when;
   }
@@ -173,10 +173,10 @@ class LineAccount final : public ExchangeObserver {
   Now now_{};
   bool open_ = false;
   bool echoes_ = false;                 // the request under way has come back
-  std::optional<WallTime> cut_since_;   // the ring
-  Burst others_;                        // echoes that differed
-  std::optional<Instant> silent_from_;  // since then no device has answered
-  Instant last_failure_{};              // of an exchange
+  std::optional<WallTime> cut_since_;   // since when the ring is open
+  Burst others_;                        // echoes that differed: another master
+  std::optional<Instant> silent_from_;  // since when no device has answered
+  Instant last_failure_{};
 };
 
 }  // namespace baudgate::bus

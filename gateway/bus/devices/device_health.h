@@ -1,6 +1,6 @@
-// Whether a device is there: decided from the outcomes of its exchanges by count *and* by time, so
-// neither one lost reply nor a fast burst of retries makes a device offline. Time is an argument.
-// HeardPoints keeps which points were answered.
+// `DeviceHealth` decides whether a device is online, from the outcomes of its exchanges by count
+// *and* by time: neither one lost reply nor a fast burst of retries makes a device offline.
+// `HeardPoints` contains which points of a device were answered. The time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,19 +17,18 @@
 
 namespace baudgate::bus {
 
-// Which points of a device were answered since it was connected. It decides one question: does
-// silence to a request say something about the device, or about the points that were asked for?
-// Many devices are silent to points that they do not have.
+// `HeardPoints` decides whether silence to a request means that the device is gone, or that it does
+// not have the requested points: many devices do not answer requests for unknown points.
 //
 //   p was answered, q never; p is answered at 1 s
-//   silence to p at 2 s     about the device
-//   silence to q at 2 s     about q
-//   silence to q at 12 s    about the device: it has not answered anything for 10 s
-//   a late reply            for ten minutes silence may be lateness: about the device
+//   silence to p at 2 s     concerns the device
+//   silence to q at 2 s     concerns q
+//   silence to q at 12 s    concerns the device: it has not answered anything for 10 s
+//   after a late reply      for ten minutes silence concerns the device: its reply may be late
 //
 class HeardPoints {
  public:
-  /// It may be another device now.
+  /// Call when another device may be connected.
   void Clear() {
     heard_.clear();
     last_.reset();
@@ -41,6 +40,8 @@ class HeardPoints {
     heard_[point] = true;
     last_ = now;
   }
+  /// Returns true if silence to a request for `points` concerns the device, false if it concerns
+  /// the points.
   bool TellsOfDevice(const std::vector<std::size_t>& points, Instant now) const {
     if (!last_ || now - *last_ > kTrusted) return true;
     if (late_ && now - *late_ < kLate) return true;
@@ -59,29 +60,28 @@ class HeardPoints {
 
 class DeviceHealth {
  public:
-  /// Offline after this many failed tasks in a row (each with its retries) that span at least this
-  /// time.
+  /// A device is offline after this many failed tasks in a row, each with its retries, if they span
+  /// at least this time.
   static constexpr int kOfflineCount = 3;
   static constexpr Duration kOfflineTime = 1s;
-  /// Degraded while at least this many of the last 32 exchanges failed.
+  /// A device is degraded while at least this many of its last 32 exchanges failed.
   static constexpr int kDegradedCount = 3;
 
-  /// Every exchange, retries included: decides about degraded.
+  /// Call for every exchange, including retries: decides between online and degraded.
   void OnExchange(Outcome outcome);
-  /// The end of a task: decides about online and offline.
+  /// Call at the end of a task: decides between online and offline.
   void OnTask(Outcome outcome, Instant now);
 
   DeviceState state() const;
-  /// Only probes are sent to it: it went offline, or it has not answered its first task. Its
-  /// state() is never_seen in the second case.
+  /// True if only probes are sent to the device: it went offline, or it did not answer its first
+  /// task. In the second case state() returns never_seen.
   bool absent() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
-  /// Its last two exchanges were refused: it is there, but gives nothing.
+  /// True if the last two exchanges were refused: the device is there, but provides no values.
   bool refuses() const { return refusals_ > 1; }
-  /// Its last task failed.
   bool failing() const { return failed_tasks_ > 0; }
 
  private:
-  std::uint32_t failures_ = 0;  // one bit per exchange, the latest lowest
+  std::uint32_t failures_ = 0;  // one bit per exchange, the latest is bit 0
   int refusals_ = 0;            // in a row
   int failed_tasks_ = 0;
   Instant failing_since_{};
@@ -90,7 +90,7 @@ class DeviceHealth {
 };
 
 inline void DeviceHealth::OnExchange(Outcome outcome) {
-  if (outcome == Outcome::line_down) return;  // says nothing about the device
+  if (outcome == Outcome::line_down) return;
   const bool refused = outcome == Outcome::refused || outcome == Outcome::unsupported;
   refusals_ = refused ? refusals_ + 1 : 0;
   failures_ = (failures_ << 1U) | (ProvesLife(outcome) ? 0U : 1U);

@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// This many outages in this many minutes are frequent.
+/// Limits from which outages count as frequent.
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 
@@ -35,8 +35,8 @@ void DeviceStates::OnClosed(Override why) {
   for (const auto& device : roster_.devices()) {
     ShowOverride(*device);
     if (!device->in_use) continue;
-    // Behind a closed port nothing is online. The log has one line for the port, not one a device;
-    // the first answer after it opens is news again.
+    // Behind a closed port no device is online. The log gets one line for the port, not one for
+    // each device. The first answer after the port opens is reported as a change again.
     DeviceState& shown = entries_[*device].shown;
     if (shown != DeviceState::never_seen) shown = DeviceState::offline;
     store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
@@ -64,7 +64,7 @@ void DeviceStates::OnState(const Member& member, const std::string& reason) {
   if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
 }
 
-/// Its outage is no judgement of how it works when it is back, unless it comes and goes.
+/// When a device returns after an outage, its findings are cleared, unless it has frequent outages.
 void DeviceStates::Show(DeviceState state, DeviceState from, DeviceStatus& status) const {
   status.state = state;
   const bool back = Answers(state) && !Answers(from);
@@ -79,7 +79,8 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
   return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
 }
 
-/// A remark is shown, and goes to the log. Its values are good, so it is no news.
+/// A remark (trouble without a reason) goes to the status and the log. It is no news, because the
+/// values of the device are good.
 bool DeviceStates::OnTrouble(const Device& device) {
   const protocols::DeviceTrouble& is = device.conversation->trouble();
   protocols::DeviceTrouble& known = entries_[device].trouble;

@@ -1,7 +1,8 @@
-// DeviceStates: the public state of each device, and the quality that it gives to all its points.
-// Example: a device that does not answer any more is offline, so all its points are
-// bad_communication. Published in the point store, and reported to the listener and the tap when it
-// changes. Driven by gateway/bus/poller/poller.cpp and gateway/bus/jobs/device_tracker.cpp.
+// `DeviceStates` keeps the public state of each device, and the quality that the state gives to all
+// points of the device. Example: a device that does not answer any more is offline, so all its
+// points are bad_communication. It writes both to the point store and reports changes to the
+// listener and the tap. Called by gateway/bus/poller/poller.cpp and
+// gateway/bus/jobs/device_tracker.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,7 @@ namespace baudgate::bus {
 
 class DeviceStates {
  public:
-  /// All references outlive it.
+  /// All references must stay valid for the lifetime of this object.
   DeviceStates(const Roster& roster, PointStore& store, PollerListener& listener);
 
   void Attach(Tap& tap) { tap_ = &tap; }
@@ -26,16 +27,15 @@ class DeviceStates {
   void OnOpened() { open_ = true; }
   /// `why`: the quality of all points while the port is closed.
   void OnClosed(Override why);
-  /// "the port is closed", or why.
   std::string WhyClosed() const;
 
-  /// Its state may have changed; `reason`: why.
+  /// Publishes the state of the member if it has changed; `reason`: the text for the log.
   void OnState(const Member& member, const std::string& reason);
-  /// Its trouble as a whole (wrong type, no identification) may have changed. True: it is over.
+  /// Publishes the trouble of the device as a whole (wrong type, no identification) if it has
+  /// changed. Returns true if the trouble has ended.
   bool OnTrouble(const Device& device);
-  /// Another device answers in its place.
   void OnReplaced(const Member& member);
-  /// Saves what the conversation has learned and needs after a restart, if that has changed.
+  /// Saves the memory of the conversation (protocols::Conversation::Memory) if it has changed.
   void OnMemory(Device& device);
   void ShowOverride(const Member& member);
   void ShowTimes(const Device& device);
@@ -43,7 +43,7 @@ class DeviceStates {
  private:
   struct Entry {
     DeviceState shown = DeviceState::never_seen;
-    protocols::DeviceTrouble trouble;  // or a remark
+    protocols::DeviceTrouble trouble;  // trouble, or a remark without a reason
   };
 
   void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;

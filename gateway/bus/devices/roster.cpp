@@ -8,8 +8,8 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Slaves need time to carry out what none of them answers. MODBUS over Serial Line 1.02, 2.4.1:
-/// 100 to 200 ms.
+/// Slaves need time to carry out a broadcast, which no slave answers. MODBUS over Serial Line 1.02,
+/// 2.4.1: 100 to 200 ms.
 constexpr Duration kTurnaround = 100ms;
 
 LineTimes TimesOf(const config::Timing& timing, const config::SerialSettings& serial) {
@@ -67,7 +67,7 @@ void Roster::AddDevice(const config::Device& config, const protocols::Protocol& 
   device->in_use = config.enabled;
   device->conversation = protocol.make_conversation(config, device->options, bus);
   if (carrier_ == &protocol) {
-    // A device that routes reach beside its polls: one member for both.
+    // A device that is polled and that routes reach as well is one member.
     if (const auto slave = carrier_->carrier->slave_of(config.address)) {
       device->slave = *slave;
       by_slave_.emplace(*slave, device.get());

@@ -1,7 +1,7 @@
-// The members of a line: the devices of the configuration, and slaves that only transparent routes
-// reach. Roster makes the devices from the configuration, and a slave when it is first asked. The
-// parts of the poller keep what they know of a member by its place here. ByMember is a container
-// with a place for each member.
+// `Roster` contains the members of a line: the devices of the configuration, and slaves that only
+// transparent routes reach. It makes the devices from the configuration, and a slave when a client
+// first sends a request to it. Parts of the poller store their data of a member in `ByMember`, by
+// the place of the member in the roster.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,27 +27,28 @@ namespace baudgate::bus {
 struct Device;
 
 struct Member {
-  Device* device = nullptr;  // itself; null: a slave that only routes reach
-  std::size_t place = 0;     // in the roster; of a device also its number in the schedule
-  std::uint32_t index = 0;   // see gateway/bus/exchange/line.h
-  std::uint8_t slave = 0;    // its Modbus address, where routes may reach it; 0: they do not
+  Device* device = nullptr;  // the device itself; null: a slave that only routes reach
+  std::size_t place = 0;     // index in the roster; for a device also its number in the schedule
+  std::uint32_t index = 0;   // number for stores and taps: see Tap in gateway/bus/exchange/line.h
+  std::uint8_t slave = 0;    // Modbus address, if routes may reach the member; 0: they may not
   bool in_use = true;
   int max_retries = 0;
   const protocols::Protocol* protocol = nullptr;
-  protocols::ParsedOptions options;  ///< of a device; a slave that only routes reach has the line's
+  protocols::ParsedOptions options;  ///< a slave that only routes reach has the options of the line
   config::SerialSettings serial;
-  config::Timing timing;  ///< of a device: its times, and where each comes from
+  config::Timing timing;  ///< times of a device, and the source of each
   LineTimes times;
   DeviceHealth health;
-  /// The address in its replies; empty: they carry none, or it is not known yet.
+  /// The address in the replies of the member; empty: its replies contain no address, or it is not
+  /// known yet.
   Bytes sender;
 
-  /// Their replies cannot be told apart: two entries of one address.
+  /// True if replies of the two members cannot be told apart: two entries with one address.
   bool IsSame(const Member& other) const {
     return this == &other ||
            (!sender.empty() && sender == other.sender && protocol == other.protocol);
   }
-  /// Of a device in the configuration; else "slave 7".
+  /// Returns the configured name of a device, or "slave 7".
   std::string Name() const;
 };
 
@@ -60,44 +61,48 @@ struct Device : Member {
   std::unique_ptr<protocols::Conversation> conversation;
   JumpCheck jumps;
   HeardPoints heard;
-  std::string memory;                             // of the conversation, as it was reported last
-  config::Timing configured;                      // `timing`, if it needs no longer times
-  std::vector<protocols::Query> planned_queries;  // of the conversation, as the line knows them
+  std::string memory;         // memory of the conversation, as it was reported last
+  config::Timing configured;  // `timing` before LearnTimes made it longer
+  std::vector<protocols::Query> planned_queries;  // queries of the conversation in the schedule
 
-  /// Takes over what the conversation has learned of its times. True: they have changed.
+  /// Takes over times that the conversation has learned. Returns true if the times have changed.
   bool LearnTimes();
 };
 
-/// Has no configuration, no conversation, and no place in store and schedule.
+/// A slave that only routes reach: without configuration, conversation, and place in the point
+/// store and the schedule.
 struct Slave : Member {};
 
 class Roster {
  public:
   using FindProtocol = std::function<const protocols::Protocol&(const std::string& name)>;
 
-  /// `line` outlives the roster. `first_device`: the index of line.devices[0] in the store.
+  /// `line` must stay valid for the lifetime of the roster. `first_device`: the index of
+  /// line.devices[0] in the point store.
   Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find);
 
   const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
-  /// Devices, then slaves, in the order of their places.
+  /// Devices, then slaves, by `place`.
   const std::vector<Member*>& everyone() const { return everyone_; }
   Device& device(std::size_t place) const { return *devices_[place]; }
-  /// The first device that sends unasked: a line has at most one. Null: there is none.
+  /// Returns the first device that sends unasked, or null. A line has at most one.
   Device* Speaker() const;
   /// `index`: in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
 
-  /// How messages of other protocols are known on this line.
+  /// How messages of other protocols are recognised on this line.
   void SetForeign(std::vector<protocols::ForeignRule> foreign) { foreign_ = std::move(foreign); }
   const std::vector<protocols::ForeignRule>& foreign() const { return foreign_; }
 
   /// The line is behind a serial server.
   bool is_network() const { return line_.is_network(); }
-  /// The line's protocol, when it carries Modbus; null: no routes lead here.
+  /// Returns the protocol of the line if it carries Modbus requests of routes; null: no route leads
+  /// to this line.
   const protocols::Protocol* carrier() const { return carrier_; }
-  /// A device of this Modbus address, or a slave that has been asked before; null: neither.
+  /// Returns the device with this Modbus address, or the slave that has been asked before; null:
+  /// there is none.
   Member* FindSlave(std::uint8_t slave) const;
-  /// Adds it if no member has its address yet.
+  /// Returns the member with this Modbus address, and adds a slave if there is none.
   Member& SlaveAt(std::uint8_t slave);
 
  private:
@@ -115,14 +120,13 @@ class Roster {
   std::map<std::uint8_t, Member*> by_slave_;
 };
 
-// What a part of the poller keeps for each member of the roster. An entry is made when it is first
+// `ByMember` contains an entry for each member of the roster. An entry is made when it is first
 // used, and never moves.
 template <typename Entry>
 class ByMember {
  public:
   Entry& operator[](const Member& member) { return At(member.place); }
   const Entry& operator[](const Member& member) const { return At(member.place); }
-  /// By place.
   Entry& At(std::size_t place) {
     Reach(place);
     return entries_[place];
@@ -142,7 +146,7 @@ class ByMember {
     if (entries_.size() <= place) entries_.resize(place + 1);
   }
 
-  mutable std::deque<Entry> entries_;  // by place
+  mutable std::deque<Entry> entries_;  // index: place of the member
 };
 
 }  // namespace baudgate::bus

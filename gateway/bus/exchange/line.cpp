@@ -1,38 +1,44 @@
-// The state table. "reply" counts from the computed end of transmission; so does "ceiling".
+// The state table of `Line`. The times are those of LineTimes; "reply" and "ceiling" count from the
+// computed end of the transmission. "next" is the next state; an outcome behind it ends the
+// exchange.
 //
 // clang-format off
 //   state        event                         next
 //   closed       opened                        idle
-//   idle         Start                         quiet, or sending when it has been quiet long enough
-//   idle         bytes of a standing           receiving, until the message is whole, damaged
-//                expectation                   or over; then idle. No exchange begins meanwhile
-//   any but      a whole message of a standing kept for the client, and no part of the exchange under way,
-//   closed       expectation                   whose reply it is only where its request says so
-//   idle         bytes                         idle; stray, and quiet counts anew. In idle, quiet and
-//                                              drain stray bytes may be a second, different reply
-//   quiet        bytes                         quiet anew, but never longer than the ceiling
+//   idle         Start                         quiet; sending at once if the line was silent long enough
+//   idle         bytes of an unasked message   receiving, until the message is whole, damaged or over its
+//                (UnaskedReceiver)             time; then idle. No exchange begins meanwhile
+//   any but      a whole unasked message       the same; the message goes to LineNews::unasked. It is the
+//   closed                                     reply only if the request under way expects such a message
+//   idle         bytes                         idle; stray, and the silence before a request begins again
+//   idle, quiet, drain: stray bytes            the same; a second, different reply may be among the bytes
+//   quiet        bytes                         quiet; its time begins again, but ends at the ceiling
 //   quiet        timer                         sending
-//   sending      bytes, on a pty or a network  kept: an echo, or an early reply
-//   sending      bytes, on a port that keeps   kept apart; stray as soon as more bytes come after the
-//                its bit rate                  request is out
-//   sending      whole frame, on a pty or a    idle: it may answer before the computed end
-//                network
-//   sending      timer (end of transmission)   settle when no reply is due, else await_first/receiving
-//   settle       bytes                         stray: nobody was asked to answer
+//   sending      bytes, on a pty or a network  sending; held: an echo, or an early reply
+//   sending      bytes, on a port that keeps   sending; set aside. They are stray as soon as more bytes
+//                its bit rate                  come after the end of the transmission
+//   sending      whole frame, on a pty or a    as in receiving: the reply may come before the computed
+//                network                       end of the transmission
+//   sending      timer (end of transmission)   settle if no reply is expected; receiving if bytes are
+//                                              held; else await_first
+//   settle       bytes                         settle; stray, because no device was asked to answer
 //   settle       timer                         idle, ok
 //   await_first  bytes                         receiving
-//   await_first  timer (reply)                 drain, no_reply or the worst discard
+//   await_first  timer (reply)                 drain, unexpected if whole replies of other devices came,
+//                                              else no_reply. Bytes that were set aside are tried first
 //   receiving    two different whole frames    drain, unexpected
-//   receiving    whole frame                   idle; drain after unexpected, while an aftermath is due,
-//                                              and when bytes follow it
-//   receiving    timer (gap)                   the rule is asked once more with idle = true; no frame:
-//                                              await_first when only harmless noise or whole replies of
-//                                              others came and the reply time is not over, else drain
-//                                              with the worst discard
-//   receiving    timer (ceiling)               drain, corrupt: one deadline for the exchange, not per byte
-//   sending, await_first, receiving: ended    drain, no_reply
-//   sending, await_first, receiving: collision drain, corrupt; counted from the end of transmission
-//   drain        bytes                         drain anew, but never longer than the ceiling
+//   receiving    whole frame                   idle; drain if the frame is judged unexpected, if an
+//                                              aftermath is due, or if more bytes follow the frame
+//   receiving    timer (gap)                   the frame rule is asked once more, with idle = true. If
+//                                              there is no frame: await_first if only noise or whole
+//                                              replies of other devices came and the reply time is not
+//                                              over; else drain with the worst outcome of the bytes
+//   receiving    timer (ceiling)               drain, corrupt: the ceiling limits the whole exchange
+//   sending, await_first, receiving:
+//                the server ended the          drain, no_reply
+//                connection
+//                collision                     drain, corrupt; counts from the end of the transmission
+//   drain        bytes                         drain; its time begins again, but ends at the ceiling
 //   drain        timer                         idle
 //   quiet        closed                        closed; the exchange does not take place
 //   any          closed                        closed; an exchange under way ends as line_down
@@ -125,10 +131,11 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
   }
 }
 
-/// Behind a silence.
+/// Called after a silence.
 void UnaskedReceiver::Align(Instant now) { aligned_ = now >= torn_until_; }
 
-/// The parts of one damaged message count as one.
+/// Counts a damaged message. Further damage counts as the same message until a whole message or a
+/// silence comes.
 void UnaskedReceiver::Damage(UnaskedInput& heard, std::string_view why) {
   if (std::exchange(damaged_, true)) return;
   ++heard.damaged;
@@ -150,37 +157,36 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
 
 namespace {
 
-/// Bytes that come this long after their deadline have waited while this program did not run, for
-/// an unknown time: the deadline counts first.
+/// If bytes arrive this long after a deadline, the program was stopped meanwhile, and the bytes may
+/// have waited for any time, so the
+/// deadline is handled before the bytes.
 constexpr Duration kHeldUp = 100ms;
 
-/// From its first character to its end.
+/// True from the first character of the request to the end of the exchange.
 bool IsUnderWay(Line::State state) {
   return state == Line::State::sending || state == Line::State::settle ||
          state == Line::State::await_first || state == Line::State::receiving;
 }
 
-/// A reply may come.
 bool IsAwaited(Line::State state) { return IsUnderWay(state) && state != Line::State::settle; }
 
-/// The line waits for bytes, in silence or behind noise.
 bool IsListening(Line::State state) {
   return state == Line::State::await_first || state == Line::State::receiving;
 }
 
-/// The state ends by itself at its deadline.
 bool HasTimer(Line::State state) {
   return state != Line::State::closed && state != Line::State::idle;
 }
 
-/// The program was stopped while it waited: the silence before these bytes counts.
+/// True if the program was stopped beyond the deadline, so that the silence before these bytes
+/// counts (kHeldUp).
 bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
-/// The silence that the line keeps behind an exchange that ended like this.
+/// Returns the silence that the line keeps after an exchange that ended with `outcome`.
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
   if (!NeedsDrain(outcome)) return exchange.aftermath;
   const Duration drain = exchange.times.drain;
-  // A reply that names its device is not taken for another device's.
+  // A reply with an address cannot be taken for the reply of another device.
   const bool named = !exchange.request.expect.address.empty();
   return outcome == Outcome::no_reply || named ? drain : std::max(drain, exchange.aftermath);
 }
@@ -242,8 +248,9 @@ LineNews Line::OnTimer(Instant now) {
   return TakeNews();
 }
 
-/// What belongs to no message may be the reply. A pty or a network hands the request over at once,
-/// so that the answer may be there before the time that its characters would take is over.
+/// Takes messages that came unasked, and passes the remaining bytes on as a possible reply. A pty
+/// or a network accepts the whole request at once, so the reply may come before the computed end of
+/// its transmission.
 void Line::Hear(UnaskedInput heard, Instant now) {
   // The timer is late.
   if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
@@ -253,7 +260,8 @@ void Line::Hear(UnaskedInput heard, Instant now) {
   if (awaited && !heard.messages.empty()) {
     Finish(client_.Judge(heard.messages.front().bytes, now), {}, now);
   }
-  // Bytes in idle belong to the device that speaks unasked. They count as no late reply.
+  // In idle, remaining bytes belong to the device that sends unasked, so they do not count as a
+  // late reply.
   if (!heard.rest.empty() && state_ != State::idle) TakeBytes(heard.rest, now);
   heard.rest.clear();
   news_.unasked = std::move(heard);
@@ -331,7 +339,8 @@ void Line::TakeTimer(Instant now) {
       break;
     case State::await_first:
       if (TakeEarly(now)) break;
-      // Noise alone counts as silence; whole replies of others make it unexpected.
+      // Noise alone counts as silence. Whole replies of other devices make the outcome
+      // `unexpected`.
       if (assembler_.blame() == Outcome::unexpected) {
         Finish(Outcome::unexpected, std::string(assembler_.why()), now);
       } else {
@@ -384,7 +393,7 @@ void Line::TakeFrame(bool idle, Instant now) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
     news_.stray.second_reply = true;
   } else {
-    // The line still counts as receiving: what the client decides now may not start anything.
+    // The exchange is still under way here, so the client cannot start another one from Judge.
     const Outcome outcome = client_.Judge(*frame, now);
     if (!NeedsDrain(outcome)) second_.Take(*frame);
     Finish(outcome, {}, now);
@@ -407,9 +416,11 @@ void Line::TakeStray(View bytes, Instant now) {
   if (second_.FoundIn(bytes)) news_.stray.second_reply = true;
 }
 
-/// Only early bytes have come, so they are the reply: this port does not keep its bit rate.
+/// Tries early bytes as the reply, because no others have come. If they are the reply, this port
+/// does not keep its bit rate.
 bool Line::TakeEarly(Instant now) {
-  // A reply that mirrors its request could be the echo; bytes that waited came at an unknown time.
+  // A reply that mirrors its request could be the echo. If the program was stopped, the time of the
+  // bytes is unknown.
   const bool held_up = IsHeldUp(deadline_, now);
   if (!transmission_.has_early() || held_up || exchange_.request.expect.mirrors) return false;
   assembler_.Feed(transmission_.TakeEarly());
@@ -420,8 +431,8 @@ bool Line::TakeEarly(Instant now) {
   return true;
 }
 
-/// Nothing between here and the device keeps to the bit rate, so its whole answer need not wait for
-/// the computed end of the request. What might be an echo has to.
+/// Takes a whole reply before the computed end of its request, on a pty or a network. A reply that
+/// could be an echo has to wait until then.
 void Line::TakeAhead(Instant now) {
   const protocols::Expectation& expect = exchange_.request.expect;
   if (expect.reply != protocols::Expectation::Reply::one || expect.mirrors) return;
@@ -446,7 +457,7 @@ void Line::OnGap(Instant now) {
   }
   TakeFrame(true, now);
   if (state_ != State::receiving) return;
-  // Noise and other devices' replies do not keep the awaited one from coming.
+  // After noise and replies of other devices the awaited reply may still come.
   const Outcome blame = assembler_.blame();
   const bool harmless = blame == Outcome::none || (blame == Outcome::unexpected && !exchange_.lags);
   const Instant due = transmission_.until() + exchange_.times.reply;
@@ -530,7 +541,7 @@ EchoWatch::Received EchoWatch::OnReceived(View bytes, const protocols::Request* 
   Received heard;
   heard.bytes = std::move(result.bytes);
   if (mode_ == config::Echo::off) {
-    // Where a good reply equals its request (`mirrors`), the bytes may be the reply, not an echo.
+    // If a good reply equals its request (`mirrors`), the bytes may be the reply and no echo.
     heard.echo = result.complete && asked != nullptr && !asked->expect.mirrors;
     if (!heard.echo) return heard;
     echoes_ = echoed_ = true;

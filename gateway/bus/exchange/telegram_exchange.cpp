@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// A device that goes on for longer is not listened to.
+/// In bytes. The rest of a longer reply is not collected.
 constexpr std::size_t kMostReply = 8192;
 
 }  // namespace

@@ -1,4 +1,6 @@
-// A telegram by hand, without a job: gateway/lines/telegram_queue.h.
+// `TelegramExchange` sends one telegram by hand on a line whose polls are paused, and collects all
+// bytes that come back. Like `Line`, it has no input, output or clock.
+// gateway/lines/telegram_queue.h uses it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,10 +14,7 @@
 
 namespace baudgate::bus {
 
-// One telegram by hand on a line that has paused for it: it is sent as it is, and whatever comes
-// back is kept. Sans-I/O, as the line. Used by gateway/lines/telegram_queue.h.
-
-/// The device in whose name it is sent.
+/// The device whose protocol, port settings and times are used for the telegram.
 struct Speaking {
   const protocols::Protocol* protocol = nullptr;
   protocols::ParsedOptions options{};
@@ -27,7 +26,7 @@ class TelegramExchange final : private LineClient {
  public:
   TelegramExchange(const Speaking& as, config::Echo echo, View telegram, Instant now);
 
-  /// True: the request is to be sent now.
+  /// Begin, Receive and OnTimer return true if the caller has to send request() now.
   bool Begin(Instant now);
   bool Receive(View bytes, Instant now);
   bool OnTimer(Instant now);
@@ -35,11 +34,11 @@ class TelegramExchange final : private LineClient {
 
   const protocols::Request& request() const { return request_; }
   bool has_ended() const { return end_.has_value(); }
-  /// It has ended, and the line is silent again.
+  /// True if the exchange has ended and the line is silent again.
   bool is_over() const { return end_ && line_.idle(); }
-  /// Once it has ended.
+  /// Valid only after has_ended().
   const ExchangeEnd& end() const { return *end_; }
-  /// All that came back, without its echo if that is removed.
+  /// All bytes that came back, without the echo if the line removes echoes.
   const Bytes& reply() const { return reply_; }
 
  private:

@@ -1,5 +1,4 @@
-// All that waits to be sent on a line, and whose turn it is. ParkedJobs keeps jobs that were put
-// aside.
+// `Agenda` contains all work that waits on one line, and the order of turns.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,12 +17,13 @@
 
 namespace baudgate::bus {
 
-// Jobs that wait while the line goes on: their device was busy, or a late reply of it may still
-// come. At most one read-back and one other job for each device.
+// `ParkedJobs` contains jobs that wait while the line does other work, because their device was
+// busy, or a late reply of it may still come. At most one read-back and one other job for each
+// device.
 class ParkedJobs final {
  public:
   void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
-  /// Null: none may go on yet.
+  /// Takes a job whose time has come. Null: none may go on yet.
   std::unique_ptr<Job> Take(Instant now) {
     const auto next =
         std::ranges::find_if(parked_, [now](const One& one) { return one.until <= now; });
@@ -32,13 +32,13 @@ class ParkedJobs final {
     parked_.erase(next);
     return job;
   }
-  /// There is no room for this job.
+  /// Returns true if there is no room for this job.
   bool HasLike(const Job& job) const {
     return std::ranges::any_of(parked_, [&job](const One& one) {
       return one.member() == job.member && one.job->is_read_back() == job.is_read_back();
     });
   }
-  /// A read-back that has not failed yet.
+  /// True if a read-back of the member is parked that has not failed yet.
   bool HasReadBack(const Member& member) const {
     return std::ranges::any_of(parked_,
                                [&member](const One& one) { return one.job->ReadsBack(member); });
@@ -54,7 +54,6 @@ class ParkedJobs final {
   void Drop(const Member& member) {
     std::erase_if(parked_, [&member](const One& one) { return one.member() == &member; });
   }
-  /// When the first may go on.
   std::optional<Instant> NextAt() const {
     const auto first = std::ranges::min_element(parked_, {}, &One::until);
     return first == parked_.end() ? std::nullopt : std::optional(first->until);
@@ -70,11 +69,10 @@ class ParkedJobs final {
   std::vector<One> parked_;
 };
 
-// Agenda holds the work that waits on one line (due polls, writes and read-backs, requests of
-// routes, probes, reads in the background, parked jobs) and the order of turns. Chooser takes the
-// next job from the agenda.
+// The work that waits: due polls, writes and read-backs, requests of routes, probes, background
+// reads, parked jobs. `Chooser` takes the next job from the agenda.
 struct Agenda {
-  /// Both outlive it.
+  /// Both references must stay valid for the lifetime of this object.
   Agenda(Roster& roster, const LateReplies& late)
       : routes(route_queue), probes(roster, late), background(schedule) {}
 

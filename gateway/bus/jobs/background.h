@@ -1,5 +1,5 @@
-// A read of low priority, such as a load profile: sent where it fits before the next poll, or once
-// a minute anyway (gateway/bus/schedule/schedule.h, Background).
+// `BackgroundJob` is a read of low priority, such as a load profile. It is sent if it fits before
+// the next poll, at the latest once a minute (`Background` in gateway/bus/schedule/schedule.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

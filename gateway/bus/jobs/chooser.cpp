@@ -16,7 +16,6 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Offers the jobs that were put aside (ParkedJobs in gateway/bus/jobs/agenda.h).
 class ParkedSource final : public JobSource {
  public:
   explicit ParkedSource(ParkedJobs& parked) : parked_(parked) {}
@@ -84,13 +83,13 @@ void Chooser::OnTime(Duration passed, const Member* busy_with) {
 bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
   const Schedule& schedule = line_.agenda.schedule;
-  // It can wait, and a repetition may be as silent.
+  // A background read can wait, and a repetition may get no answer either.
   const bool waits = job.goal().task.kind == protocols::Task::Kind::background;
   if (waits && more == 0 && !line_.agenda.background.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || schedule.AnotherFails(member.place);
   if (fails && more == 0 && schedule.HealthyDue(now)) return false;
-  // A request that must not be repeated does not make room for the write. Its failure has to be
-  // followed at once by the request that fetches the lost answer, or the answer is lost for ever:
+  // A request that must not be repeated does not make room for the write. After its failure the
+  // request that fetches the lost answer has to follow at once, or the answer is lost permanently:
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
   return !(line_.routed.ShortWriteWaits() && job.step.request.expect.repeatable);
 }

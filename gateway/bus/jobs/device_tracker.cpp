@@ -20,7 +20,8 @@ bool IsSameDevice(const Device& one, const Device& other) {
   return address && its && *address == *its;
 }
 
-/// What is read there is written by one of these points, or read by it.
+/// True if one of the written points has the place of `shown` in the device, for reading or
+/// writing.
 bool SharesPlace(std::span<const config::Point> points, std::span<const PointWrite> writes,
                  const config::Point& shown) {
   return std::ranges::any_of(writes, [&](const PointWrite& write) {
@@ -53,7 +54,7 @@ void DeviceTracker::OnOpened(Instant now) {
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
     if (!device->health.absent()) agenda_.schedule.Restart(device->place, now);
-    // A reply to an earlier request may still come: this device waits for it, the others do not.
+    // A reply to an earlier request may still come. Only this device waits for it.
     if (!owed_.late_replies.IsClear(*device, now))
       agenda_.schedule.Hold(device->place, owed_.late_replies.LateUntil(*device));
     accounts_.states.ShowOverride(*device);
@@ -118,7 +119,8 @@ void DeviceTracker::OnTelegram(const protocols::Protocol& protocol, View telegra
   }
 }
 
-/// A device that is offline is read again when it comes back.
+/// Makes the points uncertain and reads them again. A device that is offline is read when it comes
+/// back.
 void DeviceTracker::Outdate(const Device& device, const std::vector<std::size_t>& points,
                             Instant now) {
   if (points.empty()) return;
@@ -139,8 +141,8 @@ void DeviceTracker::OnExchange(EndedExchange& ended, Instant now) {
   if (ended.answered() && ended.routed) agenda_.routes.OnAnswered(now);
 }
 
-/// Line time that an exchange took in vain counts from the first failure on; Chooser::OnTime
-/// charges what follows.
+/// Line time without an answer counts from the first failure on; Chooser::OnTime charges later
+/// failures.
 void DeviceTracker::Charge(const EndedExchange& ended, Instant now) {
   const Member& member = *ended.member;
   if (member.device == nullptr) return;
@@ -226,7 +228,8 @@ void DeviceTracker::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
   if (device.LearnTimes()) accounts_.states.ShowTimes(device);
   Plan(device);
-  // A point that no query reads, as a command, would stay so for ever.
+  // Points that no query reads, such as commands, get bad_waiting, because nothing would replace
+  // the other quality.
   std::vector<Quality> qualities(device.config->points.size(), Quality::bad_waiting);
   for (const protocols::Query& query : device.planned_queries) {
     for (const std::size_t point : query.points) {
@@ -251,7 +254,7 @@ void DeviceTracker::OnHeard(Device& device, Instant now) {
   accounts_.states.OnMemory(device);
   device.LearnTimes();
   if (!accounts_.states.OnTrouble(device)) return;
-  // The values so far are those of another device.
+  // The values so far belong to another device.
   DoubtAll(device, now);
   if (device.in_use) agenda_.schedule.Restart(device.place, now);
 }
@@ -272,7 +275,7 @@ void DeviceTracker::OnSecondReply(Instant now) {
   DoubtLatest(now);
 }
 
-/// One of the latest replies belonged to another request; it is not known which.
+/// One of the latest replies belonged to another request, and it is unknown which.
 void DeviceTracker::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->conversation->ForgetRefusals()) continue;
@@ -291,7 +294,8 @@ void DeviceTracker::Doubt(const Device& device, const std::vector<std::size_t>& 
   store_.Doubt(device.index, points, now);
 }
 
-/// The device was silent. If another one is there now, values that are read seldom would be wrong.
+/// The device was silent. If another device is there now, values that are seldom read would be
+/// wrong.
 void DeviceTracker::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
@@ -310,8 +314,8 @@ void DeviceTracker::Repeat(const Device& device, config::Group group, bool soon,
   agenda_.schedule.Repeat(device.place, group, now + most);
 }
 
-/// It may be another device: what was learned of it no longer holds, and its values are uncertain
-/// until they are read again.
+/// Another device may be connected: forgets what was learned, and makes all values uncertain until
+/// they are read again.
 void DeviceTracker::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
   device.heard.Clear();
@@ -337,7 +341,7 @@ void DeviceTracker::RestartWithPlan(Device& device, Instant now) {
   if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
 }
 
-/// Parked jobs are due again, as far as they would not come again by themselves.
+/// Parked jobs are planned again unless they would come again anyway.
 void DeviceTracker::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {
@@ -350,7 +354,7 @@ void DeviceTracker::Replan(Device& device, Instant now) {
   }
 }
 
-/// The queries of the new plan have other numbers: read-backs that wait go by their points.
+/// The queries of the new plan have other numbers, so waiting read-backs are found by their points.
 void DeviceTracker::Plan(Device& device) {
   const auto queries = device.conversation->Queries();
   const auto to_read = agenda_.write_queue.TakeReadBacks(device.place, device.planned_queries);
@@ -358,7 +362,7 @@ void DeviceTracker::Plan(Device& device) {
   std::vector<config::Group> groups;
   for (const protocols::Query& query : queries) groups.push_back(query.group);
   agenda_.schedule.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
-  agenda_.parked.Drop(device);  // its query may be another one now
+  agenda_.parked.Drop(device);  // The query of a parked job may have another number now.
   ReadBack(device, to_read);
   accounts_.devices.OnPlan(device);
   accounts_.rounds.OnPlan(device);
@@ -369,7 +373,7 @@ void DeviceTracker::ReadBack(const Device& device, const std::vector<std::size_t
 }
 
 void DeviceTracker::PlanBackground(const Device& device) {
-  constexpr int kCharacters = 100;  // of an exchange, until it is known how long one takes
+  constexpr int kCharacters = 100;  // length of an exchange, until its duration is known
   const LineTimes& times = device.times;
   agenda_.background.Set(device.place, device.conversation->BackgroundDue(),
                          times.quiet + times.reply + kCharacters * times.character);

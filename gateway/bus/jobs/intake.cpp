@@ -29,8 +29,8 @@ Schedule::Brought EventDelivery::OnKept(const Device& device, const std::string&
 
 namespace {
 
-/// A point that is read once is bad. Example: another meter answers, so that all points of this one
-/// are; the right one may be back tomorrow.
+/// True if a point that is read only once has become bad. Example: another meter answers, so all
+/// points are bad; the right meter may be back tomorrow.
 bool SpoilsOnce(const protocols::Answer& answer, const config::Device& device) {
   return std::ranges::any_of(answer.readings, [&](const protocols::Reading& reading) {
     return reading.point < device.points.size() && !IsGood(reading.quality) &&
@@ -54,7 +54,7 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
     effects.read_soon.push_back({device.place, job.task.query});
     return result;
   }
-  // Queries are numbered by `device.planned_queries`, because read-backs use those numbers. The
+  // Queries are numbered as in `device.planned_queries`, because read-backs use these numbers. The
   // conversation may already have a newer plan.
   const auto& queries = device.planned_queries;
   for (const std::uint32_t point : points) {

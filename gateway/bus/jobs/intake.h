@@ -1,6 +1,6 @@
-// Intake takes over the content of a reply: readings go to the point store, events to the listener,
-// which saves them. What else follows is returned as ReplyEffects, which Job::TakeOver applies.
-// EventDelivery follows the events of a device from the reply to the disk.
+// `Intake` takes over the content of a reply: readings go to the point store, events to the
+// listener, which saves them. Further consequences are returned as `ReplyEffects`, which
+// Job::TakeOver applies. `EventDelivery` tracks the events of a device from the reply to the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,66 +23,65 @@ namespace baudgate::bus {
 
 class Job;
 
-// Events that devices have reported when they were asked, from the reply to the disk: how old they
-// can be, and how soon their device is asked again. Events of a device that sends unasked are in
-// gateway/bus/jobs/unasked.h.
+// `EventDelivery` tracks events that a device reported when it was asked, from the reply to the
+// disk: how old they can be, and how soon the device is asked again. Events of a device that sends
+// unasked are in gateway/bus/jobs/unasked.h.
 //
 //   exchange                                 what follows
-//   asked at 10 s: nothing is left           drained
-//   asked at 20 s, answered at 20.1 s: A     to be kept; A is at most 10.1 s old
-//   A is kept, the batch before was B        news: more may be left
-//   A is kept, and so was the batch before   no news: it gives the last one again and again
+//   asked at 10 s: no event is left          drained
+//   asked at 20 s, answered at 20.1 s: A     A is to be saved; it is at most 10.1 s old
+//   A is saved; the batch before was B       news: the device may have further events
+//   A is saved; the batch before was A       no news: the device repeats its last batch
 class EventDelivery {
  public:
   struct Exchange {
-    Instant asked{};          ///< when it was asked; events after this may be left in it
+    Instant asked{};          ///< when the device was asked; later events may be left in it
     Now answered{};           ///< the end of the reply
-    bool background = false;  ///< a background read, not a request for events
+    bool background = false;  ///< the exchange was a background read, not a request for events
   };
-  /// A reply has brought `batch`. Empty: it has nothing that must be saved.
+  /// Takes the batch of a reply. Returns the events to save; empty: there are none.
   std::optional<ReportedEvents> Take(const Device& device, protocols::EventBatch batch,
                                      const Exchange& exchange);
-  /// The latest batch that is on the disk, maybe from before a restart, is `said` (EventBatch).
+  /// The latest batch of the device is on the disk, perhaps since before a restart. `said`: see
+  /// EventBatch.
   Schedule::Brought OnKept(const Device& device, const std::string& said);
-  /// Another device answers in its place; when that one was drained is not known.
+  /// Another device answers in place of `device`: it is unknown when that one was drained.
   void OnReplaced(const Device& device) { entries_[device].drained_at.reset(); }
 
  private:
   struct Entry {
-    std::optional<Instant> drained_at;  // what has happened before was not left in it
-    std::optional<std::string> said;    // of what was kept last
-    bool background = false;            // the batch that is not kept yet
+    std::optional<Instant> drained_at;  // earlier events were not left in the device
+    std::optional<std::string> said;    // EventBatch::said of the latest saved batch
+    bool background = false;  // the batch that is not saved yet came from a background read
   };
 
   ByMember<Entry> entries_;
 };
 
-/// What follows from a reply whose readings and events were taken over.
 struct ReplyEffects {
-  bool rechecked = false;           ///< a reading counts only when a second one agrees
-  bool unconfirmed = false;         ///< a reading that jumped has not come again
-  std::vector<QueryRef> read_soon;  ///< queries to read again for that
-  std::vector<config::Group>
-      repeat;  ///< seldom groups with a point that was not read, or is doubtful
-  std::optional<LatestReadings::Points> stored;  ///< these points of a poll are in the store
-  bool hold_events = false;                      ///< until the events of the reply are on the disk
-  Duration peace{};  ///< the device wants to be left in peace for this long
+  bool rechecked = false;    ///< a reading counts only if a second reading agrees
+  bool unconfirmed = false;  ///< a reading that jumped was not confirmed by the second reading
+  std::vector<QueryRef> read_soon;  ///< queries to read again for such a second reading
+  /// Seldom groups with a point that was not read, or is doubtful.
+  std::vector<config::Group> repeat;
+  /// The points of a poll that are in the point store now.
+  std::optional<LatestReadings::Points> stored;
+  bool hold_events = false;  ///< ask for no further events until these are on the disk
+  Duration peace{};          ///< the device wants no request for this time
 };
 
 class Intake {
  public:
-  /// Both outlive it; `listener` may be made later than this.
+  /// Both references must stay valid for the lifetime of this object; `listener` may be constructed
+  /// later.
   Intake(PointStore& store, PollerListener& listener) : store_(store), listener_(listener) {}
 
-  /// The answer to a request of `job`, which belongs to `device`.
   ReplyEffects Take(const Job& job, Device& device, protocols::Answer answer, Instant now);
-  /// A message that a device has sent unasked.
   void TakeUnasked(const Device& device, Speaker::Said said);
-  /// See EventDelivery.
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
     return delivery_.OnKept(device, said);
   }
-  /// It was asked at `asked` or later, and has no events that are not kept.
+  /// The device was asked at `asked` or later, and has no events that are not saved.
   void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
   void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 

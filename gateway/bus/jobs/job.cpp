@@ -1,45 +1,51 @@
-// All states of a job, and what happens in them. The functions follow in the order of its life.
+// The state table of `Job`. The functions below follow in the order of the life of a job. A late
+// reply is a reply to an earlier request that may still come (replies/late_replies.h).
 //
 // clang-format off
 //   the job               what happens                        next
-//   chosen, or parked     it asks, or its request is ready    waiting
-//   chosen                the conversation will not ask       ended: unsupported
-//   waiting, a poll, a    a late reply of its device is due   parked, where replies name their sender:
-//   read-back, events or                                      WaitsBesideLine
-//   background
-//   waiting, another kind the same, or replies name nobody    the line waits: NextStep::hold
-//   waiting               line idle, a reply to an earlier    postponed behind a probe of its device
-//                         request could pass for its own
-//   waiting               line idle, nothing owed any more    under way (quiet, sending, receiving)
-//   waiting, quiet        its deadline came, its client left, broken off: what it has begun is closed,
-//                         its device was disabled, or an      then ended: not_sent or denied; unknown
-//                         interlock holds no more             if it may have written
-//   quiet, a routed read  a short write came                  back in its queue
-//   under way             a good reply, a step remains        waiting, for the next request
-//   under way             a good reply, nothing remains       ended: its outcome
+//   chosen, or parked     the conversation gives a request,   waiting
+//                         or its request is ready
+//   chosen                the conversation has no request     ended: unsupported
+//   waiting: a poll,      a late reply of its device may      parked, if replies carry addresses:
+//   read-back, events,    come                                WaitsBesideLine
+//   or background read
+//   waiting: other kinds, a late reply may come               the line waits: NextStep::hold
+//   or no addresses
+//   waiting               line idle; the reply to an earlier  postponed behind a probe of its device
+//                         request could be taken for its own
+//   waiting               line idle; no late reply can come   under way (quiet, sending, receiving)
+//   waiting, quiet        its deadline passed, its client     broken off: it closes what it has opened,
+//                         left, its device was disabled, or   then ends as not_sent or denied; as unknown
+//                         an interlock forbids the write      if it may have written
+//   quiet: a routed read  a short write came                  back in its queue
+//   under way             a good reply; a request remains     waiting, for the next request
+//   under way             a good reply; no request remains    ended with the outcome of the reply
 //   under way             a good reply with events or         postponed behind a probe of its device,
-//                         readings, to a repetition or        if that has a name: Answer
-//                         after a miss
-//   under way             a broadcast out, a step remains     waiting, for the next request
-//   under way, a poll or  busy                                parked, as often as there are retries,
-//   a read-back                                               unless one like it is: ParkedJobs
-//   under way, a read     a good reply that may answer a      waiting, to be repeated, also a routed
-//                         much older request                  one
-//   under way, a probe    a good reply that may answer the    waiting, to be repeated, before it goes
-//                         probe of an earlier task            on with what is postponed
-//   under way, no route   silence, damage, another's reply    waiting, to be repeated: MayRepeat
-//   under way, a routed   damage                              back in its queue, as often as there are
+//                         readings, to a repetition or        if the device has a name: Answer
+//                         after a failed exchange
+//   under way             a broadcast is sent; a request      waiting, for the next request
+//                         remains
+//   under way: a poll or  the device answers busy             parked, as often as there are retries,
+//   a read-back                                               unless a job like it is parked: ParkedJobs
+//   under way: a read     a good reply that may answer a      waiting, to be repeated; a routed read as
+//                         much older request                  well
+//   under way: a probe    a good reply that may answer the    waiting, to be repeated, before the
+//                         probe of an earlier task            postponed job continues
+//   under way, not routed silence, damage, or the reply to    waiting, to be repeated: MayRepeat
+//                         another request
+//   under way, not routed the same, and no retry is left      a request that closes what is open; or ended
+//   under way: a routed   damage                              back in its queue, as often as there are
 //   read                                                      retries
-//   under way, routed     silence, damage, another's reply    ended: its client judges
-//   under way, no route   the same, no retry left             a step that closes what is open, or ended
+//   under way, routed     silence, damage, or the reply to    ended: its client decides
+//                         another request
 //   under way             the port is lost                    ended: line_down
 //   postponed             its probe cannot be asked           waiting, without a proof; ended as busy if
-//                                                             its reply is here and waits for that
-//   postponed             its probe was answered in order     waiting
-//   postponed             it was not                          ended: as the probe, or not sent if that
-//                                                             was refused
+//                                                             its reply has come and waits for the proof
+//   postponed             its probe was answered in order     waiting; or its reply counts, if it has come
+//   postponed             its probe failed, or was answered   ended as the probe (as busy if that was ok); as
+//                         out of order                        not sent if the probe was refused
 //   a write, ended ok     points of its command remain        chosen, with the next point
-//   a write, ended ok     none remains                        confirmed: answered after the read-back
+//   a write, ended ok     no point remains                    confirmed: answered after the read-back
 // clang-format on
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -59,8 +65,8 @@ namespace baudgate::bus {
 
 namespace {
 
-/// False: its query no longer exists. Example: a poll of query 7 waits for a probe, and after the
-/// reply to the probe the device has 5 queries.
+/// Returns false if the query no longer exists. Example: a poll of query 7 waits for a probe, and
+/// after the reply to the probe the device has 5 queries.
 bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conversation) {
   if (task.kind == protocols::Task::Kind::events) return conversation.HasEvents();
   if (task.kind == protocols::Task::Kind::background)
@@ -110,7 +116,8 @@ std::optional<Withheld> Job::WhyNotSend(Instant now, bool /*held*/) const {
   return std::nullopt;
 }
 
-/// The waiting request is not sent. What the job has begun is closed properly.
+/// Called when the waiting request must not be sent. The conversation closes what the job has
+/// opened.
 NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
   judges_member = false;
   OnWithheld(withheld);
@@ -122,8 +129,8 @@ NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
   return NextStep::Finish(Outcome::no_reply, withheld.why);
 }
 
-/// The next step of a read waits for a late reply of its device. If replies carry an address, the
-/// line does not wait.
+/// True if the job waits beside the line for a late reply of its device, so that the line can do
+/// other work. Requires a read, and replies with addresses.
 bool Job::WaitsBesideLine(const LineContext& line) const {
   const bool reads = task.kind == protocols::Task::Kind::poll ||
                      task.kind == protocols::Task::Kind::events ||
@@ -141,7 +148,7 @@ NextStep Job::Depart(LineContext& line, Instant now) {
     unprovable = true;
     whose.OnNoProof(device, now);
   }
-  // A retry does not wait: a late reply to its first try is as good as its own.
+  // A retry does not wait: a late reply to its first try is as good as its own reply.
   const Instant clear = line.owed.late_replies.ClearAt(asked());
   if (step.repeats > 0 || clear <= now) return NextStep::Send();
   return WaitsBesideLine(line) ? NextStep::Park(clear) : NextStep::Hold();
@@ -205,7 +212,8 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
 
 namespace {
 
-/// "'<1D:READY:4B' has "; empty: it is no text, or may repeat a password.
+/// Returns text such as "'<1D:READY:4B' has ". Empty if the frame is no text, or may repeat a
+/// password.
 std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
@@ -239,15 +247,15 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
 Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/) {
   protocols::Conversation& conversation = *member->device->conversation;
   const Outcome outcome = conversation.Check(step.request.bytes, frame);
-  // A reply of another form is accepted where nothing else is owed, because a wrong profile leads
-  // to such replies as well.
+  // A reply of another form is accepted if no other reply is owed (may still come), because a wrong
+  // profile leads to such replies as well.
   if (outcome == Outcome::unexpected && line.owed.whose.MayBeOdd(asked())) {
     return conversation.Interpret(step.request.bytes, frame).outcome;
   }
   return outcome;
 }
 
-/// It may belong to an earlier request.
+/// The reply may belong to an earlier request, so the exchange ends as unexpected.
 Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
   answer.reason =
@@ -268,8 +276,8 @@ Outcome Job::Read(View frame, Instant now) {
   answer = planned ? conversation.OnFrame(task, step.request, frame, now)
                    : conversation.Interpret(step.request.bytes, frame);
   unplanned = !planned;
-  // Readings are dropped if the reply may belong to another request, or if the plan no longer has
-  // the query, so that nothing could check them.
+  // Readings are dropped if the reply may belong to another request, or if the query is no longer
+  // planned, so that nothing could check the readings.
   if (!planned || !attempt.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();
@@ -277,7 +285,7 @@ Outcome Job::Read(View frame, Instant now) {
   return answer.outcome;
 }
 
-/// Not a good reply, in the words of its conversation.
+/// Stores the reason why the reply is not good, in the words of the conversation.
 Outcome Job::Refuse(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
   protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);
@@ -308,7 +316,8 @@ EndedExchange Job::Ended(ExchangeEnd end) const {
   return ended;
 }
 
-/// The request was a broadcast: there was no answer, and none is due.
+/// After a broadcast, to which no answer comes: returns true if the conversation has a further
+/// request.
 bool Job::GoesOnBehindBroadcast(Instant now) {
   if (!is_broadcast() || is_routed()) return false;
   protocols::Conversation& conversation = *member->device->conversation;
@@ -334,8 +343,8 @@ NextStep Job::Repeat() {
 
 // ---------------------------------------------------------------- answer
 
-/// Another device may have answered a repetition, so news wait for a probe, if the device has a
-/// name.
+/// After a repetition another device may have answered. So new values and events wait for a probe,
+/// if the device has a name.
 NextStep Job::Answer(LineContext& line, const ExchangeEnd& end, Now now) {
   attempt.answered_at = {now.instant - end.since_reply, now.wall - end.since_reply};
   attempt.round_trip = end.round_trip;
@@ -352,7 +361,7 @@ void Job::OnReplaced(LineContext& line, Now now) {
   line.intake.OnReplaced(*member->device);
 }
 
-/// A read is repeated while its reply may answer a much older one.
+/// A read is repeated while its reply may answer a much older request.
 bool Job::MustRepeat(const LineContext& line, Instant now) const {
   const bool reads = task.kind == protocols::Task::Kind::poll && !attempt.answer.readings.empty();
   const bool much_older =
@@ -385,7 +394,6 @@ NextStep Job::Take(LineContext& line, Instant now) {
   return NextStep::Park(now + std::max<Duration>(wait, device.times.quiet));
 }
 
-/// Readings go to the store and events to the disk; then applies what follows from these.
 void Job::TakeOver(LineContext& line, Device& device, protocols::Answer answer, Instant now) {
   const ReplyEffects effects = line.intake.Take(*this, device, std::move(answer), now);
   if (effects.rechecked) line.accounts.devices.OnRecheck(device);
@@ -401,7 +409,6 @@ void Job::TakeOver(LineContext& line, Device& device, protocols::Answer answer, 
     line.agenda.schedule.Hold(device.place, now + effects.peace);
 }
 
-/// A device that was busy is read again soon.
 bool Job::ParksBusy(const LineContext& line, Outcome outcome) const {
   return outcome == Outcome::busy && task.kind == protocols::Task::Kind::poll &&
          parkings < member->max_retries && member->in_use && !line.agenda.parked.HasLike(*this);
@@ -413,8 +420,9 @@ NextStep Job::Fail(LineContext& line, const ExchangeEnd& end, Instant now) {
   const bool heard_itself = attempt.answer.outcome == Outcome::unexpected;
   attempt.answer = {};
   had_failure = true;
-  // Another request's reply has come, so one fewer stands before ours. That is not so if the sender
-  // owes none, or has answered this request in an odd form.
+  // The reply to another request has come, so one reply fewer comes before the
+  // reply to this one. This does not hold
+  // if the sender owes no reply, or has answered this request in an odd form.
   const bool nearer = end.outcome == Outcome::unexpected && !attempt.verdict.odd;
   const int before = nearer ? line.owed.whose.RepliesBefore(asked(), heard_itself) : 0;
   if (!MayRepeat(line, std::min(before, kMostTriesMore), now)) return GiveUp(line, end, now);
@@ -468,7 +476,7 @@ EndEffects Job::EffectsOf(const JobEnd& end, Instant now) {
 }
 
 Job::After Job::Finish(LineContext& line, const JobEnd& end, Instant now) {
-  FollowPlan();  // its own answer may have changed it
+  FollowPlan();  // the answer may have changed the plan
   EndEffects effects = EffectsOf(end, now);
   Apply(line, effects, end, now);
   return {};
@@ -496,8 +504,7 @@ void Job::Apply(LineContext& line, EndEffects& effects, const JobEnd& end, Insta
   if (!effects.read_again.empty()) tracker.ReadBack(*device, effects.read_again);
   if (!effects.doubt.empty() && member->in_use) tracker.Doubt(*device, effects.doubt, now);
   if (effects.polls_first && device != nullptr) agenda.schedule.GoFirst(member->place);
-  // Silence to a query that was never answered says something about the query, not about the
-  // device.
+  // Silence to a query that was never answered concerns the query, not the device.
   if (effects.judges_member && !blames_query) {
     tracker.OnTask(*member, end.outcome, end.reason, now);
   }

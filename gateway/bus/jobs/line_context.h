@@ -1,7 +1,7 @@
-// All that a line knows, for its jobs: its members, the replies that they owe, all that waits to be
-// asked, the accounts for the status, and the parts that keep these in step. Owned by
-// gateway/bus/poller/poller.h. Members are made in this order, and refer to those above alone;
-// Chooser refers to all of them.
+// `LineContext` groups the parts of a line for its jobs: its members, the replies that may still
+// come, the waiting work, the accounts for the status, and the parts that update these.
+// gateway/bus/poller/poller.h owns it. Fields are constructed in this order, and refer only to
+// fields above them; `Chooser` refers to all of them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -41,7 +41,7 @@ struct LineContext {
   LineContext(const LineContext&) = delete;
   LineContext& operator=(const LineContext&) = delete;
 
-  /// When no late reply of the member can come any more; empty: none can now.
+  /// Returns when no late reply of the member can come any more; empty: none can come now.
   std::optional<Instant> ClearsAt(const Member& member, Instant now) const {
     const Instant until = owed.late_replies.LateUntil(member);
     return until <= now ? std::nullopt : std::optional(until);
@@ -56,7 +56,7 @@ struct LineContext {
   Intake intake;
   RoutedJobs routed;
   Chooser chooser;
-  /// All that are told of the end of an exchange, in this order.
+  /// All observers of ended exchanges, in the order of their calls.
   const std::array<ExchangeObserver*, 3> observers{&accounts.devices, &accounts.line,
                                                    observer.get()};
 };

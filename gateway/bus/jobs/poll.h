@@ -1,6 +1,6 @@
-// A poll reads one query of a device when its group is due (gateway/bus/schedule/schedule.h).
-// QueryJob is what a poll and a read-back have in common: their points stay the same although the
-// queries of the device get other numbers meanwhile.
+// `PollJob` reads one query of a device when its group is due (gateway/bus/schedule/schedule.h).
+// `QueryJob` is the common part of polls and read-backs: their points stay the same if the queries
+// of the device get other numbers meanwhile.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,7 +32,8 @@ class QueryJob : public Job {
   }
 
  protected:
-  /// Many devices are silent to requests that they do not know.
+  /// True if the points were not read. Silence is included, because many devices do not answer
+  /// requests that they do not know.
   bool IsUnread(const JobEnd& end) const {
     return unplanned || !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
   }
@@ -65,13 +66,12 @@ class PollJob final : public QueryJob {
   const bool last_of_round_;
 };
 
-// A request for the events of a device. It is due as often as the fast polls.
+// Asks a device for its events. It is due as often as the fast polls.
 class EventsJob final : public Job {
  public:
   EventsJob(Member& who, Instant now) : Job(who, {.kind = protocols::Task::Kind::events}, now) {}
 };
 
-// The polls that are due, and the requests for events, which are due as often.
 class PollSource final : public JobSource {
  public:
   explicit PollSource(LineContext& line) : line_(line) {}

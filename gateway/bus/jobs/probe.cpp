@@ -13,8 +13,8 @@ NextStep ProbeJob::Ask(LineContext& line, int repeats, Instant now) {
   return asked || !goal_ ? next : NextStep::GoUnproved(next.end.reason);
 }
 
-/// It is repeated until its reply cannot answer the probe of an earlier task. Through a server that
-/// lags, two tasks may differ by one probe only.
+/// The probe is repeated until its reply cannot answer the probe of an earlier task. Through a
+/// server that lags, two tasks may differ by one probe only.
 bool ProbeJob::MustRepeat(const LineContext& line, Instant now) const {
   const protocols::Answer& answer = attempt.answer;
   const bool wants_peace = answer.outcome == Outcome::busy || answer.wait > Duration::zero();
@@ -40,8 +40,8 @@ NextStep EndUnproved(Job& job, Outcome outcome, const std::string& reason, Insta
 
 }  // namespace
 
-/// A good probe is not counted for a device that has been seen: that it answers probes does not
-/// make up for polls that fail.
+/// A good probe of a device that was seen before is not counted for its state, because answered
+/// probes do not make up for polls that fail.
 Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   if (!goal_) return Job::Finish(line, end, now);
   const auto& [outcome, reason] = end;
@@ -53,14 +53,15 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   std::unique_ptr<Job> job = std::move(goal_);
   job->proved = true;
   job->wire += wire;
-  // A device that wants to be left in peace gets it: a meter counts wrong passwords.
+  // A device that wants no requests gets none: a meter counts wrong passwords.
   const bool in_peace = line.agenda.schedule.held_until(member->place) > now;
   const bool allowed = !in_peace || (job->writes() && outcome == Outcome::ok);
   NextStep next;
   if (spoilt_ && job->has_news()) {
     next = EndUnproved(*job, Outcome::unexpected, "a second, different reply came", now);
   } else if (life && member->in_use && line.owed.whose.MayBeInStep(job->asked()) && allowed) {
-    next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();  // only its proof was awaited
+    // The answer has waited only for this probe.
+    next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();
   } else if (!member->in_use) {
     next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);
   } else if (outcome == Outcome::refused || outcome == Outcome::unsupported) {

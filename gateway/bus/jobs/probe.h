@@ -1,5 +1,5 @@
-// A probe finds out whether an absent device is back, or, before another job, whose replies come.
-// Then that job waits behind the probe.
+// `ProbeJob` finds out whether an absent device is back. Before another job, which then waits
+// behind the probe, it finds out which device answers and whether replies come in order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,20 +13,21 @@ namespace baudgate::bus {
 
 class ProbeJob final : public Job {
  public:
-  /// `goal`: the job that waits behind it; null: none.
+  /// `goal`: the job that waits behind the probe; null: none.
   ProbeJob(Member& who, Instant now, std::unique_ptr<Job> goal = nullptr)
       : Job(who, {.kind = protocols::Task::Kind::probe}, now), goal_(std::move(goal)) {}
 
   NextStep Ask(LineContext& line, int repeats, Instant now) override;
-  /// Without a job behind it: as every job. Else that job goes on, or ends:
+  /// Ends the probe. Without a job behind it as every job; else that job continues or ends:
   ///
   ///   the probe                     the job behind it
-  ///   was answered, in order        goes on
-  ///   has failed                    ends as the probe has
-  ///   was refused, or unknown       ends as no_reply: it was not sent
-  ///   was answered with busy, ok,   ends as busy
-  ///   and peace is wanted, or the
-  ///   replies are not in order
+  ///   was answered, in order        continues
+  ///   failed                        ends as the probe
+  ///   was refused, or unsupported   ends as no_reply: it was not sent
+  ///   was answered busy or ok, and  ends as busy
+  ///   the device wants no requests
+  ///   now, or replies are out of
+  ///   order
   ///   its device is disabled now    ends as no_reply
   ///   a second reply came           ends as unexpected, if an answer waits
   ///
@@ -53,7 +54,7 @@ class ProbeJob final : public Job {
 
  private:
   std::unique_ptr<Job> goal_;
-  bool spoilt_ = false;  // a second reply has come since the goal waits
+  bool spoilt_ = false;  // a second reply came while the goal waits
 };
 
 class ProbeSource final : public JobSource {

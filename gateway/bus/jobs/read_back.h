@@ -1,5 +1,5 @@
-// A read-back reads a query as soon as possible: points that were written, are in doubt, or are
-// wanted at once by a client.
+// `ReadBackJob` reads a query as soon as possible: its points were written, are in doubt, or a
+// client wants them at once.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,7 @@ class ReadBackJob final : public QueryJob {
     if (unplanned) effects.read_again = points;
     const config::Group group = member->device->config->points[points.front()].group;
     if (IsUnread(end) && IsSeldom(group)) effects.repeat = EndEffects::Repeat{group};
-    // Other points of the same register may have changed, too.
+    // Other points of the same register may have changed as well.
     if (!ProvesLife(end.outcome)) effects.doubt = points;
   }
 };

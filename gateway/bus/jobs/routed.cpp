@@ -30,9 +30,9 @@ void RoutedJob::Abandon(std::uint64_t client, bool unsent) {
   });
 }
 
-/// Where nothing else is owed, a reply of the right slave and function is the reply, whatever its
-/// form: Enron's registers of 32 bits, a device that limits what is written. Only a write that
-/// comes back whole may be the bus.
+/// If no other reply may come, a reply with the right slave and function is accepted, whatever its
+/// form: Enron's registers of 32 bits, a device that limits the written value. An exception is a
+/// write that comes back unchanged: it may be the echo of the bus.
 Outcome RoutedJob::JudgeForm(LineContext& line, View frame, const EchoWatch& echo) {
   const WhoseReply& whose = line.owed.whose;
   const protocols::PduCarrier& carrier = *member->protocol->carrier;
@@ -54,12 +54,12 @@ Outcome RoutedJob::JudgeForm(LineContext& line, View frame, const EchoWatch& ech
   return attempt.answer.outcome = its_own && !may_be_bus ? Outcome::ok : outcome;
 }
 
-/// A reply that seemed lost may come in place of the next one. So a read is repeated until its
+/// A reply that seemed lost may come in place of the next reply. So a read is repeated until its
 /// reply must be its own: after n lost replies, that is reply n + 1 to the same request. Example
-/// with one:
+/// with one lost reply:
 ///
-///   03 3BCA 0002    03 04 …    may be that to 03 3BC5 0002
-///   03 3BCA 0002    03 04 …    is one to 03 3BCA 0002
+///   03 3BCA 0002    03 04 …    may answer the lost request 03 3BC5 0002
+///   03 3BCA 0002    03 04 …    answers 03 3BCA 0002
 NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*/) {
   const bool own = member->device != nullptr
                        ? attempt.verdict.proven || odd_
@@ -73,9 +73,10 @@ NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*
                           "the reply may belong to an earlier request that got none");
 }
 
-/// A routed read whose reply was damaged waits for its turn again, where that can do no harm. After
-/// silence the client decides: it may want something else by now. A request that the slave does not
-/// know, or an odd reply, says nothing about the slave.
+/// A routed read whose reply was damaged waits for its turn again, because a repeated read does no
+/// harm. After silence the client decides, because it may want something else by now. If the slave
+/// does not have to answer this function, or sent an odd reply, the failure says nothing about the
+/// slave.
 NextStep RoutedJob::Fail(LineContext& line, const ExchangeEnd& end, Instant /*now*/) {
   attempt.answer = {};
   had_failure = true;
@@ -91,7 +92,8 @@ NextStep RoutedJob::Fail(LineContext& line, const ExchangeEnd& end, Instant /*no
   return NextStep::Finish(end.outcome, end.reason);
 }
 
-/// The slave has said that it has not even begun: with 01, 02 or 03.
+/// True if the slave has answered exception 01, 02 or 03: it has not begun to carry out the
+/// request.
 bool RoutedJob::IsDeclined(const JobEnd& end) const {
   return end.outcome == Outcome::refused && reply_.size() == 2 &&
          reply_[1] <= modbus::kIllegalValue;
@@ -100,7 +102,7 @@ bool RoutedJob::IsDeclined(const JobEnd& end) const {
 void RoutedJob::End(const JobEnd& end, Instant /*now*/, EndEffects& effects) {
   effects.polls_first = !ProvesLife(end.outcome) && !is_read_;
   effects.wrote = !is_read_ && was_sent && !IsDeclined(end);
-  // The probe before it was refused, not this request.
+  // The probe before this request was refused, not the request itself.
   const bool of_probe = !was_sent && ProvesLife(end.outcome);
   const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
   bool shared = false;
@@ -150,8 +152,8 @@ bool RoutedJobs::IsLookedFor(const Member& slave, const Idle& idle) const {
          agenda_.routes.MayRepeatRead(slave, idle.since == idle.now, idle.now);
 }
 
-/// Not while a late reply could pass for its own; and no write before an earlier one to a point of
-/// the same device.
+/// Returns false while a late reply could be taken for the reply to this request, and for a write
+/// while an earlier write to a point of the same device waits.
 bool RoutedJobs::MayGo(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);
   if (member != nullptr && (!late_.IsClear(*member, now) || member->health.absent())) return false;

@@ -1,6 +1,6 @@
-// Requests of transparent routes. RoutedJob forwards the request of a client unchanged and returns
-// the reply, without a conversation. RoutedJobs chooses which waiting requests may be sent now;
-// gateway/bus/writes/route_queue.h keeps the requests.
+// `RoutedJob` forwards the request of a client of a transparent route unchanged and returns the
+// reply, without a conversation. `RoutedJobs` chooses which waiting requests may be sent now;
+// gateway/bus/writes/route_queue.h contains the requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,7 +38,7 @@ class RoutedJob final : public Job {
   bool is_routed() const override { return true; }
   bool is_writing() const override { return !is_read_; }
   bool is_read() const { return is_read_; }
-  /// Nobody waits any more: at once.
+  /// Returns the latest deadline of the clients; at once if no client waits any more.
   std::optional<Instant> LatestStart() const override;
   bool LetsPass(const LineContext& line, Instant now) const override;
   void PutBack(LineContext& line) override;
@@ -53,11 +53,11 @@ class RoutedJob final : public Job {
   NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now) override;
   NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now) override;
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
-  /// The request is kept and waits again.
+  /// The request stays the same and waits again.
   NextStep GoOn() override { return NextStep::Wait(); }
 
  private:
-  /// Null: all its clients have left.
+  /// Returns the first request. Null: all clients have left.
   const RoutedRequest* first() const { return batch_.empty() ? nullptr : &batch_.front(); }
   bool IsDeclined(const JobEnd& end) const;
 
@@ -65,32 +65,32 @@ class RoutedJob final : public Job {
   const bool every_slave_answers_;
   const bool is_read_;
   Bytes reply_;
-  bool odd_ = false;          // the slave has answered, but not in a form that fits its request
-  LostReplies::Older older_;  // which lost requests its latest reply may answer instead
-  std::size_t replies_ = 0;   // to this request
+  bool odd_ = false;          // the slave has answered in a form that does not fit the request
+  LostReplies::Older older_;  // which lost requests the latest reply may answer instead
+  std::size_t replies_ = 0;
 };
 
 class RoutedJobs {
  public:
-  /// All references outlive it.
+  /// All references must stay valid for the lifetime of this object.
   RoutedJobs(Roster& roster, Agenda& agenda, const LateReplies& late)
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// A request waits that may be sent, as far as its slave and earlier writes are concerned.
+  /// Returns whether a waiting request may be sent. A late reply of its slave that may still come,
+  /// and an earlier write, prevent this.
   bool AnyMayGo(Instant now) const;
-  /// A short write waits that may be sent, likewise.
   bool ShortWriteMayGo(Instant now) const;
-  /// A start or stop of a client waits for a slave that is not offline. For one that is offline it
-  /// waits for a probe, so nothing else has to make room.
+  /// Returns whether a short write (a start or stop) waits for a slave that is not offline. For an
+  /// offline slave it waits for a probe, so other requests need not make room.
   bool ShortWriteWaits() const;
-  /// A client wants to know whether this slave is back.
+  /// Returns whether a client wants to know if this slave is back.
   bool IsLookedFor(const Member& slave, const Idle& idle) const;
 
-  // Null: there is none that may be sent.
+  // Null: no such request may be sent now.
   std::unique_ptr<RoutedJob> Take(config::Priority priority, Instant now);
   std::unique_ptr<RoutedJob> TakeUrgent(Instant now);
-  /// To this slave, even if it is offline.
+  /// Returns a short write for this slave, even if the slave is offline.
   std::unique_ptr<RoutedJob> TakeShortWrite(std::uint8_t slave, Instant now);
   /// Returns a job that sends a waiting request of a client to the offline slave, as the probe of
   /// that slave. Without such a request the job may repeat the last read of a client
@@ -106,26 +106,24 @@ class RoutedJobs {
   const LateReplies& late_;
 };
 
-// Short writes of clients, also to a slave that is offline.
 class ShortWriteSource final : public JobSource {
  public:
   explicit ShortWriteSource(LineContext& line) : line_(line) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override;
-  /// Answers for the requests of all priorities, so RoutedSource need not.
+  /// Covers the requests of all priorities, so RoutedSource need not.
   std::optional<Instant> NextAt(const Idle& idle) const override;
 
  private:
   LineContext& line_;
 };
 
-// Requests of one priority.
 class RoutedSource final : public JobSource {
  public:
   RoutedSource(RoutedJobs& jobs, config::Priority priority) : jobs_(jobs), priority_(priority) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override { return jobs_.Take(priority_, idle.now); }
-  /// ShortWriteSource answers for all requests of routes.
+  /// ShortWriteSource::NextAt covers all requests of routes.
   std::optional<Instant> NextAt(const Idle& /*idle*/) const override { return std::nullopt; }
 
  private:

@@ -79,7 +79,8 @@ void UnaskedSide::OnSettled(Instant now) {
 }
 
 void UnaskedSide::Overhear(View bytes, Instant now) {
-  // Where a device is asked as well, its answer shows what the connection began with.
+  // If a device is asked as well, its answer shows how the connection began
+  // (LineObserver::TakeNegotiation).
   const bool begins = std::exchange(first_, false) && speaker_.in_use();
   if (begins && is_network_ && observer_.IsNegotiation(bytes)) {
     accounts_.line.OnNegotiation();

@@ -1,5 +1,6 @@
-// The device of a line that sends unasked: Speaker says what its messages mean, EventBacklog counts
-// its events that are not on the disk yet, and UnaskedSide joins them with the line.
+// The device of a line that sends unasked: `Speaker` returns the meaning of its messages,
+// `EventBacklog` counts its events that are not on the disk yet, and `UnaskedSide` connects them
+// with the line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,17 +24,18 @@ namespace baudgate::bus {
 
 class Intake;
 
-// Events that are not on the disk yet, of a device that sends unasked. It cannot be made to wait,
-// so the number of batches is bounded here: events beyond it are lost and counted.
+// `EventBacklog` counts event batches of a device that sends unasked until they are on the disk.
+// The device cannot be made to wait, so the number of batches is limited; further events are lost
+// and counted.
 //
 //   Take() 1000 times, OnKept() never    true
-//   Take()                               false: one is lost
-//   OnKept(), Take()                     true; TakeLost(): 1, to be reported with this one
+//   Take()                               false: one event is lost
+//   OnKept(), Take()                     true; TakeLost() returns 1, reported with this batch
 class EventBacklog {
  public:
   static constexpr std::size_t kMost = 1000;
 
-  /// A batch of this many events is to be saved. False: there is no room for it.
+  /// Call for a batch of this many events. Returns false if there is no room: the events are lost.
   bool Take(std::size_t events) {
     if (waiting_ >= kMost) {
       lost_ += events;
@@ -42,60 +44,55 @@ class EventBacklog {
     ++waiting_;
     return true;
   }
-  /// A batch that was taken is on the disk.
   void OnKept() {
     if (waiting_ > 0) --waiting_;
   }
-  /// How many were lost since the last call.
   std::size_t TakeLost() { return std::exchange(lost_, 0); }
   std::size_t waiting() const { return waiting_; }
 
  private:
-  std::size_t waiting_ = 0;  // batches
-  std::size_t lost_ = 0;     // events
+  std::size_t waiting_ = 0;  // number of batches
+  std::size_t lost_ = 0;     // number of events
 };
 
-// The device of a line that sends unasked: what its messages mean, and which of its events may wait
-// for the disk (EventBacklog). Events beyond that are lost, which is
-// reported with the next one that is saved:
+// `Speaker` returns the meaning of the messages of a device that sends unasked, and which of its
+// events may wait for the disk (EventBacklog). Further events are lost, which is reported with the
+// next event that is saved:
 //
 //   1000 messages, the disk fails    1000 batches to be saved
-//   3 more, of an event each         nothing to be saved; 3 lost, one warning
+//   3 more, of an event each         no batch to be saved; 3 events lost, one warning
 //   one is saved, then a message     to be saved: "3 events before this one lost: the disk failed"
 class Speaker {
  public:
-  /// For the device of this line that sends unasked.
   explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}
 
   /// Null: no device sends unasked.
   Device* device() const { return device_; }
-  /// What `device` sends unasked. Null: there is no such device.
+  /// How messages of `device` are recognised. Null: there is no such device.
   const protocols::Standing* standing() const;
-  /// Its messages count.
+  /// True if the messages of the device count.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
 
   struct Said {
     Outcome outcome = Outcome::ok;
     std::string reason;
     std::string remedy;
-    Now received{};  ///< its last byte
+    Now received{};  ///< time of the last byte
     std::vector<Sample> samples;
-    std::optional<ReportedEvents> events;  ///< to be kept
-    std::size_t lost = 0;                  ///< events that are not
-    std::string warning;                   ///< of the first of these; else empty
+    std::optional<ReportedEvents> events;  ///< events to save
+    std::size_t lost = 0;                  ///< number of lost events
+    std::string warning;                   ///< for the first lost event; else empty
   };
-  /// Only in use.
+  /// Call only while in_use().
   Said OnMessage(const UnaskedMessage& message, Now now);
-  /// The time between the last two messages.
   Duration rest() const { return rest_; }
-  /// When OnTimer may have something even without a message.
+  /// Returns when OnTimer may have a result even without a message.
   std::optional<Instant> DueAt() const;
-  /// Returns what follows when time passes without a message. Its outcome is not counted.
+  /// Returns the result of time that passes without a message. Its outcome is not counted.
   std::optional<Said> OnTimer(Now now);
 
-  /// A batch of its events is on the disk.
   void OnKept() { backlog_.OnKept(); }
-  /// All that it was heard to send is saved. It sends at once, so no event is left in it.
+  /// True if all received events are saved. The device sends events at once, so none is left in it.
   bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
 
  private:
@@ -103,17 +100,17 @@ class Speaker {
   void Keep(protocols::EventBatch batch, Said& said);
 
   Device* const device_;
-  Instant last_{};             // its last message
-  Duration rest_ = kLongIdle;  // before that one
+  Instant last_{};             // time of the last message
+  Duration rest_ = kLongIdle;  // time between the last two messages
   EventBacklog backlog_;
-  bool told_lost_ = false;  // the user knows that events are lost
+  bool told_lost_ = false;  // the user was warned that events are lost
 };
 
-// What a device says unasked, on its way from the line: what it means (Speaker), how it is counted,
-// and where its readings go (Intake).
+// `UnaskedSide` takes the messages of the device that sends unasked from the line to `Speaker`, to
+// the counters, and to `Intake`, which stores the readings.
 class UnaskedSide {
  public:
-  /// All outlive it.
+  /// All references must stay valid for the lifetime of this object.
   UnaskedSide(const Roster& roster, LineObserver& observer, Accounts& accounts,
               DeviceTracker& tracker, Intake& intake)
       : speaker_(roster),
@@ -125,21 +122,19 @@ class UnaskedSide {
     if (const Device* const device = speaker_.device()) accounts_.devices.OnSpeaks(*device);
   }
 
-  /// See Speaker.
   const protocols::Standing* standing() const { return speaker_.standing(); }
   std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
-  /// Its messages count.
+  /// True if the messages of the device count.
   bool listens() const { return speaker_.in_use(); }
 
   void OnOpened();
-  /// Bytes of the line.
+  /// Call for all received bytes of the line.
   void Overhear(View bytes, Instant now);
-  /// Takes what the line has made of these bytes: a message, or the damage in them.
+  /// Takes the messages that the line has found, and the damage.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
-  /// A batch of events of the device is on the disk.
   void OnKept(const Device& device);
-  /// An input was handled.
+  /// Call after each input.
   void OnSettled(Instant now);
 
  private:
@@ -148,7 +143,7 @@ class UnaskedSide {
   Speaker speaker_;
   LineObserver& observer_;
   const bool is_network_;
-  bool first_ = true;  // nothing has come since the port was opened
+  bool first_ = true;  // no bytes have come since the port was opened
   Accounts& accounts_;
   DeviceTracker& tracker_;
   Intake& intake_;

@@ -1,15 +1,15 @@
-// Clients that wait for a line: takes their writes, reads and requests of routes, and answers those
-// whose request is not sent, or has ended. Called by gateway/bus/poller/poller.cpp before and after
-// everything that the line does.
+// `WaitingClients` takes writes, reads and requests of routes for a line, and answers clients whose
+// request is not sent, or has ended. gateway/bus/poller/poller.cpp calls it before and after all
+// work of the line.
 //
-//   a command                          its client hears
+//   a command                          the answer to its client
 //   its deadline passes                not sent
 //   its device is offline or disabled  not sent
-//   confirmed, and read back           what the point shows
-//   confirmed, its deadline passes     what was read back by then; nothing: ok, not read back
-//   a routed request                   its client hears
+//   confirmed, and read back           the value that the point shows
+//   confirmed, its deadline passes     the values read back so far; none: ok, not read back
+//   a routed request                   the answer to its client
 //   its deadline passes                no reply
-//   a read of a slave that is offline  no reply, but for one that may be the slave's probe now
+//   a read of a slave that is offline  no reply; one read may go out as the probe of the slave
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -32,27 +32,26 @@ class WaitingClients {
   /// Both references must stay valid for the lifetime of this object.
   WaitingClients(const PointStore& store, LineContext& line) : store_(store), line_(line) {}
 
-  /// Answers commands that need not wait any more. True: one more may wait.
+  /// Answers commands that need not wait any more. Returns true if one more command may wait.
   bool MakeRoom(Instant now);
-  /// A command with points to be read and none to be written is answered like a confirmed write, as
-  /// soon as all of them have been read.
+  /// A command that only reads points is answered like a confirmed write, as soon as all its points
+  /// have been read.
   void Take(WriteCommand command, Instant now);
-  /// False: no routes lead to this line.
+  /// Returns false if no route leads to this line.
   bool Take(RoutedRequest& request);
-  /// The client has left: its routed requests are answered.
   void Abandon(std::uint64_t client) { line_.agenda.route_queue.Abandon(client); }
-  /// When the next one has waited for long enough.
+  /// Returns the earliest deadline of all waiting requests.
   std::optional<Instant> Deadline() const;
 
-  /// Commands whose deadline has passed, or whose device may not be asked any more.
+  /// Answers commands whose deadline has passed, or whose device may not be asked any more.
   void AnswerCommands(Instant now);
-  /// Commands that were confirmed, and whose device is not read back. `under_way`: a job; null:
-  /// there is none.
+  /// Answers confirmed commands whose device has no read-backs left. `under_way`: the present job;
+  /// null: there is none.
   void AnswerConfirmed(const Job* under_way);
-  /// Routed requests whose deadline has passed, or whose slave is offline. `line_is_free`: no job
-  /// is under way.
+  /// Answers routed requests whose deadline has passed, or whose slave is offline. `line_is_free`:
+  /// no job is under way.
   void AnswerRouted(const Idle& idle, bool line_is_free);
-  /// All: the port is closed.
+  /// Answers all requests, because the port is closed.
   void AnswerAll(const std::string& reason);
 
   void NotSent(WriteCommand& command, const std::string& reason);

@@ -10,9 +10,9 @@ namespace baudgate::bus {
 
 std::unique_ptr<Job> WriteSource::Take(const Idle& idle) {
   Agenda& agenda = line_.agenda;
-  // Commands to one device keep their order, and so do writes to one slave, whichever way they
-  // came. A write to an absent device, which nothing else can find, must not take the line from the
-  // others.
+  // Commands to one device keep their order, and so do writes to one slave through commands and
+  // routes. A write to an absent device that only a write can find must not take the line from
+  // other devices.
   std::optional<WriteCommand> next = agenda.write_queue.Take([&](const WriteCommand& command) {
     const Device& device = line_.roster.DeviceAt(command.device);
     const auto routed =
@@ -79,7 +79,7 @@ std::optional<Withheld> WriteJob::WhyNotSend(Instant now, bool held) const {
   return Withheld{WriteEnd::denied, std::move(*forbidden)};
 }
 
-/// A request that may write the points under way is noted before it goes out.
+/// Records, before a request goes out, that it may write the points under way.
 void WriteJob::OnSend(LineContext& line) {
   may_have_written_before_ = sent();
   if (step.request.prepares || step.request.closes) return;
@@ -103,7 +103,7 @@ void WriteJob::NeverLeft() {
 
 void WriteJob::NoteTold(const JobEnd& told, bool may_have_acted) {
   may_have_acted_ = may_have_acted;
-  // That a step which only prepares has succeeded says nothing of the write.
+  // A successful step that only prepares the write says nothing about the write.
   const bool counts = sent() || told.outcome != Outcome::ok;
   if (counts && !step.request.closes) told_ = told;
 }
@@ -114,8 +114,8 @@ void WriteJob::OnGaveUp(const ExchangeEnd& end) {
 
 // ---------------------------------------------------------------- end
 
-/// If the closing request is not answered, the write keeps the outcome that it had. If a step after
-/// a request that may have written cannot be asked, only a refusal remains known.
+/// If the closing request is not answered, the write keeps its earlier outcome. If no request can
+/// be asked after one that may have written, only a refusal remains certain.
 WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
   const bool cut_short = has_no_request && sent();
   const bool refused = told_ && told_->outcome != Outcome::ok;
@@ -129,7 +129,7 @@ WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
   } else {
     points.how = WriteEndOf(points.outcome, sent(), may_have_acted_);
   }
-  // Requests that prepare the write went out, and then the conversation refused to send the write.
+  // Requests that prepare the write were sent, but then the conversation refused to send the write.
   const bool refuses = points.outcome == Outcome::unsupported && was_sent && !sent();
   if (refuses) points.how = WriteEnd::not_sent;
   points.open = closing || cut_short;
@@ -145,14 +145,14 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
     if (ok || sent()) effects.unknown.push_back(one.point);
     if (ok) effects.confirmed.push_back(one);
   }
-  // Nothing of it was sent: what the conversation knows of the device says why.
+  // No request that writes was sent: the trouble of the device is the reason.
   const protocols::DeviceTrouble& trouble = member->device->conversation->trouble();
   const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
   const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
                       ok ? next_ : first_, next_};
-    // The conversation could not encode the first point, so nothing was sent for it.
+    // The conversation could not encode the first point, so no request was sent for it.
     effects.result.unfit = points.outcome == Outcome::unsupported && !was_sent && first_ == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
@@ -214,10 +214,9 @@ Job::After WriteJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
 
 namespace {
 
-/// Significant digits of a number that a device takes and shows.
+/// Significant digits of a number that a device accepts and shows.
 constexpr int kDigits = 3;
 
-/// How far what is shown may be from what was written.
 Decimal Tolerance(const config::Point& point, const Decimal& written) {
   Decimal tolerance = Abs(written).Shifted(-kDigits);
   if (point.writing.step) tolerance = std::max(tolerance, *point.writing.step / 2);
@@ -275,7 +274,8 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
     const Comparison what = read ? Compare(point, write, shown.value) : Comparison::nothing;
     if (what != Comparison::written) result.read_back = false;
-    // It may be on its way, or the device may have limited it: that is not known yet.
+    // The output may be on its way, or the device may have limited the value: this is not known
+    // yet.
     if (what == Comparison::between) result.reason = point.name + " shows " + ToText(shown.value);
     if (what != Comparison::another) continue;
     const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";

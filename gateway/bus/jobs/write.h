@@ -1,7 +1,7 @@
-// WriteJob writes points of one device one by one, or several in one exchange where the protocol
+// `WriteJob` writes points of one device one by one, or several in one exchange if the protocol
 // allows that. The job ends with each exchange that writes; another job continues the command.
-// WriteEndOf judges a write by the outcome of its exchange. Compare and VerdictOn judge a confirmed
-// write by the values that its points show afterwards.
+// WriteEndOf returns the result of a write from the outcome of its exchange. Compare and VerdictOn
+// judge a confirmed write by the values that its points show afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,8 +24,8 @@ namespace baudgate::bus {
 
 class WriteJob : public Job {
  public:
-  /// Writes the point number `next` of the command, and those behind it that fit into the same
-  /// exchange.
+  /// Writes the point at index `next` of the command, and the points after it that fit into the
+  /// same exchange.
   WriteJob(Member& who, WriteCommand command, Instant now, std::size_t next = 0);
 
   LineUse use() const override { return LineUse::writes; }
@@ -46,15 +46,16 @@ class WriteJob : public Job {
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
 
  private:
-  /// How the points that are under way have ended.
+  /// How the exchange of the points under way ended.
   struct PointsEnd {
     WriteEnd how = WriteEnd::not_sent;
     Outcome outcome = Outcome::none;
-    bool keeps_told = false;  // it is the outcome that it had before the latest request
-    bool open = false;        // what was opened for it may still be open
+    bool keeps_told = false;  // `outcome` is the outcome before the latest request
+    // The device may still have open what the job opened (a session, a password).
+    bool open = false;
   };
 
-  /// Whether a request was sent that may have written the points under way.
+  /// True if a request was sent that may have written the points under way.
   bool sent() const { return command_.state == WriteState::sent; }
   std::span<const PointWrite> under_way() const {
     return std::span(command_.writes()).subspan(first_, next_ - first_);
@@ -65,15 +66,15 @@ class WriteJob : public Job {
   WriteCommand command_;
   std::size_t first_ = 0;  // index in command.writes() of the first point under way
   std::size_t next_ = 0;   // index of the first point that was not begun
-  /// The latest failure or refusal, or answer to a request that may write. Behind it only closing
+  /// The latest failure, refusal, or answer to a request that may write. After it only closing
   /// requests were sent.
   std::optional<JobEnd> told_;
-  bool may_have_acted_ = false;           // see Answer
-  bool may_have_written_before_ = false;  // sent(), before the latest try
-  std::optional<Withheld> withheld_;      // a request was not sent; what is open is closed now
+  bool may_have_acted_ = false;           // see protocols::Answer
+  bool may_have_written_before_ = false;  // sent() before the latest try
+  // Set if a request was not sent, and what is open is closed now.
+  std::optional<Withheld> withheld_;
 };
 
-// Commands that wait: gateway/bus/writes/write_queue.h.
 class WriteSource final : public JobSource {
  public:
   explicit WriteSource(LineContext& line) : line_(line) {}
@@ -85,14 +86,15 @@ class WriteSource final : public JobSource {
   LineContext& line_;
 };
 
-/// `sent`: a request that may have written went out. `may_have_acted`: as Answer says of a refusal.
+/// `sent`: a request that may have written was sent. `may_have_acted`: see protocols::Answer.
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
-/// How the value that a point shows compares with the value that was written and confirmed.
+/// The result of comparing the value that a point shows with the value that was written and
+/// confirmed.
 enum class Comparison {
   nothing,
-  written,  ///< numbers may differ by rounding
-  between,  ///< the old value and the written one: a slewing output from 4 to 20 that shows 11
+  written,  ///< the written value; numbers may differ by rounding
+  between,  ///< between the old and the written value: an output on its way from 4 to 20 shows 11
   another,
 };
 Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown);
@@ -101,8 +103,8 @@ struct ReadBackVerdict {
   WriteResult result;
   bool lost = false;  ///< an expected reading did not come
 };
-/// The verdict on a command that its device has confirmed, from what `record` shows since then. A
-/// point that has not been read decides nothing.
+/// Returns the verdict on a command that its device has confirmed, from the values that `record`
+/// shows since then. A point that has not been read decides nothing.
 ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
 
 }  // namespace baudgate::bus

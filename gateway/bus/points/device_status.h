@@ -1,7 +1,7 @@
-// What the gateway knows of a device apart from its values: state, counters, round trips.
-// Written by gateway/bus/counters/accounts.cpp, held by gateway/bus/points/point_store.h, shown by
-// every output. FailureRuns and LastHour are parts of DeviceStatus: runs of unanswered exchanges,
-// and the last hour in minutes.
+// `DeviceStatus` is the state of a device without its values: state, counters, round trips. Written
+// by gateway/bus/counters/accounts.cpp, stored in gateway/bus/points/point_store.h, shown by every
+// output. `FailureRuns` (runs of unanswered exchanges) and `LastHour` (the last hour in minutes)
+// are parts of it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,24 +22,25 @@
 
 namespace baudgate::bus {
 
-// The latest runs of unanswered exchanges of a device between answered ones, and when they were:
-// single losses are cured by a retry, an outage strikes whatever is asked while it lasts. An answer
-// that is damaged or does not fit is neither. Bounded memory.
+// `FailureRuns` keeps the latest runs of unanswered exchanges of a device between answered
+// exchanges, with their times. A retry cures a single loss, but an outage hits every request while
+// it lasts. An answer that is damaged or does not fit counts as neither. Bounded memory.
+// "o": answered, "x": failed, ".": no exchange yet.
 //
-//   o x x x o o o o x x . .     runs: 3 failed behind 1 answered, 2 failed behind 4 (not over yet)
+//   o x x x o o o o x x . .     runs: 3 failed after 1 answered; 2 failed after 4, not over yet
 //
 class FailureRuns {
  public:
   struct Run {
-    std::uint32_t answered = 0;       ///< in a row in front of it
-    std::uint32_t failed = 0;         ///< in a row
-    std::optional<Instant> before{};  ///< when the last answer in front of it came
-    Instant first{};                  ///< when the first failure had ended, and the last
-    Instant last{};
-    std::optional<Instant> after{};  ///< when the next answer came; nothing: it is not over yet
+    std::uint32_t answered = 0;       ///< number of answered exchanges in a row before the run
+    std::uint32_t failed = 0;         ///< number of failed exchanges in the run
+    std::optional<Instant> before{};  ///< when the last answer before the run came
+    Instant first{};                  ///< when the first failed exchange ended
+    Instant last{};                   ///< when the last failed exchange ended
+    std::optional<Instant> after{};   ///< when the next answer came; empty: the run is not over
   };
   static constexpr std::size_t kKept = 16;
-  /// An older one is forgotten, once so many exchanges have come behind it.
+  /// A run that ended longer ago is forgotten when kExchanges exchanges have come after it.
   static constexpr Duration kRecent = 5min;
   static constexpr std::uint32_t kExchanges = 32;
 
@@ -48,9 +49,9 @@ class FailureRuns {
     Forget(ended);
   }
 
-  /// The oldest first.
+  /// Returns the runs, the oldest first.
   const std::vector<Run>& runs() const { return runs_; }
-  /// Exchanges in a row that were answered since the last run.
+  /// Returns the number of answered exchanges since the last run.
   std::uint32_t answered() const { return answered_; }
 
  private:
@@ -83,25 +84,25 @@ class FailureRuns {
   std::optional<Instant> answered_at_;
 };
 
-// The last hour of a device in minutes: how much of it was answered, and what the line's time went
-// to. Written by gateway/bus/counters/accounts.cpp.
+// The last hour of a device in minutes: how much of it was answered, and how the line time was
+// used. Written by gateway/bus/counters/accounts.cpp.
 
-/// The counts of some minutes.
 struct MinuteCounts {
-  std::uint32_t answered = 0;  ///< exchanges
-  std::uint32_t failed = 0;    ///< exchanges
-  std::uint32_t repeats = 0;   ///< failed ones that were tried again
+  std::uint32_t answered = 0;  ///< answered exchanges
+  std::uint32_t failed = 0;    ///< failed exchanges
+  std::uint32_t repeats = 0;   ///< failed exchanges that were repeated
   std::uint32_t missed = 0;    ///< poll periods for which there was no time
-  std::uint32_t outages = 0;   ///< failures of a request and all its repeats, that began
-  Duration up{};               ///< it answered
-  Duration down{};             ///< it did not
-  Duration served{};           ///< line time of exchanges that were answered
-  Duration wasted{};           ///< line time of those that were not, and of the silence after them
+  /// Failures of a request with all its repetitions, counted when they began.
+  std::uint32_t outages = 0;
+  Duration up{};      ///< time in which the device answered
+  Duration down{};    ///< time in which the device did not answer
+  Duration served{};  ///< line time of answered exchanges
+  Duration wasted{};  ///< line time of unanswered exchanges, and of the silence after all exchanges
 
   MinuteCounts& operator+=(const MinuteCounts& other);
 };
 
-/// The part of the time in which it answered; 1 if it was not asked.
+/// Returns the part of the time in which the device answered; 1 if it was not asked.
 double Availability(const MinuteCounts& tally);
 
 template <typename Visit>
@@ -121,11 +122,11 @@ class LastHour {
  public:
   static constexpr std::size_t kMinutes = 60;
 
-  /// The minute to count in.
   MinuteCounts& At(Instant now);
-  /// The present minute and this many full ones before it, at most kMinutes in all.
+  /// Returns the sum of the present minute and this many full minutes before it, at most kMinutes
+  /// in all.
   MinuteCounts Sum(Instant now, std::size_t full_minutes = kMinutes - 1) const;
-  /// Each of them, the present minute last.
+  /// Returns the counts of each minute, the present minute last.
   std::array<MinuteCounts, kMinutes> All(Instant now) const;
 
  private:
@@ -140,7 +141,7 @@ class LastHour {
 enum class DeviceState : std::uint8_t {
   never_seen = 0,
   online = 1,
-  degraded = 2,  ///< answers, but not every time
+  degraded = 2,  ///< answers, but not always
   offline = 3,
   disabled = 4,
 };
@@ -150,12 +151,12 @@ constexpr std::string_view Name(DeviceState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-/// Always or mostly.
+/// Returns whether the device answers, always or mostly.
 constexpr bool Answers(DeviceState state) {
   return state == DeviceState::online || state == DeviceState::degraded;
 }
 
-/// Round trips in buckets a quarter of an octave wide from 64 us to over a minute: bounded memory,
+/// Round trips in buckets of a quarter of an octave, from 64 us to over a minute: bounded memory,
 /// and a percentile within 19 %.
 class RoundTrips {
  public:
@@ -163,14 +164,14 @@ class RoundTrips {
   std::uint64_t count() const { return count_; }
   Duration last() const { return last_; }
   Duration mean() const;
-  /// 0 < share <= 1; the upper edge of the bucket in which that share of round trips has ended.
+  /// Returns the upper edge of the bucket that this share of the round trips does not exceed. 0 <
+  /// share <= 1.
   Duration Percentile(double share) const;
 
   static constexpr std::size_t kBuckets = 84;
-  /// How many round trips fell into each bucket.
   const std::array<std::uint64_t, kBuckets>& buckets() const { return buckets_; }
-  /// The longest round trip that belongs into the bucket; the last bucket takes all longer ones
-  /// too.
+  /// Returns the longest round trip of the bucket. The last bucket contains all longer round trips
+  /// as well.
   static Duration UpperEdge(std::size_t bucket);
 
  private:
@@ -182,14 +183,13 @@ class RoundTrips {
   Duration last_{};
 };
 
-/// How the latest exchanges ended, for a judgement of how things are now. Probes of an absent
-/// device are not among them.
+/// Outcomes of the latest exchanges, to judge the present condition. Probes of an absent device are
+/// not included.
 class RecentOutcomes {
  public:
   static constexpr std::size_t kKept = Findings::kKept;
 
   void Add(Outcome outcome) { outcomes_[count_++ % kKept] = outcome; }
-  /// How many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Outcome outcome) const {
     return static_cast<std::size_t>(std::count(
@@ -201,27 +201,27 @@ class RecentOutcomes {
   std::size_t count_ = 0;
 };
 
-/// How one request of the polls fares.
+/// Results of one request of the polls.
 struct QueryCount {
-  std::size_t first_point = 0;  ///< index in the device's points; of those that it reads
+  std::size_t first_point = 0;  ///< index in the device's points: first point of the request
   std::size_t points = 0;
-  std::uint32_t in_vain = 0;         ///< exchanges in a row without an answer
-  std::uint8_t failures = 0;         ///< of the last eight polls, one bit each; repeats count too
-  std::uint32_t refused = 0;         ///< exchanges in a row that the device refused
-  Symptom symptom = Symptom::clean;  ///< of the last exchange
-  std::uint8_t asked = 0;            ///< as Finding::asked
+  std::uint32_t in_vain = 0;  ///< number of exchanges in a row without an answer
+  /// Failures in the last eight polls, one bit each. A poll with a repetition counts as failed.
+  std::uint8_t failures = 0;
+  std::uint32_t refused = 0;  ///< number of exchanges in a row that the device refused
+  Symptom symptom = Symptom::clean;
+  std::uint8_t asked = 0;  ///< see Finding::asked
 };
 
-/// How writes to points have ended.
 struct WriteCounts {
   std::array<std::uint32_t, kWriteEnds> ends{};  ///< indexed by WriteEnd
-  std::uint32_t not_read_back = 0;               ///< of the confirmed ones
+  std::uint32_t not_read_back = 0;  ///< number of confirmed writes that were not read back
 };
 
 struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
-  std::string last_reason;  ///< of the last outcome that was not ok
+  std::string last_reason;  ///< reason of the last outcome that was not ok
   std::string trouble;      ///< "type 0D, the profile says 08": why no value is good, or a remark
   std::optional<Instant> last_ok;
   WallTime last_ok_wall{};
@@ -229,30 +229,31 @@ struct DeviceStatus {
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
   std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
-  std::uint32_t late = 0;    ///< as LineCounters::late
-  Duration lateness{};       ///< the largest, since the reply was due
+  std::uint32_t late = 0;    ///< see LineCounters::late
+  Duration lateness{};       ///< the longest time between the reply time and a late reply
   Duration patience{};       ///< extra reply time because of late replies
   /// Exchanges in a row whose replies come one or more requests late, as probes show.
   std::uint32_t behind = 0;
-  std::uint32_t doubled = 0;  ///< exchanges after whose reply came another, different one
+  std::uint32_t doubled = 0;  ///< exchanges with a second, different reply after the first
   Instant last_doubled{};
-  std::uint32_t rechecks = 0;     ///< second reads, before a reading counts
-  std::uint32_t unconfirmed = 0;  ///< of these, with another result
+  std::uint32_t rechecks = 0;     ///< second reads before a reading counts
+  std::uint32_t unconfirmed = 0;  ///< second reads with another result
   WriteCounts writes;
-  /// It sends unasked: its messages count as exchanges, damaged ones as corrupt.
+  /// The device sends unasked: its messages count as exchanges, damaged messages as corrupt.
   bool unasked = false;
-  std::uint32_t lost_events = 0;  ///< sent unasked while they could not be saved
-  config::Timing timing;          ///< the times in force
+  std::uint32_t lost_events = 0;  ///< events sent unasked that could not be saved
+  config::Timing timing;
   RecentOutcomes recent;
   Findings findings;
   FailureRuns failures;
-  FailureRuns spoilt;  ///< the same, with damaged and strange answers among the failures
+  FailureRuns spoilt;  ///< as `failures`; damaged and strange answers count as failures
   LastHour hour;
-  std::vector<QueryCount> queries;  ///< of the polls, in the order in which they are asked
-  bool lacks_time = false;          ///< see Conversation::LacksTime
-  std::string learned;              ///< see Conversation::WhatIsLearned
-  std::string missing;              ///< see Conversation::WhatIsMissing
-  Duration busy{};  ///< the line time of its exchanges and of the silences after them
+  /// The queries of the polls, in the order in which they are asked.
+  std::vector<QueryCount> queries;
+  bool lacks_time = false;  ///< see Conversation::LacksTime
+  std::string learned;      ///< see Conversation::WhatIsLearned
+  std::string missing;      ///< see Conversation::WhatIsMissing
+  Duration busy{};          ///< line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

@@ -1,7 +1,8 @@
-// What the latest exchanges of a device looked like on the wire, probes of an absent device
-// included. Bounded memory. The last 32 exchanges show how the device is now. The last 32 failures
-// of two minutes show what its failures look like, so that the cause does not change with each
-// look. CheckVotes, ReplyLengths and SpecialBytes count one property each for Findings.
+// `Findings` keeps what the latest exchanges of a device looked like on the wire, including probes
+// of an absent device. Memory is bounded. The last 32 exchanges show the present condition. The
+// last 32 failures of two minutes show the kind of failures; this longer period keeps the diagnosis
+// from changing with each exchange. `CheckVotes`, `ReplyLengths` and `SpecialBytes` count one
+// property each.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,11 +21,11 @@
 
 namespace baudgate::bus {
 
-// How check values may be computed that were wrong: whether most of them were so in the same way.
-// One that damage has changed is so in any way. Bounded memory.
+// `CheckVotes` finds out whether most wrong check values are right by one other way of computing
+// them (Finding::remedy). A check value that was damaged on the wire may fit any way by chance.
+// Bounded memory.
 class CheckVotes {
  public:
-  /// The vote of each against the one that most were for so far.
   void Add(const Finding& finding) {
     if (finding.symptom != Symptom::bad_check || finding.remedy.empty()) return;
     const bool same = finding.remedy == most_.remedy;
@@ -33,7 +34,7 @@ class CheckVotes {
     most_ = finding;
     votes_ = 1;
   }
-  /// Null: they were not wrong in the same way.
+  /// Returns a finding with the winning remedy. Null: no remedy fits most wrong check values.
   const Finding* winner() const { return votes_ >= kNoChance ? &most_ : nullptr; }
 
  private:
@@ -43,13 +44,13 @@ class CheckVotes {
   int votes_ = 0;
 };
 
-// Lengths of the replies that were asked for: up to which they come whole.
+// `ReplyLengths` finds out up to which length replies come whole.
 //
-//   7, 7, 49 damaged, 7, 49 damaged     the longest good one has 7 bytes; 49 is too long, twice
+//   7, 7, 49 damaged, 7, 49 damaged     the longest good reply has 7 bytes; 49 is too long, twice
 //
 class ReplyLengths {
  public:
-  /// Replies that were longer than any good one: the shortest of them, and how often one came.
+  /// Replies that were longer than any good reply: the shortest of them, and their number.
   struct TooLong {
     std::size_t shortest = 0;
     std::size_t count = 0;
@@ -68,13 +69,13 @@ class ReplyLengths {
   }
 
   std::size_t longest_good() const { return longest_good_; }
-  /// Nothing came to requests for these.
+  /// Returns the lengths of replies that did not come at all.
   const TooLong& silent() const { return silent_; }
-  /// These came damaged.
+  /// Returns the lengths of replies that came damaged.
   const TooLong& damaged() const { return damaged_; }
 
  private:
-  /// Long replies that come damaged so often, with no whole one between, are no chance.
+  /// This many long replies that come damaged, with no whole one between them, are no coincidence.
   static constexpr std::size_t kNoChance = 24;
 
   static void Count(TooLong& lengths, std::size_t length) {
@@ -94,7 +95,7 @@ class ReplyLengths {
   void OnDamagedAgain(std::size_t length) {
     Count(again_, length);
     if (again_.count < kNoChance || good_since_ == 0) return;
-    // They came whole before, and do so no more.
+    // Replies of this length came whole before, but not any more.
     longest_good_ = good_since_;
     damaged_ = std::exchange(again_, {});
   }
@@ -102,12 +103,12 @@ class ReplyLengths {
   std::size_t longest_good_ = 0;
   TooLong silent_;
   TooLong damaged_;
-  TooLong again_;               // damaged, of a length that came whole before
-  std::size_t good_since_ = 0;  // the longest that came whole meanwhile
+  TooLong again_;               // damaged replies of a length that came whole before
+  std::size_t good_since_ = 0;  // the longest reply that came whole meanwhile
 };
 
-// Compares the bytes of failed replies with those of good ones: a byte that converters change or
-// drop is suspect if all that failed had it, and nothing good.
+// `SpecialBytes` compares the bytes of failed replies with those of good replies. A byte that
+// converters change or drop is suspect if all failed replies contain it and no good reply does.
 class SpecialBytes {
  public:
   void Add(const Finding& finding) {
@@ -122,25 +123,27 @@ class SpecialBytes {
     }
   }
 
-  /// Those of kSpecialBytes that every failed reply had and no good one; one bit each.
+  /// Returns those of kSpecialBytes that every failed reply contained and no good reply; one bit
+  /// each.
   std::uint8_t Suspects() const {
     if (!any_bad_) return 0;
     return static_cast<std::uint8_t>(bad_ & ~good_ & kAllSpecials);
   }
-  /// Those of kSpecialBytes that any request had which was answered.
+  /// Returns those of kSpecialBytes that were in any answered request; one bit each.
   std::uint8_t AnsweredRequests() const { return asked_; }
-  /// In all that failed only characters of one parity came, and FF, which a driver gives for a
-  /// character with wrong parity.
+  /// True if all failed replies contained only characters of one parity, and FF, which a driver
+  /// returns for a character with wrong parity.
   bool IsOneParity() const {
     constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
     return (any_ & kMark) != 0 && LacksOneParity();
   }
-  /// The same behind a serial server, which drops such characters.
+  /// True if all failed replies contained only characters of one parity, with or without FF. Behind
+  /// a serial server there is no FF, because it drops characters with wrong parity.
   bool LacksOneParity() const {
     const unsigned parities = any_ & kBothParities;
     return any_bad_ && (parities == kEvenByte || parities == kOddByte);
   }
-  /// In all that came no character had its eighth bit, although the protocol has such.
+  /// True if no received character had its eighth bit set, although the protocol uses it.
   bool IsSevenBit() const {
     return any_bad_ && !any_high_ && (any_ & kBothParities) == kBothParities;
   }
@@ -148,10 +151,10 @@ class SpecialBytes {
  private:
   static constexpr unsigned kBothParities = kEvenByte | kOddByte;
 
-  std::uint8_t asked_ = 0;   // that any request had which was answered
-  std::uint8_t good_ = 0;    // that any good reply had
-  std::uint8_t bad_ = 0xFF;  // that every failed one had
-  std::uint8_t any_ = 0;     // that any failed one had
+  std::uint8_t asked_ = 0;   // bits that any answered request had
+  std::uint8_t good_ = 0;    // bits that any good reply had
+  std::uint8_t bad_ = 0xFF;  // bits that every failed reply had
+  std::uint8_t any_ = 0;     // bits that any failed reply had
   bool any_bad_ = false;
   bool any_high_ = false;
 };
@@ -169,22 +172,22 @@ class Findings {
     latest_[count_++ % kLong] = {finding.symptom, at};
     Keep(std::move(finding));
   }
-  /// More has come for the last one that was added, or for one that was added `back` before it, and
-  /// it looks otherwise now.
+  /// Corrects the finding that was added `back` before the last one (0: the last one), because more
+  /// bytes have come for its exchange.
   void Amend(Finding finding, std::size_t back = 0) {
     if (back >= size()) return;
     latest_[(count_ - 1 - back) % kLong].symptom = finding.symptom;
     Keep(std::move(finding));
   }
 
-  /// How many exchanges are kept, at most kKept.
   std::size_t size() const { return std::min(count_, kKept); }
   std::size_t Count(Symptom symptom) const {
     std::size_t count = 0;
     for (std::size_t i = count_ - size(); i < count_; ++i) count += At(i) == symptom ? 1 : 0;
     return count;
   }
-  /// How often each symptom stands among the last kKept failures that are younger than kMemory.
+  /// Returns how often each symptom occurs among the last kKept failures that are younger than
+  /// kMemory.
   Counts Failures() const {
     Counts counts{};
     std::size_t found = 0;
@@ -198,14 +201,15 @@ class Findings {
     }
     return counts;
   }
-  /// How often words came right behind silence, and an answer soon behind them: a start.
+  /// Returns how often the device has started: text came directly after silence, and an answer soon
+  /// after the text.
   std::size_t Starts() const {
     const auto is_text = [](Symptom symptom) {
       return symptom == Symptom::text || symptom == Symptom::text_beside;
     };
     std::size_t starts = 0;
     std::size_t texts = 0;
-    bool open = false;  // a text has come behind silence, and no answer yet
+    bool open = false;  // a text has come after silence, and no answer yet
     for (std::size_t i = count_ - std::min(count_, kLong); i < count_; ++i) {
       const bool is_first = i > 0 && At(i - 1) == Symptom::silence && is_text(At(i));
       texts += is_text(At(i)) ? 1 : 0;
@@ -215,7 +219,6 @@ class Findings {
     }
     return 2 * starts >= texts ? starts : 0;
   }
-  /// How often failures began.
   std::size_t Runs() const {
     std::size_t runs = 0;
     bool failing = false;
@@ -226,7 +229,6 @@ class Findings {
     }
     return runs;
   }
-  /// The most that failed in a row.
   std::size_t LongestRun() const {
     std::size_t longest = 0;
     std::size_t run = 0;
@@ -236,24 +238,23 @@ class Findings {
     }
     return longest;
   }
-  /// The last one of this kind, with the longest time of those that are kept; empty where there was
-  /// none.
+  /// Returns the last finding of this kind, with the longest time of those that are kept; empty if
+  /// there was none.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }
 
-  /// Which bytes its replies had, and how long they were.
   const SpecialBytes& specials() const { return specials_; }
   const ReplyLengths& lengths() const { return lengths_; }
 
-  /// Around so many replies, one after another where anything was, the same bytes stood; and which.
+  /// SameAround returns the number of replies in a row with the same bytes around them (replies
+  /// without other bytes do not count); Around returns these bytes.
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
-  /// How the check values may be computed that are wrong, where most of them were so in the same
-  /// way; null: they were not.
+  /// Returns how most wrong check values are computed (CheckVotes); null: not found.
   const Finding* Check() const { return checks_.winner(); }
 
-  /// Messages that come unasked come in bursts: the shortest and the longest silence between two
-  /// bursts. Empty: there were none, or one was shorter than `least`.
+  /// Unasked messages come in bursts. Returns the shortest and the longest silence between two
+  /// bursts. Empty: there were no bursts, or one silence was shorter than `least`.
   std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
     std::optional<std::pair<Duration, Duration>> period;
     for (std::size_t i = 0; i < size(); ++i) {
@@ -266,8 +267,8 @@ class Findings {
     return period;
   }
 
-  /// The longest silence before a request to which nothing came, where every request that was ever
-  /// answered had a longer one before it; zero: it is not so.
+  /// Returns the longest silence before a request that was not answered at all, if every answered
+  /// request had a longer silence before it; else zero.
   Duration ShortPause() const {
     Duration longest{};
     for (std::size_t i = 0; i < size(); ++i) {
@@ -276,14 +277,14 @@ class Findings {
     return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
 
-  /// The shortest silence before a request that was ever answered; empty: none was, or what was
-  /// before it is not known.
+  /// Returns the shortest silence before any answered request; empty: none was answered, or the
+  /// silence before them is unknown.
   std::optional<Duration> ShortestAnswered() const {
     return shortest_idle_ == kLongIdle ? std::nullopt : shortest_idle_;
   }
 
-  /// The reverse: the shortest silence before a request to which nothing came, where every one of
-  /// these requests that was answered had a shorter one before it.
+  /// Returns the shortest silence before a request that was not answered at all, if every answered
+  /// request that is kept had a shorter silence before it; else zero.
   Duration LongRest() const {
     Duration shortest = kLongIdle;
     Duration longest{};
@@ -295,10 +296,11 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
-  /// The cause that was said last; 0: none. All copies share it, as each look is at a copy.
+  /// Number of the cause that was reported last; 0: none. All copies share it, because each
+  /// diagnosis reads a copy.
   std::atomic<std::size_t>& said() const { return *said_; }
 
-  /// Words for people that came since the last reply beside which there were none; empty: none.
+  /// Returns the text for people that came since the last reply without such text; empty: none.
   const Finding& LatestWords() const { return words_; }
 
  private:
@@ -310,7 +312,7 @@ class Findings {
   };
 
   Symptom At(std::size_t number) const { return latest_[number % kLong].symptom; }
-  /// The symptom of the exchange before which the line was silent for idles_[place].
+  /// Returns the symptom of the exchange after the silence idles_[place].
   Symptom Kept(std::size_t place) const { return At(count_ - 1 - (count_ - 1 - place) % kKept); }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&
@@ -339,7 +341,7 @@ class Findings {
   std::shared_ptr<std::atomic<std::size_t>> said_ = std::make_shared<std::atomic<std::size_t>>(0);
   std::array<Look, kLong> latest_{};
   std::array<Duration, kKept> idles_{};
-  std::optional<Duration> shortest_idle_;  // before a request that was answered
+  std::optional<Duration> shortest_idle_;
   std::size_t count_ = 0;
   ReplyLengths lengths_;
   SpecialBytes specials_;

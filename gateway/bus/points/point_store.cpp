@@ -92,7 +92,8 @@ std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Du
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) {
   const PointRecord& held = record.points[point];
   if (!held.read_at) return Quality::bad_waiting;
-  const Quality known = std::min(held.reported, held.at_best);  // worse ones are smaller
+  // Worse qualities have smaller numbers.
+  const Quality known = std::min(held.reported, held.at_best);
   if (IsBad(known)) return known;
   const AgeLimits& limits = LimitsAt(record, point);
   const Duration age = now - *held.read_at;
@@ -129,7 +130,7 @@ PointStore::Entry::Entry(const std::shared_ptr<const config::Line>& line,
     : point_count(device.points.size()),
       line(line),
       device(std::shared_ptr<const config::Device>(line, &device)),
-      own(std::make_unique<DeviceRecord>()),  // its memory does not wait for `record`
+      own(std::make_unique<DeviceRecord>()),  // memory that the weak pointer `record` does not keep
       record(own) {
   own->line = line;
   own->device = this->device.load().lock();
@@ -148,7 +149,7 @@ PointStore::PointStore(const config::Config& config) {
 void PointStore::Append(const std::shared_ptr<const config::Line>& line) {
   lines_.Append(line, device_count());
   for (const config::Device& device : line->devices) {
-    // In one step: a feed that begins now counts the device once.
+    // Under one lock, so a feed that is made now counts the device once.
     const MutexLock lock(feeds_mutex_);
     for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
     devices_.Append(line, device);
@@ -168,7 +169,7 @@ void PointStore::Reconfigure(std::uint32_t line, const std::shared_ptr<const con
       entry.line = record.line;
       entry.device = record.device;
       record.age_limits = LimitsOf(as->devices[i], record.line_cycle);
-      entry.next_ageing = Instant::min();  // some may age sooner now
+      entry.next_ageing = Instant::min();  // some points may age sooner now
       ++record.version;
     }
     std::vector<std::uint32_t> all(entry.point_count);
@@ -248,7 +249,7 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
     ++record.version;
     for (const Sample& sample : samples) {
       PointRecord& held = record.points[sample.point];
-      // Under a bad quality the value is not one: the last good one stays.
+      // A value with a bad quality is no value, so the last good value stays.
       if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
       held.reported = sample.quality;
       held.at_best = Quality::good;
@@ -257,8 +258,8 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
       held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
       ++held.seq;
       changed.push_back(sample.point);
-      // The quality as it was `at` that time. A late reply may be too old by now: the next Age
-      // announces that.
+      // Announces the quality at the time `at`. A late reply may be too old by now: the next call
+      // of Age announces that.
       entry.announced[sample.point] = QualityAt(record, sample.point, at.instant);
       ScheduleAgeing(entry, record, sample.point, at.instant);
     }
@@ -294,7 +295,8 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     DeviceRecord& record = *entry.own;
     record.override_quality = why;
     ++record.version;
-    // An override has one quality at any age; when it ends, age decides again: the next Age looks.
+    // With an override the quality does not depend on age. When the override ends, age decides
+    // again, and the next call of Age announces that.
     if (why) {
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
         entry.announced[point] = QualityAt(record, point, Instant());
@@ -315,7 +317,7 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
   record.line_cycle = cycle;
   const auto after = LimitsOf(*record.device, cycle);
   if (after == record.age_limits) return;
-  // What was too old stays so until it is read again.
+  // Values that were too old stay too old until they are read again.
   for (std::size_t point = 0; point < record.points.size(); ++point) {
     PointRecord& held = record.points[point];
     if (!held.read_at) continue;
@@ -324,7 +326,7 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
   }
   record.age_limits = after;
   ++record.version;
-  entry.next_ageing = Instant::min();  // some may age sooner now
+  entry.next_ageing = Instant::min();  // some points may age sooner now
 }
 
 void PointStore::UpdateStatus(std::uint32_t device,

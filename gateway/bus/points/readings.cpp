@@ -18,13 +18,15 @@ bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.o
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// A float32 has one value in all outputs: what a register of two words can hold.
+/// Rounds a float32 to single precision, so that all outputs show the same value, also a register
+/// of two words.
 Value FitFloat(Type type, double number) {
   const double fits = type == Type::float32 ? NearestSingle(number) : number;
   return std::isfinite(fits) ? Value(fits) : Value();
 }
 
-/// A number in the alternative that the point's type is stored in, or nothing when it does not fit.
+/// Returns the number in the alternative that the type of the point is stored in; empty if it does
+/// not fit.
 Value Fit(const config::Point& point, const Decimal& number) {
   const Type type = point.type;
   if (type == Type::boolean) {
@@ -52,14 +54,14 @@ Value FitNumber(const config::Point& point, const Value& raw) {
   return number ? Fit(point, *number * point.scale + point.offset) : Value();
 }
 
-/// A value in user's units that the point could hold.
+/// Returns whether the point could hold this value, in the unit of users.
 bool FitsType(const config::Point& point, const Value& value) {
   const auto number = Decimal::Of(value);
   return number && HasValue(Fit(point, *number));
 }
 
-/// Of a point that can be written, `min` and `max` say what may be written: a reading may lie
-/// outside.
+/// Returns why a reading of a read-only point is beyond `min` or `max`. For a point that can be
+/// written, these limit writes only.
 Reason ReasonBeyond(const config::Point& point, const Value& value) {
   const bool limited = point.writing.max || point.writing.min;
   if (!limited || point.access != config::Access::read) return Reason::none;
@@ -71,7 +73,7 @@ Reason ReasonBeyond(const config::Point& point, const Value& value) {
   return Reason::none;
 }
 
-/// Two texts that begin alike would look the same if they were cut.
+/// A text that is too long gets no value, because two cut texts could look the same.
 Value FitText(const config::Point& point, const Value& raw) {
   std::string text = ToText(raw);
   return text.size() > point.text_length ? Value() : Value(std::move(text));
@@ -84,7 +86,7 @@ Sample ToSample(const config::Point& point, const protocols::Reading& reading) {
   sample.point = static_cast<std::uint32_t>(reading.point);
   sample.quality = reading.quality;
   if (!HasValue(reading.value)) {
-    // A device that gives no value cannot vouch for the last one.
+    // A reading without a value shows that the last value may be wrong.
     if (IsGood(sample.quality)) sample.quality = Quality::bad;
     return sample;
   }
@@ -120,7 +122,7 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
     if (!std::isfinite(close)) return Error{"the value is not a number"};
     return Value(close);
   }
-  // Scaling is for people; what the device counts in is whole where its type is.
+  // The raw value has no fraction if its type is whole; only the value for users is scaled.
   if (const auto whole = raw.ToInt64()) return Value(*whole);
   if (const auto whole = raw.ToUint64()) return Value(*whole);
   return Error{ToText(value) + " is beyond what the device can hold"};
@@ -159,7 +161,7 @@ JumpCheck::Judgement JumpCheck::Judge(const config::Point& point, History& histo
 
 JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   Result result;
-  // It says itself that what it measures changes.
+  // The device itself reports that the measured value changes.
   const bool changes = std::ranges::any_of(
       samples, [](const Sample& sample) { return IsUncertain(sample.quality); });
   std::erase_if(samples, [&](Sample& sample) {
@@ -169,7 +171,7 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
     History& history = histories_[sample.point];
     const bool steady = !std::exchange(history.changes, changes) && !changes;
     const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);
-    // A value that has moved on really changes.
+    // A value that has moved on has really changed.
     const bool returned = jumped && Agree(point, history, history.last, sample.value) &&
                           !Agree(point, history, history.candidate, sample.value);
     result.unconfirmed = result.unconfirmed || returned;

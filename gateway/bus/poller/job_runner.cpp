@@ -61,12 +61,12 @@ void JobRunner::Receive(View bytes) {
 }
 
 void JobRunner::OnTimer() {
-  Withdraw();  // the program may have been stopped since the line began to wait for its quiet
+  Withdraw();  // The program may have been stopped since the line began to wait for silence.
   Apply(line_.OnTimer(now_.instant));
 }
 
 /// Sets the time of each unasked message and of the reply to the earliest moment at which the bytes
-/// may have come (ArrivalTime). A reply is never dated before its request.
+/// may have come (ArrivalTime). A reply is never older than its request.
 void JobRunner::Date(LineNews& news) const {
   const Instant now = now_.instant;
   for (UnaskedMessage& message : news.unasked.messages) {
@@ -101,7 +101,8 @@ void JobRunner::Start(Instant idle_since) {
 }
 
 void JobRunner::Send() {
-  // The line's patience with these devices does not grow: their neighbours would pay for it.
+  // These late replies do not lengthen the patience of the line, because the other devices would
+  // have to wait.
   for (const LateReplies::Late& late : context_.owed.late_replies.TakeOthers()) {
     context_.tracker.CountLate(*late.member, late.lateness, now_.instant);
   }
@@ -130,7 +131,7 @@ void JobRunner::OnExchangeEnd(ExchangeEnd end) {
   Do(job_->Conclude(context_, ended.end, now_));
 }
 
-/// The request may not have left this machine: then it never will.
+/// Removes the request from the port if it has not left this machine.
 void JobRunner::DropUnsent(ExchangeEnd& end) {
   const bool closed = end.outcome == Outcome::line_down;
   if (port_.IsUnsent()) {
@@ -165,7 +166,6 @@ void JobRunner::Withdraw() {
   Do(std::move(*step));
 }
 
-/// One step after the other, until the job waits or is over.
 void JobRunner::Do(NextStep step) {
   using What = NextStep::What;
   const Instant now = now_.instant;

@@ -21,7 +21,6 @@ void Poller::Attach(Tap& tap, std::vector<protocols::ForeignRule> foreign) {
   context_.accounts.Attach(tap);
 }
 
-/// Before each input.
 void Poller::Advance(Now now) {
   const bool idle = runner_.idle();
   const Duration passed = time_.OnInput(now, idle);
@@ -67,7 +66,7 @@ void Poller::OnEnded(Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   runner_.OnTimer();
-  // A device that speaks unasked may have something to tell without a message.
+  // A device that speaks unasked may have a result at a certain time, without a message.
   if (runner_.is_open()) unasked_.OnTimer(now);
   Settle();
 }
@@ -210,7 +209,8 @@ void Poller::Settle() {
   runner_.Withdraw();
   clients_.AnswerCommands(idle.now);
   clients_.AnswerRouted(idle, runner_.job() == nullptr);
-  clients_.AnswerConfirmed(runner_.job());  // before the next write is to be read back
+  // Clients whose read-back is done are answered before the next write begins.
+  clients_.AnswerConfirmed(runner_.job());
   TakeTurns();
   clients_.AnswerConfirmed(runner_.job());
   unasked_.OnSettled(idle.now);
@@ -220,14 +220,15 @@ void Poller::TakeTurns() {
   while (runner_.idle() && TakeTurn()) runner_.Start(time_.idle().since);
 }
 
-/// The line is idle. True: the request of the job under way is to be sent now. Without a job, the
-/// next one is chosen, unless the line is held, or has taken turns without end.
+/// Called when the line is idle. Returns true if the request of the job under way is to be sent
+/// now. Without a job the next one is chosen, unless the line is held, or has taken too many turns
+/// at this moment.
 bool Poller::TakeTurn() {
   const Member* last = nullptr;
   while (CountTurn(last)) {
     if (runner_.job() == nullptr) {
       if (hold_.holds()) return false;
-      context_.chooser.ChargeProbe(time_.idle().now);  // of one that was not sent
+      context_.chooser.ChargeProbe(time_.idle().now);  // cost of a probe that was not sent
       std::unique_ptr<Job> job = context_.chooser.Next(time_.idle());
       if (!job) return false;
       last = job->member;
@@ -251,11 +252,11 @@ bool Poller::CountTurn(const Member* last) {
   return turn == TurnLimit::Turn::take;
 }
 
-/// Returns when TakeTurn may return something else although no input has come. The line is idle.
+/// Returns when TakeTurn may return another result although no input has come. The line is idle.
 std::optional<Instant> Poller::NextTurnAt() const {
   const Idle idle = time_.idle();
   if (const auto rest = limit_.RestsUntil(idle.now)) return rest;
-  // Until no late answer can meet its request.
+  // When no late answer can meet the request of the job any more.
   if (const Job* const job = runner_.job()) return job->DepartsAt(context_);
   std::optional<Instant> soonest;
   if (const auto until = hold_.WaitsUntil()) {

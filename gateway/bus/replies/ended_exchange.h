@@ -1,13 +1,14 @@
-// EndedExchange is one exchange that has ended, as one value: what was asked, how it ended, whose
-// reply it was, and what was seen on the wire. Made by Job::Ended (gateway/bus/jobs/job.h). The bus
-// itself learns from it first (DeviceTracker::OnExchange); then each ExchangeObserver is told once:
-// the counters of the device and of the line, and the diagnosis. At last the job decides what
-// follows. Observers decide nothing.
+// `EndedExchange` describes an exchange that has ended, as one value: the request, the outcome, to
+// which request the reply belongs, and what was seen on the wire. Job::Ended
+// (gateway/bus/jobs/job.h) makes it. First the bus itself learns from it
+// (DeviceTracker::OnExchange). Then each `ExchangeObserver` is called once: the counters of the
+// device and of the line, and the diagnosis. Last the job decides what follows. Observers decide
+// nothing.
 //
-// LineObserver is what the bus tells the diagnosis of a line. The bus works without: this class
-// does nothing. Implemented by gateway/diagnosis/observer.h; called on the thread of the line by
-// gateway/bus/poller/job_runner.h, and for a device that sends unasked by
-// gateway/bus/jobs/unasked.h:
+// `LineObserver` is the interface to the diagnosis of a line. The bus works without a diagnosis:
+// this class does nothing. Implemented by gateway/diagnosis/observer.h.
+// gateway/bus/poller/job_runner.h calls it on the thread of the line, gateway/bus/jobs/unasked.h
+// for a device that sends unasked:
 //
 //   on the line                          call
 //   the port has opened                  OnOpened
@@ -39,30 +40,31 @@
 
 namespace baudgate::bus {
 
-/// The reply was not taken: it may answer an earlier request.
+/// The reply was not accepted, because it may answer an earlier request.
 struct Unproven {
-  std::string refusal{};               ///< what it refuses, in words; empty: nothing
-  Outcome refused_as = Outcome::none;  ///< the same as an outcome
+  std::string refusal{};  ///< reason of the refusal in the reply, in words; empty: it is no refusal
+  Outcome refused_as = Outcome::none;
 };
 
-/// Its pointers are valid during the call.
+/// The pointers are valid during the call only.
 struct EndedExchange {
   Member* member = nullptr;
   Asked asked{};
   ExchangeEnd end{};  ///< outcome and reason are final
-  Instant began{};    ///< when the line was given the request
+  Instant began{};    ///< when the request was given to the line
   LineUse use = LineUse::polls;
-  bool broadcast = false;  ///< nothing answers
-  bool routed = false;     ///< of a client: a refusal says nothing about the member
-  bool polls = false;      ///< line time that is counted for a fair share of the polls
-  const protocols::Answer* answer = nullptr;  ///< what the reply says
-  WhoseReply::Verdict verdict{};              ///< whose reply it was
-  const Unproven* unproven = nullptr;         ///< null: its owner was certain, or none came
-  bool no_echo = false;                       ///< `echo: verify`: the echo was missing
-  bool cut = false;                           ///< see EchoWatch::is_cut
+  bool broadcast = false;  ///< no reply was expected
+  bool routed = false;  ///< the request came from a client, so a refusal is no fault of the member
+  bool polls = false;   ///< the line time counts for a fair share of the polls
+  const protocols::Answer* answer = nullptr;
+  WhoseReply::Verdict verdict{};
+  /// Null: the owner of the reply was certain, or no reply came.
+  const Unproven* unproven = nullptr;
+  bool no_echo = false;  ///< `echo: verify`: the echo was missing
+  bool cut = false;      ///< see EchoWatch::is_cut
   // DeviceTracker::OnExchange sets these:
-  Duration patience{};  ///< the line waits this much longer for the member
-  bool lags = false;    ///< its replies come one or more requests late
+  Duration patience{};  ///< extra time that the line waits for the member
+  bool lags = false;    ///< replies of the member come one or more requests late
 
   bool answered() const { return ProvesLife(end.outcome); }
   bool cut_off() const { return end.outcome == Outcome::line_down; }
@@ -84,21 +86,21 @@ class LineObserver : public ExchangeObserver {
   /// Returns true if a device has answered although the connection began with a Telnet negotiation.
   /// The call clears the flag.
   virtual bool TakeNegotiation() { return false; }
-  /// A poll of this query has ended, and was counted.
   virtual void OnPoll(const Device& /*device*/, std::size_t /*query*/) {}
 
-  /// Bytes of the device that sends unasked.
   virtual void OnUnaskedBytes(View /*bytes*/, Instant /*now*/) {}
-  /// The first bytes of a connection are Telnet's.
+  /// Returns true if these first bytes of a connection are a Telnet negotiation.
   virtual bool IsNegotiation(View /*bytes*/) const { return false; }
-  /// Its message has come, `rest` behind the one before; `reason` and `remedy`: what it refuses, or
-  /// empty. An outcome that is no answer: the message could not be read.
+  /// A message of the device that sends unasked has come, `rest` after the message before. `reason`
+  /// and `remedy`: of a refusal, or empty. If `outcome` is no answer, the message could not be
+  /// read.
   virtual void OnUnasked(const Device& /*device*/, Outcome /*outcome*/,
                          const std::string& /*reason*/, const std::string& /*remedy*/,
                          Duration /*rest*/, Instant /*now*/) {}
 };
 
-/// Makes the observer of a line; the roster and the store outlive it.
+/// Makes the observer of a line. The roster and the store must stay valid for the lifetime of the
+/// observer.
 using MakeObserver =
     std::function<std::unique_ptr<LineObserver>(const Roster& roster, PointStore& store)>;
 

@@ -1,29 +1,32 @@
-// A member may still send a reply after its last exchange has ended (MayStillAnswer), and requests
-// wait for that reply for some time (SetWait):
+// The tables of `LateReplies`. After its last exchange has ended, a member may still send a reply
+// (MayStillAnswer), and requests wait for that reply for some time (SetWait):
 //
 // clang-format off
-//   the exchange ended as     what may still come                      it is waited for until
-//   no_reply, unexpected      its reply                                the ceiling of the request
-//   corrupt, partial          nothing: a probe checks the device. Of   the same
-//                             a slave of routes its reply, unless
-//                             what came was as long
-//   line_down                 its reply                                the reply time and the drain;
-//                                                                      behind a server the ceiling
-//   an answer after silence   where replies name nobody: the replies   the ceiling of the request
-//                             to the earlier tries
+//   the exchange ended as     what may still come                      requests wait until
+//   no_reply, unexpected      the reply                                the ceiling of the request
+//   corrupt, partial          of a device nothing, because a probe     the ceiling of the request
+//                             checks it; of a slave of routes the
+//                             reply, unless the damaged bytes were
+//                             as long as a reply
+//   line_down                 the reply                                the reply time and the drain are over;
+//                                                                      behind a serial server: the ceiling
+//   an answer after silence   if replies carry no address: the         the ceiling of the request
+//                             replies to the earlier tries
 //   an answer                 a copy, or noise                         -
 //
-// Bytes that belong to no exchange (OnStray) mean, by the end of the exchange before them:
+// Bytes that belong to no exchange (OnStray) are judged by the exchange before them:
 //
-//   it ended as               the bytes are                            they lead to
+//   it ended as               the bytes are                            what follows
 //   corrupt                   the rest of the damaged reply            nothing
-//   partial                   the rest of a reply that broke off       a longer silence behind failures
-//   an answer                 one: the driver that leaves the bus      nothing
-//                             more than three: a copy                  a silence behind good replies
-//   an answer to a retry      as long as a reply: that of the retry    patience; a late reply is counted
-//   no_reply                  as long as a reply: the late reply       the same, and the longer silence
-//   any, another's is due     that of another device, if this one      TakeOthers finds it by its address
-//                             has answered or is absent
+//   partial                   the rest of a reply that broke off       a longer silence after failures
+//   an answer                 one byte: a driver that releases the     nothing
+//                             bus. More than three bytes: a copy       a silence after good replies
+//   an answer to a retry      if as long as a reply: the reply to      more patience; a late reply is
+//                             the retry itself                         counted
+//   no_reply                  if as long as a reply: the late reply    more patience; a late reply is
+//                                                                      counted; a longer silence after failures
+//   anything, and the reply   the reply of that other device, if this  TakeOthers finds the reply by its
+//   of another device is due  one has answered or is absent            address
 // clang-format on
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -39,11 +42,11 @@ namespace {
 constexpr int kAgain = 2;
 /// After this many replies in time, a late one counts as the first again.
 constexpr int kRepliesToForget = 100;
-/// Each reply in time takes off this part.
+/// Each reply in time shortens the patience by 1 / kPartTakenOff of it.
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
-/// How much longer than the reply time and the gap the line may wait before it reaches the ceiling.
+/// Returns how much longer than the reply time and the gap the line may wait before the ceiling.
 Duration RoomOf(const Member& member) {
   const LineTimes& times = member.times;
   return std::max<Duration>(times.ceiling - times.reply - times.gap, {});
@@ -82,17 +85,18 @@ Duration Patience::More(const Member& member) const {
 
 namespace {
 
-/// Characters. Bytes that follow a good reply for longer are no copy of it.
+/// In characters. Later bytes after a good reply are no copy of the reply.
 constexpr int kLongestTrail = 256;
-/// Bytes. A driver that releases the bus may leave this many; they are no second reply.
+/// In bytes. A driver that releases the bus may cause up to this many; they are no second reply.
 constexpr std::size_t kNoise = 3;
-/// Bytes that are searched for the late replies of others.
+/// In bytes: limit for the search for late replies of other devices.
 constexpr std::size_t kMostHeard = 1024;
-/// Even beyond the ceiling a reply of another is counted, because `late` shows that a ceiling is
-/// too short.
+/// A late reply of another device is counted even beyond the ceiling, because the counter `late`
+/// shows that a ceiling is too short.
 constexpr Duration kLatest = 1min;
 
-/// A device that was late is trusted again step by step: each good reply takes off this part.
+/// After a late reply the longer silences shrink step by step: each good reply takes off 1 /
+/// kDecay.
 constexpr int kDecay = 64;
 constexpr Duration kForgotten = 1ms;
 
@@ -101,7 +105,6 @@ void Decay(Duration& time) {
   if (time < kForgotten) time = {};
 }
 
-/// Bytes.
 std::size_t ShortestReply(const Asked& asked) {
   const std::vector<protocols::Shape>& shapes = asked.request->expect.shapes;
   if (shapes.empty()) return kNoise + 1;
@@ -126,7 +129,8 @@ LateReplies::Last LateReplies::LastOf(const Entry& before, const Asked& asked, O
   if (outcome == Outcome::corrupt) last.end = Last::End::corrupt;
   if (outcome == Outcome::partial) last.end = Last::End::cut_short;
   if (!ProvesLife(outcome)) return last;
-  // The late reply to an earlier try was taken for that to the retry, whose own is still to come.
+  // The late reply to an earlier try was taken as the reply to the retry, so the reply to the retry
+  // itself may still come.
   if (asked.retry && last.due) {
     last.retried = now - *last.due;
     last.late_from = last.due = due;
@@ -146,22 +150,23 @@ void LateReplies::OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothi
 
 LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant now) {
   StrayEffects effects;
-  // Too late for any answer: noise.
+  // These bytes are too late for any answer, so they are noise.
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return effects;
   const Member& member = *last_;
   Entry& entry = entries_[member];
   Last& last = entry.last;
   effects.counts = last.end != Last::End::corrupt && last.end != Last::End::cut_short;
   if (last.end == Last::End::corrupt) return effects;
-  // The reply of another device is due, and this one has answered, or is absent: see TakeOthers.
+  // The reply of another device is due, and this one has answered or is absent: TakeOthers searches
+  // the bytes.
   const bool owes_none = last.end == Last::End::answered || last.absent;
   if (owes_none && OthersMayAnswer(member, now)) return effects;
   last.after += stray.count;
-  // A driver that leaves the bus makes a byte, or a device ends its line twice.
+  // A driver that releases the bus causes a byte, or a device sends its line end twice.
   const bool harmless = last.end == Last::End::answered && last.after == 1 && !member.protocol->tcp;
   if (harmless) effects.counts = false;
   const bool may_be_reply = last.after >= last.least;
-  // The repetition is answered as well: what came before was the late answer to its first try.
+  // The repetition is answered as well, so the reply before was the late reply to the first try.
   if (may_be_reply) patience_.OnLate(member, std::exchange(last.retried, {}));
   if (may_be_reply && last.late_from && last.due && *last.late_from <= now) {
     effects.late_member = &member;
@@ -179,7 +184,7 @@ void LateReplies::Hear(View bytes, Instant now) {
   pieces_.push_back({heard_.size(), now});
 }
 
-/// When a reply of the member to this request has come. Empty: none is among the bytes.
+/// Returns when a reply of the member to this request came; empty: the received bytes contain none.
 std::optional<Instant> LateReplies::AnsweredAt(const Member& member,
                                                const protocols::Request& request) const {
   protocols::Assembler assembler;
@@ -214,14 +219,15 @@ std::vector<LateReplies::Late> LateReplies::TakeOthers() {
   return found;
 }
 
-/// How long the silence after its exchanges has to be, so that such bytes meet no other request.
+/// Learns from late bytes how long the silence after exchanges of the member has to be, so that its
+/// late bytes meet no other request.
 void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
                                StrayEffects& effects) {
   const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (entry.last.end == Last::End::answered) {
     if (entry.last.after <= kNoise) return;
-    // A second copy of the answer: not longer than an answer can be.
+    // A second copy of the answer comes within the time that the longest answer takes.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) entry.trail = std::max(entry.trail, std::min(needed, longest));
     return;
@@ -244,10 +250,10 @@ bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {
   });
 }
 
-/// Whether the awaited reply may still come. After an unexpected frame it may: that frame was
-/// perhaps another device's late reply. After a damaged reply a device is checked by its probe, so
-/// nothing is owed. A routed slave may still answer, unless the damaged bytes were as long as its
-/// reply and no other reply was due.
+/// Returns whether the awaited reply may still come. After an unexpected frame it may, because that
+/// frame was perhaps the late reply of another device. After a damaged reply a device is checked by
+/// its probe, so no reply is awaited. A slave of routes may still answer, unless the damaged bytes
+/// were as long as its reply and no other reply was due.
 bool LateReplies::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
@@ -264,13 +270,13 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
   const LineTimes& times = member.times;
   Entry& entry = entries_[member];
   if (MayStillAnswer(asked, end)) {
-    // A reply under a wrong address is still this device's reply: the request is closed. It stays
-    // open only after silence, or where replies carry no address.
+    // A reply with a wrong address is still the reply of this device, so its request is closed. The
+    // request stays open only after silence, or if replies carry no address.
     const bool open = end.outcome == Outcome::no_reply || !asked.named();
     if (open && !entry.unanswered_since) entry.unanswered_since = asked.sent;
-    // Probes of a device that is offline would cost the others this time again and again.
+    // Probes of a device that is offline would delay the other devices by this time, each time.
     if (asked.lone_probe && asked.named()) return;
-    // A connection that was closed ends the exchange long before its reply time.
+    // If the connection was closed, the exchange ended long before its reply time.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
     const Instant by_request = asked.sent_out() + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
@@ -279,7 +285,8 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
   const bool answered =
       ProvesLife(end.outcome) && asked.request->expect.reply != protocols::Expectation::Reply::none;
   if (!answered) return;
-  // Where replies carry no address, a reply that is owed could pass for another device's.
+  // If replies carry no address, an outstanding reply could be taken for the reply of another
+  // device.
   const bool owed = entry.unanswered_since && !nothing_to_wait_for && !asked.named();
   SetLate(member, owed ? asked.sent_out() + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
@@ -320,12 +327,13 @@ Instant LateReplies::ClearAt(const Asked& asked) const {
 
 Duration LateReplies::ExtraDrain(const Member& member) const { return entries_[member].more_drain; }
 
-/// The request was sent n times, and one reply has come. It may be the reply to the first try; the
-/// other n - 1 may still follow, the last within (now - first try) plus the lateness of the device.
-/// Wait that long, at most the ceiling.
+/// The request was sent n times, and one reply has come. It may be the reply to the first try. The
+/// other n - 1 replies may still follow, the last within (now - first try) plus the lateness of the
+/// device. The result is this time, at most the ceiling.
 Duration LateReplies::Aftermath(const Asked& asked, Instant now) const {
   const Entry& entry = entries_[*asked.member];
-  if (asked.request->any_order || asked.request->numbered) return {};  // they do no harm
+  // Late replies to such requests do no harm.
+  if (asked.request->any_order || asked.request->numbered) return {};
   if (!asked.retry || !entry.unanswered_since) return entry.trail;
   const LineTimes& times = asked.member->times;
   const Duration since = now - *entry.unanswered_since + times.gap + entry.more_drain;

@@ -1,39 +1,52 @@
-// Whose a reply is, from what may be owed before it. "?A1", "UA1" are polls of device A, "PA0" asks
-// for its name, which is "!A0"; "!A1=5" says what it answers, "!=1" answers any U. In Modbus RTU
-// "!=1" is a reply of two registers: it does not say which two.
+// The table of `WhoseReply`: to which request a reply belongs, if other replies may be owed (not
+// sent yet, see whose_reply.h). A and B are devices, a stranger is another master that used the
+// port.
+//
+//   UA1, UA2, ?A1   polls of A
+//   PA0             a probe that asks A for its name; the reply is !A0
+//   !A1=5           a reply that contains the number of its request: it answers ?A1
+//   !=1             a reply without that number: it may answer any U. Example: a reply of two
+//                   registers in Modbus RTU does not contain which two
 //
 // clang-format off
 //    may be owed                  asked     comes      it is                            follows
-//  1 nothing                      UA1       !=1        its own                          proven: it counts
-//  2 nothing                      UA1       !A0        nothing's: a reply before it     shifted: the latest readings
-//                                                      came twice                       are read again
-//  3 a reply to UA1               UA2       !=1        to UA1 or to UA2                 not proven: asked again
-//  4 a reply to UA1               UA1       !=1        to either of the two             proven; older by the time between
-//  5 a reply to UA1, which was    ?A1       !A1=5      its own: UA1 is not answered so  proven; nothing is owed
-//    answered before
-//  6 a reply to UA1               PA0       !=1        to UA1                           elsewhere: A lags by one
-//  7 a reply to UA1               PA0       !A0        its own                          proven; nothing is owed
-//  8 a reply to PA0               UA1       !A0        to PA0                           elsewhere; one is owed as before
+//  1 nothing                      UA1       !=1        the reply to UA1                 proven: the reading counts
+//  2 nothing                      UA1       !A0        an earlier reply that came       shifted: the latest readings
+//                                                      twice                            are read again
+//  3 a reply to UA1               UA2       !=1        the reply to UA1 or to UA2       not proven: UA2 is asked again
+//  4 a reply to UA1               UA1       !=1        the reply to one of the two      proven; perhaps older, by the time
+//                                                      UA1                              between the two
+//  5 a reply to UA1, which was    ?A1       !A1=5      the reply to ?A1: replies to     proven; nothing is owed
+//    answered before                                   UA1 have another form
+//  6 a reply to UA1               PA0       !=1        the reply to UA1                 elsewhere: A lags by one reply
+//  7 a reply to UA1               PA0       !A0        the reply to PA0                 proven; nothing is owed
+//  8 a reply to PA0               UA1       !A0        the reply to PA0                 elsewhere; one is owed as before
 //  9 nothing; the name is known   PA0       !A0=2      the name of another device, or   shifted; the second time in a row:
-//                                                      damage                           replaced, everything is read anew
-// 10 nothing; the name is known   UA1 as    !=1        the eighth in a row that tells   replaced, by a device without
-//                                 a probe              no name                          a name
-// 11 three to a stranger          PA0 four  !A0        to a PA0: strangers got three    proven; nothing is owed (to a
-//                                 times                                                 name; to a read see Learn)
-// 12 a reply to B, nameless       UA1       !=1        A's or B's                       not proven: asked again
-// 13 a reply to B, with its name  ?A1       !A1=5      A's                              proven
-// 14 nothing; PA0 was answered    UA1       !A9        its own, in a form that was not  a probe goes first from now on;
-//    directly before                                   asked for                        others are not read again
-// 15 a reply to UA1, which was    ?A1       !A1=5      to either of the two: in which   not proven: asked again, until no
-//    never answered                                    form UA1 is answered is unknown  UA1 is among the last four
-// 16 a reply to ?A0; the name     PA0       !A0=7      to either of the two             not proven: asked again
+//                                                      damage                           replaced, everything is read again
+// 10 nothing; the name is known   UA1 as    !=1        the eighth probe in a row that   replaced, by a device without
+//                                 a probe              is answered without a name       a name
+// 11 three replies to a stranger  PA0 four  !A0        the fourth reply, so it answers  proven; nothing is owed (if the
+//                                 times                one of the PA0                   probe is a read: see Learn)
+// 12 a reply of B, without        UA1       !=1        the reply of A or of B           not proven: UA1 is asked again
+//    an address
+// 13 a reply of B, with its       ?A1       !A1=5      the reply of A                   proven
+//    address
+// 14 nothing; PA0 was answered    UA1       !A9        the reply to UA1, in a form      odd: a probe goes before UA1 from
+//    directly before                                   that was not asked for           now on; other readings stay good
+// 15 a reply to UA1, which was    ?A1       !A1=5      the reply to UA1 or to ?A1: the  not proven: ?A1 is asked again,
+//    never answered                                    form of replies to UA1 is        until UA1 is not among the last
+//                                                      unknown                          four requests
+// 16 a reply to ?A0; the name     PA0       !A0=7      the reply to ?A0 or to PA0       not proven: PA0 is asked again
 //    is "!A0=7"
-// 17 nothing                      ?A1,      !=1        nothing's, as in row 2: the      any earlier request may be
-//                                 then UA1             order is lost                    answered next: only a proof ends it
+// 17 nothing                      ?A1,      !=1        a copy as in row 2, so the       the next reply may answer any
+//                                 then UA1             order of replies is lost         earlier request, until a proof
+// 18 a reply of B, with its       ?A1       !B1=5      the reply of B                   elsewhere; A owes as many replies
+//    address                                                                            as before
 // clang-format on
 //
-// A refusal answers any request (!A0~refused): it proves whose it is only where the name itself is
-// refused. Each row is a test of the same number in tests/gateway/bus/replies/whose_reply_test.cpp.
+// A refusal (!A0~refused) may answer any request. It proves which request it answers only if the
+// device refuses to give its name. Each row is a test of the same number in
+// tests/gateway/bus/replies/whose_reply_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/whose_reply.h"
 
@@ -45,7 +58,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// The latest request and those before it.
+/// Number of remembered requests: the latest and all before it.
 constexpr std::size_t kRemembered = AnswerOrder::kMostOwed + 1;
 
 constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << number; }
@@ -54,7 +67,8 @@ constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << num
 
 void AnswerOrder::OnSent(const SentRequest& request) {
   sent_[++count_ % sent_.size()] = request;
-  answered_ = (answered_ << 1U) | (answered_ & Bit(kMostOwed));  // that one, or an older one
+  // the last bit stands for that request and all older ones
+  answered_ = (answered_ << 1U) | (answered_ & Bit(kMostOwed));
 }
 
 void AnswerOrder::OnStranger(Instant now) {
@@ -67,12 +81,12 @@ void AnswerOrder::OnStranger(Instant now) {
   }
 }
 
-/// Removes requests of strangers ("?"). The mark shows which request may have been answered last:
+/// Removes requests of strangers ("?"). "^" marks requests that may have been answered last:
 ///
-///   sent        a ? ? b      a ? ? b      a ? ? b
-///   marked        ^ ^        ^ ^ ^              ^
-///   then        a b          a b          a b
-///   marked      ^            ^              ^
+///   sent before     a ? ? b      a ? ? b      a ? ? b
+///   marked            ^ ^        ^ ^ ^              ^
+///   sent after      a b          a b          a b
+///   marked          ^            ^              ^
 void AnswerOrder::ForgetStrangers() {
   std::vector<SentRequest> ours;  // the latest first
   std::uint64_t answered = 0;
@@ -86,8 +100,9 @@ void AnswerOrder::ForgetStrangers() {
   answered_ = answered;
 }
 
-/// Which of the requests may be answered so: the one `nearest` before the latest, and on until
-/// before `end`. What strangers sent is so only while it is owed: any reply could be one to them.
+/// Returns as bits which requests the reply may answer, from the request `nearest` before the
+/// latest up to the request before `end`. Any reply may answer a request of a stranger, but only
+/// while a reply is owed to the stranger.
 std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
                                    const MayAnswer& may_answer) const {
   std::uint64_t fitting = 0;
@@ -100,13 +115,14 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Behind the one that was answered before.
+  // Replies come in order: only requests after the one that was answered last.
   const std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting != 0) answered_ = fitting;
   return fitting != 0;
 }
 
-/// What other masters were owed has come by now, or is counted still.
+/// Replies owed to strangers still count as owed. Older requests of strangers are forgotten,
+/// because their replies have come by now.
 void AnswerOrder::OnLost() {
   for (std::size_t lag = Owed(); lag <= kMostOwed; ++lag) {
     SentRequest& sent = sent_[(count_ - lag) % sent_.size()];
@@ -196,7 +212,7 @@ bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older
     lost.clear();
     return true;
   }
-  // One of those that were owed has come; that to this request may still be.
+  // One of the owed replies has come; the reply to the present request may still be owed.
   lost.erase(lost.begin());
   lost.push_back(request);
   return !older.other;
@@ -204,7 +220,8 @@ bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older
 
 namespace {
 
-/// A line feed after the carriage return may be missing, or come with the next bytes.
+/// Ends of lines are not compared: a line feed after the carriage return may be missing, or come
+/// with the next bytes.
 View WithoutLineEnd(View frame) {
   while (!frame.empty() && (frame.back() == '\r' || frame.back() == '\n')) {
     frame = frame.first(frame.size() - 1);
@@ -236,7 +253,8 @@ bool Identity::OnOther(View reply) {
 
 namespace {
 
-/// "No", "not now": the device is there, but any request may be answered so.
+/// True for replies such as "no" and "not now": the device is there, but it may give this answer to
+/// any request.
 bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outcome::ok; }
 
 }  // namespace
@@ -258,8 +276,8 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const bool odd = std::ranges::find(entry.odd, asked.question()) != entry.odd.end();
   if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14
   if (IsSafe(asked)) return false;
-  // If the lag has not grown, at most four repeats reach the right reply. More repeats would not
-  // end: a round of 22 requests looks like a lag of 22.
+  // If the lag has not grown, at most four repetitions reach the right reply. A longer lag would
+  // need too many: a round of 22 requests looks like a lag of 22.
   return orders_.Owed(asked) > std::min(entry.lag, kMostTriesMore);
 }
 
@@ -273,16 +291,15 @@ bool WhoseReply::IsOwedAlone(const Asked& asked) const {
 }
 
 void WhoseReply::OnSent(const Asked& asked, Instant now) {
-  if (asked.request->expect.reply == protocols::Expectation::Reply::none)
-    return;  // nothing is owed to it
+  if (asked.request->expect.reply == protocols::Expectation::Reply::none) return;
   const protocols::Request& request = *asked.request;
   const SentRequest sent{asked.member->place, asked.question(), now, request.is_proof(),
                          request.context};
   orders_.OnSent(*asked.member, sent);
 }
 
-/// The conversation has taken the reply for one to this request. An identification has to be the
-/// one that is known.
+/// Returns whether the reply may answer this request. The conversation has accepted its form; the
+/// reply to an identifying request has to be the known one as well.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
   const Identity& identity = entries_[*asked.member].identity;
@@ -290,9 +307,10 @@ bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
          (identity.names() && IsRefusal(outcome));
 }
 
-/// Example: "<1D:SPAJ 140C:5E" answers ">1RF:CC", if that is what relay 1 is, and no request for a
-/// number. "<1D:140:…" answers both, so as a name it proves nothing. Two Modbus registers answer
-/// every read of two registers.
+/// Returns whether the reply may answer the earlier request `sent`. Example: "<1D:SPAJ 140C:5E"
+/// answers the identification ">1RF:CC" if that is the name of relay 1, and no request for a
+/// number. "<1D:140:…" answers requests of both kinds, so as a name it proves nothing. Two Modbus
+/// registers answer every read of two registers.
 bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
   if (sent.place == SentRequest::kNobody) return false;
   const Member& asked = *roster_.everyone()[sent.place];
@@ -300,14 +318,14 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
   if (identity.IsAskedBy(sent.bytes)) {
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
-  // The form of replies to clients of routes is not known here.
+  // The form of replies to requests of clients is unknown.
   const Device* const device = asked.device;
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
-/// Row 15: the device has not answered this request since the port opened, so its reply may have
-/// any form. At most kMostOfStrangers replies of unknown form are expected, and none to a request
-/// that the device does not know.
+/// Row 15: returns whether the request `sent` may have got a reply of unknown form, because the
+/// device has not answered it since the port opened. At most kMostOfStrangers such replies are
+/// expected, and none to a request that the device does not support.
 bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
                            View frame) const {
   const auto& everyone = roster_.everyone();
@@ -320,7 +338,7 @@ bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Me
   return !entry.identity.IsAskedBy(sent.bytes) && !entry.known_forms.contains(sent.bytes);
 }
 
-/// Rows 9 and 10. True: another device answers in its place.
+/// Rows 9 and 10. Returns true if another device answers in place of the member.
 bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                               const AnswerOrder::MayAnswer& may_answer) {
   const protocols::Request& request = *asked.request;
@@ -333,7 +351,7 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
       entry.identity.OnSame();
     } else if (!orders_.Of(*asked.member).MayBeEarlier(may_answer) &&
                entry.identity.OnOther(frame)) {
-      // A name that came once, before any reading, may have been damage.
+      // A name that came only once, before any reading, may have been damaged.
       const bool was_there = entry.identity.certain() || entry.read;
       entry.identity.Learn(asked.question(), frame, outcome);
       return was_there;
@@ -344,17 +362,19 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
   return true;
 }
 
-/// Rows 3 to 8, 12 and 13: which requests the reply may answer, of its device and of the line.
+/// Rows 3 to 8, 12 and 13: updates which requests were answered last, in the orders of the device
+/// and of the line.
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
-  // Without a proof, replies to strangers cannot be told from its own.
+  // Without a proof, replies to strangers cannot be distinguished from replies of the device to
+  // this gateway.
   const bool nameless = asked.probe && ProvesLife(outcome) && !asked.request->is_proof();
   if (nameless) orders_.Of(*asked.member).ForgetStrangers();
   orders_.OnAnswer(*asked.member, fits, may_answer);
 }
 
-/// The first reply that can only be an identification is the name. Row 11: nothing is owed to
-/// strangers any more.
+/// Learns the name: the first reply that can only answer an identification. Row 11: replies to
+/// strangers are no longer owed.
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const protocols::Request& request = *asked.request;
   Entry& entry = entries_[*asked.member];
@@ -364,9 +384,9 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
     entry.identity.Learn(asked.question(), frame, outcome);
   }
   // The port was opened, so up to three replies may be owed to its previous user. The probe was
-  // sent four times, so the fourth reply answers one of these probes. If it asks for the name,
-  // nothing else is owed now. If it is only a read of an unusual length, a rare poll may have the
-  // same form: then the replies to the other three probes stay among those that are owed.
+  // sent four times, so the fourth reply answers one of these probes. If the probe asks for the
+  // name, nothing else is owed now. If the probe is a read of an unusual length, a rare poll may
+  // have the same form: the replies to the other three probes then still count as owed.
   if (entry.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
       order.Reset();
@@ -375,8 +395,8 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   }
 }
 
-/// A request whose reply has not fitted is asked behind a proof the next time. Only that shows
-/// whether the form is the device's own, or an earlier reply has come twice.
+/// A request whose reply had an unexpected form is asked behind a proof the next time. Only then it
+/// is clear whether the device uses this form, or an earlier reply came twice.
 void WhoseReply::NoteForm(const Asked& asked, bool fits) {
   std::vector<Bytes>& odd = entries_[*asked.member].odd;
   const Bytes question = asked.question();
@@ -387,7 +407,7 @@ void WhoseReply::NoteForm(const Asked& asked, bool fits) {
   odd.push_back(question);
 }
 
-/// The device has answered in the form that was asked for, or has refused: it knows this request.
+/// The device has answered in the expected form, or has refused: it supports this request.
 void WhoseReply::NoteKnownForm(const Asked& asked, Outcome outcome) {
   Entry& entry = entries_[*asked.member];
   const bool identifies = entry.identity.IsAskedBy(asked.question());
@@ -405,7 +425,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
     return MayAnswer(sent, frame, outcome);
   };
   const auto may_answer = [&](const SentRequest& sent, std::size_t before) {
-    // The answer to a write repeats or acknowledges it: no reading looks so by chance.
+    // The reply to a write repeats or acknowledges the write. No reading has this form by chance.
     return has_form(sent, before) ||
            (!asked.writes && MayLookSo(sent, before, *asked.member, frame));
   };
@@ -425,8 +445,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {
-    // If no proof would restore the order, and another master is owed nothing, an odd reply counts
-    // as the own reply.
+    // If no proof could restore the order, and no reply is owed to another master, a reply of
+    // unknown form counts as the reply to this request.
     const SentRequest latest{asked.member->place, asked.question(), {}, proof};
     const bool odd =
         !entry.proves && !entry.strangers && MayLookSo(latest, 0, *asked.member, frame);
@@ -438,24 +458,25 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
   if (verdict.proven) entry.lag = proof ? owed : std::min(entry.lag, owed);
-  if (strangers && !entry.strangers) entry.lag = 0;  // what other tries may be owed is no lag
+  // Replies that are owed to the other three probes are no lag.
+  if (strangers && !entry.strangers) entry.lag = 0;
   if (verdict.replaced) entry.known_forms.clear();
   if (verdict.proven && fits) NoteKnownForm(asked, outcome);
   if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) entry.read = true;
-  // A device that has a name is identified before its readings are accepted.
+  // If the device has a name, it has to be identified before its readings are accepted.
   if (asked.probe && !proof && entry.identity.known()) verdict.proven = false;
   verdict.older = orders_.Older(asked);
   return verdict;
 }
 
 void WhoseReply::NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now) {
-  // After damage, and after others' replies, an answer may still come.
+  // After damage, and after replies of other devices, an answer may still come.
   Entry& entry = entries_[*asked.member];
   if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);
   }
   if (silent && outcome == Outcome::no_reply) {
-    entry.answered_probe = false;  // another may come now
+    entry.answered_probe = false;  // another device may be connected now
     const Bytes question = asked.question();
     if (entry.silences.size() >= kMostKnownForms) entry.silences.clear();
     const bool counts = !asked.retry && !asked.writes && !entry.known_forms.contains(question);
@@ -497,8 +518,8 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
   const Member& member = *asked.member;
   const protocols::Request& request = *asked.request;
   if (idle_since + late_replies.LongestReply() <= now) readings.OnRested();
-  // Its user says that nothing holds its replies back. A first try has waited for late replies, so
-  // nothing is owed any more.
+  // With `trust_order` the user declares that nothing delays replies. A first try has waited for
+  // late replies, so no reply is owed any more.
   if (trusted && !asked.retry) orders.Reset(member);
   Exchange exchange{request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose.Lags(member);
@@ -511,7 +532,7 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
   exchange.times.quiet = std::max(exchange.times.quiet, request.quiet);
   exchange.times.drain += late_replies.ExtraDrain(member);
   exchange.aftermath = late_replies.Aftermath(asked, now);
-  // This device answers each request only after the next one. Waiting does not help.
+  // This device answers each request only after the next one, so waiting does not help.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   return exchange;
 }

@@ -1,11 +1,14 @@
-// To which request does a reply belong? A reading is good only if no reply that may still be owed
-// could pass for its own. This keeps what may be owed: by a device, and by a serial server that may
-// shift the whole line. After silence, damage, a second reply or a closed port nothing is proven;
-// then a probe goes first whose reply can be told from all others (a proof: `is_proof` in
-// protocols/conversation.h). The cases are a table in whose_reply.cpp.
-// gateway/bus/jobs/job.cpp reports every request and every reply of the line; docs/timeouts.md.
-// AnswerOrder, ReplyOrders and LostReplies keep the requests, Identity keeps the name of a device,
-// and LatestReadings what was read last; OwedReplies joins all with LateReplies.
+// `WhoseReply` decides to which request a reply belongs. Replies of most protocols carry no number,
+// so a late reply may pass for the reply to a later request. A reply is *owed* as long as it may
+// still come; a reading is good only if no owed reply could be taken for it. A device owes replies,
+// and so does a serial server, which may delay all replies of the line.
+// After silence, damage, a second reply or a closed port the device is first sent a *proof*: a
+// probe whose reply differs from all other replies (`is_proof` in protocols/conversation.h). A
+// table in whose_reply.cpp has the cases; docs/timeouts.md describes the rules.
+// gateway/bus/jobs/job.cpp reports every request and every reply of the line.
+// `AnswerOrder`, `ReplyOrders` and `LostReplies` keep the requests, `Identity` the name of a
+// device, `LatestReadings` the latest readings. `OwedReplies` joins them with
+// `LateReplies`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,84 +33,88 @@
 
 namespace baudgate::bus {
 
-// Which of the latest requests was answered last, as far as that can be known. Replies of these
-// protocols carry no number, but they come in the order of their requests, each once:
+// `AnswerOrder` keeps the latest requests, and which of them may have been answered last. Replies
+// carry no number, but they come in the order of their requests, each once:
 //
-//   ?A1   no reply        it is lost, or still owed
-//   ?A2   a reply         to ?A2, or to ?A1 while that to ?A2 is still owed
-//   ?A2   a reply         whichever was answered before, this one is to a ?A2
+//   request  what comes  then
+//   ?A1      nothing     the reply to ?A1 is lost, or still owed
+//   ?A2      a reply     it answers ?A2; or it answers ?A1, and the reply to ?A2 is owed
+//   ?A2      a reply     in each of these cases it answers one of the two ?A2
 //
-// There is one for each device, which may lag by itself, and one for the line, because a serial
-// server in front of it delays all replies. Used by WhoseReply.
+// There is an order for each device, which may lag, and an order for the line, because a serial
+// server in front of the line delays all replies. `WhoseReply` uses both.
 struct SentRequest {
-  std::size_t place = kNobody;  ///< in the roster: the member it went to
+  std::size_t place = kNobody;  ///< place of the member in the roster, or a constant below
   Bytes bytes;                  ///< see Asked::question
   Instant at{};
-  bool proof = false;  ///< its reply differs from those to all polls of the device
-  Bytes context{};     ///< see Request
+  bool proof = false;  ///< the reply differs from the replies to all polls of the device
+  Bytes context{};     ///< see protocols::Request
 
-  static constexpr std::size_t kNobody = ~std::size_t{0};  ///< none was sent
-  static constexpr std::size_t kStranger = kNobody - 1;    ///< another master's, of unknown content
+  static constexpr std::size_t kNobody = ~std::size_t{0};
+  /// A request of another master, with unknown content.
+  static constexpr std::size_t kStranger = kNobody - 1;
 };
 
 class AnswerOrder {
  public:
-  /// The most requests whose replies may be owed; older ones are given up.
+  /// The most replies that are counted as owed; older replies are given up.
   static constexpr std::size_t kMostOwed = 63;
-  /// The most replies that another master is owed.
+  /// The most replies that may be owed to another master (a "stranger").
   static constexpr std::size_t kMostOfStrangers = 3;
 
   void OnSent(const SentRequest& request);
-  /// Up to three replies to requests of another master may still come, and any reply may be one of
-  /// them. Three in all, however often a port is opened before anything is answered.
+  /// Another master may have used the port: up to three replies to its requests may still come, and
+  /// any reply may be one of them. There are never more than three, even if the port opens several
+  /// times before a reply comes.
   void OnStranger(Instant now);
-  /// No other master has asked.
+  /// Drops the requests of other masters.
   void ForgetStrangers();
-  /// Whether a reply may answer this request, which was sent so many `before` the latest.
+  /// Returns whether the reply may answer `request`, which was sent `before` requests before the
+  /// latest one.
   using MayAnswer = std::function<bool(const SentRequest&, std::size_t before)>;
-  /// A reply came. `fits`: it may answer the latest request. False: it answers none of those that
-  /// are owed a reply, and nothing has changed.
+  /// Takes a reply into account. `fits`: it may answer the latest request. Returns false, and
+  /// changes nothing, if it answers no request that is owed a reply.
   bool OnAnswer(bool fits, const MayAnswer& may_answer);
-  /// Since a proof was answered, nothing but the latest request was sent, perhaps several times. So
-  /// nothing is owed, and of all earlier replies only that to the proof may come again.
+  /// True if only the latest request, perhaps several times, was sent since a proof was answered.
+  /// Then no reply is owed, and of earlier replies only the reply to the proof may come again.
   bool IsBehindProof() const;
-  /// Behind a proof, a reply fits neither: the device answers the latest request in another form,
-  /// or somebody else has answered.
+  /// Call if IsBehindProof() and the reply answers no request: the device answers the latest
+  /// request in another form, or another device has answered.
   void OnOddForm() { answered_ |= 1; }
-  /// A reply came that answers nothing that is owed: the order is lost. Any earlier request may
-  /// have been answered last, and only a reply that can belong to few of them shows which one.
+  /// Call if the reply answers no request that is owed a reply: the order is lost. From now on any
+  /// earlier request may have been answered last, until a reply fits few of them only.
   void OnLost();
-  /// Whether an earlier request may have this reply, even if nothing seems to be owed.
+  /// Returns whether the reply may answer an earlier request, even if that is not owed a reply.
   bool MayBeEarlier(const MayAnswer& may_answer) const;
-  /// A reply has come twice, so one more than before may be owed.
+  /// Call when a reply has come twice: one reply more may be owed now.
   void OnCopy();
-  /// Nothing is owed.
+  /// Call when no reply is owed.
   void Reset() { answered_ = 1; }
-  /// If the latest request was sent before this time, no reply is expected any more.
+  /// Calls Reset() if the latest request was sent before `time`, so that no reply is expected any
+  /// more.
   void ForgetBefore(Instant time) {
     if (SentBefore(0).at < time) Reset();
   }
 
-  /// How many of the latest requests may still be answered.
+  /// Returns how many of the latest requests may still be answered.
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
-  /// Whether one of these is among them.
+  /// Returns whether `is_one` accepts a request that is owed a reply.
   bool Owes(const std::function<bool(const SentRequest&)>& is_one) const;
-  /// True if `is_one` holds for one of the latest requests, answered or not.
+  /// Returns whether `is_one` accepts one of the remembered requests, owed a reply or not.
   bool Remembers(const MayAnswer& is_one) const;
-  /// Nothing is owed: the latest request was answered last.
+  /// True if no reply is owed: the latest request was answered last.
   bool IsInStep() const { return answered_ == 1; }
   bool MayBeInStep() const { return (answered_ & 1U) != 0; }
-  /// Whether an owed reply would be recognised, whatever is sent next: all that are owed answer
-  /// proofs.
+  /// True if an owed reply would be recognised, whichever request is sent next: all requests that
+  /// are owed a reply are proofs.
   bool IsSafe() const;
-  /// Whether the latest reply is certain to answer `request`, the bytes of the latest request:
-  /// every request that the reply may answer has these bytes and the same context.
+  /// Returns whether the latest reply certainly answers `request`, the bytes of the latest request:
+  /// all requests that it may answer have these bytes and one context.
   bool IsAnswerTo(const Bytes& request) const;
-  /// Whether the latest reply can only belong to the latest request and to those of the same bytes
+  /// True if the latest reply can only answer the latest request, or requests with the same bytes
   /// directly before it.
   bool IsOfLatest() const;
-  /// How much earlier than the latest request the oldest one was sent to which the reply may
-  /// belong.
+  /// Returns the time between the oldest request that the reply may answer and the latest request.
   Duration Older() const { return SentBefore(0).at - SentBefore(Owed()).at; }
 
  private:
@@ -115,27 +122,28 @@ class AnswerOrder {
   const SentRequest& SentBefore(std::size_t requests) const {
     return sent_[(count_ - requests) % sent_.size()];
   }
-  /// It asks the same as the latest one.
+  /// Returns whether the request `lag` before the latest asks the same as the latest.
   bool IsSame(std::size_t lag) const {
     const SentRequest& latest = SentBefore(0);
     return SentBefore(lag).bytes == latest.bytes && SentBefore(lag).context == latest.context;
   }
 
   std::array<SentRequest, kMostOwed + 1> sent_{};
-  std::size_t count_ = kMostOwed;  // of requests; the latest is sent_[count_ % size]
-  std::uint64_t answered_ = 1;  // bit n: the request n before the latest may be the last answered
+  std::size_t count_ = kMostOwed;  // number of requests; the latest is sent_[count_ % size]
+  // Bit n: the request n before the latest may have been answered last.
+  std::uint64_t answered_ = 1;
 };
 
-// The orders of replies on a line: one for each device, and one for all requests together, because
-// a serial server in front of the line delays all replies alike. A reply that carries its sender's
-// address is none of those that the server owes to others, so for such a request the order of its
-// device counts alone.
+// `ReplyOrders` contains the order of each device, and the order of all requests of the line,
+// because a serial server in front of the line delays all replies. A reply that carries the address
+// of its device cannot be a reply that the server owes for another device. So for a request with
+// such a reply only the order of its device counts.
 class ReplyOrders {
  public:
   explicit ReplyOrders(const Roster& roster) : roster_(roster) {}
 
-  /// Learns the address that its replies carry, from its first request. Entries of one address are
-  /// one device on the wire, and share one order.
+  /// Stores the address in the replies of the member, which its first request gives. Entries with
+  /// one address are one device on the wire, and share one order.
   void Recognise(Member& member, const Bytes& sender) {
     if (!member.sender.empty() || sender.empty()) return;
     member.sender = sender;
@@ -153,15 +161,15 @@ class ReplyOrders {
     Of(member).OnSent(request);
     line_.OnSent(request);
   }
-  /// `fits`: see AnswerOrder.
+  /// Takes a reply to the latest request into account. `fits`: see AnswerOrder::OnAnswer.
   void OnAnswer(const Member& member, bool fits, const AnswerOrder::MayAnswer& may_answer) {
     const bool own = Of(member).OnAnswer(fits, may_answer);
     const bool known = line_.OnAnswer(fits, may_answer);
     if (!known) line_.OnLost();
     if (!own && !known) Of(member).OnLost();
   }
-  /// A reply came that does not answer `asked`. True if the reply answers a request to another
-  /// device, and replies name their device: the count for `asked.member` then stays as it is.
+  /// The reply does not answer `asked`. Returns true if it answers a request to another device, and
+  /// replies carry addresses. Then `asked.member` still owes the same number of replies.
   bool OnReplyOfAnother(const Asked& asked, const AnswerOrder::MayAnswer& may_answer) {
     const auto& everyone = roster_.everyone();
     const bool another = line_.Remembers([&](const SentRequest& sent, std::size_t before) {
@@ -172,7 +180,6 @@ class ReplyOrders {
     if (!line_.OnAnswer(false, may_answer)) line_.OnLost();
     return true;
   }
-  /// See AnswerOrder.
   bool IsBehindProof(const Asked& asked) const {
     return Of(*asked.member).IsBehindProof() && (asked.names_itself() || line_.IsBehindProof());
   }
@@ -180,56 +187,52 @@ class ReplyOrders {
     Of(member).OnOddForm();
     line_.OnOddForm();
   }
-  /// A reply has come twice.
   void OnCopy(const Member& member) {
     Of(member).OnCopy();
     line_.OnCopy();
   }
-  /// See AnswerOrder.
   void ForgetBefore(const Member& member, Instant time) {
     Of(member).ForgetBefore(time);
     line_.ForgetBefore(time);
   }
-  /// Nothing is owed by this device, and nothing by the server.
+  /// Call when neither the member nor the server owes a reply.
   void Reset(const Member& member) {
     Of(member).Reset();
     line_.Reset();
   }
 
-  /// The latest reply may belong to this, the latest request.
   bool MayBeInStep(const Asked& asked) const {
     return Of(*asked.member).MayBeInStep() && (asked.names_itself() || line_.MayBeInStep());
   }
-  /// The latest reply belongs to this request or its repetitions, and to no earlier task's.
+  /// Returns whether the latest reply answers `asked` or a repetition, and no request of an earlier
+  /// task.
   bool IsOfLatest(const Asked& asked) const {
     return Of(*asked.member).IsOfLatest() && (asked.names_itself() || line_.IsOfLatest());
   }
-  /// The latest reply answers this request, or an earlier one of the same bytes.
+  /// Returns whether the latest reply answers `asked`, or an earlier request with the same bytes.
   bool IsAnswerTo(const Asked& asked) const {
     const Bytes question = asked.question();
     return Of(*asked.member).IsAnswerTo(question) &&
            (asked.names_itself() || line_.IsAnswerTo(question));
   }
-  /// An owed reply would be recognised, whatever is sent next.
   bool IsSafe(const Asked& asked) const {
     return Of(*asked.member).IsSafe() && (asked.names_itself() || line_.IsSafe());
   }
-  /// How many replies may still come: before OnSent to earlier requests only, after it also its
-  /// own.
+  /// Returns how many replies may still come. Before OnSent these are replies to earlier requests;
+  /// after it the reply to `asked` is included.
   int Owed(const Asked& asked) const {
     const std::size_t own = Of(*asked.member).Owed();
     return static_cast<int>(asked.names_itself() ? own : std::max(own, line_.Owed()));
   }
-  /// Another device of the line may owe a reply that comes before the awaited one. The two counts
-  /// of owed replies do not tell: a reply that comes while another device is asked is not taken off
-  /// those that its own device owes.
+  /// Returns whether another device of the line may owe a reply that comes before the reply to
+  /// `asked`. A comparison of the two Owed() counts cannot show this: a reply that comes while
+  /// another device is asked is not subtracted from the replies that its own device owes.
   bool OthersOwe(const Asked& asked) const {
     return line_.Owes([&](const SentRequest& sent) {
       const auto& everyone = roster_.everyone();
       return sent.place < everyone.size() && !everyone[sent.place]->IsSame(*asked.member);
     });
   }
-  /// See AnswerOrder.
   Duration Older(const Asked& asked) const {
     const Duration own = Of(*asked.member).Older();
     return asked.names_itself() ? own : std::max(own, line_.Older());
@@ -239,10 +242,10 @@ class ReplyOrders {
   static constexpr std::size_t kSelf = static_cast<std::size_t>(-1);
   struct Entry {
     AnswerOrder order;
-    std::size_t first = kSelf;  // place of the first entry of the same address, whose order counts
+    // Place of the first entry with the same address, whose order counts.
+    std::size_t first = kSelf;
   };
 
-  /// The place of the entry whose order counts for it.
   std::size_t FirstOf(const Member& member) const {
     const std::size_t first = devices_[member].first;
     return first == kSelf ? member.place : first;
@@ -250,66 +253,70 @@ class ReplyOrders {
 
   const Roster& roster_;
   ByMember<Entry> devices_;
-  AnswerOrder line_;  // of all requests, whoever they went to
+  AnswerOrder line_;  // order of all requests of the line
 };
 
-// Replies that never came from slaves that only routes reach. The order of their requests is not
-// kept, so a reply that was only late may come in place of the reply to the next request. Used by
-// WhoseReply; docs/timeouts.md, "Requests of transparent routes".
+// `LostReplies` keeps requests to slaves that only routes reach and that got no reply. There is no
+// AnswerOrder for these slaves, so a reply that was only late may be taken for the reply to the
+// next request. `WhoseReply` uses it; docs/timeouts.md, "Requests of transparent routes".
 class LostReplies {
  public:
-  /// Which earlier, lost requests a reply could answer instead of the present one.
+  /// Which earlier, lost requests a reply may answer in place of the present request.
   struct Older {
-    bool other = false;  ///< a request of other bytes
-    bool same = false;   ///< an earlier one of the same bytes
+    bool other = false;  ///< a lost request with other bytes
+    bool same = false;   ///< a lost request with the same bytes
   };
 
-  /// There was no reply to `request`, or a damaged one.
+  /// `request` got no reply, or a damaged reply.
   void OnLost(const Member& slave, const Bytes& request, Instant now);
-  /// Whether a reply to a request that began at this time may be one of the lost ones.
+  /// Returns whether a reply to a lost request may still come for a request that was sent at
+  /// `began`.
   bool MayCome(const Member& slave, Instant began) const;
-  /// Which lost requests this reply could answer; `fits`: whether it could answer one.
+  /// Returns which lost requests a reply could answer. `fits` returns whether the reply could
+  /// answer the given request.
   using MayFit = std::function<bool(const Bytes& request)>;
   Older MayBe(const Member& slave, const Bytes& request, Instant began, const MayFit& fits) const;
-  /// A reply came, the `count`-th in a row to the same request. False: it may belong to an earlier
-  /// one. Example: two were lost, so the third reply to one request must be its own.
+  /// A reply came: the `count`-th reply in a row to the same request. Returns false if it may
+  /// belong to an earlier request. Example: two replies were lost, so the third reply to one
+  /// request must be its own.
   bool OnReply(const Member& slave, const Bytes& request, Older older, std::size_t count);
 
  private:
   struct Entry {
-    std::optional<Instant> lost_at;  // the latest
-    std::vector<Bytes> requests;     // the latest
+    std::optional<Instant> lost_at;  // when the latest reply was lost
+    std::vector<Bytes> requests;     // the latest lost requests
   };
-  /// Assumed: no slave takes longer for a reply. One whose ceiling is longer is guarded for these 5
-  /// s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  /// The gateway assumes that no slave takes longer for a reply. A slave with a longer ceiling is
+  /// guarded for these 5 s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 
   ByMember<Entry> entries_;
 };
 
-// What a device answers to the request that identifies it. Used by WhoseReply.
+// `Identity` keeps the reply of a device to the request that identifies it. Used by `WhoseReply`.
 class Identity {
  public:
   bool known() const { return !reply_.empty(); }
-  /// The device reports its name, and does not only refuse to.
+  /// True if the reply contains a name; false if the device refuses to give its name.
   bool names() const { return known() && names_; }
-  /// Whether this is the request that identifies the device.
+  /// Returns whether `request` is the request that identifies the device.
   bool IsAskedBy(const Bytes& request) const { return known() && request == request_; }
-  /// Whether these bytes are what it answers to that.
+  /// Returns whether `reply` is the known reply to the identifying request.
   bool Is(View reply) const;
 
-  /// The request was answered like this, and the reply can be to no other request.
+  /// Stores the request and its reply. The reply must be certain to answer this request.
   void Learn(const Bytes& request, View reply, Outcome outcome);
-  /// The request was answered by a reply that Is knows.
+  /// The identifying request was answered with the known reply.
   void OnSame() {
     other_.clear();
     certain_ = true;
   }
-  /// It has come more than once.
+  /// True if the known reply has come more than once.
   bool certain() const { return certain_; }
-  /// The request was answered otherwise. True: as the last time. Once may be damage, where replies
-  /// carry no check value.
+  /// The identifying request was answered with another reply. Returns true if the same other reply
+  /// came the last time as well. If it came once it may be damage, because not all replies have a
+  /// check value.
   bool OnOther(View reply);
 
  private:
@@ -322,127 +329,136 @@ class Identity {
 
 class WhoseReply {
  public:
-  /// `orders`: the replies that devices and the line still owe. Both outlive it.
+  /// `orders`: the replies that devices and the line still owe. Both references must stay valid for
+  /// the lifetime of this object.
   WhoseReply(const Roster& roster, ReplyOrders& orders) : roster_(roster), orders_(orders) {}
 
   /// See ReplyOrders.
   void Recognise(Member& member, const Bytes& sender) { orders_.Recognise(member, sender); }
   bool MayBeInStep(const Asked& asked) const { return orders_.MayBeInStep(asked); }
   bool IsOfLatest(const Asked& asked) const { return orders_.IsOfLatest(asked); }
-  /// How many replies may come before the one to this request, which got another's. `of_sender`:
-  /// that was one of its own device.
+  /// Call when the reply to `asked` was the reply to another request. Returns how many replies may
+  /// come before its own. `of_sender`: the reply came from the device that was asked.
   int RepliesBefore(const Asked& asked, bool of_sender) const {
     const bool nearer = of_sender || !asked.names_itself() || orders_.OthersOwe(asked);
     return nearer ? orders_.Owed(asked) : 0;
   }
-  /// Waiting brings no reply of it: it owes none, or lags by as many replies as ever.
+  /// Returns whether waiting brings no further reply of the member: it owes none, or it always lags
+  /// by some replies.
   bool IsSettled(const Member& member) const {
     return Lags(member) || orders_.Of(member).IsInStep();
   }
-  /// Before the first request of a task of a device: whether a reply to an earlier request could
-  /// pass for its own, or it is not known which device answers.
+  /// Call before the first request of a task. Returns true if a reply to an earlier request could
+  /// be taken for the reply to this one, or if it is unknown which device answers.
   bool NeedsProbeFirst(const Asked& asked, Instant now) const;
   /// True if the device has no points to read and has never answered a probe. Example: a relay card
   /// that does not know function 08. Its writes are sent without a probe, and a write that is
   /// answered shows that the card is there.
   bool IsProbedByWrites(const Device& device) const;
-  /// Until when its latest proof holds, and from when on it may be renewed.
+  /// Returns until when the latest proof of the member holds. ProofRenews returns from when on it
+  /// may be renewed.
   Instant ProofEnds(const Member& member) const {
     return entries_[member].answered_probe ? entries_[member].proven_at + kProofHolds : Instant{};
   }
   Instant ProofRenews(const Member& member) const {
     return entries_[member].proven_at + kProofRenews;
   }
-  /// Whether a reply of an odd form is accepted, because no other reply is owed.
+  /// Returns whether a reply of an unexpected form is accepted, because no other reply is owed.
   bool MayBeOdd(const Asked& asked) const {
     return entries_[*asked.member].read && orders_.Owed(asked) == 1;
   }
-  /// When its order was last proven, replies were still owed.
+  /// Returns whether replies were still owed when the order of the member was last proven.
   bool Lags(const Member& member) const { return entries_[member].lag > 0; }
-  /// Nothing but its own reply to a client's request can come. Of slaves that only routes reach no
-  /// order is kept: they owe nothing when all that they were lately asked was answered.
+  /// Returns whether only the reply to this request of a client can come. For a slave that only
+  /// routes reach there is no order: it owes nothing if all its latest requests were answered.
   bool IsOwedAlone(const Asked& asked) const;
-  /// The lost requests to a slave that only routes reach that a reply could answer: see
+  /// Returns which lost requests to a slave that only routes reach a reply could answer: see
   /// LostReplies.
   LostReplies::Older MayBeLost(const Asked& asked, const LostReplies::MayFit& fits) const {
     return lost_.MayBe(*asked.member, asked.request->bytes, asked.sent, fits);
   }
-  /// A reply of such a slave has come. False: it may belong to an earlier request.
+  /// A reply of a slave that only routes reach has come. Returns false if it may belong to an
+  /// earlier request.
   bool OnRoutedReply(const Asked& asked, LostReplies::Older older, std::size_t count) {
     return lost_.OnReply(*asked.member, asked.request->bytes, older, count);
   }
-  /// It reports its name: another device in its place would be noticed.
+  /// True if the device reports its name, so that another device in its place would be noticed.
   bool HasName(const Member& member) const { return entries_[member].identity.names(); }
 
   void OnSent(const Asked& asked, Instant now);
 
   struct Verdict {
-    bool elsewhere = false;  ///< it belongs to another request
-    bool proven = true;      ///< it belongs to this one, or to an earlier one of the same bytes
-    Duration older{};        ///< how much earlier, at most, the request was sent that it may answer
-    bool replaced = false;   ///< another device answers in its place
-    bool shifted = false;    ///< nothing was owed and it does not fit: an earlier one came twice
-    bool odd = false;        ///< it does not fit, and is no copy of an earlier one
+    bool elsewhere = false;  ///< the reply belongs to another request
+    bool proven = true;  ///< the reply belongs to this request, or an earlier one of the same bytes
+    Duration older{};    ///< the request that the reply may answer was sent at most so much earlier
+    bool replaced = false;  ///< another device answers in its place
+    /// No reply was owed and this one does not fit: an earlier reply came twice.
+    bool shifted = false;
+    bool odd = false;  ///< the reply does not fit, and is no copy of an earlier reply
   };
-  /// A reply of the device itself came, good or not what was asked for.
+  /// Judges a reply of the member itself. `outcome` is what the conversation or the carrier
+  /// returned for its form.
   Verdict OnReply(const Asked& asked, View reply, Outcome outcome);
-  /// The exchange is over. `silent`: an answer was due and the port stayed open.
+  /// Call at the end of each exchange. `silent`: a reply was expected, and the port stayed open.
   void NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now);
-  /// Another master may have asked it: this program before its last start, or a program to which
-  /// the port was lent. A server that lags may still deliver the replies to that.
+  /// Call when the port has opened. Another master may have asked the member: this program before
+  /// its last start, or a program to which the port was lent. A server that lags may still deliver
+  /// replies to these requests.
   void OnOpened(const Member& member, Instant now);
-  /// Another device may be connected now.
+  /// Call when another device may be connected.
   void OnReconnect(const Member& member);
 
-  /// A proof was wanted, and the device cannot be probed. A read needs none: it is asked again
-  /// until its reply must be its own. A write cannot be asked again. So if the device has no reads,
-  /// replies that it may owe to another master are taken for lost, and replies to requests of this
-  /// gateway some time after the latest one (kOwedFor). Until then a reply that may answer an
-  /// earlier request confirms nothing.
+  /// Call if a proof is needed, and the device cannot be probed. A read goes out without a proof
+  /// and is repeated until its reply must be its own; a write cannot be repeated. So if the device
+  /// has no reads, replies to another master count as lost, and replies to requests of this gateway
+  /// some time after the latest request (kOwedFor). Until then a reply that may answer an earlier
+  /// request confirms no write.
   void OnNoProof(const Device& device, Instant now);
 
-  /// After its reply came a second, different one: one of the two belongs to another request.
+  /// Call when a second, different reply came: one of the two belongs to another request.
   void OnSecondReply(const Member& member);
 
  private:
   struct Entry {
     Identity identity;
     bool answered_probe = false;
-    bool strangers = false;       // their replies may be owed by it, since OnOpened
-    bool read = false;            // a poll was answered in step, as it was asked, since OnReconnect
-    int lag = 0;                  // replies owed when its order was last proven
-    Instant proven_at{};          // when a probe was answered last
-    int proofless = 0;            // answered probes in a row that were no proofs
-    Bytes proof_reply;            // the latest to a proof
-    std::vector<Bytes> odd;       // requests whose latest replies had a form that was not asked for
-    std::set<Bytes> known_forms;  // requests that it has answered in their form, since OnOpened
-    bool proves = false;          // a proof is one of these
-    // By request that was not answered since OnReconnect: how many of its tasks met silence.
+    bool strangers = false;  // replies to other masters may be owed, since OnOpened
+    bool read = false;       // a poll was answered in order and in its form, since OnReconnect
+    int lag = 0;             // number of replies owed when the order was last proven
+    Instant proven_at{};     // when a probe was answered last
+    int proofless = 0;       // number of answered probes in a row that were no proofs
+    Bytes proof_reply;
+    std::vector<Bytes> odd;  // requests whose latest replies had an unexpected form
+    // Requests that were answered in the expected form, since OnOpened.
+    std::set<Bytes> known_forms;
+    bool proves = false;  // one of known_forms is a proof
+    // Requests that were not answered since OnReconnect, each with its number of tasks that met
+    // silence.
     std::map<Bytes, int> silences;
   };
-  /// Fewer probes find a device that does not answer its identification
+  /// More than the probes after which an identification that is never answered is given up
   /// (protocols/common/identification.h).
   static constexpr int kProbesWithoutProof = 8;
-  /// How long a proof holds. Only a probe reveals a device that is one reply ahead because one
-  /// reply came twice, or a device that was swapped unnoticed.
+  /// How long a proof holds. Only a new probe reveals a device whose replies are one ahead because
+  /// a reply came twice, or a device that was replaced unnoticed.
   static constexpr Duration kProofHolds = 1min;
   static constexpr Duration kProofRenews = 45s;
-  /// For each device.
+  /// Both for each device.
   static constexpr std::size_t kMostOdd = 16;
   static constexpr std::size_t kMostKnownForms = 256;
-  /// A device that did not answer this many tasks with the same request is taken not to know it, so
-  /// it owes no reply.
+  /// A device that did not answer this many tasks with the same request counts as not supporting
+  /// that request, so it owes no reply to it.
   static constexpr int kUnknown = 3;
-  /// How long a device without reads owes a reply that nothing can prove to be lost; at least twice
+  /// How long a device without reads owes a reply that no proof can show to be lost; at least twice
   /// its ceiling.
   static constexpr Duration kOwedFor = 10s;
 
-  /// It answers probes, and none of them is a proof: after a disturbance nothing shows whose its
-  /// replies are.
+  /// True if the device answers probes, but none of them is a proof. After a disturbance nothing
+  /// shows to which request its replies belong.
   bool IsUnprovable(const Member& member) const {
     return entries_[member].proofless >= kProbesWithoutProof;
   }
-  /// A reply in place of its own would be noticed.
+  /// Returns whether another reply in place of the awaited one would be noticed.
   bool IsSafe(const Asked& asked) const;
   bool Fits(const Asked& asked, View frame, Outcome outcome) const;
   bool MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const;
@@ -462,13 +478,13 @@ class WhoseReply {
   LostReplies lost_;
 };
 
-// The points that were read and stored since the line last rested for its longest reply time. If a
-// reply comes twice, one of these readings may belong to another request; which is not known.
+// `LatestReadings` contains the points that were read and stored since the line last rested for its
+// longest reply time. If a reply comes twice, one of these readings belongs to another request, and
+// it is unknown which.
 class LatestReadings {
  public:
-  /// Points of one query of a device.
   struct Points {
-    std::size_t device = 0;  ///< its place
+    std::size_t device = 0;  ///< place of the device in the roster
     std::vector<std::size_t> points{};
     bool operator==(const Points&) const = default;
   };
@@ -476,7 +492,7 @@ class LatestReadings {
   void OnStored(Points read) {
     if (std::ranges::find(read_, read) == read_.end()) read_.push_back(std::move(read));
   }
-  /// The line has rested: no reply to an earlier request is owed any more.
+  /// The line has rested, so no reply to an earlier request is owed any more.
   void OnRested() { read_.clear(); }
   std::vector<Points> TakeAll() { return std::exchange(read_, {}); }
 
@@ -484,18 +500,20 @@ class LatestReadings {
   std::vector<Points> read_;
 };
 
-// Replies that may still come: until when (late_replies.h), to which request, and which readings
-// are in doubt if one came twice.
+// `OwedReplies` joins all parts about replies that may still come: until when they may come
+// (late_replies.h), to which request they belong, and which readings are in doubt if a reply came
+// twice.
 struct OwedReplies {
-  /// `roster` outlives it.
+  /// `roster` must stay valid for the lifetime of this object.
   explicit OwedReplies(const Roster& roster)
       : late_replies(roster), orders(roster), whose(roster, orders) {}
 
-  /// The exchange of a request that the line is given now: as long as what is owed demands.
-  /// `trusted`: the device has `trust_order`; `idle_since`: since when the line is idle.
+  /// Returns the exchange for a request that is given to the line now, with longer times if replies
+  /// are owed. `trusted`: the device has the option `trust_order`; `idle_since`: since when the
+  /// line is idle.
   Exchange ExchangeOf(const Asked& asked, bool trusted, Instant idle_since, Instant now);
 
-  /// The exchange of a request has ended; `broadcast`: no answer was due.
+  /// Call at the end of an exchange. `broadcast`: no reply was expected.
   void OnEnded(const Asked& asked, const ExchangeEnd& end, bool broadcast, Instant now) {
     late_replies.OnEnded(asked, end, whose.IsSettled(*asked.member), now);
     const bool silent = end.outcome != Outcome::line_down && !broadcast;

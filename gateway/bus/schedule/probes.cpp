@@ -10,10 +10,10 @@ namespace baudgate::bus {
 
 namespace {
 
-/// So long after its last look a device does not wait for a rest of the line any more.
+/// After this time since its last probe a device no longer waits for a rest of the line.
 constexpr Duration kLongestWait = 2s;
 
-/// How long a share takes to earn this time.
+/// Returns the time in which a share earns `time`.
 Duration TimeToEarn(Duration time, double share) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(time.count()) / share));
 }
@@ -82,7 +82,7 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
   const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
                     entries_[member].hasty_looks >= kHastyLooks;
   if (rest) {
-    // Writes and readings in the background may leave no such rest although no poll is due.
+    // Writes and background reads may leave no such rest although no poll is due.
     const Entry& entry = entries_[member];
     const bool long_ago = entry.probed_at && facts.now - *entry.probed_at >= kLongestWait;
     const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
@@ -91,8 +91,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
     if (waits) return Look{*waits, Kind::rested_look};
   }
   if (const auto when = next(facts.now, worst)) return Look{*when, kind};
-  // A client is waiting for this member now, and may have given up by the next exchange, so as soon
-  // as the share is earned this probe may delay others.
+  // A client waits for this member now, and may have given up by the next exchange. So this probe
+  // may delay other devices as soon as the share is earned.
   if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
   return std::nullopt;
 }
@@ -100,7 +100,7 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
 std::optional<Instant> Probes::NextAt(const Facts& facts) const {
   const Member* next = Next(facts);
   if (next == nullptr) {
-    // When the first may be probed that may not yet.
+    // No member may be probed yet: returns when the first one may.
     std::optional<Instant> soonest;
     for (const Member* member : roster_.everyone()) {
       if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
@@ -110,7 +110,7 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     return soonest;
   }
   if (const auto look = LookAt(*next, facts)) return look->at;
-  // When the clients have stayed away for this long, the line counts as free.
+  // After this time without requests of clients the line counts as free.
   return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
 }
 
@@ -150,7 +150,7 @@ std::optional<Duration> Probes::NoticeBound(Instant now) const {
   Duration seen{};
   Duration first{};
   Instant first_until = now;
-  std::optional<Duration> known;  // the longest wait for any of them
+  std::optional<Duration> known;  // the longest wait for any of the members
   for (const Member* member : roster_.everyone()) {
     if (member->in_use && member->health.absent())
       known = std::max(known, entries_[*member].waited);

@@ -1,5 +1,6 @@
-// Whether a line may take a turn at all: since when it is idle (IdleTime), what holds it (Hold),
-// and how many turns it may take at one moment (TurnLimit). schedule.h says whose turn it is.
+// Whether a line may take a turn at all: since when it is idle (`IdleTime`), what holds it
+// (`Hold`), and how many turns it may take at one moment (`TurnLimit`). schedule.h decides whose
+// turn it is.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,10 +12,11 @@
 
 namespace baudgate::bus {
 
-// The time of the input that a line is handling, and since when the line has been idle. A part of
-// gateway/bus/poller/poller.h.
+// `IdleTime` keeps the time of the input that a line is handling, and since when the line has been
+// idle. Part of gateway/bus/poller/poller.h.
 
-/// A moment, and since when the line has been idle. `since == now`: an exchange has just ended.
+/// The present time, and since when the line has been idle. `since == now`: an exchange has just
+/// ended.
 struct Idle {
   Instant now{};
   Instant since{};
@@ -22,7 +24,8 @@ struct Idle {
 
 class IdleTime {
  public:
-  /// An input comes; `idle`: the line is, before it. Returns the time since the last input.
+  /// Call before an input is handled. `idle`: the line is idle at this moment. Returns the time
+  /// since the last input.
   Duration OnInput(Now now, bool idle) {
     was_idle_ = idle;
     return now.instant - std::exchange(now_, now).instant;
@@ -31,7 +34,7 @@ class IdleTime {
   void OnHandled(bool idle) {
     if (idle && !was_idle_) since_ = now_.instant;
   }
-  /// The port has opened, or the line goes on.
+  /// Call when the port has opened, or the line continues after a pause.
   void Restart() { since_ = now_.instant; }
 
   const Now& now() const { return now_; }
@@ -43,12 +46,12 @@ class IdleTime {
   Instant since_{};
 };
 
-// Whether a line may begin anything new. A part of gateway/bus/poller/poller.h.
+// `Hold` prevents a line from beginning a new job. Part of gateway/bus/poller/poller.h.
 //
-//   held by       until
-//   WindUp        the port opens again, or CallOffWindUp: it is given up as soon as the write under
-//                 way has ended
-//   Pause         GoOn, or the port closes: the line is wanted for something else meanwhile
+//   held by       why, and until when
+//   WindUp        the port will be closed when the write under way has ended; until the port opens
+//                 again, or CallOffWindUp
+//   Pause         another use needs the line; until GoOn, or until the port closes
 //
 class Hold {
  public:
@@ -59,17 +62,17 @@ class Hold {
   void Pause(Instant now) {
     if (!std::exchange(paused_, true)) since_ = now;
   }
-  /// False: there was no pause.
+  /// Ends the pause. Returns false if there was none.
   bool GoOn() { return std::exchange(paused_, false); }
 
-  /// Until when late replies are waited for in a pause, at most; empty: there is no pause.
+  /// Returns until when late replies are awaited in a pause, at most; empty: there is no pause.
   std::optional<Instant> WaitsUntil() const {
     return paused_ ? std::optional(since_ + kMostWait) : std::nullopt;
   }
   bool holds() const { return winding_up_ || paused_; }
 
  private:
-  /// A telegram by hand does not wait longer for late replies.
+  /// A telegram by hand waits for late replies no longer than this.
   static constexpr Duration kMostWait = 4s;
 
   bool winding_up_ = false;
@@ -77,12 +80,12 @@ class Hold {
   Instant since_{};
 };
 
-// Turns of a line that take no time. A handful at one moment is usual. Without an end they would
-// hang the thread of the line, so after very many the line rests. A part of
-// gateway/bus/poller/poller.h.
+// `TurnLimit` limits the turns of a line that take no time. A few turns at one moment are normal.
+// Without a limit they could hang the thread of the line, so the line rests after very many. Part
+// of gateway/bus/poller/poller.h.
 class TurnLimit {
  public:
-  /// At one moment. All polls of a line that cannot be asked are far fewer.
+  /// The most turns at one moment. All polls of a line that cannot be asked are far fewer.
   static constexpr int kMost = 20'000;
   static constexpr Duration kRest = 1s;
   static constexpr Duration kTellAgain = 1h;
@@ -90,7 +93,7 @@ class TurnLimit {
       "its line takes turns without end and without time, and rests for 1 s after each 20000: this "
       "is an error of the gateway or of a protocol's plugin";
 
-  /// rest_and_tell: kWarning is due.
+  /// Counts a turn. rest_and_tell: the line rests, and kWarning is due.
   enum class Turn : std::uint8_t { take, rest, rest_and_tell };
   Turn Take(Instant now) {
     if (now < rests_until_) return Turn::rest;
@@ -102,7 +105,7 @@ class TurnLimit {
     told_until_ = now + kTellAgain;
     return Turn::rest_and_tell;
   }
-  /// Empty: it does not rest.
+  /// Returns until when the line rests; empty: it does not rest.
   std::optional<Instant> RestsUntil(Instant now) const {
     return now < rests_until_ ? std::optional(rests_until_) : std::nullopt;
   }

@@ -50,7 +50,7 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   return {What::refused, *entry.answer};
 }
 
-/// False: it is not known yet.
+/// Takes over the requests of earlier runs. Returns false if they are not known yet.
 bool RequestBook::ReadPast(Instant now) {
   if (past_ == nullptr) return true;
   const auto past = past_();
@@ -60,7 +60,8 @@ bool RequestBook::ReadPast(Instant now) {
   return true;
 }
 
-/// The latest come first: of a client's requests for which there is no room, none is fresh again.
+/// The latest requests come first. Numbers of older requests for which there is no room count as
+/// forgotten, so they are not carried out again.
 void RequestBook::Restore(const PastRequest& past, Instant now) {
   const bool known = clients_.contains(past.id.client);
   if (!known && clients_.size() >= kClients) return;
@@ -83,7 +84,7 @@ void RequestBook::End(const std::string& client, std::uint64_t seq, RequestAnswe
   --at->second.under_way;
 }
 
-/// Null: every place is taken.
+/// Returns the entry of the client, new or known. Null: every place is taken.
 RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant now) {
   const auto known = clients_.find(client);
   if (known != clients_.end()) return &known->second;
@@ -98,7 +99,8 @@ RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant no
   return &clients_[client];
 }
 
-/// Fewer are under way than are remembered, so there is one.
+/// There is always an answered request, because fewer requests may be under way than are
+/// remembered.
 void RequestBook::ForgetOldest(Client& client) {
   const auto oldest = std::ranges::find_if(
       client.entries, [](const auto& one) { return one.second.answer.has_value(); });

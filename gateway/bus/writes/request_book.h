@@ -1,16 +1,15 @@
-// Which requests have been seen, by client and number: one that comes twice is answered twice and
-// carried out once.
+// `RequestBook` keeps which write requests have been seen, by client and number. A request that
+// comes twice is answered twice, but carried out once:
 //
 //   plc-1 7 setting_group 1    fresh
-//   plc-1 7 setting_group 1    under way, and as of its end: ok, again
-//   plc-1 7 setting_group 2    denied: another one has that number
-//   plc-1 3 setting_group 1    denied, once 32 later ones have pushed 3 out
-//   a restart, plc-1 7 …       as before: the audit knows it
+//   plc-1 7 setting_group 1    under way; after its end the same answer again
+//   plc-1 7 setting_group 2    denied: another request has this number
+//   plc-1 3 setting_group 1    denied, if 32 later requests have pushed 3 out
+//   a restart, plc-1 7 …       as before the restart, because the audit contains the request
 //
-// Bounded; the caller passes the time. docs/writes.md, "The same request again".
-//
-// RequestId is the identity of a request, and PastRequests holds the earlier requests that the
-// audit knows.
+// The size is limited; the time is an argument. docs/writes.md, "The same request again".
+// `RequestId` is the identity of a request, `PastRequests` the requests of earlier runs in the
+// audit.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,27 +26,26 @@
 
 namespace baudgate::bus {
 
-// The identity of a write request: the client's name and its own number. A client that gets no
+// The identity of a write request: the name of the client and its number. A client that gets no
 // answer repeats its request unchanged, and the gateway carries it out only once. The identity is a
-// part of the command and is written to the audit. A gateway reads it from there at its start.
-// RequestBook compares identities.
+// part of the command and is written to the audit, where the gateway reads it at its start.
 struct RequestId {
   std::string client;     ///< a name that the client has chosen
-  std::uint64_t seq = 0;  ///< counts its requests upwards
-  /// What the client asks for: "feeder-1 setting_group 1 confirm". A request with the same number
+  std::uint64_t seq = 0;  ///< number of the request, counted upwards by the client
+  /// The content of the request: "feeder-1 setting_group 1 confirm". A request with the same number
   /// and another content is refused.
   std::string content;
 
   bool operator==(const RequestId&) const = default;
 };
 
-/// A request of an earlier run, as the audit has it.
+/// A request of an earlier run, as recorded in the audit.
 struct PastRequest {
   RequestId id;
   WriteEnd end = WriteEnd::unknown;
   std::string reason;
   Duration took{};
-  Duration age{};  ///< since it was asked for
+  Duration age{};  ///< since the request was made
 };
 
 struct PastRequests {
@@ -64,29 +62,30 @@ struct RequestAnswer {
 class RequestBook {
  public:
   static constexpr std::size_t kClients = 128;
-  static constexpr std::size_t kRemembered = 32;  ///< requests of a client
-  static constexpr std::size_t kUnderWay = 8;     ///< of these
-  /// A client without a request for this time may be forgotten, if another needs its place.
+  static constexpr std::size_t kRemembered = 32;  ///< remembered requests of a client
+  static constexpr std::size_t kUnderWay = 8;     ///< requests of a client that may be under way
+  /// A client without a request for this time may be forgotten if another client needs its place.
   static constexpr Duration kKept = 10min;
 
   struct Verdict {
     enum class What : std::uint8_t {
-      fresh,      ///< carry it out, then say End
-      under_way,  ///< its answer will come
-      answered,   ///< before, with `answer`
-      refused,    ///< with `answer`
+      fresh,      ///< carry out the request, then call End
+      under_way,  ///< the first request is under way; its answer will come
+      answered,   ///< the request was answered before, with `answer`
+      refused,    ///< the request is refused, with `answer`
     };
     What what = What::fresh;
     RequestAnswer answer{};
   };
-  /// The requests of earlier runs; empty: they are not known yet. See audit::AuditSource.
+  /// Returns the requests of earlier runs; empty: they are not known yet. See audit::AuditSource.
   using Past = std::function<std::optional<PastRequests>()>;
-  /// Null: there are none.
+  /// `past` null: there are no requests of earlier runs.
   explicit RequestBook(Past past = {}) : past_(std::move(past)) {}
 
-  /// Refused as busy while requests of earlier runs are not known.
+  /// Returns what to do with a request. It is refused as busy while the requests of earlier runs
+  /// are not known.
   Verdict Begin(const RequestId& request, Instant now);
-  /// Ends a request that was fresh.
+  /// Stores the answer to a fresh request.
   void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);
 
   std::size_t clients() const { return clients_.size(); }
@@ -99,7 +98,7 @@ class RequestBook {
   struct Client {
     std::map<std::uint64_t, Entry> entries;  ///< by `seq`
     std::size_t under_way = 0;
-    std::optional<std::uint64_t> forgotten{};  ///< the highest `seq` that was
+    std::optional<std::uint64_t> forgotten{};  ///< the highest `seq` that was forgotten
     Instant last{};
   };
 
@@ -108,7 +107,7 @@ class RequestBook {
   Client* PlaceFor(const std::string& client, Instant now);
   static void ForgetOldest(Client& client);
 
-  Past past_;  // null: clients_ has it
+  Past past_;  // null: clients_ contains the requests of earlier runs
   std::map<std::string, Client> clients_;
 };
 

@@ -22,13 +22,12 @@ constexpr std::uint8_t kAllSlaves = 0;
 
 using SlaveSet = std::bitset<256>;
 
-/// Whether one of these writes is to this slave, or to all.
 bool Meets(const SlaveSet& written, std::uint8_t slave) {
   return slave == kAllSlaves ? written.any() : written[slave] || written[kAllSlaves];
 }
 
-/// Writes met so far while the queue is looked through from its oldest request on. A write may not
-/// overtake a write to its slave; a read may not overtake its own client's write.
+/// Writes found so far while the queue is searched from its oldest request. A write may not
+/// overtake a write to its slave; a read may not overtake a write of its own client.
 class Earlier {
  public:
   void Add(const RoutedRequest& request) {
@@ -77,7 +76,6 @@ void RouteQueue::Return(Batch batch) {
                   std::make_move_iterator(batch.end()));
 }
 
-/// Whether the write of this slave that goes next is urgent.
 bool RouteQueue::HasUrgent(std::uint8_t slave) const {
   const auto next = NextFor(slave);
   return next && IsWrite(waiting_[*next]) &&
@@ -86,10 +84,10 @@ bool RouteQueue::HasUrgent(std::uint8_t slave) const {
          });
 }
 
-/// A block that was written before a short write to the same slave goes before it.
+/// A block that was written before a short write to the same slave goes before that short write.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
-  std::array<std::size_t, 256> ends{};  // by slave: behind its last short write
-  std::size_t end = 0;                  // after the last of all
+  std::array<std::size_t, 256> ends{};  // by slave: place after its last short write
+  std::size_t end = 0;                  // place after the last short write of all
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
     if (IsShortWrite(waiting_[place])) end = ends[waiting_[place].slave] = place + 1;
   }
@@ -229,7 +227,7 @@ RouteQueue::Batch RouteQueue::TakeWithTwins(std::size_t place) {
   if (!IsWrite(batch[0]) && std::ranges::any_of(waiting_, alike)) {
     Earlier earlier;
     std::vector<RoutedRequest> twins = TakeIf([&](const RoutedRequest& other) {
-      earlier.Add(other);  // a twin is a read, which nobody waits for
+      earlier.Add(other);  // a twin is a read, so adding it delays no other request
       return alike(other) && earlier.LetPass(other);
     });
     batch.insert(batch.end(), std::make_move_iterator(twins.begin()),
@@ -267,7 +265,7 @@ void RouteQueue::ForgetServed(const std::vector<RoutedRequest>& taken) {
 
 namespace {
 
-/// In whose name slaves that are offline are asked.
+/// The client number for requests without a client, which are sent to offline slaves.
 constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
 
 }  // namespace

@@ -1,11 +1,12 @@
-// Routed requests that wait for one line, and which of them goes next: three priorities, clients in
-// turn, short writes before everything else, and never a write before an earlier one to its slave.
-// Requests come from gateway/lines/line_runner.h by way of gateway/bus/poller/poller.cpp.
-// gateway/bus/jobs/chooser.cpp asks for the next one whenever the line is idle. Has no clock, and
-// does not know the bytes of the line. A choice is made for every exchange, and takes time in
-// proportion to the number of waiting requests. RoutedRequest and RoutedReply are what is passed
-// on, and RouteTarget is the line, or the server elsewhere, that takes it. RoutedSide keeps when
-// the clients were served last, and which offline slaves they want back.
+// `RouteQueue` contains routed requests that wait for one line, and chooses which goes next: three
+// priorities, clients in turn, short writes before all others, and never a write before an earlier
+// write to its slave. Requests come from gateway/lines/line_runner.h through
+// gateway/bus/poller/poller.cpp. gateway/bus/jobs/chooser.cpp asks for the next request whenever
+// the line is idle. The queue has no clock and does not see the bytes of the line. Each choice
+// takes time in proportion to the number of waiting requests.
+// `RoutedRequest` and `RoutedReply` are passed on; `RouteTarget` takes them: a line, or a server
+// elsewhere. `RoutedSide` keeps when the clients were served last, and which offline slaves they
+// want back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,18 +32,19 @@ namespace baudgate::bus {
 
 struct Member;
 
-// A Modbus request that the gateway passes on as it is, and the reply on its way back: what
-// transparent routes hand to a line (gateway/lines/line_runner.h) or to a Modbus TCP server
-// elsewhere (gateway/outputs/modbus/upstream/upstream.h).
+// A Modbus request that the gateway passes on unchanged, and its reply. Transparent routes give
+// requests to a line (gateway/lines/line_runner.h) or to a Modbus TCP server elsewhere
+// (gateway/outputs/modbus/upstream/upstream.h).
 struct RoutedReply {
-  /// ok: `pdu` is the slave's reply. refused: `pdu` is the exception that the slave itself
-  /// answered. Anything else: there was no good reply, `pdu` is empty and `reason` says why.
+  /// ok: `pdu` is the reply of the slave. refused: `pdu` is the exception that the slave itself
+  /// answered. Anything else: there was no good reply, `pdu` is empty and `reason` is the cause.
   Outcome outcome = Outcome::none;
   Bytes pdu;
   std::string reason;
-  bool sent = false;    ///< false: its deadline passed in the queue, it was refused, its client had
-                        ///< left before, or the port was closed
-  bool shared = false;  ///< answered by the exchange of another client's identical read
+  /// false: its deadline passed in the queue, it was refused, its client had left before, or the
+  /// port was closed.
+  bool sent = false;
+  bool shared = false;  ///< answered by the exchange of an identical read of another client
   Duration waited{};    ///< from Submit to the first byte out
 };
 
@@ -54,11 +56,11 @@ struct RoutedRequest {
   config::Priority priority = config::Priority::normal;
   Instant arrived;
   Instant deadline;  ///< not sent later; answered no_reply when it passes
-  // The line's own: its place among all writes to the line, and how often it was sent without a
-  // good reply.
+  // Set by the line: place among all writes to the line, and how often the request was sent without
+  // a good reply.
   std::uint64_t sequence = 0;
   int tries = 0;
-  /// Called exactly once, on any thread, unless Submit said no.
+  /// Called exactly once, on any thread, unless Submit returned false.
   std::function<void(RoutedReply)> done;
 };
 
@@ -75,34 +77,35 @@ inline RoutedReply Abandoned(bool sent) {
 class RouteTarget {
  public:
   virtual ~RouteTarget() = default;
-  /// False: the queue is full, or the target is stopping; `done` is not called.
+  /// Returns false if the queue is full, or if the target is stopping; `done` is not called then.
   virtual bool Submit(RoutedRequest request) = 0;
-  /// The client has left: its waiting requests are not sent, and answered at once. An exchange
-  /// under way goes on.
+  /// The client has left: its waiting requests are not sent, and are answered at once. An exchange
+  /// under way continues.
   virtual void Abandon(std::uint64_t client) = 0;
 };
 
-/// A write keeps its order among the requests of its slave (protocols/modbus_pdu/modbus_pdu.h has
-/// the table).
+/// Returns whether the request is a write, which keeps its order among the requests of its slave
+/// (protocols/modbus_pdu/modbus_pdu.h has the table).
 inline bool IsWrite(const RoutedRequest& request) { return !modbus::IsRead(request.pdu[0]); }
 
 class RouteQueue {
  public:
   /// The most requests that wait for one line or are under way on it.
   static constexpr std::size_t kLimit = 2048;  // 64 clients with 32 each
-  /// Places beyond the limit that only short writes may take: a full queue refuses no stop.
+  /// Places beyond the limit for short writes only, so that a full queue refuses no stop.
   static constexpr std::size_t kKept = 128;
   /// Writes of more registers than this are blocks, which wait for their turn.
   static constexpr std::size_t kShortWrite = 8;
 
-  /// Whether a request may be sent now, as far as its slave and the line are concerned.
+  /// Returns whether a request may be sent now, as far as its slave and the line are concerned.
   using MayAsk = std::function<bool(const RoutedRequest& request)>;
-  /// The one to be sent, and identical reads that its reply answers as well.
+  /// The request to send, and identical reads that its reply answers as well.
   using Batch = std::vector<RoutedRequest>;
 
-  /// Whether it may overtake reads and blocks.
+  /// Returns whether the request may overtake reads and blocks.
   static bool IsShortWrite(const RoutedRequest& request);
-  /// How many requests may be there already when this one is let in; others have `limit` places.
+  /// Returns how many requests may wait already when this request is accepted; other requests have
+  /// `limit` places.
   static std::size_t LimitFor(const RoutedRequest& request, std::size_t limit = kLimit) {
     return limit + (IsShortWrite(request) ? kKept : 0);
   }
@@ -111,33 +114,30 @@ class RouteQueue {
   /// Puts back requests that were taken and not answered, in front of all others.
   void Return(Batch batch);
 
-  /// A short write, or a write that a short write waits for; empty: none may be sent now.
+  /// Takes a short write, or a write that a short write waits for. Empty: none may be sent now.
   Batch TakeUrgent(const MayAsk& may_ask);
-  /// Whether TakeUrgent would find one for this slave, if it may be asked.
+  /// Returns whether TakeUrgent would find a write for this slave, if the slave may be asked.
   bool HasUrgent(std::uint8_t slave) const;
   Batch Take(config::Priority priority, const MayAsk& may_ask);
-  /// Whatever may be sent to this slave next, its writes first.
+  /// Takes the next request for this slave, its writes first.
   Batch TakeFor(std::uint8_t slave);
   bool HasFor(std::uint8_t slave) const { return NextFor(slave).has_value(); }
-  /// Reads of this slave, all but the first `keep`.
+  /// Takes all reads of this slave except the first `keep`.
   std::vector<RoutedRequest> TakeReads(std::uint8_t slave, std::size_t keep);
 
-  /// All of this slave.
   std::vector<RoutedRequest> TakeOf(std::uint8_t slave);
 
   std::vector<RoutedRequest> TakeExpired(Instant now);
   std::vector<RoutedRequest> TakeAll();
-  /// Answers the waiting requests of a client that has left.
   void Abandon(std::uint64_t client);
 
   bool empty() const { return waiting_.empty(); }
   std::size_t size() const { return waiting_.size(); }
   bool HasAny(const MayAsk& may_ask) const;
-  /// The sequence of the first write that waits for this slave, or for all.
+  /// Returns the sequence of the first write that waits for this slave, or for all slaves.
   std::optional<std::uint64_t> FirstWrite(std::uint8_t slave) const;
-  /// Clients of this priority that wait.
   std::size_t Clients(config::Priority priority) const;
-  /// Every slave that something waits for, once.
+  /// Returns each slave for which a request waits, once.
   std::vector<std::uint8_t> Slaves() const;
   std::optional<Instant> Deadline() const;
 
@@ -149,17 +149,17 @@ class RouteQueue {
   Batch TakeWithTwins(std::size_t place);
   template <typename Wanted>
   std::vector<RoutedRequest> TakeIf(Wanted wanted);
-  /// Clients with nothing left in the queue lose their turn.
+  /// Clients with no request left in the queue lose their turn.
   void ForgetServed(const std::vector<RoutedRequest>& taken);
 
   std::deque<RoutedRequest> waiting_;            // in the order of their arrival
-  std::map<std::uint64_t, std::uint64_t> turn_;  // of clients that wait: lowest first
+  std::map<std::uint64_t, std::uint64_t> turn_;  // turn of each waiting client: lowest first
   std::uint64_t next_turn_ = 0;
 };
 
-// The clients of transparent routes on one line: when they were served last, and which slaves they
-// want back. RouteQueue keeps and chooses their requests, gateway/bus/jobs/routed.h sends and
-// answers them: no conversation takes part.
+// `RoutedSide` keeps the clients of transparent routes on one line: when they were served last, and
+// which slaves they want back. `RouteQueue` contains and chooses their requests;
+// gateway/bus/jobs/routed.h sends and answers them without a conversation.
 class RoutedSide {
  public:
   /// Clients of transparent routes that poll do so at least this often.
@@ -167,38 +167,36 @@ class RoutedSide {
   /// A client that asked for an offline slave is assumed to want it back for this long.
   static constexpr Duration kStillWanted = std::chrono::minutes(1);
 
-  /// It outlives this.
+  /// `queue` must stay valid for the lifetime of this object.
   explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
 
-  /// An exchange for a client was answered.
   void OnAnswered(Instant now) { answered_at_ = now; }
-  /// When the clients count as gone; empty: there were none.
+  /// Returns when the clients count as gone; empty: there were none.
   std::optional<Instant> ClientsGone() const;
-  /// Clients do not say when they will be back: one that was just served may ask at any moment.
+  /// Returns whether a client may ask at any moment, because a client was served shortly before.
   bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }
 
-  /// Reads of an offline slave, except the first `keep`: to be answered at once. What was asked for
-  /// is remembered for its probes.
+  /// Takes the reads of an offline slave, except the first `keep`, to be answered at once. A read
+  /// is remembered for the probes of the slave.
   std::vector<RoutedRequest> TakeHopeless(const Member& slave, std::size_t keep,
                                           const protocols::PduCarrier& carrier, Instant now);
-  /// Whether a client that has no request waiting right now still wants to know if this slave is
-  /// back: a client that asks its slaves one after the other waits for others then, so its last
-  /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly after
-  /// another exchange (`behind`). Needed by
-  /// AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
+  /// Returns whether a client without a waiting request still wants to know if this slave is back.
+  /// A client that asks its slaves in turn waits for other slaves meanwhile, so its last read is
+  /// repeated as a probe: for 2 s at once, up to 1 min only directly after another exchange
+  /// (`behind`). Needed by AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
   bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
-  /// The read, without a client.
+  /// Returns the last read of this slave by a client, now without a client.
   RouteQueue::Batch RepeatRead(const Member& slave) const;
 
  private:
   struct Refused {
-    Bytes pdu;  // the last read of a client from it
+    Bytes pdu;
     Instant at{};
   };
 
   RouteQueue& queue_;
   std::optional<Instant> answered_at_;
-  std::map<std::uint8_t, Refused> refused_;  // by slave, while offline
+  std::map<std::uint8_t, Refused> refused_;  // by slave, while the slave is offline
 };
 
 }  // namespace baudgate::bus

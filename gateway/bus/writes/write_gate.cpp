@@ -47,8 +47,8 @@ Result<Value> ParseValue(const config::Point& point, std::string_view text) {
 
 namespace {
 
-/// How far a number that a client has computed may be from the one that it means: 0.1 + 0.2 is
-/// 0.30000000000000004. Whole numbers are meant as they are.
+/// Returns how far a number that a client has computed may be from the intended number: 0.1 + 0.2
+/// is 0.30000000000000004. Whole numbers are exact.
 Decimal SlackOf(const Value& value, const Decimal& size) {
   constexpr int kDigits = 9;
   return std::holds_alternative<double>(value) ? Abs(size).Shifted(-kDigits) : Decimal();
@@ -228,7 +228,7 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
 
 WriteDenial Gone() { return {Why::locked, "a reload has removed its device"}; }
 
-/// The first limit or interlock that forbids one of these now.
+/// Returns the first limit or interlock that forbids one of the parts now.
 std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,
                                      const std::vector<WriteAsk::Part>& parts, Instant now) {
   const auto its = store.device(device);
@@ -305,7 +305,7 @@ std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer,
                                                       const config::Device& device,
                                                       const WriteAsk& ask, Instant now,
                                                       Writes& writes) {
-  // A selection is used up by the first try, whatever becomes of it.
+  // The first try uses up a selection, even if it is denied.
   const std::optional<std::string> not_selected = WhyNotSelected(writer, device, ask, now);
   if (auto denial = ConvertValues(device, ask, writes)) return denial;
   if (not_selected) return WriteDenial{Why::not_selected, *not_selected};
@@ -333,7 +333,7 @@ std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device
   return std::nullopt;
 }
 
-/// A selection of each point is used up, even where an earlier one was denied.
+/// Uses up the selection of each point, even if an earlier point was denied.
 std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer,
                                                      const config::Device& device,
                                                      const WriteAsk& ask, Instant now) {

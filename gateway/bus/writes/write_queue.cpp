@@ -14,7 +14,7 @@ namespace {
 const WriteCommand& CommandOf(const WriteCommand& command) { return command; }
 const WriteCommand& CommandOf(const WriteQueue::Confirmed& one) { return one.command; }
 
-/// Those of `commands` that do not stay, taken out of it.
+/// Takes the commands out of `commands` for which `stays` is false.
 template <typename Commands, typename Stays>
 std::vector<typename Commands::value_type> TakeOut(Commands& commands, const Stays& stays) {
   const auto first = std::stable_partition(commands.begin(), commands.end(), stays);

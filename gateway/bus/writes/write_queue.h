@@ -1,6 +1,7 @@
-// Writes to points of one line, in order: waiting, sent in time or not at all, confirmed, and read
-// back before their clients are answered. gateway/bus/jobs/waiting_clients.cpp puts them in, and
-// ends those that were not sent or have been read back.
+// `WriteQueue` contains the writes to points of one line, in order: they wait, are sent in time or
+// not at all, are confirmed, and are read back before their clients are answered.
+// gateway/bus/jobs/waiting_clients.cpp adds commands, and ends those that were not sent or have
+// been read back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,7 @@
 
 namespace baudgate::bus {
 
-/// A query of a device of the line, by their numbers.
+/// A query of a device of the line: place of the device, and number of the query.
 struct QueryRef {
   std::size_t device = 0;
   std::size_t query = 0;
@@ -27,64 +28,63 @@ struct QueryRef {
 
 class WriteQueue {
  public:
-  /// Most commands that wait. Read-backs are as many as queries at most.
+  /// The most commands that wait. There are at most as many read-backs as queries.
   static constexpr std::size_t kLimit = 32;
 
   using MayGo = std::function<bool(const WriteCommand& command)>;
   using MayRead = std::function<bool(std::size_t device)>;
 
-  /// The place of the next write among all writes to the line, whichever way they come.
+  /// Returns the place of the next write among all writes to the line, from commands and routes.
   std::uint64_t NextSequence() { return ++sequence_; }
 
   bool full() const { return waiting_.size() >= kLimit; }
   bool empty() const { return waiting_.empty(); }
-  /// Gives the command its sequence.
+  /// Adds the command, and sets its sequence.
   void Push(WriteCommand command);
-  /// The first command that may go. It may overtake others that may not: `may_go` decides.
+  /// Takes the first command that `may_go` accepts. It may overtake commands that may not go.
   std::optional<WriteCommand> Take(const MayGo& may_go);
   bool HasAny(const MayGo& may_go) const;
   const std::deque<WriteCommand>& waiting() const { return waiting_; }
 
-  /// Read this query as soon as possible: its points are being written, or a reading of it is in
-  /// doubt. Several calls lead to one read.
+  /// Reads this query as soon as possible, because its points are being written, or a reading of it
+  /// is in doubt. Several calls lead to one read.
   void AddReadBack(QueryRef query);
-  /// The same of all queries of the device that read one of these points.
+  /// Calls AddReadBack for all queries of the device that read one of these points.
   void AddReadBacks(std::size_t device, std::span<const protocols::Query> queries,
                     std::span<const std::size_t> points);
-  /// The points of all queries of the device that wait to be read. `queries`: those it had when
-  /// they were added.
+  /// Takes the points of all queries of the device that wait to be read. `queries`: the queries
+  /// when they were added.
   std::vector<std::size_t> TakeReadBacks(std::size_t device,
                                          std::span<const protocols::Query> queries);
   std::optional<QueryRef> TakeReadBack(const MayRead& may_read);
   const std::deque<QueryRef>& read_backs() const { return read_backs_; }
 
-  /// The device has confirmed it. It is answered when nothing of that device is to be read back any
-  /// more, so a client that reads what it has just written does not get the old value. `device`: as
-  /// in QueryRef.
+  /// Adds a command that the device has confirmed. It is answered when no read-back of the device
+  /// waits any more, so a client that reads what it has just written does not get the old value.
+  /// `device`: as in QueryRef.
   void Confirm(WriteCommand command, std::size_t device, Instant now);
   struct Confirmed {
     WriteCommand command;
     std::size_t device = 0;
-    Instant at;  ///< readings after this show its effect
+    Instant at;  ///< readings after this show the effect of the write
     std::size_t written = 0;
-    bool replaced =
-        false;  ///< some of its points were written again, and are no longer in `command`
+    /// Some of its points were written again, and are no longer in `command`.
+    bool replaced = false;
   };
   /// The point is being written again, so it no longer shows the result of an earlier write.
   void OnBegun(std::uint32_t device, std::uint32_t point);
-  /// A read-back of the device is under way that has not failed yet. After its first failure the
-  /// answer to the write does not wait for it any longer.
+  /// Returns whether a read-back of the device is under way that has not failed yet. After its
+  /// first failure the answer to the write no longer waits for it.
   using IsReadingBack = std::function<bool(std::size_t device)>;
   std::vector<Confirmed> TakeConfirmed(const IsReadingBack& is_reading_back);
 
   struct Expired {
     std::vector<WriteCommand> unsent;
-    std::vector<Confirmed> confirmed;  ///< in time, but not read back in time
+    std::vector<Confirmed> confirmed;  ///< confirmed in time, but not read back in time
   };
   Expired TakeExpired(Instant now);
-  /// The port is closed: all that wait; nothing is to be read back any more.
+  /// Takes all waiting commands and drops all read-backs, because the port is closed.
   std::vector<WriteCommand> TakeAll();
-  /// The earliest of all.
   std::optional<Instant> Deadline() const;
 
  private:

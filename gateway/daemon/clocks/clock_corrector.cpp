@@ -19,9 +19,9 @@ namespace {
 
 constexpr Duration kLookInterval = 1s;
 constexpr Duration kAnswerPatience = 30s;
-/// A reading that was asked for is no older.
+/// A reading that was requested must not be older.
 constexpr Duration kFresh = 10s;
-/// Two readings of a clock that runs differ by less.
+/// Two readings of a drift agree if they differ by no more, in seconds.
 constexpr double kAlike = 2;
 
 const bus::Writer kWriter{"gateway", 0};
@@ -31,7 +31,7 @@ std::chrono::seconds UnixTime(WallTime at) {
   return std::chrono::floor<std::chrono::seconds>(at).time_since_epoch();
 }
 
-/// "tried 1790000000".
+/// Reads "tried 1790000000", in seconds since 1970.
 std::optional<std::chrono::seconds> TriedAt(const std::string& memory) {
   if (!memory.starts_with(kTried)) return std::nullopt;
   const auto at = ParseInteger<std::int64_t>(std::string_view(memory).substr(kTried.size()));
@@ -94,7 +94,7 @@ void ClockCorrector::Tick(Now now) {
   if (stopped_ || !tries_ || (looked_ && now.instant - *looked_ < kLookInterval)) return;
   looked_ = now.instant;
   for (std::uint32_t device = 0; device < devices_; ++device) {
-    // The end of a correction is told even where a reload has removed its device.
+    // The end of a correction is reported even if a reload has removed the device.
     if (links_.store.gone(device) && !under_way_.contains(device)) continue;
     const auto its = links_.store.device(device);
     const auto care = its ? protocols::ClockCareOf(*its) : std::nullopt;
@@ -259,9 +259,10 @@ std::optional<bool> AskTimeService(sd_bus& bus) {
 namespace {
 
 constexpr Duration kInterval = 5s;
-constexpr Duration kServiceInterval = 1min;  // each question starts a process, which then lingers
+// Each question starts a process, which stays for a while.
+constexpr Duration kServiceInterval = 1min;
 
-/// Empty: it may not be asked.
+/// Returns nothing if this process may not ask the kernel.
 std::optional<bool> AskKernel() {
   timex state{};
   const int found = ntp_adjtime(&state);

@@ -1,15 +1,15 @@
-// Corrects the clocks of devices whose options want it (protocols/common/clock.h), as a client
-// "gateway" that writes to their point: through the same gate, audit and queue as any other. For
-// each device, once a second:
+// `ClockCorrector` corrects the clocks of devices whose options ask for it
+// (protocols/common/clock.h), as a client "gateway" that writes to a point: through the same gate,
+// audit and queue as any client. For each device, once a second:
 //
-//   this machine's clock is known to be right, the hour allows it, and the last try is a day ago
-//   clock_drift is good and large enough  → it is read once more, now
-//   both readings say the same            → that it was tried goes to the disk
-//   it is there                           → clock_correction is written, or it is told why not
+//   this machine's clock is right, the hour allows it, and the last try is 25 hours ago
+//   clock_drift is good and large enough  → clock_drift is read once more, now
+//   both readings agree                   → the time of the try is written to the disk
+//   the time is on the disk               → clock_correction is written, or an event says why not
 //
-// Whatever becomes of it, also a restart, there is no second try within 25 hours, so that it is
-// another day of the device's clock in October, too. A try that cannot be kept is none.
-// HostClock tells whether the clock of this machine is right.
+// The next try is 25 hours later, whatever the result and also after a restart, so that it is on
+// another day of the device's clock even when summer time ends. A try that cannot be recorded is
+// not made. `HostClock` checks whether this machine's clock is right.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,31 +37,30 @@ namespace baudgate::daemon {
 
 class ClockCorrector {
  public:
-  /// From one try to the next.
   static constexpr Duration kBetweenTries = std::chrono::hours(25);
-  /// From a reading that has failed, or was contradicted, to the next.
+  /// The time from a reading that failed, or disagreed with the reading before, to the next
+  /// reading.
   static constexpr Duration kBetweenReads = std::chrono::minutes(10);
 
   struct Links {
     const bus::PointStore& store;
     bus::CommandSink& commands;
-    /// Where tries are kept, made when a device wants it; null: nowhere, and nothing is corrected.
+    /// Opens the store for the times of tries, when a device asks for corrections. Null: no clock
+    /// is corrected.
     std::function<std::unique_ptr<records::DeviceMemory>(const config::Config&)> open;
-    /// What became of a device's clock.
     std::function<void(std::uint32_t device, bool corrected, const std::string& text, Now at)> tell;
     std::function<void(const std::string&)> warn;
   };
-  /// All outlive it.
+  /// The targets of `links` must outlive this object.
   explicit ClockCorrector(Links links);
 
-  /// At the start, and when a reload has given the devices numbers: before that the new ones are
-  /// not looked at.
+  /// To be called at the start, and after a reload has given numbers to the devices. Before this
+  /// call, new devices are not checked.
   void OnReload(const config::Config& config);
-  /// This machine's clock is known to be right, or not any more. From any thread.
+  /// Thread-safe.
   void OnHostClock(bool right);
-  /// As often as wanted.
   void Tick(Now now);
-  /// Nothing is begun behind it.
+  /// No step begins afterwards.
   void Stop();
 
  private:
@@ -73,8 +72,9 @@ class ClockCorrector {
     enum class Step : std::uint8_t { reads, keeps, writes };
     Step step = Step::reads;
     std::shared_ptr<Answered> answered = std::make_shared<Answered>();
-    double drift = 0;                    ///< seconds, as it was before
-    std::shared_ptr<const void> held{};  ///< its end is told also if a reload ends the line
+    double drift = 0;  ///< seconds, as the first reading gave
+    /// Holds the device in the store until its result is reported.
+    std::shared_ptr<const void> held{};
   };
 
   void Look(std::uint32_t device, const protocols::ClockCare& care, Now now)
@@ -91,7 +91,7 @@ class ClockCorrector {
       BAUDGATE_REQUIRES(mutex_);
   bool MayTry(std::uint32_t device, const protocols::ClockCare& care, Now now) const
       BAUDGATE_REQUIRES(mutex_);
-  /// The value of the point, where it is good.
+  /// Returns seconds; nothing if the quality of the drift point is not good.
   std::optional<double> DriftOf(std::uint32_t device, const protocols::ClockCare& care,
                                 Instant now) const;
 
@@ -99,7 +99,7 @@ class ClockCorrector {
   Mutex mutex_;
   bus::WriteGate gate_ BAUDGATE_GUARDED_BY(mutex_);
   std::unique_ptr<records::DeviceMemory> tries_
-      BAUDGATE_GUARDED_BY(mutex_);  // null: nobody wants it
+      BAUDGATE_GUARDED_BY(mutex_);  // null: no device asks for corrections
   std::uint32_t devices_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool right_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
@@ -108,27 +108,25 @@ class ClockCorrector {
   std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // by device
 };
 
-// HostClock tells whether this machine's clock is known to be synchronised (NTP, PTP, GPS), and
-// tells every change. Devices are told the time only while it is. HostClock looks now and then, on
-// a thread of its own, because the answer may take seconds. AskTimeService asks systemd.
-
 /// Asks systemd's time service (org.freedesktop.timedate1) over the system bus whether this
-/// machine's clock is synchronised: for a service that may not ask the kernel (ProtectClock= of the
-/// unit). The answer is the kernel's own: timedated calls adjtimex.
-/// Empty: there is no bus, no such service, or no answer. May take some seconds.
+/// machine's clock is synchronised, for a service that may not ask the kernel (ProtectClock= of the
+/// unit). The answer is that of the kernel: timedated calls adjtimex. Returns nothing without a
+/// bus, a service or a reply. May take some seconds.
 std::optional<bool> AskTimeService();
-/// On a bus that is open.
 std::optional<bool> AskTimeService(sd_bus& bus);
 
+/// Checks whether this machine's clock is synchronised (NTP, PTP, GPS), and reports every change.
+/// Devices get the time only while it is. The checks run on a separate thread, because a reply may
+/// take seconds.
 class HostClock {
  public:
-  /// `tell` hears on the own thread of the first time that it is right, and of every change.
+  /// `tell` is called on that thread when the clock is right for the first time, and at every
+  /// change.
   explicit HostClock(std::function<void(bool right)> tell);
-  /// Ends as soon as no answer is under way; the destructor waits for that.
+  /// Asks the thread to end after the current check; the destructor waits for it.
   void RequestStop() { worker_.RequestStop(); }
 
  private:
-  /// Returns until when the answer holds.
   Duration Look();
 
   const std::function<void(bool)> tell_;

@@ -24,10 +24,10 @@ const config::Line* Find(const config::Config& config, const std::string& name) 
   return found == config.lines.end() ? nullptr : &*found;
 }
 
-/// Without the settings that can change while the line goes on. The poller, the roster and
-/// EventPath keep the configuration that the line began with, so a field that one of them reads
-/// must not be listed here. `alarms` is the exception: EventPath gets their rules anew at each
-/// reload (Renumber).
+/// Clears the settings that can change while the line continues. The poller, the roster and
+/// EventPath use the configuration with which the line was started, so a field that one of them
+/// reads must not be cleared here. `alarms` is the exception, because EventPath gets the rules of
+/// alarms again at each reload (Renumber).
 void WithoutWhatChangesInPlace(config::Line& line) {
   line.alarms = {};
   for (config::Device& device : line.devices) {
@@ -114,7 +114,7 @@ LineChange CompareLines(const config::Line* was, const config::Line& is) {
   return {is.name, in_place ? Action::in_place : Action::restarted, WhatChanged(*was, is)};
 }
 
-/// By "line.device.point".
+/// Key: "line.device.point".
 std::map<std::string, config::HistoryPoint> HistoryOf(const config::Config& config) {
   std::map<std::string, config::HistoryPoint> points;
   std::uint32_t device = 0;
@@ -137,7 +137,6 @@ bool SameHistory(const config::Config& running, const config::Config& next) {
   return std::ranges::equal(HistoryOf(running), HistoryOf(next), same);
 }
 
-/// The setting `key` of the file, with all that belongs to it.
 template <typename Section>
 void CompareKey(std::string_view key, const Section& was, const Section& is,
                 Difference& difference) {
@@ -148,13 +147,13 @@ void CompareKey(std::string_view key, const Section& was, const Section& is,
     });
   } else if (key != "lines" && key != "modbus" && key != "history" && !config::Same(was, is)) {
     (key == "gateway.alarms" ? difference.settings : difference.restart).emplace_back(key);
-  }  // lines, modbus and history have their own words
+  }  // lines, modbus and history are compared elsewhere
 }
 
 void CompareHistory(const config::Config& running, const config::Config& next,
                     Difference& difference) {
   EachDifferent(running.history, next.history, [&](std::string_view key) {
-    if (key == "points") return;  // by name, below
+    if (key == "points") return;  // compared by name below
     const std::string name = "history." + std::string(key);
     (key == "directory" ? difference.restart : difference.settings).push_back(name);
   });
@@ -188,7 +187,7 @@ std::string SentenceOf(const LineChange& line) {
   return {};
 }
 
-/// "1 listener new, 2 listeners removed"; `anew`: the word for those that have changed.
+/// Appends "1 listener new, 2 listeners removed". `anew` is the word for changed items.
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {
@@ -282,7 +281,7 @@ config::Line Empty(const config::Line& line) {
   return empty;
 }
 
-/// Old number → new number, of lines and of devices of one file.
+/// Old number → new number, for lines and devices of one file.
 struct Numbers {
   std::map<std::size_t, std::size_t> lines;
   std::map<std::uint32_t, std::uint32_t> devices;
@@ -325,7 +324,7 @@ void Renumber(config::Config& config, const Numbers& numbers) {
   }
 }
 
-/// What interlocks of this line look at has the same numbers.
+/// True if the interlocks of both lines refer to the same numbers.
 bool SameNumbers(const config::Line& a, const config::Line& b) {
   for (std::size_t device = 0; device < a.devices.size(); ++device) {
     for (std::size_t point = 0; point < a.devices[device].points.size(); ++point) {

@@ -1,6 +1,6 @@
-// What a new configuration changes of the one that runs, in the same words for the answer, in the
-// log and before it is done (`baudgate reload --dry-run`). Pure. Lines are compared by name;
-// their order in the file does not count. PlaceInSlots gives lines and devices their numbers.
+// `Difference` is what a new configuration changes in the current one, in the same words for the
+// answer, the log and `baudgate reload --dry-run`. Lines are compared by name; their order in the
+// file does not matter. PlaceInSlots assigns numbers to lines and devices. Nothing here does I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,31 +18,33 @@ namespace baudgate::reload {
 struct LineChange {
   std::string line;
   Action action = Action::same;
-  std::string what;  ///< "port; poll of feeder-1"; of `in_place` and `restarted`
+  std::string what;  ///< for in_place and restarted: "port; poll of feeder-1"
 };
 
 struct Difference {
-  std::vector<LineChange> lines;  ///< all of the new one in its order, then those removed
+  /// All lines of the new configuration in its order, then the removed lines.
+  std::vector<LineChange> lines;
   ModbusDifference modbus;
-  std::vector<std::string> settings;  ///< beside these, that are applied: "history.points"
-  std::vector<std::string> restart;   ///< that only a restart can change: "dds.domain"
+  std::vector<std::string> settings;  ///< further settings that are applied: "history.points"
+  std::vector<std::string> restart;   ///< settings that only a restart can change: "dds.domain"
 
-  /// Nothing changes but the text.
+  /// True if nothing changes except the text of the file.
   bool empty() const;
 };
 
-/// In `running` a line without a name is one that is gone.
+/// Compares two configurations. In `running`, a line without a name is a removed line.
 Difference Compare(const config::Config& running, const config::Config& next);
 
-/// One for each change: "line bay-1: restarts: port".
+/// Returns one sentence per change: "line bay-1: restarts: port".
 std::vector<std::string> Sentences(const Difference& difference);
-/// "1 line new, 1 line restarted; 12 lines untouched".
+/// Returns "1 line new, 1 line restarted; 12 lines untouched".
 std::string Summary(const Difference& difference);
-/// "only a restart can change dds.domain, gateway.name", if anything needs one.
+/// Returns "only a restart can change dds.domain, gateway.name", or nothing if no restart is
+/// needed.
 std::optional<std::string> WhyNot(const Difference& difference);
 
-// The numbers of lines and devices over reloads: what goes on keeps its number, what ends leaves an
-// empty place, what begins gets the next. Pure.
+// The numbers of lines and devices after a reload: a line that continues keeps its number, a line
+// that ends leaves an empty place, and a line that starts gets the next number.
 //
 //   running        file            slots
 //   0 bay-1        bay-2           0 (empty, with as many nameless devices as before)
@@ -50,15 +52,16 @@ std::optional<std::string> WhyNot(const Difference& difference);
 //                                  2 bay-3
 //
 struct Placement {
-  /// `next`, with its lines at their places. Whatever names a line or device by its number (routes,
-  /// interlocks, the history) has the new one.
+  /// The configuration `next` with its lines at their places. Routes, interlocks and the history,
+  /// which refer to lines and devices by number, contain the new numbers.
   config::Config config;
-  std::vector<std::uint32_t> gone;     ///< lines to be ended
-  std::vector<std::uint32_t> updated;  ///< lines that go on with what has changed
-  std::vector<std::uint32_t> begun;    ///< at the end of config.lines
+  std::vector<std::uint32_t> gone;
+  std::vector<std::uint32_t> updated;  ///< lines that continue with changed settings
+  std::vector<std::uint32_t> begun;    ///< lines that must start, at the end of config.lines
 };
 
-/// `difference` is that of the two; nothing in it needs a restart.
+/// `difference` is the result of Compare(running, next); it must not contain a setting that needs a
+/// restart.
 Placement PlaceInSlots(const config::Config& running, config::Config next,
                        const Difference& difference);
 

@@ -23,7 +23,6 @@ bool IsThere(const fs::path& file) {
   return fs::exists(file, ignored);
 }
 
-/// `failed`: errno's; 0: it did not.
 Status StatusOf(const fs::path& file, int failed) {
   return failed == 0 ? Status() : Error{file.string() + ": " + SystemTrouble(failed)};
 }
@@ -44,7 +43,7 @@ std::string KeptConfigs::why_taken_back() const {
   return ReadWhole(why_file()).value_or(std::string());
 }
 
-/// An empty or damaged copy confirms nothing.
+/// An empty or damaged copy of the confirmed text confirms nothing.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   if (!IsThere(trial_file())) return false;
   const auto on_trial = ReadWhole(trial_file());
@@ -53,8 +52,8 @@ bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   return good && *good != text;
 }
 
-// The power may fail after each step. A text is never beside the reason of another one, and a
-// trial that is confirmed is never gone.
+// The power may fail after each step, so the order matters: a text is never stored beside the
+// reason of another text, and a confirmed trial is never lost.
 Result<bool> KeptConfigs::Write(const KeptTexts& wanted) const {
   std::error_code error;
   fs::create_directories(folder_, error);

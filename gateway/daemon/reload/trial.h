@@ -1,12 +1,13 @@
-// Which text of the configuration runs, which one was confirmed, and which one was given up; and
-// for how long a text is on trial. Pure: the time and the condition of devices are arguments.
+// `Trial` tracks which text of the configuration runs, which text was confirmed and which was
+// refused, and how long a text is on trial. Time and health of devices are arguments; there is no
+// I/O.
 //
 //   applied   confirmed   refused
-//   a         a           –          a runs for good
+//   a         a           –          a runs permanently
 //   b         a           –          b is on trial
 //   a         a           b          b was taken back
 //
-// KeptConfigs keeps the texts in the state folder, and Probation decides whether a text stays.
+// `KeptConfigs` stores the texts in the state folder, and `Probation` decides whether a text stays.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,15 +25,16 @@
 
 namespace baudgate::reload {
 
-// The configuration that was confirmed last, and the one that is on trial or was taken back, as
-// texts in the state folder. From these it is decided at a start what is loaded. Everything is on
-// the disk before it holds.
+// Texts of the configuration in the state folder: the text that was confirmed last, and the text
+// that is on trial or was taken back. A start decides by them what to load. Every change is on the
+// disk before it takes effect.
 //
-//   STATE/configurations/confirmed.yaml   as the file was
-//   STATE/configurations/trial.yaml       as the file was; only while it is on trial or taken back
-//   STATE/configurations/taken_back.txt   why; only where it was taken back
+//   STATE/configurations/confirmed.yaml   the confirmed file
+//   STATE/configurations/trial.yaml       the file that is on trial or was taken back
+//   STATE/configurations/taken_back.txt   why it was taken back; only then
+//
 
-/// What the folder has to say to the next start.
+/// The texts that the next start must find in the folder.
 struct KeptTexts {
   std::string confirmed;
   std::optional<std::string> trial{};  ///< on trial, or taken back
@@ -44,24 +46,26 @@ class KeptConfigs {
   enum class Trial : std::uint8_t { none, running, taken_back };
   static constexpr const char* kFolder = "configurations";
 
-  /// `folder` is made with the first configuration.
+  /// `folder` is created with the first configuration.
   explicit KeptConfigs(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path confirmed_file() const { return folder_ / "confirmed.yaml"; }
-  /// Nothing was ever kept.
+  /// True if nothing was ever stored.
   bool empty() const;
-  /// Empty: there is none, or it cannot be read.
+  /// Returns nothing if there is no confirmed text, or it cannot be read.
   std::optional<std::string> confirmed() const;
   Trial trial() const;
-  /// At a start also of a trial that still runs there: the gateway ended before its end.
+  /// At a start, a trial that still runs in the folder counts as taken back, too: the gateway ended
+  /// before its end.
   std::string why_taken_back() const;
-  /// This very text is on trial, or was taken back: a start runs what was confirmed in its place.
-  /// If the copy of the trial is empty or cannot be read, that is any text but the confirmed one.
+  /// True if `text` is on trial, or was taken back: a start then loads the confirmed text instead.
+  /// If the copy of the trial is empty or cannot be read, this is true for every text except the
+  /// confirmed text.
   bool IsUnconfirmed(const std::string& text) const;
 
-  /// Writes what differs in the folder, and removes what is not wanted. Returns whether anything
-  /// differed.
+  /// Writes the texts that differ in the folder, and removes files that are not in `wanted`.
+  /// Returns whether anything differed.
   Result<bool> Write(const KeptTexts& wanted) const;
 
  private:
@@ -71,104 +75,103 @@ class KeptConfigs {
   const std::filesystem::path folder_;
 };
 
-// Whether a configuration that was applied for a trial stays: until it is confirmed in time, it is
-// given up when the time is over, or at once when devices that were well before are not any more.
-// Pure: no clock, no gateway.
+// Health of one device during a trial. `Probation` decides with it whether a configuration on trial
+// stays: it is taken back when the time is over without a confirmation, or at once when a device
+// that was well before is no longer well.
 //
 //   Begin(0 s, 60 s, {bay-1.a})
 //   Look(5 s, a well)       nothing
 //   Look(5 s, a offline)    "bay-1.a worked before the change, and fails now"
 //   Look(60 s)              "nobody has confirmed it in time"
 enum class Health : std::uint8_t {
-  well,     ///< it answers, and is what it should be
-  unknown,  ///< it has not been asked long enough since the port was opened or came back
-  ill,      ///< it does not answer, or is another one
-  unasked,  ///< out of use, or its port is lent: nobody wants to know
+  well,     ///< the device answers, and is the right device
+  unknown,  ///< the device has not been asked long enough since the port was opened or came back
+  ill,      ///< the device does not answer, or is another device
+  unasked,  ///< the device is out of use, or its port is lent: its health does not matter
 };
 
-/// "bay-1.feeder-1" → how it is. Devices that are not there are not asked for any more.
+/// "bay-1.feeder-1" → health. Devices that no longer exist are missing.
 using Healths = std::map<std::string, Health>;
 
 class Probation {
  public:
-  /// A device of which nothing is known for this time is ill; half of the trial, if that is
-  /// shorter.
+  /// A device whose health is unknown for this time, or for half of the trial if this is shorter,
+  /// counts as ill.
   static constexpr Duration kTimeToAnswer = 20s;
 
-  /// Also while one runs, which it takes the place of: what was well before that counts on.
+  /// Starts a trial. It replaces a running trial; devices that were well before the replaced trial
+  /// still count.
   void Begin(Instant now, Duration time, const Healths& before);
   bool running() const { return until_.has_value(); }
   Instant until() const { return until_.value_or(Instant::max()); }
-  /// Why it is to be given up; empty: it goes on, or none runs.
+  /// Returns why the configuration must be taken back; empty: the trial continues, or none runs.
   std::optional<std::string> Look(Instant now, const Healths& healths);
-  /// It has ended, either way.
   void End();
 
  private:
   std::optional<Instant> until_;
   Duration patience_{};
-  /// What was well before: when it was last seen otherwise than unknown. Empty while none runs.
+  /// When each device that was well before was last seen with another health than unknown. Empty
+  /// while no trial runs.
   std::map<std::string, Instant> well_;
 };
 
-/// A text that was applied, and what it and the profiles said then.
+/// A text that was applied, and its configuration with the profiles of that time.
 struct Applied {
   std::string text;
   std::shared_ptr<const config::Config> config;
 };
 
-/// A text that was on trial and given up.
 struct Refused {
   std::string text;
   std::string why;
 };
 
-/// The sentence of a configuration that was given up, for log, event and status.
+/// Returns the sentence for log, event and status when a configuration was taken back.
 std::string TakenBack(const std::string& file, const std::string& why);
 
 class Trial {
  public:
-  /// No trial is shorter.
   static constexpr Duration kShortest = 250ms;
 
-  /// `refused`: the text of the file, if it was taken back before the start.
+  /// `refused` is the text of the file, if it was taken back before the start.
   explicit Trial(std::optional<Refused> refused) : refused_(std::move(refused)) {}
-  /// At the start: this text runs, and is confirmed.
+  /// To be called at the start: `runs` is applied and confirmed.
   void Start(Applied runs);
 
-  /// Not null from the start on.
+  /// Not null after Start.
   const std::shared_ptr<const Applied>& applied() const { return applied_; }
   const Applied& confirmed() const { return *confirmed_; }
   const std::optional<Refused>& refused() const { return refused_; }
   bool IsRefused(const std::string& text) const { return refused_ && refused_->text == text; }
   bool running() const { return probation_.running(); }
-  /// Empty: no text is on trial.
+  /// Returns the end of the trial; empty: no trial runs.
   std::optional<Instant> until() const;
-  /// The rest of the trial in whole seconds; zero: there is none.
+  /// Returns the rest of the trial, rounded up to seconds; zero: no trial runs.
   Duration Left(Instant now) const;
 
-  /// How long `next` is to be on trial; zero: it is for good. `asked`: how long the user wants it;
-  /// zero: no trial. A trial that runs does not end by that: then `next` has the rest of it. What
-  /// was confirmed before needs no trial.
+  /// Returns how long `next` must be on trial; zero: it is confirmed at once. `asked` is the time
+  /// that the user wants; zero: no trial. If a trial runs, `next` gets at least the rest of it, so
+  /// a reload cannot end a trial. The confirmed configuration needs no trial.
   Duration TimeFor(const config::Config& next, Duration asked, Instant now) const;
-  /// Another text runs; then Begin.
+  /// Notes that another text runs. Begin must follow.
   void Apply(Applied runs) { applied_ = std::make_shared<const Applied>(std::move(runs)); }
-  /// A trial of what runs. Zero ends the one before and confirms what runs.
+  /// Starts a trial of the applied text. Zero ends the running trial and confirms the applied text.
   void Begin(Duration time, const Healths& before, Instant now);
-  /// Why what runs is to be given up; empty: the trial goes on, or none runs.
+  /// Returns why the applied text must be taken back; empty: the trial continues, or none runs.
   std::optional<std::string> Look(const Healths& healths, Instant now);
-  /// What was confirmed runs again.
+  /// Notes that the confirmed text runs again.
   void TakeBack(const std::string& why);
 
-  /// What a start has to find, as it is now.
+  /// Returns the texts that a start must find now.
   KeptTexts ToKeep() const;
-  /// What a start has to find once `text` is applied.
+  /// Returns the texts that a start must find once `text` is applied.
   KeptTexts ToKeepWith(const std::string& text, Duration time) const;
 
  private:
   Probation probation_;
   std::shared_ptr<const Applied> applied_;
-  std::shared_ptr<const Applied> confirmed_;  // another than `applied_` during a trial
+  std::shared_ptr<const Applied> confirmed_;  // differs from `applied_` during a trial
   std::optional<Refused> refused_;
 };
 

@@ -15,22 +15,23 @@ namespace {
 
 using enum Symptom;
 
-/// A converter takes no more single bytes out of a reply.
+/// A converter drops at most this many single bytes of a reply.
 constexpr std::size_t kMissing = 4;
-/// Fewer may be noise.
+/// Fewer lost heads may be noise.
 constexpr std::size_t kFewLosses = 3;
-/// No buffer is as small.
+/// Every buffer has room for this many bytes.
 constexpr std::size_t kNoBuffer = 16;
 
-/// A reply of which two bytes are lost may look like one that breaks off before its check value.
+/// A reply that lacks two bytes may look as if it broke off before its check value.
 bool LacksBytes(const Evidence& evidence) {
   return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
 }
 
-/// Replies up to a length are right, and those beyond it never.
+/// True if replies up to some length come well and longer replies never do. `which`: the replies
+/// that are too long, silent or damaged.
 bool OnlyLong(const Evidence& evidence,
               const bus::ReplyLengths::TooLong& (bus::ReplyLengths::*which)() const) {
-  // One that has died has answered the short ones as well, once.
+  // An absent device answered short requests in the past, so the lengths prove nothing.
   if (evidence.device == nullptr || evidence.absent) return false;
   if (!evidence.traits().has_blocks) return false;
   const bus::Findings& findings = evidence.device->status.findings;
@@ -42,7 +43,7 @@ bool OnlyLong(const Evidence& evidence,
 
 }  // namespace
 
-/// A reply that lacks two characters may look whole but for its check value.
+/// A text reply that lacks two characters may look whole except for its check value.
 bool LosesAnywhere(const Evidence& evidence) {
   if (!evidence.traits().speaks_text) return false;
   if (evidence.Count({damaged, noise, zeros, bytes_added}) > 0) return false;
@@ -55,13 +56,13 @@ bool LosesAnywhere(const Evidence& evidence) {
          3 * lost >= evidence.seen;
 }
 
-/// All that failed had a byte which converters change, and nothing good had.
+/// All failed replies contain a byte that converters change, and no good reply does.
 double NotTransparent(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
-  // Good messages that come unasked are not looked at.
+  // For devices that send unasked, the bytes of good messages are not recorded.
   if (evidence.device->status.unasked) return 0;
   if (evidence.seen < kFacts || Suspects(evidence) == 0) return 0;
-  // A reply that breaks off long before its end lacks more than one such byte.
+  // A converter that drops special bytes does not cut off the end of a reply.
   const Finding& cut = evidence.Last(tail_lost);
   const bool breaks_off =
       cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.seen;
@@ -69,7 +70,7 @@ double NotTransparent(const Evidence& evidence) {
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
 
-/// Where others are read well, that of one is damage.
+/// If other replies are read well, a reply with a wrong eighth bit is only damaged.
 double EighthBit(const Evidence& evidence) {
   return evidence.answered && !evidence.changed ? 0 : evidence.Share({eighth_bit});
 }
@@ -79,13 +80,13 @@ double BadCheck(const Evidence& evidence) {
   return evidence.answered ? 0 : evidence.Share({bad_check});
 }
 
-/// A reply that lacks more of its beginning looks like noise.
+/// A reply that lacks several bytes at its beginning looks like noise.
 double HeadLost(const Evidence& evidence) {
   if (evidence.Count(head_lost) < kFewLosses) return evidence.Share({head_lost});
   return evidence.Share({head_lost}, {noise, zeros, damaged}, 2);
 }
 
-/// Noise changes characters, and takes none away; two devices that answer at once do both.
+/// Noise changes characters but removes none; two colliding devices do both.
 double BytesLost(const Evidence& evidence) {
   if (LosesAnywhere(evidence)) {
     return evidence.Share({bytes_lost, bad_check, head_lost, tail_lost, end_lost, other_setting});
@@ -95,21 +96,21 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// Beside good replies a wrong last byte is damage like any other, unless nothing else is damaged.
+/// If the device has answered, a wrong last byte counts only if nothing else is damaged.
 double EndLost(const Evidence& evidence) {
   const bool only = evidence.Count(end_lost) >= kMany && evidence.Share({end_lost}) > 0.9;
   if (evidence.answered && !evidence.Last(end_lost).cause.empty() && !only) return 0;
   return Always<end_lost>(evidence);
 }
 
-/// A buffer that is too small may leave a reply that lacks its last byte alone.
+/// A buffer that is too small may also cut off only the last byte of a reply.
 double BreaksOff(const Evidence& evidence) {
   if (evidence.Count(tail_lost) == 0) return 0;
   const double share = LacksBytes(evidence) ? 0 : evidence.Share({tail_lost, end_lost, bytes_lost});
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// Not a character of the other parity came.
+/// True if all characters that came have the same parity.
 double OtherParity(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool network = evidence.line->is_network();
@@ -123,7 +124,7 @@ double OtherParity(const Evidence& evidence) {
   return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
-/// Its replies, each without the eighth bits.
+/// True if all characters of the damaged replies lack their eighth bit.
 double SevenBits(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool all = std::ranges::all_of(evidence.records, [](const bus::DeviceRecord* record) {
@@ -145,9 +146,9 @@ namespace {
 
 using enum Symptom;
 
-/// A driver that lets go too early costs no more.
+/// A driver that releases the bus too early cuts off at most this many bytes.
 constexpr std::size_t kFewLost = 4;
-/// The cause of a finding about a text whose check value may be computed in any way.
+/// Finding::cause of bad_check: the reply is a text, so the kind of its check value is not proven.
 constexpr std::string_view kText = "a text";
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
@@ -156,7 +157,7 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.seen;
 }
 
-/// "11 and 13".
+/// The hex values of special bytes: "11 and 13".
 std::string NamesOf(unsigned specials) {
   std::string names;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
@@ -174,7 +175,7 @@ bool IsComputedOtherwise(const Evidence& evidence) {
   return fits && 2 * evidence.Count(bad_check) > evidence.seen;
 }
 
-/// FF is what a character with wrong parity becomes; on a connection it is Telnet's.
+/// On a serial port a driver gives FF for a character with wrong parity, so FF is ignored there.
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.specials().Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
@@ -227,14 +228,14 @@ std::string SayTailLost(const Evidence& evidence) {
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
                    finding.expected <= finding.bytes + kFewLost;
-  // What others share with it is not the cause.
+  // Neighbours answer well, so the cause is not something that the devices share.
   if (few && !evidence.healthy.empty() && !evidence.line->is_network()) {
     return fmt::format(
         "its replies break off ({}{} bytes came): its driver lets go of the bus too "
         "early, or {}",
         finding.bytes, of, TwoDevices(*evidence.first().device));
   }
-  // Of a text nobody knows how long it should be.
+  // The expected length of a text is not known.
   const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
   return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
                      end ? "a driver lets go of the bus too early, or the buffer of a converter is "
@@ -246,7 +247,7 @@ std::string SayTailLost(const Evidence& evidence) {
 std::string SayBytesLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(bytes_lost);
   if (evidence.first().status.unasked) {
-    // Such a length may be wrong in the configuration, where none was ever right.
+    // If no message was ever good, the length may be wrong in the configuration.
     if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
     return "characters are missing in some of its messages: a bad wire or plug, a buffer that runs "
            "over, or flow control at one end alone";
@@ -288,7 +289,7 @@ std::string SayBadCheck(const Evidence& evidence) {
            "multiplexer, or noise";
   }
   const std::string cause = "its replies have a wrong check value";
-  // A converter would lose bytes of its neighbours as well.
+  // A converter that loses bytes would damage the replies of the neighbours as well.
   if (!evidence.healthy.empty() && !evidence.answered &&
       IsNearlyAll(evidence.Count(bad_check), evidence)) {
     const std::string check = CheckOf(evidence.first());

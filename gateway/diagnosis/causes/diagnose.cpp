@@ -14,16 +14,16 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// So many readings that were not confirmed, and one of so many exchanges, are no chance.
+/// Unconfirmed readings are reported from this number and this share (1/25) of exchanges on.
 constexpr std::uint32_t kUnconfirmed = 4;
 constexpr std::uint32_t kUnconfirmedShare = 25;
-/// So many in a row are no outage of the port.
+/// More failures in a row than an outage of the port causes.
 constexpr std::size_t kManyFailures = 8;
-/// An outage of the last hour that was shorter than that part is not worth a word.
+/// A device that was unavailable for a smaller share of the last hour is not reported.
 constexpr double kNotableOutage = 0.01;
-/// So many exchanges in a row are no disturbance that is just over.
+/// More late replies in a row than a short disturbance causes.
 constexpr std::uint32_t kManyBehind = 16;
-/// One that begins so soon behind the start may be its end.
+/// A single outage is not reported this soon after the start, because it may have begun before.
 constexpr Duration kStart = 5min;
 
 std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status) {
@@ -32,8 +32,7 @@ std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status
   return "its return is noticed within " + FormatAge(*line.notice_bound);
 }
 
-/// "3 outages in the last hour": what a look at the present does not show. Empty: none, or one that
-/// is not worth a word.
+/// "3 outages in the last hour". Empty: fewer than `from` outages, or they were short.
 std::string Outages(const bus::DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
   const bus::MinuteCounts hour = record.status.hour.Sum(now.instant);
   if (now.instant - started < kStart) from = std::max<std::uint32_t>(from, 2);
@@ -54,7 +53,7 @@ Sentences Absence(const bus::LineStatus& line, const bus::DeviceRecord& record,
   std::string since = status.last_ok ? "offline for " + FormatAge(now.instant - *status.last_ok)
                                      : "has never answered";
   const Evidence evidence = Gather(line, record, all, now);
-  if (status.last_ok && evidence.failed == 0) return {};  // it is on its way back
+  if (status.last_ok && evidence.failed == 0) return {};  // the device answers again
   if (AbsentTogether(all)) {
     return {since + ", as no device of line '" + record.line->name + "' answers"};
   }
@@ -69,7 +68,8 @@ Sentences Absence(const bus::LineStatus& line, const bus::DeviceRecord& record,
   return said;
 }
 
-/// It is waited for longer than configured, and so answers in time. Once may be chance.
+/// Reports a device whose replies are late but are still received, because the gateway waits longer
+/// than configured. A single late reply is ignored.
 Sentences Patience(const bus::DeviceStatus& status) {
   if (status.patience <= Duration() || status.late < 2) return {};
   const Duration reply = status.timing.reply.value_or(Duration{});
@@ -83,7 +83,7 @@ Sentences Patience(const bus::DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// There are neighbours that are asked as often, and beside their replies nothing stands.
+/// True if a neighbour is asked as often and no neighbour has stray bytes beside its replies.
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
   for (const bus::DeviceRecord& one : all) {
@@ -96,7 +96,7 @@ bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::Devi
   return asked;
 }
 
-/// The rest of a neighbour's replies may come beside its own.
+/// Late parts of a neighbour's replies may come beside the replies of this device.
 bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   return std::ranges::any_of(all, [&](const bus::DeviceRecord& one) {
     return one.device != device.device &&
@@ -104,7 +104,7 @@ bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::De
   });
 }
 
-/// Before its port was opened anew as well.
+/// True if the device has always failed, including before the port was reopened.
 bool FailsAlways(const bus::DeviceStatus& status) {
   const bus::Findings& findings = status.findings;
   const std::size_t run = findings.LongestRun();
@@ -112,7 +112,7 @@ bool FailsAlways(const bus::DeviceStatus& status) {
          (IsAbsent(status) && run >= kManyFailures);
 }
 
-/// Why the device is not judged at present, as when it was not asked yet. Empty: it is judged.
+/// Why the device is not judged, for example because it was not asked yet. Nothing: it is judged.
 std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::DeviceRecord& device,
                                    const Evidence& evidence, Now now) {
   const bus::DeviceStatus& status = device.status;
@@ -120,7 +120,7 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
   if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
   if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
   if (status.exchanges == 0 && status.findings.size() == 0) return Sentences{"not asked yet"};
-  // A server that ends the connection may have said what it is.
+  // A server that ends the connection may have sent a text that names its service.
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
                     status.findings.Count(Symptom::text) > 0;
   if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
@@ -144,7 +144,7 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
     const auto other = std::ranges::find_if(all, [&](const bus::DeviceRecord& one) {
       return one.device != device.device && IsForeign(one);
     });
-    // Where both answer, they damage each other.
+    // If two devices with one address answer, they damage each other's replies.
     const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
                                      Symptom::bytes_added}) > 0.5;
     found.push_back("no value is good: " + device.status.trouble +
@@ -164,7 +164,7 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   return found;
 }
 
-/// A second read did not confirm a jump. Empty: that is rare, or most jumps are real.
+/// Readings that changed when they were read again. Empty: rare, or most jumps were confirmed.
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
@@ -174,7 +174,7 @@ Sentences Unconfirmed(const bus::DeviceStatus& status) {
       status.unconfirmed)};
 }
 
-/// Its replies belong to the requests before. Empty: they do not.
+/// Reports that the replies of the device belong to earlier requests.
 Sentences Behind(const bus::DeviceRecord& device, Now now) {
   const bus::DeviceStatus& status = device.status;
   if (status.behind < kManyBehind) return {};
@@ -189,7 +189,7 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
           "): " + (remedy.empty() ? "does the profile fit the device and its options?" : remedy)};
 }
 
-/// Second replies that came now and then.
+/// Reports second, different replies that come now and then.
 Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
@@ -216,7 +216,7 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   if (line.port != bus::LineStatus::Port::open) return {};
   const Evidence evidence = Gather(line, device, all, now);
   if (auto only = NotJudged(line, device, evidence, now)) return *std::move(only);
-  // The line's sentence is about it.
+  // The sentence of the line reports the echo.
   const bool echoes = FailsByEchoes(evidence);
   if (IsAbsent(status)) {
     return echoes ? Sentences() : Absence(line, device, all, now, started);

@@ -1,3 +1,4 @@
+// Sentences about bytes beside good replies, and about devices that send unasked (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -14,18 +15,18 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// So many second replies were like the first, and another one was not.
+/// One different reply among this many identical second replies means two devices.
 constexpr std::size_t kMostlyAlike = 8;
-/// Bytes around a reply that were the same so often are no noise.
+/// Bytes that were the same around this many replies are not noise.
 constexpr std::size_t kConstant = 4;
-/// So often they are no matter of the line, where no neighbour has them.
+/// If no neighbour has stray bytes, this many are caused by the device and not by the line.
 constexpr std::size_t kOfItsOwn = 16;
 
 bool IsNearlyAlways(std::size_t count, const bus::Findings& findings) {
   return 10 * count >= 9 * findings.size();
 }
 
-/// Noise comes now and then; equipment in between, or a bus at rest, with each reply.
+/// Noise comes now and then. Equipment in between, or a bus without bias, adds bytes to each reply.
 const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
     return always ? "the server appends bytes to its replies, such as a CRC: set it to Modbus TCP, "
@@ -42,7 +43,7 @@ const char* WhyStray(const bus::DeviceRecord& record, bool always) {
                 : "noise while nobody drives the bus; check bias, termination and ground";
 }
 
-/// The same bytes around its replies, which something in between puts there.
+/// Reports bytes around nearly all replies, which equipment in between adds.
 std::string Wrapped(const bus::DeviceRecord& record) {
   if (!IsWrapped(record)) return {};
   const bus::Findings& findings = record.status.findings;
@@ -52,7 +53,7 @@ std::string Wrapped(const bus::DeviceRecord& record) {
   const bool network = record.line->is_network();
   const bool same = findings.SameAround() >= kConstant;
   const bool text = findings.Count(Symptom::text_beside) > 0;
-  // "... '> '".
+  // A prompt in Findings::Around: "... '> '".
   const bool prompt = same && around.starts_with("... '");
   if (prompt && network) {
     return "the same text stands behind its replies (" + around.substr(4) +
@@ -76,10 +77,10 @@ bool IsWrapped(const bus::DeviceRecord& record) {
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
   const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
   if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
-  // Words may differ from one reply to the next, as a length or a field strength.
+  // A text may differ from one reply to the next, because it may contain a value.
   if (findings.Count(Symptom::text_beside) == beside) return true;
   if (findings.SameAround() < kConstant) return false;
-  // 00 and FF are of a line that nobody drives, as are the remains of a character.
+  // 00, FF and pieces of characters come from a bus without bias, not from equipment.
   const std::string& around = findings.Around();
   return around.find_first_not_of("0F .") != std::string::npos;
 }
@@ -131,9 +132,9 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// It may be silent so long without a word about it.
+/// A shorter silence is not mentioned.
 constexpr Duration kNotableSilence = 1min;
-/// What may be older is read now and then, and not all the time.
+/// A device with a longer age limit is read only now and then, so its silence is normal.
 constexpr Duration kLongestAge = 24h;
 
 }  // namespace
@@ -166,7 +167,7 @@ Sentences AnswersNothing(const bus::DeviceRecord& record, const Evidence& eviden
   if (!status.unasked || !status.last_ok) return {};
   if (2 * evidence.Count(Symptom::silence) < evidence.seen) return {};
   const bus::MinuteCounts asked = status.hour.Sum(evidence.now);
-  // What it sends by itself may come where an answer is awaited.
+  // A message that the device sends unasked may be counted as an answer.
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
   return {
       "speaks by itself, and does not answer its commands: check the wire that carries them to it "

@@ -1,3 +1,4 @@
+// Sentences about exchanges that failed and requests that a device refuses (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,13 +16,13 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Failures between answers, of the last minutes, and their share of all exchanges.
+/// Rare failures are reported from this many runs and from this share of all exchanges on.
 constexpr double kManyRuns = 5;
 constexpr double kNotableLosses = 0.03;
-/// Refused so often in a row, without one answer between, it is no moment of work.
+/// A device that refuses this many requests in a row is not only busy for a moment.
 constexpr std::size_t kAlways = 8;
 
-/// "3 damaged, 2 late": what its failures looked like.
+/// Lists the symptoms of the failures: "3 damaged, 2 late".
 std::string Looks(const Evidence& evidence) {
   std::string text;
   for (std::size_t i = 0; i < kSymptoms; ++i) {
@@ -34,8 +35,8 @@ std::string Looks(const Evidence& evidence) {
   return text;
 }
 
-/// "voltage and 3 more": what the requests read for which `is_meant` holds; empty: there are none,
-/// or all are, where `all` does not want these as well.
+/// Names the points of the requests for which `is_meant` is true: "voltage and 3 more". Empty: no
+/// request is meant, or (unless `all`) every request is.
 template <typename IsMeant>
 std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all = false) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
@@ -53,7 +54,8 @@ std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all 
   return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
 }
 
-/// The same of its points for which `is_meant` holds, with the place of the first.
+/// Names the points for which `is_meant` is true, with the address of the first: "voltage and 3
+/// more (holding 40, ...)". Empty: no point is meant, or every point is.
 template <typename IsMeant>
 std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   const config::Point* first = nullptr;
@@ -68,7 +70,7 @@ std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
 }
 
-/// Whenever a request fails, all its repeats do: no matter of chance.
+/// True if all repeats of a failed request fail as well, so that the failures are not random.
 bool FailsWithRepeats(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   const std::size_t longest = findings.LongestRun();
@@ -82,18 +84,17 @@ const char* TakeThemOut(const bus::DeviceRecord& record) {
              : "take these points out of the profile";
 }
 
-/// Silence, or an end of the connection in its place.
+/// The device is silent, or the server ends the connection instead.
 std::string NotAnswered(const Evidence& evidence) {
   return evidence.Last(Symptom::silence).ended ? "ends the connection at the request for "
                                                : "does not answer the request for ";
 }
 
-/// What is only asked seldom any more, because the device was silent to it beside answers to
-/// others.
+/// Reports points that are now polled rarely, because only requests for them were not answered.
 Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
-  // What is answered in another way is no silence.
+  // If such a request was answered in another way, the device is not silent.
   const auto was = [&](Symptom symptom) {
     return record.status.findings.Last(symptom).symptom == symptom;
   };
@@ -113,8 +114,8 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
   return {NotAnswered(evidence) + points + ", and answers the others: " + TakeThemOut(record)};
 }
 
-/// Other requests than those that fail are answered: polls, or such as no poll asks, as its name,
-/// while none that fails has ever had a value.
+/// True if the device answers requests other than the failing ones: other polls, or (if no failing
+/// poll has ever had a value) requests that are not polls, such as a request for its name.
 bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
   const auto is_good = [](const bus::QueryCount& query) {
@@ -130,12 +131,12 @@ bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   return never && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
 }
 
-/// Requests that are never answered well, beside others that are.
+/// Reports polls that always fail while others are answered.
 Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence) {
   const bus::DeviceStatus& status = record.status;
   const auto fails = [](const bus::QueryCount& query) { return query.in_vain >= kNeverAnswered; };
   const bool others = HasOthers(record, evidence);
-  // Where others fail now and then as well, it is no matter of the request.
+  // If other requests fail now and then as well, the failing request is not the cause.
   const bool shaky = std::ranges::any_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) && std::popcount(query.failures) > 1;
   });
@@ -165,15 +166,16 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
             " come damaged, and no others: take these points out of the profile, or set the "
             "converter in between to raw"};
   }
-  const bool shifted = evidence.Count(Symptom::one_behind) > 0;  // and that would shift all
+  // Replies one behind would affect all requests.
+  const bool shifted = evidence.Count(Symptom::one_behind) > 0;
   const std::string before = "only the request for " + points + " fails: ";
   if (!shifted && !judged.empty()) return Said(before, evidence);
   return {before + "its reply does not fit (" + Shortened(status.last_reason) +
           "): does the profile fit the device?"};
 }
 
-/// How often it fails; empty: not often enough for a word. Failures may be too seldom to be among
-/// the latest exchanges at each look.
+/// "3 of 32 exchanges failed: ". Empty: the failures are too rare to report. If the latest
+/// exchanges contain too few failures, the runs of the last minutes are counted.
 std::string HowOften(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (evidence.failed >= kNotableFailures) {
     return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
@@ -185,14 +187,14 @@ std::string HowOften(const bus::DeviceRecord& record, const Evidence& evidence) 
   return fmt::format("{:.0f} of {:.0f} exchanges failed: ", tally.failed, all);
 }
 
-/// Its polls were answered for a while.
+/// True if polls of the device were answered for some time.
 bool HasWorked(const bus::DeviceRecord& record) {
   return record.status.Count(Outcome::ok) >= kAlways &&
          std::ranges::any_of(record.points,
                              [](const bus::PointRecord& point) { return HasValue(point.value); });
 }
 
-/// What it says in place of values: one reason for all that it refuses.
+/// Reports how often the device refuses requests, with the reason that it gives.
 std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::size_t count = evidence.Count(Symptom::refusal);
   if (count < kNotableFailures || LacksOptions(record)) return {};
@@ -205,7 +207,7 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     return point.reported.reason == Reason::not_fitted;
   };
   const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
-  // Other requests than polls may be answered all the same.
+  // Requests that are not polls may be answered nevertheless.
   const auto& queries = record.status.queries;
   const bool all =
       !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {
@@ -222,7 +224,6 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     remedy = kHasWorked;
   }
   if (record.status.unasked) {
-    // Most of its messages are good.
     const bool seldom = 2 * count < evidence.looked;
     return fmt::format(
         "{} ({} of its last {} messages): {}{}", reason, count, evidence.looked, remedy,
@@ -268,7 +269,7 @@ Sentences Failures(const bus::DeviceRecord& record, const Evidence& evidence) {
       !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {
         return query.points == 0 || query.in_vain > 0;
       });
-  // Probes may be answered well, and there are more of them.
+  // Probes may be answered well and outnumber the polls.
   if (found.empty() && none && evidence.failed > 0) {
     found = Said("it answers, and its polls fail: ", evidence);
   }

@@ -1,3 +1,4 @@
+// Sentences about a line and the use of its time (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,15 +16,14 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// So much of a line's incoming bytes may be stray before it is said.
+/// Stray bytes are reported from this share of all received bytes on.
 constexpr double kNotableStray = 0.05;
-/// A greeting of a server is no noise.
+/// Fewer stray bytes may be the greeting of a server.
 constexpr std::uint64_t kFewStray = 32;
 constexpr std::uint64_t kManyStray = 2048;
-/// So many errors of the driver for an exchange.
+/// Driver errors are reported from this number per exchange on.
 constexpr double kNotableErrors = 0.02;
 
-/// Errors that the driver has counted.
 Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, bool nobody) {
   Sentences found;
   const std::uint32_t errors = status.parity_errors + status.framing_errors;
@@ -55,7 +55,7 @@ std::size_t InUse(std::span<const bus::DeviceRecord> devices) {
   }));
 }
 
-/// Empty: none of them was asked in vain, as right behind a loan of the port.
+/// Reports that no device answers. Empty: no request has failed yet, as after a loan of the port.
 Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
@@ -68,7 +68,7 @@ Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::Devi
   return said;
 }
 
-/// What somebody else says on the line, whichever device was asked meanwhile.
+/// Reports text and other foreign messages on the line, whichever device was asked at that time.
 Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto seen = [&](std::initializer_list<Symptom> symptoms) -> const Finding* {
     const Finding* found = nullptr;
@@ -103,7 +103,7 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   return said;
 }
 
-/// Bytes stand around nearly all replies, and more come than belong to replies.
+/// Nearly all replies of a device have bytes around them, and over half of all bytes are stray.
 bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
          std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
@@ -114,7 +114,7 @@ bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord>
          });
 }
 
-/// A word of the devices explains them.
+/// True if late replies or a sentence of a device explain the stray bytes.
 bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices) {
   constexpr std::uint64_t kLongReply = 300;
   std::uint64_t late = 0;
@@ -131,14 +131,14 @@ bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord>
   });
 }
 
-/// If no device answers, their own sentences tell of the echo.
+/// If no device answers, the sentence about the devices mentions the echo.
 bool AnyAnswers(std::span<const bus::DeviceRecord> devices, Now now) {
   return std::ranges::any_of(devices, [&](const bus::DeviceRecord& one) {
     return Answers(one.status.state) || HasAnsweredLately(one.status, now.instant);
   });
 }
 
-/// Echoes that are missing, or come where none is wanted; and devices of which none answers.
+/// Reports echoes that are missing or not configured, and a line on which no device answers.
 Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                       Now now) {
   Sentences found;
@@ -174,7 +174,7 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   return found;
 }
 
-/// Empty: they are few, or something else explains them.
+/// Reports stray bytes. Empty: they are few, or another sentence explains them.
 std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                        std::span<const bus::DeviceRecord> devices) {
   const double stray =
@@ -190,11 +190,11 @@ std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
           : "the server answers twice, or does not keep to Modbus TCP; update its firmware");
 }
 
-/// Why polls are missed. Empty: none is, or a device tells it.
+/// Why polls are missed. Empty: no poll is missed, or a sentence of a device explains it.
 std::string MissedPolls(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now, Instant started) {
   const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
-    // One that says no to most of what it is asked, or that is absent, has a sentence of its own.
+    // A device that refuses most requests, or that no longer answers, has a sentence of its own.
     const bool refuses = 2 * one.status.findings.Count(Symptom::refusal) >= bus::Findings::kKept;
     return refuses || (one.status.last_ok && IsAbsent(one.status));
   });
@@ -249,35 +249,35 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
 namespace {
 
 constexpr int kMinutes = 5;
-/// Fewer missed periods are a hiccup, as at a start.
+/// Fewer missed periods are ignored; some are normal after a start.
 constexpr std::uint32_t kNotableMisses = 3;
 constexpr double kNotableMissed = 0.02;
-/// From here on failures are what the line's time goes to.
+/// Failures that take this share of the line's time are the cause of missed polls.
 constexpr double kMuchWaste = 0.2;
-/// So much of it is enough for periods to be missed meanwhile.
+/// Failures that take this share may cause some missed polls.
 constexpr double kSomeWaste = 0.03;
-/// And good exchanges are.
+/// Good exchanges that take this share are the cause of missed polls.
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
-/// The longest silence that a protocol needs before a request is shorter.
+/// Protocols need a shorter silence before a request.
 constexpr Duration kLongQuiet = 50ms;
-/// A device stands out if it takes this many times its even share.
+/// A device stands out if it takes this many times the average time per device.
 constexpr double kMoreThanOthers = 1.25;
 
-/// The time that the last minutes have had so far.
+/// The seconds, at most five minutes, for which counts exist.
 double Watched(Now now, Instant started) {
   const Duration of_minute = now.instant.time_since_epoch() % 1min;
   return Seconds(std::min<Duration>(now.instant - started, of_minute + (kMinutes - 1) * 1min));
 }
 
-/// The characters take most of the time, and not the thinking of the devices.
+/// True if characters on the wire take most of the time, and not the reply times of the devices.
 bool IsWireTime(const bus::LineStatus& status, const config::Line& line) {
   const auto characters = static_cast<std::int64_t>(status.bytes_in + status.bytes_out);
   return 2 * characters * line.serial.CharacterTime() > status.busy;
 }
 
-/// The silence that is configured takes as long as the exchanges behind it.
+/// True if the configured silence takes longer than the exchanges.
 bool IsQuietTime(std::span<const bus::DeviceRecord> devices) {
   return std::ranges::all_of(devices, [](const bus::DeviceRecord& one) {
     const std::optional<Duration>& quiet = one.status.timing.quiet;
@@ -326,18 +326,18 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
     const bus::Findings& findings = one.status.findings;
     return findings.Count(Symptom::other_master) + findings.Count(Symptom::master_beside) > 1;
   });
-  if (disturbed) return {};  // and the line has a sentence about that
+  if (disturbed) return {};  // the line has a sentence about the other master
   // The device has a sentence about its own failures.
   if (device != nullptr && FailsOften(*device)) return {};
-  // It has a sentence of its own, and so needs no other.
+  // The wasteful device has a sentence about its failures.
   if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
-  // Stray bytes beside good replies take time as well, and there is no failure to mend.
+  // Stray bytes beside good replies also waste time, but there is no failure to correct.
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
     return fmt::format("{} takes {} of the line's time with exchanges that fail: mend that first",
                        name(*wasteful), Percent(waste));
   }
-  // One that is late says so itself, and what to do.
+  // A late device has a sentence with its own remedy.
   if (device == nullptr && busiest != nullptr && busiest->status.patience > Duration()) return {};
   const bool wire = !devices.empty() && IsWireTime(line, *devices.front().line);
   const char* const ask_less =

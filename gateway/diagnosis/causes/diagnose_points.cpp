@@ -1,3 +1,4 @@
+// Sentences about the points of a device that answers (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -23,7 +24,7 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// What to do where a value is not good for one reason.
+/// The remedy for values that are not good for this reason; null: none is known.
 const char* RemedyFor(Reason reason) {
   switch (reason) {
     case Reason::over_range:
@@ -46,8 +47,8 @@ const char* RemedyFor(Reason reason) {
   }
 }
 
-/// The limit of the configuration that a reading of this reason may be beyond, by its key: "max",
-/// 100. A device's own over-range has the same reason. Nothing where the configuration sets none.
+/// The configured limit that a reading with this reason may exceed: key and value, "max" and 100.
+/// Nothing if no limit is configured. The device itself may also report over_range or under_range.
 std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& point, Reason reason) {
   if (point.access != config::Access::read) return std::nullopt;
   const bool over = reason == Reason::over_range;
@@ -57,7 +58,7 @@ std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& poin
   return std::pair(over ? "max" : "min", *limit);
 }
 
-/// What stands where a number belongs.
+/// Describes a reply that contains something else instead of a number.
 std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
   const std::string& text = finding.cause;
@@ -71,27 +72,27 @@ std::string NoNumber(const Finding& finding) {
                 : "does the profile fit the device? type: string takes it");
 }
 
-/// Where values are read more seldom, their first period has ended for this.
+/// Values are expected within this time even if their poll period is longer.
 constexpr Duration kLongestStart = 1min;
-/// A point that is polled has a value by then.
+/// A point that is polled has a value after this time.
 constexpr Duration kLongWait = 20s;
-/// By then a device that speaks by itself has said all that it has to say.
+/// After this many messages a device that sends unasked has sent all of its values.
 constexpr std::size_t kManyMessages = 20;
 
-/// Points that are not good, by the reason.
 struct Doubts {
-  std::size_t stale = 0;     ///< too old
-  std::size_t doubted = 0;   ///< the gateway is not sure of them
-  std::size_t reported = 0;  ///< the device itself says so
-  // Reported without a reason:
+  std::size_t stale = 0;
+  std::size_t doubted = 0;   ///< the gateway is not sure of the value
+  std::size_t reported = 0;  ///< the device itself reported the quality
+  // Reported points without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
-  std::size_t jumping = 0;  ///< of these: readings are compared, and may not have agreed
+  /// The points of `unsure` with recheck: their jump may not have been confirmed.
+  std::size_t jumping = 0;
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
-  std::string first;         ///< of those that are reported
-  std::size_t limited = 0;   ///< of those that are reported: LimitOf has a limit
-  std::string limit_remedy;  ///< for the first of these
+  std::string first;         ///< name of the first reported point
+  std::size_t limited = 0;   ///< reported points that have a configured limit
+  std::string limit_remedy;  ///< for the first limited point
 
   void AddReported(const Quality& quality, const config::Point& point) {
     ++reported;
@@ -112,7 +113,7 @@ struct Doubts {
   }
 };
 
-/// Nothing is wrong: there is nothing to measure at present, or the device lacks an option.
+/// True if the reason is normal: nothing to measure at present, or an option that is not fitted.
 bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
   if (reason == Reason::not_fitted) return LacksOptions(record);
   const auto lacks = [](const bus::PointRecord& point) { return IsBad(point.reported); };
@@ -120,7 +121,7 @@ bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
          !std::ranges::all_of(record.points, lacks);
 }
 
-/// `usual`: what is no trouble, and nothing else; or the reverse.
+/// Counts the points whose reason is normal (`usual`), or all other points that are not good.
 Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now, bool usual) {
   const Duration open = now.wall - line.port_since;
   Doubts doubts;
@@ -131,9 +132,9 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
     if (open < std::min(period, kLongestStart)) continue;
     const bool reported = quality == record.points[i].reported;
     if (usual != (reported && IsUsual(record, quality.reason))) continue;
-    // The device itself reported this quality; every other one comes of doubt or age.
+    // Other qualities come from doubt or age.
     if (reported) {
-      // A reader that has read nothing yet lacks nothing.
+      // A reader that has not read anything yet has no fault.
       if (record.status.unasked && quality.reason == Reason::not_ready) continue;
       doubts.AddReported(quality, record.device->points[i]);
     } else if (quality == Quality::uncertain && quality == record.points[i].at_best) {
@@ -141,7 +142,7 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
     } else {
       const auto group = static_cast<std::size_t>(record.device->points[i].group);
       const bus::AgeLimits& limits = record.age_limits[group];
-      // The port is open for a shorter time than that: the polls have not had their chance.
+      // The port was opened less than an age limit ago, so the point may not have been polled yet.
       const bool waits = limits.ages() && open < limits.uncertain_after;
       if (!waits) ++doubts.stale;
     }
@@ -164,7 +165,7 @@ std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now
       record.points.size());
 }
 
-/// "2 over range, 1 open sensor; level, ...".
+/// The reasons and the first point: "2 over range, 1 open sensor; level, ...".
 std::string WhichAre(const Doubts& doubts) {
   std::string text;
   for (const auto& [reason, count] : doubts.reasons) {
@@ -173,7 +174,7 @@ std::string WhichAre(const Doubts& doubts) {
   return text + (text.empty() ? "" : "; ") + doubts.first + (doubts.reported > 1 ? ", ..." : "");
 }
 
-/// Why a reading without a reason is not good. Empty: they are of several kinds.
+/// Why readings without a reason are not good. Empty: there are several reasons.
 std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.jumping == doubts.reported && record.status.rechecks > 0) {
     return ": each reading is far from the one before, also when it is read again at once: if it "
@@ -197,8 +198,7 @@ std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts)
   return {};
 }
 
-/// The remedy, if all of these points have the same reason, or all may be beyond a limit of the
-/// configuration. Empty: they have several reasons.
+/// The remedy if all reported points have one reason, or all have a configured limit; else empty.
 std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
@@ -210,7 +210,7 @@ std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) 
   return all ? ": nothing measures: look at what is behind the device" : ": " + std::string(remedy);
 }
 
-/// ": ..."; empty: the reasons speak for themselves.
+/// ": " with cause and remedy of the reported points. Empty: the reasons are clear by name.
 std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   std::string why = WhyUnreadable(record, doubts) + RemedyForAll(record, doubts);
   const auto refused = doubts.reasons.find(Reason::not_fitted);
@@ -254,7 +254,7 @@ bool IsForeign(const bus::DeviceRecord& record) {
 }
 
 Sentences DiagnosePoints(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now) {
-  if (IsForeign(record)) return {};  // that explains them all
+  if (IsForeign(record)) return {};  // the trouble of the device explains all values
   const Doubts doubts = DoubtsOf(line, record, now, false);
   const std::size_t points = record.points.size();
   Sentences found;
@@ -294,7 +294,7 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
   const bus::Findings& findings = record.status.findings;
   const Finding& odd = findings.Last(Symptom::odd);
   const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
-  // What is asked seldom has been asked by then as well, and it has said no.
+  // After a refusal, rarely polled points are included: these have been polled by now as well.
   const config::Group least = said.cause.empty() ? config::Group::fast : config::Group::slow;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const config::Point& point = record.device->points[i];
@@ -306,7 +306,7 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
   const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
   if (waiting == 0 || now.instant - started < patience) return {};
   if (record.status.unasked && said.cause.empty()) {
-    // Messages come one after another, and none of them has these values.
+    // Many messages have come, and none of them contains these values.
     if (findings.size() < kManyMessages || !MustSpeakWithin(record)) return {};
     const std::string& missing = record.status.missing;
     return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
@@ -325,21 +325,20 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
 
 namespace {
 
-/// No device measures less, apart from nothing at all, or more.
+/// Smaller (except 0) or larger numbers cannot be measurements.
 constexpr double kLeastMeasured = 1e-20;
 constexpr double kMostMeasured = 1e20;
-/// So much do most devices measure.
+/// Most measurements lie in this range.
 constexpr double kLeastUsual = 1e-4;
 constexpr double kMostUsual = 1e7;
-/// A negative number in an unsigned type is hardly further below zero, beside numbers as small.
+/// Beside numbers up to this, an unsigned number this close to its maximum is probably negative.
 constexpr double kSmall = 1000;
-/// Registers of a row are no further apart.
+/// Neighbouring registers have at most this distance.
 constexpr int kNextTo = 4;
 
-/// "holding " and 40.
+/// Table and number of a register: "holding " and 40.
 using Register = std::pair<std::string, int>;
 
-/// A number of four bytes, as it was read.
 struct Float {
   std::optional<Register> place;
   std::uint32_t bits;
@@ -356,7 +355,7 @@ bool IsUsual(std::uint32_t bits) {
   return size == 0 || (size >= kLeastUsual && size <= kMostUsual);
 }
 
-/// The order of bytes that is set at the device; empty: none, or the one that it would have anyway.
+/// The byte order that is configured at the device. Empty: none, or the default.
 std::string SetOrder(const config::Device& device) {
   const auto order = device.options.all().find("order");
   if (!device.traits->has_byte_order || order == device.options.all().end()) return {};
@@ -364,8 +363,8 @@ std::string SetOrder(const config::Device& device) {
   return name == nullptr || *name == Name(config::WordOrder::abcd) ? std::string() : *name;
 }
 
-/// The order of bytes in which all of these numbers are usual ones. Empty: none, more than one, or
-/// the device has no such setting, or another one than the first.
+/// The byte order in which all of these numbers are usual. Empty: there is no such order or more
+/// than one, the device has no such setting, or its byte order is already configured.
 std::string OrderOf(const config::Device& device, const std::vector<Float>& numbers) {
   using enum config::WordOrder;
   if (!device.traits->has_byte_order || !SetOrder(device).empty()) return {};
@@ -375,7 +374,7 @@ std::string OrderOf(const config::Device& device, const std::vector<Float>& numb
     const bool all = std::ranges::all_of(numbers, [&](const Float& number) {
       std::uint32_t turned = 0;
       for (const char place : other) {
-        const int byte = place - 'A';  // 0: the first of the four, as they came
+        const int byte = place - 'A';  // 0: the first of the four bytes as they came
         turned = turned << 8U | (number.bits >> (8U * (3U - static_cast<unsigned>(byte))) & 0xFFU);
       }
       return IsUsual(turned);
@@ -387,8 +386,8 @@ std::string OrderOf(const config::Device& device, const std::vector<Float>& numb
   return std::string(found);
 }
 
-/// The second half of each and the first half of the next make usual numbers, as they do where each
-/// was read one register too far. Swapped words look alike, unless nothing (0) stands at the end.
+/// True if the second half of each number and the first half of the next make usual numbers: each
+/// was read one register too far. Swapped words look like this too, unless the last word is 0.
 bool AreShifted(const std::vector<Float>& numbers) {
   bool any = false;
   for (const Float& number : numbers) {
@@ -404,7 +403,7 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Why an integer cannot be true; empty: it can. `small`: others beside it are.
+/// Why an integer cannot be a measurement; empty: it can. `small`: other numbers are small.
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;
@@ -470,7 +469,7 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   }
   std::size_t absurd = 0;
   std::string first;
-  std::string why;  // of an integer
+  std::string why;  // why the first number, if it is an integer, cannot be true
   for (const auto& [point, shown, raw] : numbers) {
     const double size = std::abs(shown);
     const bool is_float =
@@ -488,7 +487,7 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   const std::string set = SetOrder(*record.device);
   const bool either = shifted && floats.back().bits != 0 && (!order.empty() || !set.empty());
   if (why.empty() && either) {
-    // The registers are the same for both, so one cure makes wrong numbers that look right.
+    // Both cures change the same registers, so the wrong one gives wrong numbers that look right.
     why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
           ", or correct their addresses by one register: both make usual numbers, so compare with "
           "its display";

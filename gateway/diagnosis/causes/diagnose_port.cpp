@@ -1,3 +1,4 @@
+// Sentences about a port or connection: closed, lost, or ended by the server (see diagnose.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,16 +16,16 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// A server that ends so many connections in use does not do so by its settings alone.
+/// Fewer lost connections are not reported.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 constexpr int kLastMinutes = 4;
 /// Losses within this time count as one restart of the server.
 constexpr Duration kRestart = 10s;
-/// A connection is opened again so soon.
+/// A port that was closed for a shorter time is probably about to be reopened.
 constexpr Duration kMoment = 15s;
 
-/// The service that answers in place of a device; null: none is recognised.
+/// The finding about a service that answers in place of a device; null: none is recognised.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -34,7 +35,7 @@ const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   return nullptr;
 }
 
-/// Empty: none is there.
+/// Empty: no other service was recognised.
 std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
@@ -44,7 +45,7 @@ std::string SayOtherService(const config::Line& line, std::span<const bus::Devic
          (other->remedy.empty() ? "check the port" : other->remedy);
 }
 
-/// No device has ever answered, and what came broke off with its connection. Empty: it is not so.
+/// Reports a server that ends the connection inside replies, so that a device never answers.
 std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto breaks_off = [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
@@ -54,7 +55,6 @@ std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceR
          "(firmware, limits)";
 }
 
-/// Why a port holds what is sent.
 const char* WhyNoData(const config::SerialSettings& serial) {
   if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
   if (serial.xonxoff) {
@@ -77,13 +77,12 @@ std::string Lost(const config::Line& line, const bus::LineStatus& status, std::s
                                           : "loose plug, hub or power; the log has the times");
 }
 
-/// In the last hour. A server that restarts accepts and ends connections meanwhile.
+/// Losses in the last hour. Several connections that end while a server restarts are one loss.
 std::size_t LossesOf(const config::Line& line, const bus::LineStatus& status, Now now) {
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
-/// An update of a server ends one or two connections. A server that goes away twice in two minutes
-/// has a fault.
+/// An update ends one or two connections; disappearing twice in two minutes is a fault.
 bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::size_t lost,
                  Now now) {
   if (!line.is_network()) return lost > 0;
@@ -93,7 +92,7 @@ bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::s
   return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
 }
 
-/// A server that ends connections which are in use.
+/// Reports a server that ends connections while they are in use.
 std::string Dropped(const bus::LineStatus& status, Now now) {
   const std::size_t times = status.drops.Since(now.instant - kRecently);
   if (times < kDrops) return {};
@@ -126,7 +125,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return "no host answered for a while: look at the power of the server and at the network "
            "(cable, switch, radio)";
   }
-  // By chance as many as there are requests under way.
+  // By chance, the share of ends during a request equals the share of time in use.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
     return "with a request under way: the server fails at requests: look at its load, its log and "
@@ -160,7 +159,7 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
-  // The gateway opens it again because no device answers, so that is the trouble to name.
+  // The gateway reopens the port because no device answers, so this is the trouble to name.
   const auto absent = [](const bus::DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);
@@ -170,7 +169,7 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   const Duration closed = now.wall - status.port_since;
   const std::size_t lost = LossesOf(line, status, now);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
-  // A server that has never let a device answer is told by its own reason.
+  // If no device has ever answered, the reason for the closed port is more useful than the losses.
   const auto answered = [](const bus::DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
   const bool often =
@@ -189,7 +188,7 @@ Sentences AboutLosses(const config::Line& line, const bus::LineStatus& status,
   if (IsLostOften(line, status, lost, now)) {
     found.push_back(Lost(line, status, lost, devices, now.instant));
   }
-  // One unit that is closed for has a sentence of its own.
+  // A unit to which the server answers by ending the connection has a sentence of its own.
   const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
   });

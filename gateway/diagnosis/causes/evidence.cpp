@@ -11,33 +11,33 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// If single losses are this unlikely to stand so close together, they are outages.
+/// If random losses would be distributed like this with at most this probability, they are outages.
 constexpr double kChance = 0.001;
-/// An outage has at least this many failures on average: the request and its repeat.
+/// An outage has at least this many failures on average: the request and its retry.
 constexpr double kFewest = 2;
 
-/// A single outage that has this many times the failures of all others stands for itself.
+/// A single outage counts alone if it has this many times the failures of all others.
 constexpr double kMostly = 4;
-/// This many coincidences are no chance.
+/// Fewer coincidences may be chance.
 constexpr std::size_t kOften = 2;
 
-/// Devices are asked one after the other.
+/// Devices are polled one after the other, so failures this close together are simultaneous.
 constexpr Duration kNextTurn = 1s;
 /// Failures this close together belong to one outage.
 constexpr Duration kSameOutage = 3s;
 
 /// Fewer failures at the same time may be chance.
 constexpr std::size_t kFewTogether = 3;
-/// A period needs this many beginnings, and its longest is at most this many times its shortest.
+/// A period needs this many outages; its longest interval is at most kRegular times its shortest.
 constexpr std::size_t kBeginnings = 3;
 constexpr double kRegular = 1.4;
-/// So many single failures with so many answers between them come with a period by no chance.
+/// This many single failures with at least kRare answers between them are regular, not random.
 constexpr std::size_t kManyBeginnings = 5;
 constexpr std::uint32_t kRare = 5;
 /// Failures with a shorter period are single losses.
 constexpr Duration kShortestPeriod = 4s;
 
-/// A silence of more than this many times the longest before is a new trouble.
+/// A silence longer than this many times the longest one before is a new trouble.
 constexpr double kUsual = 2;
 
 /// The logarithm of the number of ways to choose `some` of `all`.
@@ -47,8 +47,8 @@ double LogWays(double all, double some) {
   return ways;
 }
 
-/// The probability that independent failures stand in this many runs or fewer (runs test of Wald
-/// and Wolfowitz).
+/// The probability that independent failures form this many runs or fewer (runs test of Wald and
+/// Wolfowitz).
 double Chance(const FailureTally& tally) {
   const double all = LogWays(tally.failed + tally.answered, tally.failed);
   double chance = 0;
@@ -71,8 +71,8 @@ double AtLeast(std::size_t some, std::size_t all, double chance) {
   return sum;
 }
 
-/// The mean of its shortest possible length (first failure to last) and its longest (answer to
-/// answer).
+/// An outage lasts at least from its first failure to its last, and at most from the answer before
+/// to the answer after. Returns the mean.
 Duration LengthOf(const bus::FailureRuns::Run& run) {
   const Duration least = run.last - run.first;
   const Duration most = *run.after - run.before.value_or(run.first);
@@ -100,7 +100,7 @@ std::optional<Duration> PeriodOf(const std::vector<bus::FailureRuns::Run>& runs)
   return (runs.back().first - runs.front().first) / count;
 }
 
-/// Failures that are rare and regular are short outages.
+/// True if the failures are rare and regular: then they are short outages.
 bool ComeRegularly(const bus::FailureRuns& failures) {
   const auto& runs = failures.runs();
   const auto is_rare = [](const bus::FailureRuns::Run& run) { return run.answered >= kRare; };
@@ -127,7 +127,7 @@ std::optional<Absences> FindAbsences(const bus::FailureRuns& failures) {
   const auto ended = Ended(failures);
   if (ended.empty()) return std::nullopt;
   const FailureTally tally = TallyOf(failures);
-  // One long outage says nothing about the others, unless they are few.
+  // A long outage proves nothing about the other failures, unless these are few.
   const double others = tally.failed - tally.longest;
   const bool alike = others >= kFewest * (tally.runs - 1);
   const bool over = failures.runs().back().after.has_value();
@@ -180,7 +180,8 @@ bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other)
   const auto lasts = [](const bus::FailureRuns::Run& run) { return run.failed >= kFewest; };
   std::size_t all = 0;
   std::size_t together = 0;
-  std::set<const bus::FailureRuns::Run*> others;  // a long one may stand beside several
+  // Runs of `other`; a long run may coincide with several.
+  std::set<const bus::FailureRuns::Run*> others;
   for (const bus::FailureRuns::Run& run : one.runs()) {
     if (!lasts(run)) continue;
     ++all;
@@ -209,7 +210,7 @@ std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> de
     }
   }
   if (outages.size() < kManyBeginnings) return std::nullopt;
-  // If one device has all of these outages and the others hardly any, they are not shared.
+  // If one device has all of these outages and the others hardly any, the outages are not shared.
   const auto has_many = [&](const bus::FailureRuns* one) {
     return 2 * one->runs().size() >= outages.size();
   };
@@ -232,9 +233,9 @@ bool IsUsualSilence(const bus::FailureRuns& failures, Instant now) {
 
 namespace {
 
-/// One of so many exchanges that were looked at may have failed.
+/// A healthy device failed in at most one of this many exchanges.
 constexpr std::size_t kMostlyGood = 8;
-/// A neighbour fails as often as the device, if it does so at least once in so many times.
+/// A neighbour fails "as often" if it has at least one failure for this many of the device.
 constexpr std::size_t kOftenAlike = 4;
 
 void Add(Evidence& evidence, const bus::DeviceRecord& record) {
@@ -255,7 +256,6 @@ void Add(Evidence& evidence, const bus::DeviceRecord& record) {
   }
 }
 
-/// Not one of all that are kept was answered.
 bool IsAllBad(const Evidence& evidence) {
   const bool fails = evidence.absent || evidence.first().status.unasked;
   return fails && evidence.failed == evidence.looked &&
@@ -263,17 +263,16 @@ bool IsAllBad(const Evidence& evidence) {
 }
 
 constexpr std::size_t kNamed = 2;
-/// So close together no two devices fail by themselves.
+/// Devices that stop answering within this time have a common cause.
 constexpr Duration kTogether = 5s;
 
-/// Both have answered, and do no more since the same moment.
 bool FellTogether(const bus::DeviceStatus& one, const bus::DeviceStatus& other) {
   if (!IsAbsent(one) || !IsAbsent(other) || !one.last_ok || !other.last_ok) return false;
   const Duration between = *one.last_ok - *other.last_ok;
   return between < kTogether && between > -kTogether;
 }
 
-/// "d, e and 3 more".
+/// Lists the first names: "d, e and 3 more".
 std::string Listed(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {
@@ -283,7 +282,7 @@ std::string Listed(const std::vector<std::string>& names) {
   return text;
 }
 
-/// What most of its failures looked like; nothing: too few.
+/// Nothing: there are too few failures.
 std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
   const bus::Findings::Counts failures = status.findings.Failures();
   const auto most = std::ranges::max_element(failures);
@@ -291,7 +290,7 @@ std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
   return static_cast<Symptom>(most - failures.begin());
 }
 
-/// Most of its failures are damage, of whichever kinds: noise makes many.
+/// True if most failures are damage of any kind, because noise causes many kinds.
 bool ComesDamaged(const bus::DeviceStatus& status) {
   std::size_t damage = 0;
   for (std::size_t i = 0; i < kSymptoms; ++i) {
@@ -301,7 +300,7 @@ bool ComesDamaged(const bus::DeviceStatus& status) {
   return damage > 1 && 2 * damage > FailedOf(status);
 }
 
-/// The latest finding about another master, if the line has two or more.
+/// The latest finding about another master; null: the line has fewer than two of them.
 const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   const Finding* found = nullptr;
   std::size_t count = 0;
@@ -315,7 +314,7 @@ const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   return count > 1 ? found : nullptr;
 }
 
-/// For Evidence::eaten.
+/// Computes Evidence::eaten.
 std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   unsigned answered = 0;
   for (const bus::DeviceRecord& one : all)
@@ -326,7 +325,7 @@ std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   for (const bus::DeviceRecord& one : all) {
     if (!HasDeadQuery(one, kNeverAnswered)) continue;
     for (const bus::QueryCount& query : one.status.queries) {
-      // Damaged replies lack such bytes themselves.
+      // A damaged reply proves that the request arrived.
       if (query.in_vain < kNeverAnswered || query.symptom != Symptom::silence) continue;
       if ((query.asked & suspects) == 0) return 0;
       eaten |= query.asked & suspects;
@@ -336,13 +335,14 @@ std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   return static_cast<std::uint8_t>(dead > 1 ? eaten : 0);
 }
 
-/// Damage strikes at the same time as silence.
+/// The runs to compare with those of neighbours: if the device is only silent, runs of silence;
+/// otherwise damaged replies count as well.
 const bus::FailureRuns& RunsOf(const bus::DeviceRecord& record, bool silent) {
   return silent ? record.status.failures : record.status.spoilt;
 }
 
-/// Which neighbours fail when the device does. Neighbours are polled in step, and so are requests
-/// that fail always: those say nothing.
+/// Finds the neighbours that fail when the device fails. Devices with a request that always fails
+/// are ignored, because polls are in step and would coincide.
 void AddFailingTogether(Evidence& evidence, std::span<const bus::DeviceRecord> all) {
   const bus::DeviceRecord& device = *evidence.device;
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
@@ -353,7 +353,7 @@ void AddFailingTogether(Evidence& evidence, std::span<const bus::DeviceRecord> a
   Coincidences coincidences;
   for (const bus::DeviceRecord& other : all) {
     if (HasDeadQuery(other) || HasDeadQuery(device)) continue;
-    if (!other.status.last_ok) continue;  // it fails at all times
+    if (!other.status.last_ok) continue;  // a device that never answered fails at all times
     const bus::FailureRuns& own = RunsOf(device, silent);
     const bus::FailureRuns& its = RunsOf(other, silent);
     if (!its.runs().empty()) failing.push_back(&its);
@@ -373,7 +373,6 @@ void AddFailingTogether(Evidence& evidence, std::span<const bus::DeviceRecord> a
   }
 }
 
-/// It answers, and nearly always.
 bool IsHealthy(const bus::DeviceStatus& status) {
   if (!Answers(status.state) || status.findings.size() == 0) return false;
   return kMostlyGood * FailedOf(status) <= status.findings.size();
@@ -422,7 +421,7 @@ std::size_t FailedOf(const bus::DeviceStatus& status) {
   return failed;
 }
 
-/// Where bytes of some come, and not one of others, they share no cause.
+/// Devices that are silent and devices that send bytes do not fail for the same reason.
 bool AbsentTogether(std::span<const bus::DeviceRecord> all) {
   std::size_t absent = 0;
   std::size_t silent = 0;
@@ -470,7 +469,7 @@ Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
     const bool alike = own && own == MostOften(other.status);
     if (alike) evidence.alike = other.device->name;
     const bool damaged = ComesDamaged(device.status) && ComesDamaged(other.status);
-    // As often as the device, more or less.
+    // At least a quarter as often as the device.
     const bool as_often =
         (alike || damaged) && kOftenAlike * FailedOf(other.status) >= evidence.failed;
     evidence.noisy = evidence.noisy || (damaged && as_often);
@@ -489,7 +488,7 @@ bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now) {
   return status.last_ok && now - *status.last_ok < kLately;
 }
 
-/// Another master may ask the same now and then.
+/// Another master may send a few identical requests, so at least half must come back.
 bool Echoes(const bus::LineStatus& status) {
   constexpr std::uint64_t kLooked = 32;
   const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));

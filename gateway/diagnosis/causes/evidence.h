@@ -1,7 +1,7 @@
-// Evidence holds what is known of a device or a line that does not work as it should: the facts of
-// the latest exchanges, of its own past and of its neighbours, for
-// gateway/diagnosis/causes/hypotheses.h. Pure. FindAbsences tells single losses from outages, and
-// Coincidences counts the failures of one device that stand where another one fails as well.
+// Evidence contains the facts about a device or a line with trouble: its latest exchanges, its past
+// and its neighbours. The hypotheses of gateway/diagnosis/causes/hypotheses.h judge them.
+// FindAbsences tells single losses from outages; Coincidences counts failures of one device that
+// happen together with failures of another device. All functions are pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,38 +20,39 @@
 
 namespace baudgate::diagnosis {
 
-// Does a device that fails now and then lose single requests, or is it away for some time and comes
-// back? Losses hit one exchange like another; outages put failures together. Pure.
+// Tells whether a device that fails now and then loses single requests or is sometimes away. Losses
+// are distributed at random; an outage puts failures together.
 //
-//   o x o o x o x x o o o o x o     losses: failures stand as chance puts them
-//   o o o o o x x x x o o o o o     an outage: by chance they would hardly ever stand so
+//   o x o o x o x x o o o o x o     losses: the failures are distributed at random
+//   o o o o o x x x x o o o o o     an outage: random failures would hardly ever be this close
+//
 
-/// How all exchanges ended that the runs stand for.
+/// How the exchanges of all runs ended.
 struct FailureTally {
   double failed = 0;
   double answered = 0;
   double runs = 0;
-  double longest = 0;  ///< failures in a row
+  double longest = 0;  ///< the longest run of failures
 };
 
 FailureTally TallyOf(const bus::FailureRuns& failures);
 
 struct Absences {
-  std::size_t times = 0;             ///< it has come back
-  Duration length{};                 ///< of one, on the average; about
-  std::optional<Duration> period{};  ///< from one beginning to the next, where that is regular
+  std::size_t times = 0;             ///< outages that are over
+  Duration length{};                 ///< the average length of one outage, estimated
+  std::optional<Duration> period{};  ///< from one beginning to the next; nothing: irregular
 };
 
-/// Nothing: single losses, or it has been away once and is so still.
+/// Returns nothing for single losses, and for a first outage that is not over yet.
 std::optional<Absences> FindAbsences(const bus::FailureRuns& failures);
-/// Again and again both fail in a row at the same time.
+/// True if both devices repeatedly have runs of failures at the same time.
 bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
-/// Failures of one device that stand where another one fails as well.
+/// How many failures of one device happen while another device fails as well.
 struct Coincidences {
-  std::size_t all = 0;  ///< failures of the one, repeats apart
+  std::size_t all = 0;  ///< runs of failures of the first device
   std::size_t together = 0;
-  double expected = 0;  ///< so many would be together by chance
+  double expected = 0;  ///< the number of coincidences that chance alone would give
 
   bool AreNoChance() const;
   void Add(const Coincidences& more) {
@@ -62,95 +63,97 @@ struct Coincidences {
 };
 Coincidences CoincidencesOf(const bus::FailureRuns& one, const bus::FailureRuns& other);
 
-/// From one failure of any of them to the next, where these come regularly and strike several
-/// devices, or now one and now another: an outage that they share may be as short as one request.
+/// The time between regular outages that several devices share, together or one after the other; an
+/// outage may be as short as one request. Nothing: there are none.
 std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> devices);
-/// It is silent now, and no longer than its failures have lasted before.
+/// True if the device has been silent for at most twice as long as its longest silence before.
 bool IsUsualSilence(const bus::FailureRuns& failures, Instant now);
 
 struct Evidence {
   const config::Line* line = nullptr;
   const bus::LineStatus* status = nullptr;
-  const bus::DeviceRecord* device = nullptr;  ///< null: of all devices of the line together
+  /// Null: the evidence is about all absent devices of the line.
+  const bus::DeviceRecord* device = nullptr;
   Instant now{};
-  bool absent = false;    ///< it does not answer at present
-  bool answered = false;  ///< it has, since the start
-  bool changed = false;   ///< it has, and to none of the exchanges that are kept
+  bool absent = false;    ///< the device does not answer at present
+  bool answered = false;  ///< the device has answered since the start
+  bool changed = false;   ///< the device has answered, but not in any of the stored exchanges
   std::string healthy{};  ///< a neighbour that answers well; empty: none
-  std::string alike{};    ///< a neighbour that fails in the same way; empty: none
-  std::string missing{};  ///< a neighbour from which not a byte ever came; empty: none
+  std::string alike{};    ///< a neighbour whose failures look the same; empty: none
+  std::string missing{};  ///< a neighbour that has never sent a byte; empty: none
   bool noisy = false;     ///< replies of a neighbour come damaged about as often
-  std::string away{};     ///< neighbours that are away at the same times: "d, e"; empty: none
+  std::string away{};     ///< neighbours with outages at the same times: "d, e"; empty: none
   std::string losing{};   ///< neighbours that lose requests at the same times; empty: none
-  std::optional<Duration> shared_period{};  ///< of those losses, where they come regularly
-  std::string fell{};               ///< neighbours that fell silent with it: "d, e"; empty: none
-  const Finding* master = nullptr;  ///< another master of the line, heard twice; null: none
-  /// XON and XOFF (bits of kSpecialBytes), where all requests of the line to which nothing comes,
-  /// while others are answered, have one of them, two at least, and none that was answered.
+  std::optional<Duration> shared_period{};  ///< the period of these losses; nothing: irregular
+  /// Neighbours that stopped answering at the same moment: "d, e"; empty: none.
+  std::string fell{};
+  /// The latest finding about another master, seen at least twice; null: none.
+  const Finding* master = nullptr;
+  /// XON and XOFF (bits of kSpecialBytes) that a converter seems to take out of requests: at least
+  /// two requests get no answer, each contains one of them, and no answered request does.
   std::uint8_t eaten = 0;
-  std::size_t looked = 0;  ///< the latest exchanges
-  std::size_t failed = 0;  ///< of those, without a good reply
-  std::size_t seen = 0;    ///< failures that `counts` stands for, older ones among them
+  std::size_t looked = 0;  ///< the number of latest exchanges
+  std::size_t failed = 0;  ///< exchanges of `looked` without a good reply
+  std::size_t seen = 0;    ///< failures that `counts` contains, including older ones
   bus::Findings::Counts counts{};
   std::array<const Finding*, kSymptoms> last{};
 
   std::size_t Count(Symptom symptom) const { return counts[static_cast<std::size_t>(symptom)]; }
   std::size_t Count(std::initializer_list<Symptom> symptoms) const;
-  /// The part of the failures that had one of these symptoms.
+  /// The share of the failures that had one of these symptoms.
   double Share(std::initializer_list<Symptom> symptoms) const;
   /// The share of the failures that had one of the symptoms `own` or `others`. The symptoms
-  /// `others` may have the same cause; they do not count if they are more than `most` times as many
-  /// as `own`.
+  /// `others` are ignored if they are more than `most` times as frequent as `own`.
   double Share(std::initializer_list<Symptom> own, std::initializer_list<Symptom> others,
                std::size_t most = 4) const;
   const Finding& Last(Symptom symptom) const { return *last[static_cast<std::size_t>(symptom)]; }
-  /// The last words for people that came; empty: none.
+  /// The latest text for people, alone or beside a reply; without a cause if none came.
   const Finding& Words() const {
     const Finding& alone = Last(Symptom::text);
     return alone.cause.empty() ? Last(Symptom::text_beside) : alone;
   }
-  /// The times, address and serial settings are those of the device, or of the first one.
+  /// The device, or the first of several devices. Use its times, address and serial settings.
   const bus::DeviceRecord& first() const { return *records.front(); }
   const config::Traits& traits() const { return *first().device->traits; }
 
   std::vector<const bus::DeviceRecord*> records{};
 };
 
-/// The evidence about one device; `all`: the devices of its line, which outlive the evidence.
+/// The evidence about one device. `all`: the devices of its line, which must outlive the evidence.
 Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
                 std::span<const bus::DeviceRecord> all, Now now);
-/// The same about all devices of the line that are in use and do not answer.
+/// Collects the evidence about all absent devices of the line together.
 Evidence GatherAbsent(const bus::LineStatus& status, std::span<const bus::DeviceRecord> all,
                       Now now);
 
-/// Once may be chance.
+/// A single exchange may be chance.
 inline constexpr std::size_t kFacts = 2;
 
-/// A request that has failed so often in a row, beside others that are answered.
+/// A poll that failed this often in a row while others are answered is never answered.
 inline constexpr std::uint32_t kNeverAnswered = 3;
 
-/// So often in vain, one poll after another, it is no chance.
+/// A poll that failed this often in a row does not fail by chance.
 inline constexpr std::uint32_t kNeverByChance = 8;
 
-/// A request of the polls has failed so often in a row, beside others that are answered.
+/// True if one poll has failed at least `in_vain` times in a row and another poll is answered.
 bool HasDeadQuery(const bus::DeviceRecord& record, std::uint32_t in_vain = kNeverByChance);
 
-/// Something came, and is no reply as it is.
+/// True for symptoms of bytes that came but are not a readable reply.
 bool IsDamage(Symptom symptom);
 
-/// Its own, or those of its line.
+/// The serial settings of the device, or of its line if the device has none.
 config::SerialSettings SerialOf(const bus::DeviceRecord& record);
 
-/// How many of its latest exchanges had no good reply.
+/// How many of the latest exchanges had no good reply.
 std::size_t FailedOf(const bus::DeviceStatus& status);
 
-/// More than one device is in use, and none of them answers.
+/// True if several devices are in use, none answers, and all seem to fail for the same reason.
 bool AbsentTogether(std::span<const bus::DeviceRecord> all);
-/// Asked, and not there.
+/// True if the device has been asked and does not answer.
 bool IsAbsent(const bus::DeviceStatus& status);
-/// Even if it counts as offline right now.
+/// True if the device has answered in the last 15 s, even if its state is offline.
 bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now);
-/// An adapter gives back each request.
+/// True if an adapter returns each request.
 bool Echoes(const bus::LineStatus& status);
 
 }  // namespace baudgate::diagnosis

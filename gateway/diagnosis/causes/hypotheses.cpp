@@ -13,20 +13,20 @@ namespace {
 
 using enum Symptom;
 
-/// What a hypothesis leaves unexplained, from which another one is said as well.
+/// If a hypothesis leaves this share of the failures unexplained, a second one is shown.
 constexpr double kUnexplained = 0.3;
-/// What explains so much is said at once. Where failures are of several kinds, the cause that was
-/// said last is replaced by another one that explains so many times as many.
+/// A hypothesis that explains this share is shown at once. With several kinds of failures, the
+/// hypothesis that was shown last is replaced by one that explains kStronger times as many.
 constexpr double kNearlyAll = 0.85;
 constexpr double kStronger = 1.5;
-/// Below that a cause is not worth a word beside others.
+/// Hypotheses with less support are ignored.
 constexpr double kWorthSaying = 0.15;
 constexpr std::string_view kSetProtocol = "set protocol: ";
-/// Fewer silences may be spread like this by chance.
+/// Fewer silent exchanges may have this pattern by chance.
 constexpr std::size_t kSilences = 3;
-/// No device needs a longer silence in front of its request.
+/// No device needs a longer pause before a request.
 constexpr Duration kLongestPause = 300ms;
-/// Nothing sleeps so soon.
+/// No device goes to sleep sooner.
 constexpr Duration kShortestSleep = 200ms;
 
 template <Symptom kSymptom>
@@ -34,8 +34,8 @@ double Seen(const Evidence& evidence) {
   return evidence.Share({kSymptom});
 }
 
-/// One noise on a line without checksums may look like a request. Where others have heard it, its
-/// request of the same kind to this device looks like the gateway's own one, late.
+/// Without checksums, a single finding may be noise that looks like a request. Requests of a master
+/// that a neighbour's exchanges prove look like late echoes here.
 double OtherMaster(const Evidence& evidence) {
   const bool own = evidence.Count({other_master, master_beside}) >= kFacts;
   const bool elsewhere = evidence.master != nullptr && evidence.Count(late_echo) > 0;
@@ -45,31 +45,30 @@ double OtherMaster(const Evidence& evidence) {
   return own ? std::max(0.5, share) : share;
 }
 
-/// Requests fail that contain XON or XOFF, and no others.
+/// Requests that contain XON or XOFF fail, and no others.
 double EatenRequests(const Evidence& evidence) {
   if (evidence.eaten == 0 || evidence.device == nullptr) return 0;
   return HasDeadQuery(*evidence.device, kNeverAnswered) ? 1 : 0;
 }
 
-/// Where replies are one behind, a repeat is answered by the reply to its first try, and so is
-/// right.
+/// If replies are one behind, a retry gets the right reply; so failing retries exclude this cause.
 bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
 
-/// If repeats fail, the reply of a healthy neighbour is not the reply to the request before.
+/// If retries fail, the reply of a healthy neighbour is not a reply to the request before.
 double OtherDevice(const Evidence& evidence) {
   const bool neighbour = !evidence.healthy.empty() && RepeatsFail(evidence) &&
                          !evidence.Last(one_behind).remedy.empty();
   const std::size_t count =
       evidence.Count(other_device) + (neighbour ? evidence.Count(one_behind) : 0);
   if (count < kFacts) return 0;
-  // A lost character makes another number of an address.
+  // A lost character turns an address into another one.
   if (IsDamageAsMisfit(evidence) && 10 * count < 9 * evidence.seen) return 0;
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
-/// The device speaks unasked, and some of its messages are right: the others are damaged.
+/// True if the device sends unasked and some of its messages are right, so the others are damaged.
 bool IsDamageOnly(const Evidence& evidence) {
   const bus::DeviceRecord& record = evidence.first();
   if (!evidence.answered || !record.status.unasked) return false;
@@ -83,18 +82,18 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
-/// If check values prove it for a third of the failures, other damaged replies have the same cause.
+/// If check values prove another setting for a third of the failures, it explains all damage.
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
-  // One that was never answered is asked in another way now and then.
+  // A device that has never answered is sometimes probed with other requests.
   if (!evidence.answered && count >= kFacts) return evidence.Share({other_setting, silence});
   if (count < kSilences || 3 * count < evidence.seen) return evidence.Share({other_setting});
   return evidence.Share(
       {other_setting, damaged, noise, bad_check, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
-/// It is silent, says words, and answers again.
+/// The device is silent, sends a text, and answers again.
 double Restarts(const Evidence& evidence) {
   constexpr std::ptrdiff_t kWord = 4;  // fewer letters are the rest of a reply
   const Finding& words = evidence.Words();
@@ -105,21 +104,21 @@ double Restarts(const Evidence& evidence) {
   return starts ? evidence.Share({text, silence}) : 0;
 }
 
-/// It may come when it likes, and the device is silent beside it. Where nothing was ever good, some
-/// of many unreadable bytes look like words.
+/// A text may come at any time, and the device is silent meanwhile. If no reply was ever good, some
+/// of many unreadable bytes look like a text by chance.
 double Text(const Evidence& evidence) {
   if (evidence.Count(text) < (evidence.answered ? kFacts : 1)) return 0;
   const bool chance = !evidence.answered && evidence.Share({noise, damaged}) >= kUnexplained;
   return (chance ? 0.5 : 1) * evidence.Share({text, silence, head_lost});
 }
 
-/// Where a gap splits replies, a rest that comes alone looks like a lost head or tail.
+/// If a gap splits replies, a part that comes alone looks like a reply without its head or tail.
 double InPieces(const Evidence& evidence) {
-  // If a message that comes unasked is torn, each piece counts as a bad message.
+  // If a message that comes unasked is split, each piece counts as a bad message.
   if (evidence.first().status.unasked && evidence.Count(split) >= kFacts) {
     return evidence.Share({split, other_setting, damaged, noise, odd, other_form, tail_lost});
   }
-  // A burst of noise may make one of a reply.
+  // A burst of noise may make a single reply look split.
   return evidence.Count(split) < (evidence.answered ? kFacts : 1)
              ? 0
              : evidence.Share({split}, {tail_lost, head_lost, end_lost, bytes_lost, bad_check,
@@ -128,7 +127,7 @@ double InPieces(const Evidence& evidence) {
 
 double Late(const Evidence& evidence) {
   if (evidence.Count(late) == 0) return 0;
-  // If another cause is known for most of the others, they are not late.
+  // If another cause is known for most of the other replies, these are not late.
   const bool told = !evidence.Last(other_reply).cause.empty() &&
                     evidence.Count(other_reply) > 2 * evidence.Count(late);
   return told ? evidence.Share({late}, {silence, odd, head_lost})
@@ -139,7 +138,7 @@ constexpr std::initializer_list<Symptom> kUnreadable = {
     noise,       zeros,     damaged, head_lost,  tail_lost, end_lost,  bytes_lost,
     bytes_added, bad_check, odd,     eighth_bit, endless,   other_form};
 
-/// Bytes came, and never a frame; or none any more, which no noise does for long.
+/// Bytes came but never a good frame, or none any more for longer than noise lasts.
 double WrongSettings(const Evidence& evidence) {
   if ((evidence.answered && !evidence.changed) || !OnWire(evidence)) return 0;
   if (evidence.Count({noise, damaged, zeros}) == 0) return 0;
@@ -148,10 +147,10 @@ double WrongSettings(const Evidence& evidence) {
 
 double Zeros(const Evidence& evidence) { return OnWire(evidence) ? evidence.Share({zeros}) : 0; }
 
-/// It stops now and then, or so that each exchange hears a part.
+/// The bytes may stop now and then, so that each exchange contains only a part.
 double Endless(const Evidence& evidence) {
-  constexpr double kPart = 0.05;     // of what the line can carry
-  constexpr double kCharacter = 10;  // bits
+  constexpr double kPart = 0.05;     // share of what the line can carry
+  constexpr double kCharacter = 10;  // in bits
   constexpr std::uint64_t kLot = 2048;
   const bus::LineStatus& status = *evidence.status;
   const double seen = evidence.Share({endless});
@@ -193,7 +192,7 @@ double SameAgain(const Evidence& evidence) {
   return evidence.Share({same_again, one_behind, other_reply, odd, late});
 }
 
-/// It may speak once and be silent from then on.
+/// The other service may send its greeting once and be silent from then on.
 double OtherProtocol(const Evidence& evidence) {
   if (evidence.answered || evidence.Count(other_protocol) < kFacts) {
     return evidence.Share({other_protocol});
@@ -203,8 +202,7 @@ double OtherProtocol(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// Silent to all requests that come soon behind what was on the line, and to no others. Beside a
-/// busy neighbour there may be no others.
+/// Only requests soon after other traffic get no answer. A busy neighbour may leave no others.
 double TooFast(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
   const bool few = evidence.looked - evidence.failed < kSilences;
@@ -214,14 +212,14 @@ double TooFast(const Evidence& evidence) {
   return evidence.Share({silence});
 }
 
-/// Silent to all requests that come behind a rest of the line, and to no others.
+/// Requests after a rest of the line get no answer, and all others do.
 double Asleep(const Evidence& evidence) {
-  // The line rests as well while neighbours are silent.
+  // The line also rests while neighbours are silent.
   if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
   if (!evidence.losing.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
   const bus::Findings& findings = evidence.device->status.findings;
-  if (findings.LongestRun() > kFacts) return 0;  // a repeat wakes it
+  if (findings.LongestRun() > kFacts) return 0;  // a retry would wake the device
   return findings.LongRest() >= kShortestSleep ? evidence.Share({silence}) : 0;
 }
 
@@ -234,7 +232,7 @@ double Odd(const Evidence& evidence) {
   return (proven ? 1 : 0.5) * evidence.Share({odd, one_behind});
 }
 
-/// It, or a gateway in its place, has said why there is no value; or the server has gone.
+/// The device or a gateway has given the reason for the missing value, or the server has closed.
 double InItsPlace(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return IsDamageAsMisfit(evidence) ? 0 : evidence.Share({odd});
@@ -242,8 +240,7 @@ double InItsPlace(const Evidence& evidence) {
   return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
 
-/// They meet on the wire as well, and damage each other. At an address that every device answers to
-/// second replies leave no doubt of it.
+/// Two replies also damage each other. At an address of all devices, second replies are a proof.
 double TwoReplies(const Evidence& evidence) {
   const bus::DeviceRecord& record = evidence.first();
   const bool common = HasCommonAddress(*record.device) &&
@@ -258,7 +255,7 @@ std::string AsFound(const Evidence& evidence) {
   return WithRemedy(evidence.Last(kSymptom));
 }
 
-/// Beside others that are read well, the device has to change, not the line.
+/// If neighbours are read well, the device must be changed and not the line.
 std::string SayOtherProtocol(const Evidence& evidence) {
   Finding finding = evidence.Last(other_protocol);
   if (!evidence.healthy.empty() && finding.remedy.starts_with(kSetProtocol)) {
@@ -271,8 +268,8 @@ std::string SayOtherProtocol(const Evidence& evidence) {
 }  // namespace
 
 const std::vector<Hypothesis>& Hypotheses() {
-  // If two are supported equally, the first is said: what is proven stands before what is
-  // likely.
+  // If two hypotheses have equal support, the first is shown. So proven causes come before likely
+  // ones.
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
       {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},

@@ -1,10 +1,11 @@
-// What may be wrong with a device or a line, as a table: how well the evidence supports each cause,
-// and the sentence that names cause and remedy. The best one is said, and at most one more. Pure.
+// Hypotheses() is the table of possible causes of trouble with a device or a line. Each entry
+// returns how well the evidence supports it, and the sentence with cause and remedy. The best
+// hypothesis is shown, and at most one more. All functions are pure.
 //
 //   evidence                                           the best hypothesis
 //   nothing but silence, a neighbour answers           the device, its address or its own wire
 //   nothing but silence on the whole line              the line: port, bit rate, A and B
-//   bytes, never a frame, from nobody                  bit rate or parity
+//   bytes, never a frame, from no device               bit rate or parity
 //   bytes, never a frame, and a neighbour answers      its own settings, or two with one address
 //   whole replies with pauses                          timing.gap
 //
@@ -21,36 +22,35 @@
 namespace baudgate::diagnosis {
 
 struct Hypothesis {
-  const char* cause;  ///< as docs/status.md shows it
-  /// 0: excluded; 1: it explains all that has failed.
+  const char* cause;  ///< as in docs/status.md
+  /// 0: excluded; 1: explains all failures.
   double (*support)(const Evidence&);
-  /// Cause and remedy, without a subject: "answers later than timing.reply (100 ms): …".
+  /// Returns cause and remedy without a subject: "answers later than timing.reply (100 ms): …".
   std::string (*say)(const Evidence&);
-  bool proven = false;  ///< what was seen leaves no doubt, so that nothing else need be said
-  bool whole = false;   ///< it explains why only some requests fail
+  bool proven = false;  ///< the evidence leaves no doubt, so no alternative is shown
+  bool whole = false;   ///< also explains why only some requests fail
 };
 
-/// All that is known.
 const std::vector<Hypothesis>& Hypotheses();
 
-/// The best supported one and, where it leaves much unexplained, the next; empty: there is none. Of
-/// several kinds of failures the cause that was said at the last look stays, until another one is
-/// clearly stronger.
+/// Returns the best hypothesis and, if it leaves many failures unexplained, the second best; empty:
+/// none is supported. If failures have several kinds, the cause of the last call stays first until
+/// another one is clearly stronger, so that the status does not change with each call.
 std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 
-/// What goes with the first one: the alternative, a neighbour that is well or fails alike.
+/// Additional sentences: the second hypothesis, a neighbour that is well or fails in the same way.
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
-/// What both ends must agree on, to be tried: "bit rate, parity, checksum and protocol (9600 8N1,
-/// checksum off here, dcon)".
+/// Names the settings to check at the device and here: "bit rate, parity, checksum and protocol
+/// (9600 8N1, checksum off here, dcon)".
 std::string Settings(const bus::DeviceRecord& record);
-/// ", checksum off here"; empty: its protocol has one only.
+/// ", checksum off here". Empty: the protocol has no checksum option.
 std::string CheckOf(const bus::DeviceRecord& record);
 
 // ---------------- damage_words.cpp: how well the form of damaged replies explains the failures
 
-/// So many exchanges of one kind are no chance.
+/// This many exchanges of one kind are not chance.
 inline constexpr std::size_t kMany = 8;
 
 /// The share of failures with this symptom; 0 if the device has answered and the share is below
@@ -61,8 +61,7 @@ double Always(const Evidence& evidence) {
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// Characters are lost anywhere in its lines of text, the first and the last among them, and
-/// nothing that noise does was seen.
+/// True if text replies lose characters anywhere, also at both ends, without symptoms of noise.
 bool LosesAnywhere(const Evidence& evidence);
 
 double NotTransparent(const Evidence& evidence);
@@ -79,20 +78,20 @@ double LongDamaged(const Evidence& evidence);
 
 // ---------------- the sentence of each cause: hypothesis_words.cpp, damage_words.cpp
 
-/// The line has a bit rate and a parity.
+/// True if a serial wire with a bit rate and a parity carries the requests.
 bool OnWire(const Evidence& evidence);
-/// The settings of the wire are those of a serial server.
+/// True if the settings of the wire are made at a serial server.
 bool IsBehindServer(const Evidence& evidence);
 /// "another program reads the port (mbpoll, pid 4711)".
 std::string OtherReader(const Evidence& evidence);
-/// Cause of head_lost and end_lost: the byte is there, and is another one.
+/// Finding::cause of head_lost and end_lost: the byte came, but with another value.
 inline constexpr std::string_view kGarbled = "garbled";
-/// Its replies carry no check value, and are right at other times, so that what does not fit is
+/// True if replies without check value are right at other times, so a reply that does not fit is
 /// damaged.
 bool IsDamageAsMisfit(const Evidence& evidence);
-/// Most check values are wrong in the same way. By chance some messages are right in both.
+/// True if most wrong check values fit another way of computing them; some are right in both ways.
 bool IsComputedOtherwise(const Evidence& evidence);
-/// The bytes of kSpecialBytes that a converter may change, one bit each.
+/// The bytes of kSpecialBytes that a converter seems to change, one bit each.
 unsigned Suspects(const Evidence& evidence);
 
 std::string SayOtherDevice(const Evidence& evidence);

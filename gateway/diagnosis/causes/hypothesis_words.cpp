@@ -1,3 +1,4 @@
+// The sentences of the hypotheses, except those about damaged replies (see hypotheses.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -18,7 +19,7 @@ namespace {
 
 using enum Symptom;
 
-/// Each request is answered well at other times: most points have had a value.
+/// True if each request is answered well at other times: most points have had a value.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
@@ -31,14 +32,13 @@ bool IsNowAndThen(const Evidence& evidence) {
          });
 }
 
-/// The replies to one request never fit.
 bool OneNeverFits(const Evidence& evidence) {
   return std::ranges::any_of(evidence.device->status.queries, [](const bus::QueryCount& query) {
     return query.in_vain >= kNeverAnswered && query.symptom == odd;
   });
 }
 
-/// " ('+02.51')": what the reason quotes.
+/// Returns the quotation in the cause of the finding: " ('+02.51')".
 std::string QuotedIn(const Finding& finding) {
   const std::string text = Brief(finding);
   const std::size_t begin = text.find('\'');
@@ -47,14 +47,14 @@ std::string QuotedIn(const Finding& finding) {
   return " (" + text.substr(begin, end + 1 - begin) + ")";
 }
 
-/// What came is a whole reply, and answers a request for more or less.
+/// True if the reply is whole but answers a request for more or fewer registers.
 bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.traits().register_reply.each > 0;
 }
 
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
-/// As many as its longest whole reply has.
+/// The number of registers in the longest good reply.
 std::size_t RegistersGiven(const Evidence& evidence) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
   const std::size_t good = evidence.device->status.findings.lengths().longest_good();
@@ -134,17 +134,17 @@ std::string SayNoise(const Evidence& evidence) {
            others +
            ": a bad contact or noise in what they share: check cable, termination and ground";
   }
-  // What two devices have in common is no address.
+  // If several devices have the trouble, a shared address is not the cause.
   const std::string noise = "noise on the line";
   const std::string remedy = "check termination, ground and shield";
   if (!evidence.alike.empty() || evidence.noisy) return cause + ": " + noise + ": " + remedy;
-  // A new device that was left at the address of another one is missing at its own.
+  // A new device that still uses the address of another device is missing at its own.
   if (!evidence.missing.empty()) {
     return cause + ": " + evidence.missing + ", which never answers, may have its address (" +
            evidence.first().device->address + ") as well: unplug one; or " + noise + " (" + remedy +
            ")";
   }
-  // No noise damages nearly all, and none of a neighbour.
+  // Noise does not damage nearly all replies of one device and none of a neighbour.
   if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
     return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";
   }
@@ -236,14 +236,14 @@ std::string SayOtherReply(const Evidence& evidence) {
          ": another master on the line, or a serial server that answers one request late";
 }
 
-// The sentences about silence: of all devices, of one, or now and then.
+// The sentences about silence: all devices, one device, or now and then.
 
 namespace {
 
-/// XON and XOFF, where they are an address.
+/// Addresses that are XON and XOFF characters.
 constexpr const char* kFlowControl[] = {"17", "19"};
 
-/// What all devices of a line share, none of which answers.
+/// What to check if no device of the line answers: everything that the devices share.
 std::string Shared(const Evidence& evidence) {
   if (!OnWire(evidence)) {
     const std::string counterpart(evidence.traits().counterpart);
@@ -264,7 +264,7 @@ std::string Shared(const Evidence& evidence) {
          ", direction control of the converter; or " + OtherReader(evidence);
 }
 
-/// What is not proven right by a neighbour or by its own past.
+/// What to check if neither a neighbour nor the past of the device proves that it works.
 std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
   const bus::DeviceRecord& record = evidence.first();
@@ -311,7 +311,6 @@ std::string Unproven(const Evidence& evidence) {
   return "check its power and wire, then its address (" + address + "), " + Settings(record);
 }
 
-/// Single losses at random.
 std::string SayLosses(const Evidence& evidence) {
   if (evidence.shared_period) {
     return "every " + FormatAge(*evidence.shared_period) + " requests to it or " + evidence.losing +
@@ -332,7 +331,6 @@ std::string SayLosses(const Evidence& evidence) {
   return cause + "noise, a bad wire or plug; or " + OtherReader(evidence);
 }
 
-/// "it is away for about 4 s every 9 s".
 std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
   const std::string every =
       absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");
@@ -380,7 +378,7 @@ namespace {
 
 using enum Symptom;
 
-/// A reply has at least so many characters. If each comes as 00 or FF, the parity is wrong.
+/// A reply has at least this many characters. If each comes as 00 or FF, the parity is wrong.
 constexpr std::size_t kWholeReply = 6;
 
 }  // namespace
@@ -480,25 +478,24 @@ std::string Settings(const bus::DeviceRecord& record) {
          check + ", " + record.device->protocol + ")";
 }
 
-// The sentences about time: replies that are late or in pieces, requests that come too soon or
-// behind a rest.
+// The sentences about time: replies that are late or in pieces, requests at a bad moment.
 
 namespace {
 
 using enum Symptom;
 
-/// No device that needs a pause needs a shorter one.
+/// Devices that need a pause before requests need at least this one.
 constexpr Duration kPause = 100ms;
-/// A device that needs more loses every other request, or it is a radio.
+/// A device that needs more loses every other request, or is a radio.
 constexpr Duration kUsualPause = 200ms;
-/// More is hardly meant.
+/// A longer pause is not a reasonable setting.
 constexpr Duration kLongestQuiet = 3s;
-/// A suggested time is so much longer than what was seen.
+/// A suggested time is this many times longer than the measured one.
 constexpr double kMargin = 1.25;
-/// Nothing is lost by a longer idle time.
+/// For the idle time, where a longer time does no harm.
 constexpr double kWideMargin = 1.5;
 
-/// A time for the configuration, in round numbers: "150ms".
+/// Rounds a time for the configuration: "150ms".
 std::string Suggest(Duration seen, double margin = kMargin) {
   const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
   const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
@@ -506,7 +503,7 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// "and timing.gap is 50 ms: set timing: { gap: 150ms } at the device".
+/// "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
   return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
@@ -518,7 +515,7 @@ std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
-  // A device that is always slow is so by itself.
+  // Without this condition a device that is always slow would be blamed on the network.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
@@ -552,7 +549,7 @@ std::string SayTooFast(const Evidence& evidence) {
   };
   if (!known || *known > kLongestQuiet)
     return cause + "try " + set(probable, kMargin) + ", then more";
-  // It has answered behind this pause, and behind no shorter one.
+  // The device has answered after this pause, and after no shorter one.
   const Duration enough = std::max<Duration>(kPause, *known);
   if (pause >= kUsualPause) return cause + "it loses every other one, or needs " + set(enough, 1);
   if (enough <= kMargin * kWideMargin * probable) return cause + "set " + set(enough, 1);

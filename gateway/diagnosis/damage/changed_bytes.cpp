@@ -18,16 +18,17 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// A character that is read twice as fast as it was sent: each bit fills two. The pairs begin
-/// behind the first bit, which the start bit fills; or with it, if the receiver has taken a missing
-/// stop bit for a start bit.
+/// True if the character may have been sent at half the bit rate, so that each of its bits fills
+/// two. The pairs begin after the first bit, which belongs to the start bit; or with the first bit,
+/// if the receiver took a missing stop bit for a start bit.
 bool HasDoubledBits(std::uint8_t byte) {
   const unsigned differ = byte ^ (byte >> 1U);
   return (differ & 0b00101010U) == 0 || (differ & 0b01010101U) == 0;
 }
 
-/// Two characters of ten bits that follow each other, read half as fast as they were sent: every
-/// second bit, of which the fourth is the stop bit of the first.
+/// True if the byte may be two consecutive characters of ten bits, sent at twice the bit rate.
+/// Every second bit is read, and the fourth of these is the stop bit of the first character, which
+/// is 1.
 bool HasStopBitInside(std::uint8_t byte) { return (byte & 0b00001000U) != 0; }
 
 Finding Says(const std::string& rate, bool connection) {
@@ -48,7 +49,7 @@ std::optional<Finding> OtherBitRate(View heard, bool connection) {
   std::size_t all = 0;
   std::set<std::uint8_t> values;
   for (const std::uint8_t byte : heard) {
-    if (byte % 0xFF == 0) continue;  // the driver gives them for what it could not read
+    if (byte % 0xFF == 0) continue;  // the driver replaces unreadable characters by 00 or FF
     ++all;
     values.insert(byte);
     if (HasDoubledBits(byte)) ++doubled;
@@ -62,15 +63,15 @@ std::optional<Finding> OtherBitRate(View heard, bool connection) {
 
 namespace {
 
-/// Characters that may have been put in.
+/// At most this many inserted characters are tried.
 constexpr std::size_t kMostTried = 16;
 constexpr std::initializer_list<std::uint8_t> kFlowControl = {0x11, 0x13};
-/// Bytes of one kind that may be missing, in replies of up to so many bytes.
+/// Up to kMostMissing equal bytes are tried in replies of up to kShort bytes, one up to kLongest.
 constexpr std::size_t kMostMissing = 3;
 constexpr std::size_t kShort = 24;
 constexpr std::size_t kLongest = 100;
 
-/// What takes which byte out of a stream.
+/// A byte that some equipment removes from a stream, and the remedy.
 struct Taker {
   std::uint8_t byte;
   const char* remedy;
@@ -88,7 +89,7 @@ Bytes Without(View heard, std::initializer_list<std::uint8_t> bytes) {
   return rest;
 }
 
-/// `first` alone in place of each pair of `first` and `second`.
+/// Returns `heard` with each pair of `first` and `second` replaced by `kept`.
 Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t kept) {
   Bytes rest;
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -99,7 +100,7 @@ Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t k
   return rest;
 }
 
-/// It is whole without one of these characters; others like it may be its own.
+/// True if the reply is whole without one of these characters; others may belong to it.
 bool IsWholeWithoutOne(const Hearing& hearing, View heard,
                        std::initializer_list<std::uint8_t> any) {
   std::size_t tried = 0;
@@ -113,7 +114,7 @@ bool IsWholeWithoutOne(const Hearing& hearing, View heard,
   return false;
 }
 
-/// What is put in, taken out again: then it is whole.
+/// Removes what converters insert; finds the change after which the reply is whole.
 std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
   const struct {
     Bytes clean;
@@ -139,7 +140,7 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
   return std::nullopt;
 }
 
-/// Whole with `missing` more of this byte, wherever they stood from `from` on.
+/// True if the reply is whole with `missing` bytes of this value inserted anywhere from `from` on.
 bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, std::size_t missing,
                  std::size_t from) {
   for (std::size_t at = from; at <= heard.size(); ++at) {
@@ -153,8 +154,8 @@ bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, 
   return false;
 }
 
-/// The same where it is missing at every second place, as the high bytes of registers that are
-/// alike.
+/// True if the reply is whole with the byte inserted at every second place, for example the high
+/// bytes of registers with similar values.
 bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byte,
                             std::size_t missing) {
   const std::size_t size = heard.size() + missing;
@@ -170,7 +171,8 @@ bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byt
   return false;
 }
 
-/// The same where XON and XOFF are missing, one of each; side by side in a long reply.
+/// True if the reply is whole with one XON and one XOFF inserted. `side_by_side`: only neighbouring
+/// places are tried, for long replies.
 bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
   const std::size_t farthest = side_by_side ? 0 : heard.size();
   for (std::size_t at = 0; at <= heard.size(); ++at) {
@@ -189,7 +191,7 @@ bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
   return false;
 }
 
-/// Bytes that a binary reply lacks. Two bytes that fit prove neither.
+/// Finds the byte that is missing in a binary reply. If two different bytes fit, neither is proven.
 std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
   if (std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
   const Taker* found = nullptr;
@@ -221,7 +223,7 @@ std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
                  .remedy = found->remedy};
 }
 
-/// One or all of these bytes are another one.
+/// True if the reply is whole with one byte `came` replaced by `belongs`, or all of them.
 bool IsWholeWithout(const Hearing& hearing, View heard, std::uint8_t came, std::uint8_t belongs) {
   Bytes all(heard.begin(), heard.end());
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -255,9 +257,8 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
                  .remedy = "swap A and B at it, or switch the inversion of its converter off"};
 }
 
-/// The driver gives FF for a character with wrong parity, and some 00, which no text has. Between
-/// them only such characters came whose number of ones is even, or only odd ones. A line that
-/// nobody drives gives 00 and FF as well, and nothing else.
+/// Between marks for wrong parity (FF, or 00, which no text contains) all characters have the same
+/// parity. A line without bias also gives 00 and FF, but nothing else.
 std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   constexpr std::ptrdiff_t kFewest = 6;
   constexpr std::ptrdiff_t kMarks = 2;
@@ -268,7 +269,7 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
                      });
   const auto odd = std::ranges::count_if(heard, is_odd);
   const auto rest = std::ranges::count_if(heard, [](auto byte) { return byte % 0xFF != 0; });
-  // Among odd ones a 00 did not come so either.
+  // If all other characters have odd parity, 00 is a mark too, because its parity is even.
   const auto zeros = words || odd > 0 ? std::ranges::count(heard, 0x00) : 0;
   const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
@@ -285,7 +286,7 @@ View Core(View bytes) {
   return bytes;
 }
 
-/// The most bytes that stand in both in the same order.
+/// The length of the longest common subsequence.
 std::size_t CommonBytes(View one, View other) {
   std::vector<std::size_t> row(other.size() + 1);
   for (const std::uint8_t byte : one) {
@@ -303,7 +304,7 @@ std::size_t CommonBytes(View one, View other) {
 
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
-  // Other commas stand between numbers.
+  // If the text contains points, its commas separate numbers.
   if (std::ranges::find(heard, '.') != heard.end()) return std::nullopt;
   Bytes changed(heard.begin(), heard.end());
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -339,8 +340,8 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "that doubles them"};
 }
 
-/// In a text some characters of a value that has moved since, and of its check value, differ. Noise
-/// changes characters as well, and takes none away. A line that has its end may lack many.
+/// In a text the value and its check value may have changed since. Noise also changes characters
+/// but removes none. A text with its line end may lack more than two characters.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;
@@ -371,7 +372,7 @@ bool IsWhole(const Hearing& hearing, View heard) {
 }
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard) {
-  // Nothing stands in a Modbus TCP reply that would prove it.
+  // A Modbus TCP reply has no check value, so no change is provable.
   if (hearing.protocol->tcp) return std::nullopt;
   for (const auto undo : {Stuffed, Swallowed, Translated, Inverted}) {
     if (auto found = undo(hearing, heard)) return found;

@@ -1,8 +1,7 @@
-// What converters and serial servers do to the bytes of a reply: put some in, take some out, give
-// others in their place, turn every bit round. Undone, the reply is whole. Pure.
-// OtherBitRate recognises characters that were sent at half or twice the bit rate. In this folder
-// nearly_reply.cpp uses ChangedBytes, examine.cpp DecimalComma and DoubledBytes, and
-// earlier_replies.cpp LacksSome.
+// Recognises what converters and serial servers do to the bytes of a reply: insert, remove or
+// replace bytes, or invert all bits. ChangedBytes undoes each change; if the reply is whole then,
+// the change is proven. All functions are pure. nearly_reply.cpp uses ChangedBytes, examine.cpp
+// DecimalComma and DoubledBytes, earlier_replies.cpp LacksSome.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,23 +13,21 @@
 
 namespace baudgate::diagnosis {
 
-// Characters that were sent at half or twice the bit rate at which they are read, as their bits
-// tell. Pure; used by ChangedBytes.
-
-/// `connection`: to a serial server, which has the bit rate.
+/// Recognises by the bits of its characters that text was sent at half or twice the bit rate at
+/// which it is read. `connection`: the bit rate is set at a serial server.
 std::optional<Finding> OtherBitRate(View heard, bool connection);
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard);
-/// It is the reply to the same request a moment later, but for one or two bytes that are missing.
+/// True if `heard` is like `reply`, a later reply to the same request, without one or two bytes.
 bool LacksSome(View heard, View reply);
-/// A text that is whole with decimal points in place of its commas, or as it is.
+/// A text with decimal commas. With points instead of commas, or as it is, it is a whole reply.
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard);
-/// Each byte comes twice, whatever is in it.
+/// Each byte comes twice, whatever the bytes mean.
 std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard);
 
-/// A whole reply is in it.
+/// True if `heard` contains a whole reply.
 bool IsWhole(const Hearing& hearing, View heard);
-/// A character for people, or the end of a line.
+/// True for printable ASCII and for CR, LF and tab.
 bool IsPrintable(std::uint8_t byte);
 
 }  // namespace baudgate::diagnosis

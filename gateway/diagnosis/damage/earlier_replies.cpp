@@ -9,14 +9,14 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Bytes that begin like the broken reply are a new reply, not its rest.
+/// Bytes that begin like the stored reply are a new reply, not its rest.
 constexpr std::size_t kFront = 2;
-/// A rest that comes later belongs to no exchange.
+/// The rest is not looked for after this time.
 constexpr Duration kLatest = 5s;
 
 }  // namespace
 
-/// A rest may come, and not in the exchange in which the reply broke off.
+/// True if a reply is stored and the exchange is not the one in which it broke off.
 bool BrokenReply::IsAwaited(const HeardExchange& exchange) const {
   return member_ != nullptr && (member_ != exchange.member() || began_ > 0);
 }
@@ -38,9 +38,9 @@ std::optional<Duration> BrokenReply::FindRest(const HeardExchange& exchange) con
   return std::nullopt;
 }
 
-/// Behind the beginning it makes a whole reply, and it is none by itself.
+/// True if the stored beginning and `rest` are a whole reply that uses both.
 bool BrokenReply::IsRest(View rest, Instant came) const {
-  // Replies of a connection are whole, or their header says how much is missing.
+  // Replies of a Modbus TCP connection come whole, or their header contains the missing length.
   if (rest.empty() || member_->protocol->tcp || came - last_ > kLatest) return false;
   const std::size_t same = std::min({rest.size(), begin_.size(), kFront});
   if (std::ranges::equal(rest.first(same), View(begin_).first(same))) return false;
@@ -55,20 +55,20 @@ bool BrokenReply::IsRest(View rest, Instant came) const {
 
 namespace {
 
-/// The line was silent before the request, this many times longer than the reply took.
+/// The line was silent before the request for this many times the time that the reply took.
 constexpr int kRested = 8;
-/// A server that gives wrong numbers gives later ones.
+/// A server with a correct number may answer this late; later replies have wrong numbers.
 constexpr Duration kLatestByNumber = 10s;
-/// Bytes that come later than this behind a request are no reply to it.
+/// Bytes that come later than this after a request are not its reply.
 constexpr Duration kNoReply = 1min;
 
-/// A form that fits several requests proves nothing; what it says may.
+/// True if the content of the frame answers the request. The form alone may fit several requests.
 bool Fits(const bus::Member& member, const protocols::Request& request, View frame) {
   const bus::Device* const device = member.device;
   return device == nullptr || ProvesLife(device->conversation->Check(request.bytes, frame));
 }
 
-/// A gateway has waited for the device, and says why there is no reply.
+/// Returns the reason if the frame is a gateway's message that its device does not answer.
 std::optional<Finding> InItsPlace(const bus::Member& member, const protocols::Request& request,
                                   View frame) {
   const bus::Device* const device = member.device;
@@ -81,14 +81,14 @@ std::optional<Finding> InItsPlace(const bus::Member& member, const protocols::Re
 
 }  // namespace
 
-// ---------------------------------------------------------------- what is remembered
+// ---------------------------------------------------------------- storing
 
 void EarlierReplies::OnBegin(const HeardExchange& exchange, Bytes unanswered) {
   const bus::Member& member = *exchange.member();
   const protocols::Request& request = exchange.request();
   const Instant sent = exchange.sent();
   LastTwo& asked = open_[member];
-  if (request.expect.reply != protocols::Expectation::Reply::none) {  // else it has no finding
+  if (request.expect.reply != protocols::Expectation::Reply::none) {  // a broadcast has no finding
     broken_.OnBegin(member);
     habits_.OnBegin(member);
   }
@@ -142,7 +142,7 @@ std::optional<EarlierFinding> EarlierReplies::Take() {
   return earlier;
 }
 
-// ---------------------------------------------------------------- what is found
+// ---------------------------------------------------------------- finding
 
 bool EarlierReplies::FindRest(const HeardExchange& exchange) {
   const std::optional<Duration> rest = broken_.FindRest(exchange);
@@ -176,7 +176,7 @@ bool EarlierReplies::IsLateEcho(const HeardExchange& exchange) const {
   });
 }
 
-/// To an earlier request: one without an answer, or once more to one that has its answer.
+/// Finds an earlier request that the bytes answer: unanswered, or answered by the same reply.
 EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange) {
   for (LastTwo& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {
@@ -186,7 +186,7 @@ EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange)
   return nullptr;
 }
 
-/// True: what came answers this request. Notes what it is.
+/// True if the bytes contain a reply to this request. Sets in_its_place and repeated.
 bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
   if (open.member == nullptr) return false;
   const protocols::Expectation& expect = open.request.expect;
@@ -208,14 +208,15 @@ bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
 EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const Open& whose) {
   const std::vector<Arrival>& arrivals = exchange.arrivals();
   const Duration reply = ReplyTime(whose.request, whose.member->times);
-  const bool in_front = !exchange.BesideReply().first.empty();  // of the reply that was taken
+  // The bytes came before the accepted reply.
+  const bool in_front = !exchange.BesideReply().first.empty();
   const Duration behind = (in_front ? arrivals.front() : arrivals.back()).after;
   Came came;
   came.after = exchange.sent() + behind - whose.first;
   came.lateness = came.after - reply;
   came.late = !whose.answered && came.after > reply && came.after < kNoReply;
   came.early = arrivals.back().after < reply / 2;
-  // On a busy line every reply comes soon behind a request.
+  // On a busy line every reply comes soon after some request.
   const bool soon = behind >= Duration::zero() && behind < reply / 2 &&
                     exchange.idle() != kLongIdle && exchange.idle() > kRested * behind;
   if (soon) came.next = behind;
@@ -230,7 +231,7 @@ Finding EarlierReplies::Late(const Open& open, const Came& came) {
   return {.symptom = Symptom::late, .time = came.after};
 }
 
-/// The reply to an earlier request, which its number tells.
+/// Finds the earlier request to which the reply belongs by its number.
 std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchange) {
   const auto late = numbered_.Find(exchange.heard(), exchange.last_came());
   if (!late) return std::nullopt;
@@ -241,12 +242,11 @@ std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchang
   return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
 }
 
-/// Behind the reply of the exchange stands one to the first try of an earlier request, whose repeat
-/// was answered meanwhile.
+/// True if the bytes after the reply answer a first try whose retry was answered meanwhile.
 bool EarlierReplies::FindNumberedBeside(const HeardExchange& exchange) {
   const View behind = exchange.BesideReply().second;
   if (behind.empty()) return false;
-  if (std::ranges::equal(behind, beside_)) return true;  // it is looked at once more
+  if (std::ranges::equal(behind, beside_)) return true;  // the bytes were attributed already
   const auto late = numbered_.Find(behind, exchange.last_came());
   if (!late || late->lateness <= Duration::zero() || late->after > kLatestByNumber) return false;
   if (!FindLostTry(*late->member, exchange.last_came())) return false;
@@ -270,7 +270,7 @@ Finding EarlierReplies::Attribute(const HeardExchange& exchange, Finding finding
              : AttributeToAnother(exchange, *whose, came, std::move(finding));
 }
 
-/// An earlier reply of the member that the exchange is with.
+/// Handles an earlier reply of the member of this exchange.
 Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const Open& whose,
                                           const Came& came, Finding finding) {
   if (IsAnswered(finding.symptom)) {
@@ -280,7 +280,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
   if (finding.symptom == Symptom::two_replies) {
     return came.late && whose.silent ? Late(whose, came) : finding;
   }
-  // Where replies are numbered, one that is late is known by that.
+  // If replies are numbered, the number proves that a reply is late.
   if (came.late && (whose.silent || exchange.request().numbered)) return Late(whose, came);
   if (came.early) return {.symptom = Symptom::one_behind};
   return came.late ? Late(whose, came) : finding;
@@ -289,7 +289,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
 Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& whose,
                                            const Came& came, Finding finding) {
   const bool answered = IsAnswered(finding.symptom);
-  // Its own address in a reply to another master's request is no second reply.
+  // A reply with the member's own address to a request of another master is not a second reply.
   if (!came.late && came.early && finding.symptom == Symptom::other_device &&
       whose.member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

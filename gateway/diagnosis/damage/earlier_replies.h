@@ -1,6 +1,7 @@
-// Finds in an exchange what belongs to an earlier one: a reply that is late or comes again, the
-// rest of one that broke off, a request that comes back late. gateway/bus/replies/whose_reply.h
-// decides which replies count. A part of gateway/diagnosis/observer.h. Bounded memory.
+// EarlierReplies recognises bytes of an exchange that belong to an earlier one: a reply that is
+// late or comes again, the rest of a reply that broke off, a request that comes back late. It is a
+// part of gateway/diagnosis/observer.h; which replies count is decided in
+// gateway/bus/replies/whose_reply.h. Memory is bounded.
 //
 //   > ?A1
 //   > ?B1      < !A1=5 !B1=7          !A1=5 is the late reply to ?A1
@@ -8,7 +9,7 @@
 //   > ?A1      < !A1=5
 //   > ?A2      < !A1=5 !A2=6          !A1=5 has come again
 //
-// BrokenReply and NumberedRequests keep what EarlierReplies compares with.
+// BrokenReply and NumberedRequests contain the data that EarlierReplies compares with.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,31 +29,31 @@
 
 namespace baudgate::diagnosis {
 
-// A reply that broke off, and whose rest may come in a later exchange.
+// BrokenReply stores a reply that broke off. Its rest may come in a later exchange.
 //
-//   < 01 03 04 00 0B          kept
+//   < 01 03 04 00 0B          stored
 //   > the next request
-//   < 00 16 6B F5             with what is kept it makes a whole reply: it is the rest
+//   < 00 16 6B F5             together with the stored bytes a whole reply: it is the rest
 //
 class BrokenReply {
  public:
   BrokenReply() = default;
-  /// `begin` came to a request; its last byte at `last`.
+  /// `begin`: the bytes that came to the request. `last`: when the last of them came.
   BrokenReply(const bus::Member& member, const protocols::Request& request, View begin,
               Instant last)
       : member_(&member), request_(request), begin_(begin.begin(), begin.end()), last_(last) {}
 
-  /// An exchange with the member has begun.
+  /// Counts an exchange that begins, if it is with the same member.
   void OnBegin(const bus::Member& member) { began_ += member_ == &member ? 1 : 0; }
-  /// When its rest came in this exchange: before or behind the reply that was taken; where none
-  /// was, before or behind the beginning of another one. Empty: it did not come. From the computed
-  /// end of the request.
+  /// Returns when the rest came in this exchange, from the computed end of the request. The rest is
+  /// looked for before and after the accepted reply, or, if none was accepted, before and after the
+  /// beginning of another reply. Nothing: the rest did not come.
   std::optional<Duration> FindRest(const HeardExchange& exchange) const;
 
   const bus::Member& member() const { return *member_; }
-  /// When its last byte came.
+  /// When the last byte of the beginning came.
   Instant last() const { return last_; }
-  /// Exchanges of the member that have begun since.
+  /// How many exchanges of the member have begun since.
   std::size_t began() const { return began_; }
 
  private:
@@ -66,16 +67,17 @@ class BrokenReply {
   std::size_t began_ = 0;
 };
 
-// When the latest requests went out, where frames carry a number: a reply that comes behind other
-// requests tells by its number how late it is. Bounded memory.
+// NumberedRequests stores when the latest requests were sent, for protocols whose frames contain a
+// number. The number of a reply that comes after other requests shows how late the reply is. Memory
+// is bounded.
 //
 //   > 01 5C ...                 1.0 s
 //   > 01 66 ...                 2.5 s
-//   < 01 5C ...                 2.8 s: 1.8 s behind its request
+//   < 01 5C ...                 2.8 s: 1.8 s after its request
 //
 class NumberedRequests {
  public:
-  /// A retry has the number of its first try.
+  /// A retry has the same number as its first try.
   void OnSent(const bus::Member& member, const protocols::Request& request, Instant now) {
     size_ = std::min(TransactionBytes(*member.protocol), request.bytes.size());
     if (size_ == 0) return;
@@ -92,13 +94,13 @@ class NumberedRequests {
 
   struct Late {
     const bus::Member* member = nullptr;
-    /// Behind the first try of its request. If another try was answered before: behind the last
-    /// try that it may answer, as that one's reply would not be late.
+    /// Time from the first try of the request. If another try was answered before, time from the
+    /// last try for which this reply would be late.
     Duration after{};
-    Duration lateness{};  ///< since it was due; below zero: it is not late
+    Duration lateness{};  ///< time since the reply was due; negative: the reply is not late
   };
-  /// What came is the late reply to an earlier request. Nothing: it is the reply to the latest one,
-  /// its request is not known, or each try of that was answered before.
+  /// Finds the earlier request to which `reply` is the late reply. Nothing: it answers the latest
+  /// request, its request is not known, or every try of that request was answered before.
   std::optional<Late> Find(View reply, Instant came) const {
     const std::size_t at = IndexOf(reply);
     if (at + 1 >= sent_.size()) return std::nullopt;
@@ -118,9 +120,9 @@ class NumberedRequests {
     Bytes request;
     std::vector<Instant> tries;
     Duration reply_time{};
-    std::size_t answered = 0;  // of them
+    std::size_t answered = 0;  // how many of the tries were answered
   };
-  /// sent_.size(): there is none.
+  /// Returns the index of the request with the number of this frame; sent_.size(): there is none.
   std::size_t IndexOf(View frame) const {
     if (size_ == 0 || frame.size() < size_) return sent_.size();
     const auto found = std::ranges::find_if(sent_, [&](const Sent& sent) {
@@ -129,11 +131,12 @@ class NumberedRequests {
     return static_cast<std::size_t>(found - sent_.begin());
   }
 
-  std::size_t size_ = 0;  // of the number
+  std::size_t size_ = 0;  // size of the number in bytes
   std::deque<Sent> sent_;
 };
 
-/// An earlier exchange as it looks now: the one of `member` that is `back` before its last.
+/// An exchange whose finding has changed. `back`: 0 is the member's last exchange, 1 the one
+/// before.
 struct EarlierFinding {
   const bus::Member* member = nullptr;
   Finding finding{};
@@ -142,32 +145,33 @@ struct EarlierFinding {
 
 class EarlierReplies {
  public:
-  /// It outlives this.
+  /// `habits` must outlive this object.
   explicit EarlierReplies(ReplyHabits& habits) : habits_(habits) {}
 
-  /// The exchange has begun. `unanswered`: what came to the one before, if that was with the same
-  /// member.
+  /// Call this when an exchange has begun. `unanswered`: the bytes that came in the exchange
+  /// before, if that was with the same member.
   void OnBegin(const HeardExchange& exchange, Bytes unanswered);
   void OnAnswered(const HeardExchange& exchange);
   void NoteSilence(const HeardExchange& exchange);
-  /// The rest of its reply may come later.
+  /// Stores the beginning of a reply that broke off, whose rest may come later.
   void OnBroken(const HeardExchange& exchange);
-  /// That rest has come in the same exchange.
+  /// The rest came in the same exchange, so it is not awaited any more.
   void OnMended() { broken_ = {}; }
 
-  /// The rest of a reply that broke off has come in this exchange.
+  /// True if the rest of a stored reply has come; the finding of its exchange becomes `split`.
   bool FindRest(const HeardExchange& exchange);
-  /// The bytes beside the reply of this exchange answer a request that was lost and repeated.
+  /// True if the bytes beside the reply answer a request that was lost and retried.
   bool FindBeside(const HeardExchange& exchange, const Finding& finding);
-  /// A second reply of the member has come: what is found where one of both was late.
+  /// Call this if a second reply of the member came. If a try was lost and retried, one of the two
+  /// replies was late: returns that finding. Nothing: no try was lost.
   std::optional<Finding> FindLostTry(const bus::Member& member, Instant came);
-  /// The finding of this exchange, where what came may be the reply to another request.
+  /// The corrected finding of this exchange if its bytes may be the reply to another request.
   Finding Attribute(const HeardExchange& exchange, Finding finding);
-  /// A request of this gateway has come back so late that it looks like another master's.
+  /// True if a request of this gateway came back so late that it looks like another master's.
   bool IsLateEcho(const HeardExchange& exchange) const;
 
-  /// A reply of another member that was late or came twice, or the rest of an earlier reply, found
-  /// in the exchange that was looked at last. Empty: there are no more.
+  /// Returns a changed finding of an earlier exchange, found by the calls above: a reply was late,
+  /// came twice, or its rest came. Nothing: there are no more.
   std::optional<EarlierFinding> Take();
 
  private:
@@ -175,28 +179,29 @@ class EarlierReplies {
     const bus::Member* member = nullptr;
     protocols::Request request;
     Instant sent{};
-    Instant first{};  // the first try of those that have no answer, within the ceiling
-    Instant tried{};  // the first try of the last seconds
-    Bytes vain;       // what came to the try before it
+    Instant first{};  // the first of the unanswered tries within the ceiling time
+    Instant tried{};  // the first of the tries within kLongestLag
+    Bytes vain;       // bytes that came to the try before
     bool answered = false;
-    bool silent = false;    // and not a byte came
-    bool late = false;      // its reply has come late
-    bool repeated = false;  // what was found is the same reply once more
+    bool silent = false;    // no byte came
+    bool late = false;      // the reply to this request has come late
+    bool repeated = false;  // the reply that was found is a copy of `reply`
     Bytes reply;
-    std::optional<Finding> in_its_place{};  // what came late says why there is no reply
+    // A late reply that gives the reason why there is no value.
+    std::optional<Finding> in_its_place{};
   };
-  /// The last exchange of a member, and the one before it.
+  /// The last exchange of a member, and its last one with a different request.
   struct LastTwo {
     Open last;
     Open before;
   };
   /// When a reply to an earlier request came.
   struct Came {
-    Duration after{};     // behind the first try of that request
-    Duration lateness{};  // since it was due
+    Duration after{};     // time since the first try of the request
+    Duration lateness{};  // time since the reply was due
     bool late = false;
-    bool early = false;              // the last bytes came soon behind the request of the exchange
-    std::optional<Duration> next{};  // so soon behind the next request; empty: not soon
+    bool early = false;              // the last bytes came soon after the request of this exchange
+    std::optional<Duration> next{};  // time since the request of this exchange; nothing: not soon
   };
 
   Open* FindEarlier(const HeardExchange& exchange);
@@ -214,7 +219,7 @@ class EarlierReplies {
   bus::ByMember<LastTwo> open_;
   NumberedRequests numbered_;
   BrokenReply broken_;
-  Bytes beside_;  // what stands behind the reply of the last exchange, where its number told of it
+  Bytes beside_;  // bytes after the reply of the last exchange that were attributed by their number
   std::vector<EarlierFinding> found_;
 };
 

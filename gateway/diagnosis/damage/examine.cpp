@@ -17,16 +17,15 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Fewer printable characters are no words, and letters alone no word.
+/// Fewer printable characters (kShortestText) or letters (kShortestWord) are not text for people.
 constexpr std::size_t kShortestText = 6;
 constexpr std::size_t kShortestWord = 5;
-/// From here on a line of printable characters is one, whatever is in it.
+/// A line of at least this many printable characters is text for people, whatever it contains.
 constexpr std::size_t kLine = 8;
 constexpr std::size_t kQuoted = 30;
-/// So many lines that begin alike, in one exchange: nobody has asked for them.
+/// This many lines that begin alike in one exchange were sent unasked.
 constexpr std::ptrdiff_t kRepeated = 2;
 constexpr std::size_t kAlike = 2;
-/// Prompts for a user and a password.
 constexpr std::string_view kLogins[] = {"login:", "username:", "password:", "logon:"};
 
 /// Texts of a serial server whose port is in use.
@@ -36,7 +35,6 @@ bool IsLetter(std::uint8_t byte) {
   return (byte >= 'a' && byte <= 'z') || (byte >= 'A' && byte <= 'Z');
 }
 
-/// What a modem says.
 bool IsModem(View heard) {
   constexpr std::string_view kWords[] = {"OK",   "ERROR",   "NO CARRIER", "BUSY",
                                          "RING", "CONNECT", "NO ANSWER",  "NO DIALTONE"};
@@ -44,7 +42,7 @@ bool IsModem(View heard) {
   return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
 }
 
-/// In a binary protocol a few letters are words; where replies are text themselves, much of it.
+/// True for text for people: a few letters in a binary protocol, many where replies are text.
 bool IsWords(const Hearing& hearing, View heard) {
   while (!heard.empty() && IsLineEnd(heard.back())) heard = heard.first(heard.size() - 1);
   const auto printable = std::ranges::count_if(heard, IsPrintable);
@@ -52,14 +50,14 @@ bool IsWords(const Hearing& hearing, View heard) {
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (binary && letters == size && heard.size() >= kShortestWord) return true;
-  // "HB0001", or a telephone number: a packet of a radio or serial server.
+  // "HB0001" or a telephone number: a packet of a radio or serial server.
   const bool name = std::ranges::all_of(heard, [](auto byte) { return std::isalnum(byte) != 0; });
   if (binary && name && heard.size() >= kShortestText) return true;
   if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
   return binary ? letters >= 3 : 5 * letters >= 2 * size;
 }
 
-/// One line after another that begins alike. Empty lines, as before a login, are none.
+/// True if several lines begin alike. Empty lines, for example before a login, are ignored.
 bool Repeats(View heard) {
   View first;
   std::ptrdiff_t alike = 0;
@@ -81,7 +79,6 @@ bool Has(View heard, std::span<const std::string_view> words) {
       words, [&](std::string_view word) { return text.find(word) != std::string::npos; });
 }
 
-/// Messages of a modem that has no connection.
 constexpr std::string_view kHungUp[] = {"no carrier", "no answer", "no dialtone"};
 
 std::string RemedyFor(View heard) {
@@ -98,7 +95,7 @@ std::string RemedyFor(View heard) {
 }
 
 Finding Text(const Hearing& hearing, View heard) {
-  // A text behind a password may repeat the password.
+  // A text after a password may repeat the password.
   const bool secret = !hearing.expect->secrets.empty();
   return {.symptom = Symptom::text,
           .bytes = heard.size(),
@@ -108,14 +105,14 @@ Finding Text(const Hearing& hearing, View heard) {
           .remedy = RemedyFor(heard)};
 }
 
-/// A line of printable characters, whatever is in it.
+/// True for a line of printable characters, whatever it contains.
 bool IsLine(const Hearing& hearing, View heard) {
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
   return IsLineEnd(heard.back()) && std::ranges::all_of(heard, IsPrintable);
 }
 
-/// Its first bytes are those of a reply, or nearly.
+/// True if one of the first three bytes is one that a reply begins with.
 bool BeginsLikeReply(const Hearing& hearing, View heard) {
   const protocols::Expectation& expect = *hearing.expect;
   return std::ranges::any_of(heard.first(std::min<std::size_t>(heard.size(), 3)), [&](auto byte) {
@@ -128,8 +125,7 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
   });
 }
 
-/// Words that end with the question for a user or a password. Messages of any form may stand in
-/// front of it.
+/// Text that ends with a prompt for a user or a password. Any messages may come before it.
 std::optional<Finding> LoginPrompt(const Hearing& hearing, View heard) {
   const std::string_view text = Trim(AsText(heard));
   const std::string_view line = text.substr(text.find_last_of("\r\n") + 1);
@@ -153,7 +149,7 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines) {
 }
 
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard) {
-  // Binary protocols have the same check value in frames of other forms.
+  // Frames of other binary protocols use the same check value, so it proves nothing.
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (binary && !std::ranges::all_of(heard, IsPrintable)) return std::nullopt;
   for (const protocols::ForeignRule foreign : hearing.foreign) {
@@ -190,20 +186,20 @@ constexpr Service kServices[] = {
     {"FINS", "a FINS server answers (Omron)"},
 };
 
-/// An alert, or a handshake.
+/// Alert or handshake.
 bool IsTls(View heard) {
   return heard.size() >= 5 && (heard[0] == 0x15 || heard[0] == 0x16) && heard[1] == 3 &&
          heard[2] <= 4;
 }
 
-/// STARTDT, STOPDT or TESTFR, asked or confirmed; or an acknowledgement.
+/// STARTDT, STOPDT or TESTFR, activation or confirmation; or an acknowledgement.
 bool IsIec104(View heard) {
   if (heard.size() < 6 || heard[0] != 0x68 || heard[1] != 4) return false;
   const bool unnumbered = (heard[2] & 3) == 3 && heard[3] == 0 && heard[4] == 0 && heard[5] == 0;
   return unnumbered || (heard[2] == 1 && heard[3] == 0);
 }
 
-/// ISO on TCP, with a whole packet that confirms, refuses or carries data.
+/// ISO on TCP with a whole packet: connection confirm, disconnect or data.
 bool IsIsoOnTcp(View heard) {
   if (heard.size() < 7 || heard[0] != 3 || heard[1] != 0) return false;
   const std::size_t size = heard[2] * 256U + heard[3];
@@ -253,21 +249,18 @@ std::optional<Finding> OtherService(View heard, bool modbus) {
 
 namespace {
 
-/// So many bytes without a pause are no message of any reader.
+/// A reader's message is shorter than this many bytes without a pause.
 constexpr std::size_t kEndless = 240;
-/// So many bytes of the request do not come back by chance: kWholeEcho if there is no reply,
-/// kPartOfEcho beside a good reply.
+/// This many bytes of the request do not come back by chance without (or beside) a good reply.
 constexpr std::size_t kWholeEcho = 4;
 constexpr std::size_t kPartOfEcho = 2;
-/// So many bytes are a few.
 constexpr std::size_t kAFew = 2;
 
-/// A whole reply in what came.
 struct Found {
   std::size_t begin = 0;
   std::size_t end = 0;
-  std::size_t frames = 0;  ///< this one and those behind it that are the same
-  bool others = false;     ///< a different one follows it
+  std::size_t frames = 0;  ///< 1 + the number of identical frames behind it
+  bool others = false;     ///< a different frame follows
 };
 
 std::optional<Found> FindReply(const Hearing& hearing, View heard) {
@@ -300,7 +293,7 @@ Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
   return after;
 }
 
-/// The longest between two pieces of heard[begin, end).
+/// The longest pause between two pieces of the received bytes [begin, end).
 Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end) {
   Duration longest{};
   for (std::size_t i = 1; i < hearing.arrivals.size(); ++i) {
@@ -311,7 +304,7 @@ Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end
   return longest;
 }
 
-/// More was to come.
+/// True if the bytes are the beginning of a reply.
 bool IsBeginning(const Hearing& hearing, View heard) {
   protocols::Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
@@ -319,7 +312,7 @@ bool IsBeginning(const Hearing& hearing, View heard) {
   return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
 }
 
-/// The length of the longest reply that has only one length; 0: there is none.
+/// The length of the longest reply with a fixed length; 0: there is none.
 std::size_t OnlyLength(const Hearing& hearing) {
   std::size_t length = 0;
   for (const protocols::Shape& shape : hearing.expect->shapes) {
@@ -328,7 +321,7 @@ std::size_t OnlyLength(const Hearing& hearing) {
   return length;
 }
 
-/// A reply of this form with its check value would be whole, where the check value can be computed.
+/// True if a correct check value would make a whole reply, or none can be computed.
 bool HasForm(const Hearing& hearing, View heard) {
   const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || heard.size() < 2) return true;
@@ -339,16 +332,16 @@ bool HasForm(const Hearing& hearing, View heard) {
          protocols::Cut::Kind::frame;
 }
 
-/// As long as a reply that has but one length.
+/// True if the bytes have the fixed length of a reply.
 bool HasOnlyLength(const Hearing& hearing, View heard) {
   const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
     return shape.min_length == shape.max_length && shape.max_length == heard.size();
   });
-  // The length of a refusal may be that of a reply that lacks a few bytes.
+  // A reply that lacks a few bytes may have the length of a refusal.
   return fits && (heard.size() == OnlyLength(hearing) || HasForm(hearing, heard));
 }
 
-/// Text from its start to its end.
+/// True for a text with a line end in a protocol whose replies are text.
 bool IsWholeText(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return false;
   return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
@@ -363,14 +356,14 @@ Outcome BlameOf(const Hearing& hearing, View heard) {
   return assembler.blame();
 }
 
-/// 00 and FF, as from a line that is not driven.
+/// True for 00 and FF, which come from a line without bias.
 bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
 }
 
-/// Whether `heard` begins with a part of the request: its beginning; its end, if the receiver was
-/// switched on while the request was being sent; or the whole request with at most a quarter of its
-/// bytes changed. `beside`: a good reply came as well.
+/// True if `heard` begins with a part of the request: its beginning; its end, if the receiver was
+/// switched on during the request; or the whole request with at most a quarter of its bytes
+/// changed. `beside`: a good reply came as well.
 bool IsEcho(const Hearing& hearing, View heard, bool beside) {
   const View request = hearing.request;
   if (hearing.expect->mirrors || hearing.protocol->tcp) return false;
@@ -381,18 +374,17 @@ bool IsEcho(const Hearing& hearing, View heard, bool beside) {
     std::size_t same = 0;
     for (std::size_t i = 0; i < part.size(); ++i) same += part[i] == rest[i] ? 1 : 0;
     const bool whole = part.size() == rest.size() && 4 * same >= 3 * part.size();
-    // A damaged reply begins as its request does.
+    // A damaged reply may begin like its request.
     const bool piece = same == part.size() && (beside || 2 * same > request.size());
     if ((whole || piece) && same >= least && !IsIdle(part)) return true;
   }
   return false;
 }
 
-/// What came beside the reply of an exchange whose reply was taken.
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);
-  // A line end in front of a reply belongs to the reply.
+  // A line end before a reply belongs to the reply.
   View echo = before;
   while (!echo.empty() && IsLineEnd(echo.back())) echo = echo.first(echo.size() - 1);
   if (IsEcho(hearing, echo, true)) {
@@ -406,7 +398,7 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   return StrayBeside(hearing, before, behind);
 }
 
-/// A whole reply came, and yet the exchange failed.
+/// Explains why an exchange failed although a whole reply came.
 Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   const Duration pause = LongestPause(hearing, echo + found.begin, echo + found.end);
   const Duration after = ArrivalOf(hearing, echo + found.begin);
@@ -419,15 +411,15 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
 }
 
-/// It begins as a reply does.
+/// Classifies bytes that begin like a reply.
 Finding Broken(const Hearing& hearing, View heard) {
   const std::size_t length = OnlyLength(hearing);
   const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
-  // If more bytes came than a reply has, those behind the pause are noise.
+  // If more bytes came than a reply has, the bytes after the pause are noise.
   if (pause > hearing.gap && (length == 0 || heard.size() <= length)) {
     return {.symptom = Symptom::split, .time = pause};
   }
-  // It may be as long as a refusal, and yet the beginning of something longer.
+  // The beginning of a longer reply may have the length of a refusal.
   const bool broke_off = hearing.outcome == Outcome::partial;
   if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
     return {.symptom = Symptom::tail_lost};
@@ -445,21 +437,21 @@ Finding Broken(const Hearing& hearing, View heard) {
   return {.symptom = Symptom::damaged};
 }
 
-/// Nothing was asked.
+/// True if the device sends unasked.
 bool IsStanding(const Hearing& hearing) {
   return hearing.expect->reply == protocols::Expectation::Reply::standing;
 }
 
-/// What somebody sends who does not stop is longer. A message at another bit rate is so many bytes.
+/// Longer messages have no end. A message at another bit rate may have kEndless bytes.
 std::size_t LongestHeard(const Hearing& hearing) {
   const std::size_t most = hearing.expect->max_bytes;
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
-/// Words that say what it is.
+/// True if the text itself shows what sent it.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 
-/// No reply is in it.
+/// Classifies bytes that contain no reply.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
     return *service;
@@ -480,8 +472,8 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   auto words = of_reply ? std::nullopt : Words(hearing, heard);
   if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
-    // The same bytes twice in a row for the same request are the usual form of this device, not
-    // damage (ReplyHabits::Compare). The cause is kept for that case.
+    // If the same bytes come twice in a row for the same request, they are the usual form of this
+    // device and not damage (ReplyHabits::Compare). That case needs the cause.
     if (other_form && nearly->symptom == Symptom::bytes_lost) {
       nearly->cause = recognised->cause;
       nearly->remedy = recognised->remedy;
@@ -489,7 +481,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
     return *nearly;
   }
   if (auto line = Words(hearing, heard, true); line && (!other_form || IsTold(*line))) return *line;
-  // A device whose replies are text says something else in a text.
+  // A device whose replies are text sends another text.
   if (other_form) return *recognised;
   if (IsIdle(heard)) return {.symptom = Symptom::zeros};
   if (IsStanding(hearing)) {
@@ -502,13 +494,13 @@ Finding Unreadable(const Hearing& hearing, View heard) {
 
 std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
   const bool high = std::ranges::any_of(heard, [](auto byte) { return byte > 0x7F; });
-  // A text has none, whatever the port is set to.
+  // A text contains no high bytes, whatever data bits the port has.
   const bool text = std::ranges::all_of(hearing.request, IsPrintable);
   unsigned bits = SpecialsOf(heard) | (high || text ? kHighBit : 0U);
-  // One character again and again has but one parity.
+  // A single repeated character has only one parity.
   const bool various = std::ranges::adjacent_find(heard, std::not_equal_to()) != heard.end();
   for (const std::uint8_t byte : various ? heard : View()) {
-    if (byte == 0x00 || byte == 0xFF) continue;  // of an idle or broken line as well
+    if (byte == 0x00 || byte == 0xFF) continue;  // an idle or broken line also gives these bytes
     bits |= std::popcount(byte) % 2 == 0 ? kEvenByte : kOddByte;
   }
   return static_cast<std::uint8_t>(bits);

@@ -1,7 +1,7 @@
-// What one exchange looked like on the wire: from all that came between its request and the next
-// one to a symptom. Pure; used by gateway/diagnosis/observer.h.
+// Examine() returns what one exchange looked like on the wire: it turns all bytes between a request
+// and the next one into a symptom. All functions are pure; gateway/diagnosis/observer.h uses them.
 //
-//   asked 01 03 00 00 00 01 84 0A, and came           symptom
+//   request 01 03 00 00 00 01 84 0A, then came        symptom
 //   nothing                                           silence
 //   01 03 00 00 00 01 84 0A                           echo
 //   01 03 02 …80 ms… 00 4B F9 B3                      split, 80 ms
@@ -27,54 +27,52 @@
 
 namespace baudgate::diagnosis {
 
-/// A piece of what came: from byte `at` on.
+/// A piece of the received bytes, which begins at byte `at`.
 struct Arrival {
   std::size_t at = 0;
-  Duration after{};  ///< from the computed end of the request; below zero: before it
+  Duration after{};  ///< from the computed end of the request; negative: before its end
 };
 
-/// One exchange, and what came after it.
+/// One exchange and the bytes that came after its end. Pointers and views are borrowed.
 struct Hearing {
   const protocols::Protocol* protocol = nullptr;
   const protocols::ParsedOptions* options = nullptr;
   View request{};
   const protocols::Expectation* expect = nullptr;
-  Outcome outcome = Outcome::none;  ///< none: it was not judged yet
+  Outcome outcome = Outcome::none;  ///< none: the exchange has not ended
   View heard{};
-  std::span<const Arrival> arrivals{};                ///< of `heard`; the first stands at 0
-  Duration reply{};                                   ///< the longest until the first byte
-  Duration gap{};                                     ///< the longest pause inside
-  bool connection = false;                            ///< it came over TCP
-  std::span<const protocols::ForeignRule> foreign{};  ///< of all protocols
+  std::span<const Arrival> arrivals{};                ///< pieces of `heard`; the first begins at 0
+  Duration reply{};                                   ///< the longest time until the first byte
+  Duration gap{};                                     ///< the longest pause inside a reply
+  bool connection = false;                            ///< the line is a TCP connection
+  std::span<const protocols::ForeignRule> foreign{};  ///< rules of all protocols
 };
 
 Finding Examine(const Hearing& hearing);
-/// What is found in an exchange in which nothing but the reply came.
+/// Returns the finding of an exchange in which only the reply came.
 Finding Plain(const Hearing& hearing);
-/// What came before the first request, if it is another service or words.
+/// Recognises another service or text for people in bytes that came before the first request.
 std::optional<Finding> Greeting(const Hearing& hearing, View heard);
 
-// Words for people in what came: a login, a menu, a log. Pure.
+// Text for people: a login prompt, a menu, a log. Pure.
 
-/// "'login: '", cut where it is long.
+/// Returns a quotation such as "'login: '"; a long text is cut.
 std::string Quote(View text);
-/// Empty: these are no words for people. `lines`: a whole line of printable characters counts, too.
+/// Nothing: not text for people. `lines`: any line of printable characters is accepted.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
 
-// Messages of another protocol: binary ones on a line of a text protocol, as their check value
-// proves, and texts on any line, as their form proves.
-// Pure.
+// Messages of another protocol: binary messages on a line of a text protocol, proven by their check
+// value, and texts on any line, proven by their form. Pure.
 
-/// Empty: none is recognised.
+/// Nothing: no other protocol is recognised.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
-// Other services than a line of devices, by what they say over TCP: a web server, SSH, TLS, Telnet,
-// IEC 60870-5-104.
-// Pure.
+// Services that are not serial lines, recognised by what they send over TCP: a web server, SSH,
+// TLS, Telnet, IEC 60870-5-104. Pure.
 
-/// Empty: no known service. `modbus`: a Modbus TCP server is expected there, not a serial server.
+/// Nothing: no known service. `modbus`: a Modbus TCP server is expected, not a serial server.
 std::optional<Finding> OtherService(View heard, bool modbus);
-/// IAC and WILL, WONT, DO or DONT, at the front.
+/// True if the bytes begin with IAC and WILL, WONT, DO or DONT.
 bool IsTelnet(View heard);
 
 }  // namespace baudgate::diagnosis

@@ -14,29 +14,28 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// What the values of a text are made of.
+/// The characters of values in a text.
 constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
-/// No longer text is tried character by character.
+/// Longer texts are not tried character by character.
 constexpr std::size_t kLongestTried = 80;
-/// No longer binary reply is tried byte by byte: some milliseconds.
+/// Longer binary replies are not tried byte by byte, which would take more than some milliseconds.
 constexpr std::size_t kLongestBinary = 40;
-/// The digits of a check value in a text.
 constexpr std::size_t kCheckDigits = 2;
-/// The longest number in a reply that is taken for a name.
+/// The longest device name or address in a reply, in digits.
 constexpr std::size_t kMostDigits = 3;
-/// Fewer bytes are no reply but for its check value.
+/// Shorter binary replies are not completed by a check value.
 constexpr std::size_t kShortestReply = 3;
-/// So much may stand behind a whole reply, as a line end.
+/// This many bytes may follow a whole reply, for example a line end.
 constexpr std::size_t kBehind = 3;
-/// The shortest text whose end may be missing.
+/// Shorter texts are not examined for missing characters.
 constexpr std::size_t kShortestLine = 4;
-/// Characters other than digits that a number, or the rest of one, may start with.
+/// Characters other than digits at the beginning of a number or of its rest.
 constexpr std::string_view kSigns = "+-.";
 /// The characters of values and check values in a text.
 constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
 
-/// A whole reply of more than `least` bytes stands at the front. One look of the rule, however much
-/// there is.
+/// True if the bytes begin with a whole reply of more than `least` bytes. Applies the rule of the
+/// protocol once, whatever the length.
 bool StartsWithReply(const Hearing& hearing, View heard, std::size_t least = 0) {
   const protocols::Cut cut = hearing.protocol->reply_rule(heard, *hearing.expect, true);
   return cut.kind == protocols::Cut::Kind::frame && cut.size > least;
@@ -53,11 +52,11 @@ bool IsText(const Hearing& hearing, View heard) {
          std::ranges::all_of(heard, IsPrintable);
 }
 
-/// Its last byte is missing, whatever that was.
+/// True if only the last byte is missing, whatever its value.
 bool IsWholeWithEnd(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   if (heard.empty()) return false;
-  // Where nothing is checked, every beginning of a text is whole with an end.
+  // Without a check value every beginning of a text would be whole with a line end.
   Bytes shorter(heard.begin(), heard.end());
   shorter.back() = '\r';
   if (StartsWithReply(hearing, shorter)) return false;
@@ -80,7 +79,7 @@ constexpr LineEnd kLineEnds[] = {{"\r", "a carriage return"},
                                  {"\n\r", "a line feed and a carriage return"},
                                  {"\n\n", "two line feeds"}};
 
-/// It is whole with another end of its line.
+/// Recognises a reply that would be whole with another line end.
 std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
@@ -102,8 +101,8 @@ std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
   return std::nullopt;
 }
 
-/// Nothing but the carriage return at its end is missing. Where nothing is checked, every beginning
-/// of a text is whole with one.
+/// True if only the carriage return at the end is missing. This is tested last, because without a
+/// check value every beginning of a text is whole with a carriage return.
 bool LacksLineEnd(const Hearing& hearing, View heard) {
   if (hearing.outcome != Outcome::partial || heard.size() < kShortestLine) return false;
   const bool ended = std::ranges::any_of(heard, [](auto byte) { return byte == '\r'; });
@@ -120,7 +119,7 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
   return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
 }
 
-/// It has the character that a reply begins with.
+/// True if the bytes begin with the first character of a reply.
 bool HasLead(const Hearing& hearing, View heard) {
   if (heard.empty() || std::ispunct(heard.front()) == 0) return false;
   return std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
@@ -128,7 +127,7 @@ bool HasLead(const Hearing& hearing, View heard) {
   });
 }
 
-/// The first byte of its reply, if that is known.
+/// The first byte of the reply, if it is known.
 std::optional<std::uint8_t> FirstOf(const Hearing& hearing) {
   // A binary reply begins with the address, as its request does.
   const bool named = !hearing.expect->address.empty() && !hearing.request.empty();
@@ -136,8 +135,8 @@ std::optional<std::uint8_t> FirstOf(const Hearing& hearing) {
   return hearing.request[0];
 }
 
-/// Another byte at `at` would do as well: the check value is too weak to prove anything, or there
-/// is none.
+/// True if the check value proves nothing: with the byte at `other` changed, some byte at `at`
+/// still makes a whole reply. `whole`: a whole reply.
 bool IsWeak(const Hearing& hearing, Bytes whole, std::size_t at, std::size_t other) {
   whole[other] ^= 1;
   for (int byte = 0; byte < 256; ++byte) {
@@ -147,22 +146,22 @@ bool IsWeak(const Hearing& hearing, Bytes whole, std::size_t at, std::size_t oth
   return false;
 }
 
-/// With `head` in front of it, in which any byte that can stand at `any` may stand there.
+/// True if the bytes are a whole reply after `head`, whose byte at `any` may have any value.
 bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View heard) {
-  // Little may stand behind it, as a line end.
+  // A few bytes, such as a line end, may follow the reply.
   const std::size_t least = head.size() + heard.size() - std::min(heard.size(), kBehind);
   Append(head, heard);
   const auto known = any == 0 ? FirstOf(hearing) : std::nullopt;
   for (int byte = known.value_or(0); byte <= known.value_or(0xFF); ++byte) {
     head[any] = static_cast<std::uint8_t>(byte);
     if (!StartsWithReply(hearing, head, least)) continue;
-    // A text may have no check value at all; its form proves enough.
+    // A text may have no check value; its form is proof enough.
     return known || IsText(hearing, heard) || !IsWeak(hearing, head, any, head.size() / 2);
   }
   return false;
 }
 
-/// It is whole with another byte at `at`, from `first` to `last`.
+/// True if the reply is whole with another byte, from `first` to `last`, at `at`.
 bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int first, int last) {
   Bytes whole(heard.begin(), heard.end());
   for (int byte = first; byte <= last; ++byte) {
@@ -174,7 +173,7 @@ bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int fi
   return false;
 }
 
-/// Its first byte is another one.
+/// True if only the first byte is wrong.
 bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
   constexpr int kPrintable = 0x7E;
@@ -188,17 +187,18 @@ bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
   return IsWholeWithOther(hearing, heard, 0, '!', kPrintable);
 }
 
-/// Its last byte is another one; a text has a line end there.
+/// True if only the last byte of a binary reply is wrong. The last byte of a text is its line end.
 bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
   if (IsText(hearing, hearing.request)) return false;
   return IsWholeWithOther(hearing, heard, heard.size() - 1, 0, 0xFF);
 }
 
-/// Its first byte is missing, whatever that was; or a few, of which all but one are those of the
-/// request: the second and third of a binary one, the name and the kind of a text. 0: none is.
+/// Returns how many bytes are missing at the beginning: one of any value, or a few that the request
+/// contains: the second and third byte of a binary reply, or the name and kind of a text. 0: none
+/// is missing.
 std::size_t LostHead(const Hearing& hearing, View heard) {
-  // Nothing stands in it that would prove that.
+  // A Modbus TCP reply contains no check value that would prove it.
   if (hearing.protocol->tcp || (IsText(hearing, heard) && HasLead(hearing, heard))) return 0;
   if (IsWholeBehind(hearing, Bytes(1), 0, heard)) return 1;
   const View request = hearing.request;
@@ -215,8 +215,8 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
 }
 
-/// A line of a text without the character that a reply begins with; empty: it is none. Its
-/// beginning is longer than LostHead can prove.
+/// Returns a line of text that lacks the first character of a reply; empty: the bytes are not such
+/// a line. More of its beginning may be missing than LostHead can prove.
 std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const bool standing = hearing.expect->reply == protocols::Expectation::Reply::standing;
   if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};
@@ -235,14 +235,15 @@ bool IsEndOfText(const Hearing& hearing, View heard) {
   return !line.empty() && (values || EndsInCheckValue(hearing, heard));
 }
 
-/// A text that is whole with other digits in front of its line end, and with no others. A check
-/// value of one byte fits almost any text once a character is put in, so that this goes before.
+/// True if a text is whole with other digits before its line end, and with only one combination of
+/// digits. This test comes before IsWholeWithOneMore, because a check value of one byte fits almost
+/// any text with one more character.
 bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
   if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
-  // Several messages that came unasked may stand there.
+  // Several messages that came unasked may follow each other.
   const bool several = hearing.expect->reply == protocols::Expectation::Reply::standing;
   Bytes changed(heard.begin(), heard.end());
   int fit = 0;
@@ -254,7 +255,7 @@ bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   return fit == 1;
 }
 
-/// A text that is whole with one more character, and not with any.
+/// True if a text is whole with one more character, and only with one character at that place.
 bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   if (!IsText(hearing, heard) || heard.size() < 2 || heard.size() > kLongestTried) return false;
@@ -273,8 +274,8 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   return false;
 }
 
-/// A binary reply that its check value proves once a byte is put in somewhere before its end. It is
-/// one byte shorter than a reply that has but one length.
+/// True if a binary reply is whole with one more byte before its end, as its check value proves. It
+/// must be one byte shorter than a fixed reply length.
 bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() < kShortestReply) return false;
   if (IsText(hearing, hearing.request)) return false;
@@ -297,7 +298,7 @@ bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
   return false;
 }
 
-/// Nothing but its check value is missing, of which the frame of a binary protocol has one.
+/// True if only the check value is missing, in a binary protocol whose frames have one.
 bool LacksCheck(const Hearing& hearing, View heard) {
   const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || hearing.protocol->tcp || heard.size() < kShortestReply) return false;
@@ -308,12 +309,13 @@ bool LacksCheck(const Hearing& hearing, View heard) {
   const bool has_one =
       rest > 1 && std::ranges::equal(carrier->wrap(heard[0], heard.subspan(1, rest - 1)), heard);
   if (has_one) return false;
-  // With the first byte of its check value it would be whole as well, and one byte too long.
+  // Bytes that lack only the second byte of the check value would be whole too, but one byte too
+  // long.
   const protocols::Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
   return cut.kind == protocols::Cut::Kind::frame && cut.size == whole.size();
 }
 
-/// The character that stands in front of each frame; the check value proves the rest.
+/// True if only the first character of the frame is missing, as the check value proves.
 bool LacksLead(const Hearing& hearing, View heard) {
   if (hearing.protocol->carrier == nullptr || hearing.request.empty() || heard.empty())
     return false;
@@ -322,7 +324,7 @@ bool LacksLead(const Hearing& hearing, View heard) {
   return StartsWithReply(hearing, whole, heard.size() - 1);
 }
 
-/// Both bytes of its line end are missing; a check value proves what is there.
+/// True if only CR LF is missing, as the check value proves.
 bool LacksCrLf(const Hearing& hearing, View heard) {
   if (!IsText(hearing, heard) || heard.size() < kShortestLine) return false;
   Bytes longer(heard.begin(), heard.end());
@@ -394,9 +396,9 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
 namespace {
 
 constexpr std::size_t kQuotedBytes = 8;
-/// A modem, radio or serial server puts no more around a packet.
+/// A modem, radio or serial server adds at most this many bytes to a packet.
 constexpr std::size_t kLongestFrame = 24;
-/// So many are no accident of a driver.
+/// A driver does not cause this many bytes with other forms.
 constexpr std::ptrdiff_t kFewStrange = 2;
 
 Symptom SymptomOf(protocols::Recognised::What what) {
@@ -421,18 +423,20 @@ Symptom SymptomOf(protocols::Recognised::What what) {
   return Symptom::other_protocol;
 }
 
-/// A driver that takes or leaves the bus makes ones and then zeros of a character, or the reverse.
+/// True if a driver may have caused the byte by starting or stopping to drive the bus: ones and
+/// then zeros, or the reverse.
 bool IsOfDriver(std::uint8_t byte) {
   const unsigned inverse = static_cast<std::uint8_t>(~byte);
   return (byte & (byte + 1U)) == 0 || (inverse & (inverse + 1U)) == 0;
 }
 
-/// 00 and FF, as from a line that is not driven, and line ends.
+/// True for 00 and FF, which come from a line without bias, and for line ends.
 bool IsFiller(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0 || IsLineEnd(byte); });
 }
 
-/// "10 02 ... 10 03"; empty: too many for a packet's frame.
+/// Returns the bytes around a reply: "10 02 ... 10 03". Empty: there are too many for the frame of
+/// a packet.
 std::string Around(View before, View behind) {
   if (before.size() + behind.size() > kLongestFrame) return {};
   while (!before.empty() && IsLineEnd(before.back())) before = before.first(before.size() - 1);
@@ -482,7 +486,7 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
     foreign->symptom = Symptom::master_beside;
     return foreign;
   }
-  // In a protocol of hexadecimal digits these are the rest of a reply.
+  // In a protocol of hexadecimal digits these bytes are the rest of a reply.
   if (IsHexText(hearing, part)) return std::nullopt;
   auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
@@ -495,15 +499,15 @@ Finding StrayBeside(const Hearing& hearing, View before, View behind) {
                    .bytes = before.size() + behind.size(),
                    .cause = Around(before, behind)};
   };
-  // Characters such as no driver makes: something speaks while nobody else does.
+  // A driver does not cause such bytes, so another device sends while the bus should be idle.
   const auto strange = std::ranges::count_if(
       before, [](std::uint8_t byte) { return !IsOfDriver(byte) && !IsLineEnd(byte); });
   const bool speaks = !hearing.connection && strange >= kFewStrange;
   if (before.size() > kHarmless || speaks) return noise(Symptom::noise_before);
-  // No driver makes these.
+  // A TCP connection has no driver that could cause these bytes.
   if (hearing.protocol->tcp && !behind.empty()) return noise(Symptom::noise_behind);
   if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
-  // One byte on a wire is the driver's, and so are more of them without a form.
+  // A driver may cause one byte on a wire, or more bytes of 00 and FF.
   const std::size_t few = hearing.connection ? 1 : 2;
   const bool form = !IsFiller(before) || !IsFiller(behind);
   return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};

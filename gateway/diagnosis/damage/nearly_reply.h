@@ -1,7 +1,7 @@
-// Bytes that would be a whole reply but for one thing: the first or last byte is missing, a
-// converter has inserted characters or changed line ends, there is a parity bit too many. Pure;
-// used by gateway/diagnosis/damage/examine.h. StrayBeside recognises what stands beside a good
-// reply.
+// NearlyReply recognises bytes that are a whole reply except for one fault: the first or last byte
+// is missing, a converter has inserted characters or changed line ends, or there is an extra parity
+// bit. StrayBeside recognises bytes beside a good reply. All functions are pure;
+// gateway/diagnosis/damage/examine.h uses them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,28 +15,28 @@
 namespace baudgate::diagnosis {
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
-/// The check value of a reply proves that its first byte alone is missing.
+/// True if only the first byte is missing, as the check value of the reply proves.
 bool LacksFirstByte(const Hearing& hearing, View heard);
-/// A text without the character that a reply begins with, and ":" and the digits of a check value
-/// at its end.
+/// True for a text that lacks the first character of a reply and ends in ":" and the digits of a
+/// check value.
 bool EndsInCheckValue(const Hearing& hearing, View heard);
-/// Its check value is missing; or, where the reply ends in it, as many bytes inside.
+/// Recognises a reply whose check value is missing, or as many bytes inside it if it still ends in
+/// the check value.
 std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 
-// Bytes beside a good reply: a message that the protocol recognises, words, or noise. Pure; used by
-// gateway/diagnosis/damage/examine.h.
+// Bytes beside a good reply: a message that the protocol recognises, text for people, or noise.
 
-/// A driver that takes or leaves the bus may make so many bytes of nothing.
+/// A driver that starts or stops driving the bus may cause up to this many bytes.
 inline constexpr std::size_t kHarmless = 3;
 
-/// Bytes that are no reply, as the protocol recognises them: see Recognised.
+/// Asks the protocol to recognise bytes that are not a reply: see protocols::Recognised.
 std::optional<Finding> Recognise(const Hearing& hearing, View heard);
-/// Digits and line ends, where replies are made of them.
+/// True if replies consist of hexadecimal digits and line ends, and `part` does too.
 bool IsHexText(const Hearing& hearing, View part);
-/// A message of somebody else, or words.
+/// A message of another device or master, or text for people.
 std::optional<Finding> Stranger(const Hearing& hearing, View part);
-/// Bytes before and behind the reply that are no message: noise, a few bytes, or nothing worth a
-/// word.
+/// Classifies bytes before and after the reply that are not a message: noise, a few bytes, or too
+/// few to report.
 Finding StrayBeside(const Hearing& hearing, View before, View behind);
 
 }  // namespace baudgate::diagnosis

@@ -7,7 +7,7 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// More is not looked at. The longest reply of a Modbus device has 260 bytes.
+/// Later bytes are ignored. The longest reply of a Modbus device has 260 bytes.
 constexpr std::size_t kMostHeard = 1024;
 constexpr std::size_t kMostArrivals = 256;
 
@@ -97,7 +97,8 @@ bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {
   const bus::Member& member = *exchange.member();
   const View heard = exchange.heard();
   const View came = heard.subspan(std::min(heard.size(), TransactionBytes(*member.protocol)));
-  // Texts of other values may well be alike; the length of a PDU follows from its request.
+  // Texts with different values may be equal by chance; the length of a PDU follows from its
+  // request.
   const bool misfit = !ProvesLife(exchange.outcome()) && member.protocol->carrier != nullptr;
   return of_[member].same.OnCame(came, exchange.request().bytes, right, misfit,
                                  member.protocol->tcp);
@@ -108,7 +109,7 @@ bool ReplyHabits::IsCopy(const HeardExchange& exchange) const {
   assembler.Begin(exchange.member()->protocol->reply_rule, exchange.request().expect);
   assembler.Feed(exchange.heard());
   int copies = 0;
-  int others = exchange.frame().empty() ? 0 : 1;  // its own, of which a copy may come as well
+  int others = exchange.frame().empty() ? 0 : 1;  // the reply to this request; a copy may come too
   while (const auto frame = assembler.Next(true)) {
     if (*frame == exchange.frame()) continue;
     ++(taken_.WasForOther(exchange.request().bytes, *frame) ? copies : others);

@@ -1,7 +1,7 @@
-// Remembers how the replies of each device look in general: whether they come twice, behind the
-// next request, again and again, or without a character. A part of
-// gateway/diagnosis/observer.h. Bounded memory. HeardExchange holds one exchange, ReplyLag
-// and SameAgain recognise a habit each, and TakenReplies keeps the latest replies.
+// ReplyHabits stores how the replies of each device usually look: whether they come twice, only
+// after the next request, always the same, or without a character. It is a part of
+// gateway/diagnosis/observer.h. HeardExchange contains one exchange; ReplyLag and SameAgain
+// recognise one habit each; TakenReplies stores the latest replies. Memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,41 +23,41 @@
 
 namespace baudgate::diagnosis {
 
-// One exchange, and all that comes from its request until the next one. A part of
-// gateway/diagnosis/observer.h. Bounded memory.
+// HeardExchange contains one exchange: all bytes from its request until the next one. It is a part
+// of gateway/diagnosis/observer.h. Memory is bounded.
 class HeardExchange {
  public:
-  /// The port has opened. What comes before Begin belongs to no exchange.
+  /// Call this when the port was opened. Bytes before the next Begin belong to no exchange.
   void OnOpened() { member_ = nullptr; }
   void Begin(const bus::Member& member, const protocols::Request& request,
              const bus::LineTimes& times, Instant now);
   void Hear(View bytes, Instant now);
-  /// The frame was taken for the reply.
+  /// Stores the frame that was accepted as the reply.
   void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
   void End(Outcome outcome);
-  /// More has come since its end, or since it was asked last.
+  /// True if bytes have come since End, or since the last call.
   bool TakeMore();
 
-  /// Null: there was none since the port was opened.
+  /// Null: no exchange since the port was opened.
   const bus::Member* member() const { return member_; }
   const protocols::Request& request() const { return request_; }
   const bus::LineTimes& times() const { return times_; }
   /// The computed end of the request.
   Instant sent() const { return sent_; }
-  /// The silence before the request.
+  /// The silence before the request; kLongIdle: unknown.
   Duration idle() const { return idle_; }
-  /// Outcome::none: it has not ended.
+  /// Outcome::none: the exchange has not ended.
   Outcome outcome() const { return outcome_; }
   const Bytes& heard() const { return heard_; }
   Bytes TakeHeard() { return std::exchange(heard_, {}); }
   const std::vector<Arrival>& arrivals() const { return arrivals_; }
-  /// When the latest bytes came. Only if some have come.
+  /// When the latest bytes came. Valid only if bytes have come.
   Instant last_came() const { return sent_ + arrivals_.back().after; }
-  /// The reply; empty: none was taken.
+  /// The reply; empty: none was accepted.
   const Bytes& frame() const { return frame_; }
-  /// What was heard before and after the reply; without one, before it.
+  /// The bytes before and after the reply. Without a reply, all bytes are returned as "before".
   std::pair<View, View> BesideReply() const;
-  /// The same, for gateway/diagnosis/damage/examine.h.
+  /// Returns the exchange for gateway/diagnosis/damage/examine.h. The result refers to this object.
   Hearing AsHearing(const bus::Roster& roster) const;
 
  private:
@@ -65,30 +65,30 @@ class HeardExchange {
   protocols::Request request_;
   bus::LineTimes times_;
   Instant sent_{};
-  Instant last_{};  // when something was on the line last
+  Instant last_{};  // when the last byte was on the line
   Duration idle_{};
   Outcome outcome_ = Outcome::none;
-  std::size_t judged_ = 0;  // bytes that had come when it was looked at
+  std::size_t judged_ = 0;  // number of bytes that were examined
   Bytes heard_;
   std::vector<Arrival> arrivals_;
   Bytes frame_;
 };
 
-// Does a device answer late, or does something in between let each reply go when the next request
-// comes? In the second case its replies come right behind the next requests, at all kinds of times
-// after their own.
+// ReplyLag tells whether a device answers late, or whether equipment in between releases each reply
+// when the next request comes (the device "lags"). A lagging reply comes right after the next
+// request, at any time after its own request.
 //
-//   behind its request       behind the next one    it lags
+//   after its request        after the next one     does the device lag?
 //   620 ms                   not soon               no
 //   900, 1400, 700 ms        12 ms                  no: three may be chance
 //   900, 1400, 700, 950 ms   12 ms                  yes
 //   900, 900, 900, 950 ms    12, 12, 13, 12 ms      yes
-//   900, 910, 905, 900 ms    12, 22, 17, 12 ms      no: it is always as late
+//   900, 910, 905, 900 ms    12, 22, 17, 12 ms      no: it is always equally late
 //
 class ReplyLag {
  public:
-  /// A late reply came `after` its request and so soon behind the `next` one; empty: not soon.
-  /// True: it lags.
+  /// A late reply came the time `after` its request, and `next` after the next request; nothing:
+  /// not soon after it. Returns true if the device lags.
   bool OnLate(Duration after, std::optional<Duration> next) {
     if (!next) {
       count_ = 0;
@@ -116,27 +116,27 @@ class ReplyLag {
     Duration most{};
   };
 
-  std::size_t count_ = 0;  // in a row
+  std::size_t count_ = 0;  // late replies in a row that came soon after the next request
   Range after_;
   Range next_;
 };
 
-// Does the same come whatever is asked? Byte for byte what came to other requests before, one after
-// another, and it was right once.
+// SameAgain tells whether the same bytes come to every request: byte for byte what came to other
+// requests before, in successive exchanges, and right at least once.
 //
-//   asked            came             it is the same again
-//   A, B             x, x             no: two replies may be alike
-//   A, B, C, D, E    x, x, x, x, x    yes, if x was right once
-//   A, B, B, B, B, B, B    each x     yes, if x cannot answer B
+//   requests               replies          the same again?
+//   A, B                   x, x             no: two replies may be alike
+//   A, B, C, D, E          x, x, x, x, x    yes, if x was right once
+//   A, B, B, B, B, B, B    x each time      yes, if x cannot answer B
 //
 class SameAgain {
  public:
-  /// The same reply to this many other requests is no chance, where each of them may be answered
-  /// alike; and where replies are numbered.
+  /// This many other requests do not get the same reply by chance. kSameNumbered: if replies are
+  /// numbered.
   static constexpr std::size_t kSame = 4;
   static constexpr std::size_t kSameNumbered = 2;
 
-  /// `right`: it is the reply to `request`; `misfit`: it cannot be.
+  /// `right`: `came` is the reply to `request`; `misfit`: it cannot be.
   bool OnCame(View came, const Bytes& request, bool right, bool misfit, bool numbered) {
     if (came.size() < kShortest) return false;
     if (!std::ranges::equal(came, came_)) {
@@ -154,20 +154,20 @@ class SameAgain {
   }
 
  private:
-  /// Fewer bytes may well be the same.
+  /// Shorter replies may be equal by chance.
   static constexpr std::size_t kShortest = 4;
-  /// So often in a row it came to requests that it cannot answer: more than a lag brings.
+  /// A lag causes fewer replies in a row that cannot answer their requests.
   static constexpr std::size_t kMisfits = 6;
 
   Bytes came_;
-  Bytes asked_;              // by which request
-  std::size_t others_ = 0;   // further requests in a row to which the same came
-  std::size_t misfits_ = 0;  // exchanges that it came to and is no reply to
-  bool right_ = false;       // it was the reply to one of them
+  Bytes asked_;              // the latest request to which they came
+  std::size_t others_ = 0;   // other requests, in a row, to which the same bytes came
+  std::size_t misfits_ = 0;  // exchanges in which the bytes were not a reply to the request
+  bool right_ = false;       // the bytes were the right reply to one request
 };
 
-// The latest replies that were taken, and what they answered: a copy of one is no reply to another
-// request, and damage shows in its length. Bounded memory.
+// TakenReplies stores the latest accepted replies with their requests. A copy of one of these is
+// not the reply to another request, and a shorter reply may be damaged. Memory is bounded.
 struct TakenReply {
   Bytes request;
   Bytes reply;
@@ -181,13 +181,13 @@ class TakenReplies {
     latest_.push_back({request, reply});
     if (latest_.size() > kKept) latest_.pop_front();
   }
-  /// The frame was taken for the reply to another request than this.
+  /// True if the frame was accepted as the reply to a request other than `request`.
   bool WasForOther(const Bytes& request, const Bytes& frame) const {
     return std::ranges::any_of(latest_, [&](const TakenReply& one) {
       return one.request != request && one.reply == frame;
     });
   }
-  /// A text that is a character or two shorter than the last reply to the same request.
+  /// True if a text is one or two characters shorter than the last reply to the same request.
   bool IsShorterThanLast(const Bytes& request, const Bytes& text) const {
     if (text.empty() || !std::ranges::all_of(request, IsPrintable)) return false;
     const auto last =
@@ -199,54 +199,55 @@ class TakenReplies {
 
  private:
   static constexpr std::size_t kKept = 8;
-  /// So many characters may be missing inside a text.
+  /// At most this many characters may be missing inside a text.
   static constexpr std::size_t kFewLost = 2;
 
   std::deque<TakenReply> latest_;
 };
 
-/// A request that was sent earlier gets no reply any more.
+/// A reply that comes later than this after its request is not attributed to it.
 inline constexpr Duration kLongestLag = std::chrono::seconds(5);
 
 class ReplyHabits {
  public:
-  /// A request that has a reply has begun.
+  /// Call this when a request that expects a reply begins.
   void OnBegin(const bus::Member& member) { ++of_[member].since; }
-  /// Not a byte came to its last request, which is sent again; `tried`: its first try.
+  /// Call this when no byte came to the last request and it is sent again. `tried`: its first try.
   void OnLost(const bus::Member& member, Instant tried);
   void OnAnswered(const HeardExchange& exchange);
 
-  /// A request that was lost and repeated lately.
+  /// A request that was lost and retried a short time ago.
   struct LostTry {
-    Duration after{};      ///< from its first try until now
+    Duration after{};      ///< time since its first try
     std::size_t back = 0;  ///< exchanges of its member that have begun since
   };
-  /// A second reply of the member came at `came`. One of both replies answers that request, and was
-  /// late. Empty: there is no such request, so the device sends two replies. Each is taken once.
+  /// Call this when a second reply of the member came. If a request was lost and retried, one of
+  /// the two replies answers it and was late: returns that request, once. Nothing: no request was
+  /// lost, so the device sends two replies.
   std::optional<LostTry> TakeLostTry(const bus::Member& member, Instant came);
 
   /// See ReplyLag.
   bool OnLate(const bus::Member& member, Duration after, std::optional<Duration> next) {
     return of_[member].lag.OnLate(after, next);
   }
-  /// True: the same came to other requests before. `right`: it is the reply. The transaction
-  /// number is not compared.
+  /// Returns true if the same bytes came to other requests before (see SameAgain). `right`: this is
+  /// the reply. The transaction number is not compared.
   bool NoteSame(const HeardExchange& exchange, bool right);
-  /// Beside its own reply there are only such as were taken for other requests just before:
-  /// something in between sends twice.
+  /// True if the frames beside the reply were all accepted for other requests a short time ago:
+  /// then equipment in between sends replies twice.
   bool IsCopy(const HeardExchange& exchange) const;
-  /// A text that seems to lack a character. If the same comes to the same request again, the device
-  /// sends another form.
+  /// Changes the finding of a text that seems to lack a character: if the same text comes again to
+  /// the same request, the device uses another form.
   Finding Compare(const HeardExchange& exchange, Finding finding);
 
  private:
   struct Entry {
-    bool doubles = false;   // more than one reply came, and none was lost before
-    Instant lost{};         // the first try of the last request that was repeated as nothing came
-    std::size_t since = 0;  // exchanges that began since its last try without an answer
+    bool doubles = false;  // more than one reply came although no request was lost
+    Instant lost{};  // first try of the last request that got no byte and was retried; zero: none
+    std::size_t since = 0;  // exchanges since that request got no answer
     ReplyLag lag;
     SameAgain same;
-    TakenReply misfit;  // a text that lacks a character, and none was good to that request since
+    TakenReply misfit;  // a text that lacks a character; cleared by a good reply to its request
   };
 
   bus::ByMember<Entry> of_;

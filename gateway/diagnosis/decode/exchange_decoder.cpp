@@ -13,7 +13,7 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// The first whole frame of the reply, or how the reply failed.
+/// The first whole frame of the reply, or why there is none.
 struct Cutting {
   std::optional<Bytes> frame;
   Outcome outcome = Outcome::no_reply;
@@ -57,8 +57,8 @@ protocols::Answer Interpret(const Capture& capture, const protocols::Protocol& p
   return answer;
 }
 
-/// Nothing can be checked over bytes that are unknown: how the exchange ended is what the trace
-/// says, and values are given only where they need none of them.
+/// Unknown (masked) bytes cannot be checked. The outcome is the one that the trace contains, and
+/// only values that need no masked byte are returned.
 protocols::Answer InterpretMasked(const Capture& capture, const protocols::Protocol& protocol,
                                   const protocols::ParsedOptions& options,
                                   protocols::Conversation& conversation) {
@@ -80,8 +80,9 @@ protocols::Answer InterpretMasked(const Capture& capture, const protocols::Proto
   return answer;
 }
 
-/// Times, echoes and the exchanges before decide as well, and the recording may have left bytes
-/// out: how the exchange ended is what the trace says, and values are given where the bytes agree.
+/// The bytes alone do not determine the outcome: times, echoes and earlier exchanges matter too,
+/// and the recording may be incomplete. So the outcome is the one that the trace contains, and
+/// values are returned only if the bytes agree with it.
 protocols::Answer InterpretTold(const Capture& capture, const protocols::Protocol& protocol,
                                 const protocols::ParsedOptions& options,
                                 protocols::Conversation& conversation) {
@@ -153,7 +154,7 @@ std::vector<HeardMessage> ExchangeDecoder::Hear(View bytes) {
     const Outcome blame = assembler.TakeBlame();
     if (blame != Outcome::none) heard.push_back({end, {blame, why, {}}});
   };
-  // No more at once than a message has: more would overflow what is kept.
+  // Feeds at most one message at a time, because more would overflow the assembler.
   while (fed < bytes.size() || assembler.held() > 0) {
     const std::size_t next = std::min(bytes.size() - fed, standing.expect.max_bytes);
     assembler.Feed(bytes.subspan(fed, next));
@@ -181,7 +182,7 @@ std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {
 
 namespace {
 
-/// In the place of a masked byte. SPA takes "XX" for any checksum.
+/// Replaces a masked byte. SPA accepts "XX" as any checksum.
 constexpr std::uint8_t kUnknown = 'X';
 
 std::string_view TakeWord(std::string_view& text) {
@@ -307,7 +308,8 @@ std::vector<std::string> FrameLines::Flush() {
   return lines;
 }
 
-/// A device that speaks by itself has said this: a line for each of its messages.
+/// Adds one line for each message of a device that sends unasked. Returns false if no device of the
+/// trace sends unasked, or bytes are masked.
 bool FrameLines::FlushMessages(const Held& held, std::vector<std::string>& lines) {
   const bool masked = std::ranges::find(held.masked, true) != held.masked.end();
   const auto decoder =
@@ -330,7 +332,7 @@ void FrameLines::Hold(const TraceLine& piece) {
     held_.device = piece.device;
   }
   Append(held_.reply, hex->bytes);
-  // All of a piece is secret, or nothing (gateway/records/trace/line_recorder.h).
+  // A piece is masked completely or not at all (gateway/records/trace/line_recorder.h).
   held_.masked.resize(held_.reply.size(), hex->masked);
   held_.shown += piece.shown;
   held_.shown.resize(held_.reply.size(), '.');  // blanks at its end
@@ -374,7 +376,7 @@ void FrameLines::AddLine(const Held& held, std::size_t from, std::size_t to,
   lines.push_back(line + " | " + (meaning.empty() ? held.shown.substr(from, to - from) : meaning));
 }
 
-/// What follows the first frame has a line of its own.
+/// Adds the lines of the held bytes. The bytes after the first frame get a line of their own.
 void FrameLines::FlushHeld(const std::string& meaning, std::size_t first_frame,
                            std::vector<std::string>& lines) {
   const Held held = std::exchange(held_, {});

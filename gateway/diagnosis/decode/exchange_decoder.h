@@ -1,6 +1,6 @@
-// ExchangeDecoder says what the exchanges of one device mean, by the rules and codecs of the
-// daemon, for `decode`, `trace` and the web page. Capture is one exchange as it was recorded,
-// and FrameLines makes lines of the records of a trace.
+// ExchangeDecoder returns what the exchanges of one device mean, with the rules and codecs of the
+// daemon, for `decode`, `trace` and the web page. Capture is one recorded exchange; FrameLines
+// makes lines of the records of a trace.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,81 +22,82 @@
 
 namespace baudgate::diagnosis {
 
-// One exchange as it was recorded: for ExchangeDecoder.
+// Input of ExchangeDecoder: one recorded exchange.
 struct Capture {
-  bool unasked = false;  ///< there is no request: a device may have sent it by itself
-  int line = 0;          ///< of the recording, where it begins
+  bool unasked = false;  ///< there is no request: a device may have sent the reply unasked
+  int line = 0;          ///< the line of the recording on which the exchange begins
   Bytes request{};
   Bytes reply{};
   bool request_masked = false;
   bool reply_masked = false;
-  std::string time{};   ///< of a trace, and so is all below
-  Duration heard_at{};  ///< of the day, its newest bytes
+  std::string time{};   ///< only in a trace, as all members below
+  Duration heard_at{};  ///< time of day of the newest bytes
   std::string device{};
-  std::optional<Outcome> told{};  ///< how it ended when it was recorded
-  std::string why{};              ///< and the reason that was recorded with it
-  bool ended = false;             ///< what comes now belongs to no exchange
-  bool last = false;              ///< nothing follows it in the recording
+  std::optional<Outcome> told{};  ///< the outcome that was recorded
+  std::string why{};              ///< the reason that was recorded with the outcome
+  bool ended = false;             ///< the following bytes belong to no exchange
+  bool last = false;              ///< nothing follows in the recording
 
-  /// More may have come than was recorded.
+  /// True if more bytes may have come than were recorded.
   bool is_open() const { return !time.empty() && !told; }
 };
 
 struct DecodedValue {
-  std::string name;  ///< of the point; where there is none, how the protocol calls it
+  std::string name;  ///< name of the point, or without a point the name in the protocol
   Value value{};
   std::string unit{};
   Quality quality{};
   bool is_point = false;
 };
 
-/// "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
+/// The value as text: "current_l1 0.5 xIn", "current_l2 - xIn (bad: not connected)".
 std::string ValueText(const DecodedValue& value);
 
-/// Where a trace tells how an exchange ended, that is its outcome: times decide, too. The reason
-/// says what the bytes alone would be where that differs, and there are no values then. Where a
-/// trace does not tell it and no whole frame came, the outcome is `none`: more may have come than
-/// was recorded. Bytes that a trace shows as ** are unknown, and there are no values that would
-/// need them.
+/// The result of decoding. If a trace contains an outcome, that is the outcome, because times
+/// matter too; if the bytes alone give a different outcome, `reason` contains it and there are no
+/// values. If the trace contains no outcome and no whole frame came, the outcome is `none`, because
+/// more bytes may have come than were recorded. Bytes that a trace shows as ** are unknown, so
+/// values that need them are missing.
 struct DecodedExchange {
   Outcome outcome = Outcome::none;
   std::string reason;
   std::vector<DecodedValue> values;
 };
 
-/// What a device has said by itself.
 struct HeardMessage {
-  std::size_t end = 0;  ///< how many of the bytes it ends behind
+  std::size_t end = 0;  ///< index behind the last byte of the message
   DecodedExchange decoded;
 };
 
 class ExchangeDecoder {
  public:
-  /// `line` has this one device, with every option; the protocol is the device's.
+  /// `line` must contain exactly this device, with all its options. `protocol` is the protocol of
+  /// the device.
   ExchangeDecoder(config::Line line, const protocols::Protocol& protocol);
 
   DecodedExchange Decode(const Capture& capture);
-  /// How many bytes of the reply the first whole frame ends behind; all where there is none.
+  /// The index behind the first whole frame of the reply; the size of the reply if there is none.
   std::size_t FirstFrame(const Capture& capture) const;
 
-  /// The device speaks by itself.
+  /// True if the device sends unasked.
   bool Listens() const { return conversation_->Listens() != nullptr; }
-  /// The messages in these bytes. What is none of them is said in front of the next one, or at
-  /// the end.
+  /// Returns the messages in these bytes. Bytes that are not a message are reported before the next
+  /// message, or at the end.
   std::vector<HeardMessage> Hear(View bytes);
 
  private:
   DecodedExchange ToExchange(protocols::Answer answer) const;
 
-  std::unique_ptr<config::Line> line_;  // of the one device, which must not move
+  std::unique_ptr<config::Line> line_;  // contains the one device, which must not move
   const protocols::Protocol* protocol_;
   std::unique_ptr<protocols::Bus> bus_;
   protocols::ParsedOptions options_;
   std::unique_ptr<protocols::Conversation> conversation_;
 };
 
-// The records of a trace, byte by byte as they came, as one line for each frame: pieces are put
-// together, and what a reply means follows it where its device is known.
+// FrameLines turns the records of a trace into one line for each frame: the pieces of a frame are
+// put together, and the meaning of a reply follows if its device has a decoder. Pure: text in, text
+// out.
 //
 //   12:23:31.717352 feeder-1 > 3E 31 52 49 31 3A 43 43 0D | >1RI1:CC.
 //   12:23:31.735202 feeder-1 < 0A 3C 31 44 3A … 0D 0A | current_l1 0.52 xIn
@@ -104,78 +105,75 @@ class ExchangeDecoder {
 //   12:23:32.000000 - < 41 42 | AB
 //   12:23:33.000000 feeder-2 = no_reply: no reply after 500 ms
 //
-// `decode` reads them as it reads the records. Pure: text in, text out.
-//
-// ReadTraceLine reads one line of a capture.
+// `decode` reads these lines as it reads the records. ReadTraceLine reads one line of a capture.
 
-// One line of a capture: what `trace` prints, the flight recorder saves, or somebody has written.
+// A line of a capture, as `trace` prints it, the flight recorder saves it, or a user writes it:
 //
 //   > 3E 31 52 49
 //   04:05:06.143210 feeder-1 < 3C 31 44 3A | <1D:
 //   04:05:06.143300 feeder-1 = corrupt, 19.8 ms: checksum
 
-/// A mark (0: none) and what follows it; of a trace also when and with which device. Parts of
-/// the line.
+/// The parts of one line; the views refer to the line. A line of a trace also contains time and
+/// device.
 struct TraceLine {
   char mark = 0;
-  std::string_view rest;  ///< without the characters behind '|'
+  std::string_view rest;  ///< the text behind the mark, without the characters behind '|'
   std::string_view time;
   std::string_view device;
   std::string_view shown;  ///< the characters behind '|'
 };
 TraceLine ReadTraceLine(std::string_view line);
 
-/// Bytes that nobody asked for and that come later than this belong to no message before them.
+/// Unasked bytes that come later than this after the bytes before belong to a new message.
 inline constexpr Duration kApart = 50ms;
-/// The time since midnight of "04:05:06.123456"; zero: it is none.
+/// The time since midnight of "04:05:06.123456"; zero: the text is not a time.
 Duration TimeOfDay(std::string_view clock);
-/// From one time of day to the next, over midnight as well.
+/// The time from one time of day to the next, also over midnight.
 Duration Between(Duration from, Duration to);
 
 struct ParsedHex {
   Bytes bytes;
-  bool masked = false;  ///< some were "**", in whose place stands another byte
+  bool masked = false;  ///< some bytes were "**" and are replaced by another byte
 };
-/// "3E 31 ** 0D"; nothing when it is none.
+/// Parses "3E 31 ** 0D"; nothing if the text is not hexadecimal.
 std::optional<ParsedHex> ParseMaskedHex(std::string_view text);
 
-/// The outcome in what follows "=": "corrupt, 27.3 ms: checksum".
+/// The outcome in the text after "=": "corrupt, 27.3 ms: checksum".
 std::optional<Outcome> OutcomeOf(std::string_view end);
-/// What follows its colon; empty: nothing does.
+/// The text after the colon; empty: there is none.
 std::string_view ReasonOf(std::string_view end);
 
-/// By the name of the device.
 using Decoders = std::map<std::string, ExchangeDecoder>;
 using ProtocolFinder = std::function<const protocols::Protocol*(const std::string&)>;
-/// Decoders of all devices of a running line, or of one. If a protocol is not found, its device has
-/// none.
+/// Returns decoders for all devices of a running line, or only for the device `only`. A device
+/// whose protocol is not found gets no decoder.
 Decoders DecodersOf(const config::Line& line, const ProtocolFinder& find,
                     const std::string& only = "");
 
 class FrameLines {
  public:
-  /// More than that is no frame: it stands in several lines.
+  /// More bytes are not one frame and are printed in several lines.
   static constexpr std::size_t kMostBytes = 8192;
 
-  /// Bytes of a device without a decoder are shown as they are.
+  /// Bytes of a device without a decoder are printed without their meaning.
   explicit FrameLines(Decoders decoders) : decoders_(std::move(decoders)) {}
 
-  /// Lines that are whole with this record.
+  /// Returns the lines that are complete with this record.
   std::vector<std::string> Take(const std::string& record);
-  /// Whether bytes wait for others that may belong to them, and for no end of an exchange.
+  /// True if unasked bytes are held that may be incomplete; no end of an exchange will follow them.
   bool waits() const { return !exchange_ && !held_.reply.empty(); }
-  /// What waits, at the end or where nothing more has come.
+  /// Returns the held bytes as lines, at the end or after a pause.
   std::vector<std::string> Flush();
 
  private:
-  /// Received bytes that are no line yet.
+  /// Received bytes that have not been printed yet.
   struct Held {
     std::string time;
     std::string device;
     std::string shown;
     Bytes reply;
     std::vector<bool> masked;
-    Duration last{};  ///< of the day, of its newest byte
+    Duration last{};  ///< time of day of the newest byte
   };
 
   void Hold(const TraceLine& piece);
@@ -187,8 +185,8 @@ class FrameLines {
                  std::vector<std::string>& lines);
 
   Decoders decoders_;
-  std::optional<Capture> exchange_;  // that is under way
-  Duration asked_{};                 // when, of the day
+  std::optional<Capture> exchange_;  // the exchange that is under way
+  Duration asked_{};                 // time of day of the request
   Held held_;
 };
 

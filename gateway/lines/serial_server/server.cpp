@@ -16,7 +16,7 @@
 namespace baudgate::serial_server {
 namespace {
 
-/// A session with a fast port costs fewer calls so.
+/// A large size, so that a session with a fast port needs fewer calls.
 constexpr std::size_t kReadAtMost = 16 * 1024;
 
 std::string HowOf(const std::error_code& error) {
@@ -54,12 +54,12 @@ namespace {
 
 using asio::ip::tcp;
 
-/// Without file descriptors or memory, accepting at once again would only spin.
+/// A retry without pause would only spin while file descriptors or memory are used up.
 constexpr Duration kAcceptPause = 100ms;
-/// The most bytes that are kept of a client that waits for its turn.
+/// The most bytes that are stored for a client that waits for its turn.
 constexpr std::size_t kMostEarly = 4096;
 
-/// A listener for IPv6 shows clients of IPv4 as "::ffff:10.0.0.7".
+/// Returns the address of a client. A listener for IPv6 shows an IPv4 client as "::ffff:10.0.0.7".
 asio::ip::address AddressOf(const tcp::endpoint& peer) {
   const asio::ip::address address = peer.address();
   if (!address.is_v6() || !address.to_v6().is_v4_mapped()) return address;
@@ -70,7 +70,7 @@ std::string NameOf(const tcp::endpoint& peer) {
   return HostAndPort(AddressOf(peer).to_string(), peer.port());
 }
 
-/// Where its address stands.
+/// Returns the configuration key, or the command option, that sets the address of the server.
 const char* KeyOf(Server::Use use) {
   if (use == Server::Use::by_hand) return "release --tcp";
   return use == Server::Use::served ? "serial_server.at" : "lend.at";
@@ -101,7 +101,8 @@ void Server::Look() {
   const Status listens = was_open ? transports::HasAddressOf(acceptor_) : Listen();
   const std::string trouble = listens ? std::string() : listens.error();
   if (trouble != told_) {
-    const bool is_told = use_ == Use::by_hand;  // to whoever has typed it, and withdraws it
+    // The user who typed the command gets the error, and the offer is withdrawn.
+    const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
       log::Warn({.line = line_}, "no client can connect at {}: {}{}", config_.Address(), trouble,
                 is_told || was_open ? "" : "; trying again until it works");
@@ -110,7 +111,7 @@ void Server::Look() {
                 Name(config_.mode));
     }
   }
-  // A reload forgets the trouble.
+  // A reload may have removed the trouble from the status, so a lasting trouble is reported again.
   if (std::exchange(told_, trouble) != trouble || !trouble.empty()) {
     owner_.OnListening(config_.Address(), trouble, ReadClocks());
   }
@@ -159,7 +160,7 @@ void Server::Accept() {
   });
 }
 
-/// Why the client must not come in, if it must not.
+/// Returns why the client must be refused; empty: it may connect.
 std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   const config::Network reach = config::ReachOf(AddressOf(peer).to_string());
   const bool allowed =
@@ -175,7 +176,8 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   return std::nullopt;
 }
 
-/// If the port is lent, the oldest client that has not asked for it yet is disconnected.
+/// Disconnects the oldest client that has not asked for the port yet. False: there is none, or the
+/// port is not lent.
 bool Server::MakeRoom() {
   const auto silent = std::ranges::find_if(
       clients_, [](const Client& one) { return one.session && !one.session->asks(); });
@@ -192,7 +194,7 @@ void Server::Welcome(tcp::socket socket) {
   const tcp::endpoint peer = socket.remote_endpoint(gone);
   if (gone) return;
   const Now now = ReadClocks();
-  // Its leaving and the coming of the next may be seen in either order.
+  // The departure of one client and the arrival of the next may be reported in either order.
   if (holder_ != nullptr && holder_->socket->HasLeft()) OnEnd(*holder_, false, {});
   if (const auto why = WhyNot(peer)) {
     log::WarnFolded(line_ + " refused " + AddressOf(peer).to_string(),
@@ -245,7 +247,7 @@ void Server::OnBytes(Client& client, View bytes) {
 void Server::OnEnd(Client& client, bool failed, const std::string& how) {
   const Now now = ReadClocks();
   if (!failed && !client.session && !client.early.empty()) {
-    client.has_ended = true;  // what it has sent is delivered anyway
+    client.has_ended = true;  // the bytes that it has sent are delivered anyway
     return;
   }
   if (failed || !client.session) return Leave(client, failed ? how : "it disconnected", now);
@@ -255,7 +257,7 @@ void Server::OnEnd(Client& client, bool failed, const std::string& how) {
 
 // ---------------------------------------------------------------- the port
 
-/// It may be granted or refused from within.
+/// Asks the owner for the port. The owner may grant or refuse it within this call.
 void Server::Want(Client& client, Now now) {
   holder_ = &client;
   if (!client.session) BeginSession(client, now);
@@ -316,7 +318,6 @@ void Server::Remove(Client& client) {
   clients_.remove_if([&client](const Client& one) { return &one == &client; });
 }
 
-/// Admits the next client that waits.
 void Server::AdmitNext(Now now) {
   if (use_ != Use::served || holder_ != nullptr || clients_.empty()) return;
   Want(clients_.front(), now);
@@ -324,7 +325,8 @@ void Server::AdmitNext(Now now) {
 
 // ---------------------------------------------------------------- time
 
-/// A timer that ends early once costs less than one that is set again at every byte.
+/// Moves the timer only to an earlier deadline, because a timer that ends too early costs less than
+/// setting it at every byte.
 void Server::Arm() {
   Instant soonest = Instant::max();
   for (const Client& client : clients_) {

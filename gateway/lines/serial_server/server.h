@@ -1,12 +1,11 @@
-// Where clients come in for the port of one line, and which of them has it. All on the loop of the
-// line.
+// `Server` accepts network clients for the port of one line and decides which of them has the port.
+// All calls must come from the loop of the line.
 //
-//   served   a client has the port as soon as it is connected; others are refused, or wait
-//   lent     several may be connected; the first that sends something gets the port, and the others
-//            keep their connection, as long as they are silent and a newcomer does not need their
-//            place
+//   served   a client gets the port as soon as it connects; further clients are refused, or wait
+//   lent     several clients may be connected; the first that sends something gets the port. The
+//            others stay connected while they are silent and no new client needs their place
 //
-// ClientSocket is the TCP connection of one client.
+// `ClientSocket` is the TCP connection of one client.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,20 +27,20 @@
 
 namespace baudgate::serial_server {
 
-// The TCP connection of one client of a port: its bytes come from here to session.h, and go back.
+// The TCP connection of one client. It passes bytes to the session (session.h) and back.
 class ClientSocket final : public Session::Connection {
  public:
-  /// A client that takes nothing for so long is disconnected; TCP itself waits no longer
+  /// A client that takes no data for this time is disconnected. TCP waits no longer either
   /// (transports/listen_socket.h).
   static constexpr Duration kStall = 15s;
 
   struct Events {
     std::function<void(View)> bytes;
-    /// It sends no more, or the connection has failed; the text says how.
+    /// The client sends no more, or the connection has failed; `how` is a text for users.
     std::function<void(bool failed, const std::string& how)> end;
     std::function<void()> room;
   };
-  /// Nothing of `events` is called after the destruction, and nothing from within a call.
+  /// No function of `events` is called after the destruction, or from within a call of this object.
   ClientSocket(asio::ip::tcp::socket socket, Events events);
   ~ClientSocket();
   ClientSocket(const ClientSocket&) = delete;
@@ -51,7 +50,7 @@ class ClientSocket final : public Session::Connection {
   void Send(View bytes) override { pump_->Send(bytes); }
   std::size_t unsent() const override { return pump_->unsent(); }
   void Pause(bool paused) override { pump_->Pause(paused); }
-  /// It has closed its side, although that was not heard yet.
+  /// True if the client has closed its side, even if this was not reported yet.
   bool HasLeft();
 
  private:
@@ -60,7 +59,7 @@ class ClientSocket final : public Session::Connection {
 
 class Server final : public PortUser {
  public:
-  /// At once, the one that has the port included.
+  /// Most clients at a time, including the client that has the port.
   static constexpr std::size_t kMostClients = 8;
   static constexpr Duration kTryEvery = 1s;
 
@@ -70,17 +69,17 @@ class Server final : public PortUser {
     by_hand,  ///< lent by `release --tcp`
   };
 
-  /// `line`: its name. Io and owner outlive the server.
+  /// `line` is the name of the line. `io` and `owner` must outlive the server.
   Server(asio::io_context& io, config::PortServer config, Use use, std::string line,
          PortOwner& owner);
   ~Server() { Stop(); }
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Listens, or tries it once a second until Stop. Reports as well when the address has left the
-  /// machine, and when it is back.
+  /// Listens; if this fails, tries again once a second until Stop. Also reports when the address
+  /// has left the machine, and when it is back.
   void Start();
-  /// Disconnects all. The owner has nothing to give back.
+  /// Disconnects all clients. The owner of the port is not called.
   void Stop();
 
   void Grant(transports::Transport& port, const config::SerialSettings& serial, Now now) override;
@@ -93,9 +92,9 @@ class Server final : public PortUser {
   struct Client {
     std::string name;
     std::unique_ptr<ClientSocket> socket;
-    std::optional<Session> session;  // empty: it waits for its turn
-    Bytes early;                     // what it has sent meanwhile
-    bool has_ended = false;          // behind that it sends no more
+    std::optional<Session> session;  // empty: the client waits for its turn
+    Bytes early;                     // bytes that came before the session
+    bool has_ended = false;          // the client sends nothing after `early`
   };
   using Clients = std::list<Client>;
 
@@ -110,7 +109,6 @@ class Server final : public PortUser {
   void Want(Client& client, Now now);
   void OnBytes(Client& client, View bytes);
   void OnEnd(Client& client, bool failed, const std::string& how);
-  /// What follows from the last input of its session.
   void Settle(Client& client, Now now);
   void Leave(Client& client, std::string why, Now now);
   void Remove(Client& client);
@@ -124,12 +122,13 @@ class Server final : public PortUser {
   PortOwner& owner_;
   asio::ip::tcp::acceptor acceptor_;
   asio::steady_timer look_;
-  asio::steady_timer retry_;  // of accepting
+  asio::steady_timer retry_;  // accepts again after an error
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();
   Clients clients_;
-  Client* holder_ = nullptr;         // wants the port, or has it
-  std::optional<std::string> told_;  // trouble of listening; none was told yet
+  Client* holder_ = nullptr;  // the client that asks for the port, or has it
+  // The last reported trouble of listening; empty: nothing was reported yet.
+  std::optional<std::string> told_;
   std::shared_ptr<char> running_;
 };
 

@@ -8,7 +8,7 @@ namespace {
 
 using config::Parity;
 
-// Commands of clients; the server's answers are 100 higher.
+// Commands of clients; the number of an answer is higher by 100.
 constexpr std::uint8_t kSignature = 0;
 constexpr std::uint8_t kSetBaud = 1;
 constexpr std::uint8_t kSetData = 2;
@@ -28,7 +28,7 @@ constexpr std::uint8_t kAnswer = 100;
 constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
-// Bits of the modem state; the change of each is four bits below.
+// Bits of the modem state; the bit for a change of each line is four bits lower.
 constexpr std::uint8_t kCts = 0x10, kDsr = 0x20, kRing = 0x40, kDcd = 0x80;
 constexpr std::uint8_t kOverrun = 0x02, kParityError = 0x04, kFramingError = 0x08, kBreak = 0x10;
 constexpr std::uint8_t kHoldingEmpty = 0x20, kShiftEmpty = 0x40;
@@ -61,7 +61,7 @@ Bytes ComPort::On(View command) {
   const View value = command.subspan(1);
   Bytes answer;
   if (what == kSignature) {
-    // One with a text is the client's own.
+    // A signature with a text is the client's.
     if (value.empty()) {
       answer = Answer(kSignature, View(reinterpret_cast<const std::uint8_t*>(signature_.data()),
                                        signature_.size()));
@@ -93,7 +93,7 @@ Bytes ComPort::SetOne(std::uint8_t command, std::uint8_t value) {
       Try(wanted);
       return Answer(command, ParityCode());
     case kSetStop:
-      // The same switch of a UART makes two stop bits, or one and a half of five data bits.
+      // A UART has one setting for two stop bits and, with five data bits, for one and a half.
       if (value == 1 || value == 2 || (value == 3 && wanted.data_bits == 5)) {
         wanted.stop_bits = value == 1 ? 1 : 2;
       }
@@ -120,7 +120,8 @@ Bytes ComPort::SetBaud(View value) {
   const auto baud = ByteReader(value).U32Be(0);
   if (!baud) return {};
   config::SerialSettings wanted = serial_;
-  constexpr std::uint32_t kMost = 100'000'000;  // no port does more; the driver's word counts below
+  // No port is faster; the driver refuses rates that it cannot set.
+  constexpr std::uint32_t kMost = 100'000'000;
   if (*baud > 0 && *baud < kMost) wanted.baud = static_cast<int>(*baud);
   Try(wanted);
   const auto now = static_cast<std::uint32_t>(serial_.baud);
@@ -137,7 +138,7 @@ void ComPort::Try(const config::SerialSettings& wanted) {
   if (port_.Apply(next)) {
     serial_ = next;
   } else {
-    (void)port_.Apply(serial_);  // a driver may have taken a part of it
+    (void)port_.Apply(serial_);  // the driver may have set a part of `next`
   }
 }
 
@@ -157,8 +158,8 @@ std::uint8_t ComPort::StopCode() const {
 
 // ---------------------------------------------------------------- flow and lines
 
-/// Behind the question for it, `ask`, stand the values none, XON/XOFF and hardware. A port has one
-/// flow control for both directions.
+/// Handles a flow control value. Behind the question `ask` come the values none, XON/XOFF and
+/// hardware. A port has one flow control for both directions.
 std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
   if (value != ask) {
     config::SerialSettings wanted = serial_;
@@ -169,7 +170,7 @@ std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
   return static_cast<std::uint8_t>(ask + (serial_.rtscts ? 3 : serial_.xonxoff ? 2 : 1));
 }
 
-/// Behind the question for it, `ask`, stand the values on and off.
+/// Handles a switch. Behind the question `ask` come the values on and off.
 std::uint8_t ComPort::Switch(transports::PortSwitch which, bool& state, std::uint8_t ask,
                              std::uint8_t value) {
   const bool on = value == ask + 1;
@@ -194,7 +195,7 @@ Bytes ComPort::SetControl(std::uint8_t value) {
   } else if (value < kDcdFlow) {
     answer = Flow(kAskInbound, value);
   } else if (value <= kDsrFlow) {
-    answer = Flow(kAskFlow, kAskFlow);  // there is no such flow control
+    answer = Flow(kAskFlow, kAskFlow);  // not supported: the answer is the current flow control
   } else {
     return {};
   }
@@ -211,13 +212,13 @@ Bytes ComPort::Purge(std::uint8_t what) {
 
 Bytes ComPort::NotifyModem(std::uint8_t state) const { return Answer(kNotifyModem, state); }
 
-/// The levels above, and below what has changed since the last time.
+/// The levels are in the upper four bits, changes since the last call in the lower four.
 std::uint8_t ComPort::ModemState() {
   const ModemLines lines = port_.ReadModemLines().value_or(ModemLines{});
   const unsigned now = (lines.cts ? kCts : 0U) | (lines.dsr ? kDsr : 0U) |
                        (lines.ring ? kRing : 0U) | (lines.dcd ? kDcd : 0U);
   const unsigned changed = now ^ std::exchange(modem_, static_cast<std::uint8_t>(now));
-  // Only the end of a ring counts as a change.
+  // RFC 2217 counts only the end of a ring as a change.
   const unsigned deltas = (changed & ~(now & kRing)) >> 4U;
   return static_cast<std::uint8_t>(now | deltas);
 }
@@ -295,7 +296,7 @@ void Session::Take(Kind kind, View bytes, Now now) {
   }
 }
 
-/// Up to the next break.
+/// Handles waiting items up to the next break.
 void Session::TakeWaiting(Now now) {
   while (!waiting_.empty() && !break_at_) {
     const Waiting one = std::move(waiting_.front());
@@ -304,7 +305,7 @@ void Session::TakeWaiting(Now now) {
   }
 }
 
-/// A port that makes no break, such as a pty, is not held up by one.
+/// A port that cannot make a break, such as a pty, causes no delay.
 void Session::LookAtBreak(Now now) {
   if (std::exchange(breaks_, false)) {
     (void)com_->Break(false);
@@ -359,7 +360,7 @@ void Session::End() {
   breaks_ = false;
 }
 
-/// Each side is read as long as the other takes what comes of it.
+/// Reads from each side only while the other side takes the resulting bytes.
 void Session::Regulate() {
   const bool answers_wait = connection_.unsent() > kMostForClient;
   const bool pause_client =

@@ -1,11 +1,12 @@
-// One client of a port, over one connection: what it sends goes to the port, what the port receives
-// goes to it, each no faster than the other side takes it. Sans-I/O: bytes and time come in as
-// arguments, the port is a transport, and the connection is server.cpp's.
+// `Session` is one client of a port on one connection: it passes bytes from the client to the port
+// and back, each way no faster than the receiver takes them. It does no I/O itself: bytes and time
+// are arguments, the port is a transport, and the connection belongs to server.cpp.
 //
 //   connected → (asks for the port with its first byte or command) → has the port → over
 //
-// ComPort is what a client asks of the port by RFC 2217. PortOwner and PortUser are what a server
-// and the line say to each other, and PortDrain waits until a client's last bytes are sent.
+// `ComPort` handles the commands of a client by RFC 2217. `PortOwner` and `PortUser` are the
+// interfaces between a server and the line, and `PortDrain` waits until the last bytes of a client
+// are sent.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,28 +24,29 @@
 
 namespace baudgate::serial_server {
 
-// What a client asks of the port by RFC 2217 (COM-PORT-OPTION), and what it is told: settings,
-// control lines, modem and line states, purging, suspension. The port is a transport; sockets
-// are server.cpp's, times session.cpp's.
+// Handles the commands of a client by RFC 2217 (COM-PORT-OPTION): settings, control lines, modem
+// and line states, purging, suspension. The port is a transport; sockets belong to server.cpp,
+// times to session.cpp.
 //
-//   01 00 00 25 80     SET-BAUDRATE 9600      answered by 65 00 00 25 80: what the port does now
-//   01 00 00 00 00     the same as a question
-//
+//   01 00 00 25 80     SET-BAUDRATE 9600      answered by 65 00 00 25 80: the rate of the port now
+//   01 00 00 00 00     a question for the rate, answered in the same way
 
 class ComPort {
  public:
-  /// `port` is set to `serial`, its control lines are on; it outlives this.
+  /// `port` must outlive this object, has the settings `serial`, and its control lines are on.
   ComPort(transports::Transport& port, const config::SerialSettings& serial, std::string signature);
 
-  /// One command, without the number of the option. The answer, in its telnet form; empty: none is
-  /// due. What the driver refuses stays as it was, and the answer says so.
+  /// Executes one command, which comes without the number of the option. Returns the answer in its
+  /// telnet form; empty: none is needed. If the driver refuses a setting, the answer contains the
+  /// old setting.
   Bytes On(View command);
-  /// Begins a break, or ends it where no SET-CONTROL command has asked for one. False: the driver
-  /// makes none.
+  /// Begins a break, or ends a break that no SET-CONTROL command holds. False: the driver cannot
+  /// make a break.
   bool Break(bool on);
-  /// What has changed at the port since the last call, as far as the client wants to hear it.
+  /// Returns notifications of changes at the port since the last call, as far as the client has
+  /// asked for notifications.
   Bytes Poll();
-  /// The client has asked for silence: nothing from the port is sent to it.
+  /// True if the client has suspended output: nothing from the port may be sent to it.
   bool suspended() const { return suspended_; }
 
  private:
@@ -64,70 +66,71 @@ class ComPort {
 
   transports::Transport& port_;
   config::SerialSettings serial_;
-  const bool software_;  // the port knows 8N1 only
+  const bool software_;  // the port supports 8N1 only; parity is made in software
   const std::string signature_;
   bool dtr_ = true;
   bool rts_ = true;
   bool break_ = false;
   bool suspended_ = false;
-  bool greeted_ = false;  // it knows the modem state
+  bool greeted_ = false;  // the modem state was sent once
   std::uint8_t modem_mask_ = 0xFF;
   std::uint8_t line_mask_ = 0;
-  std::uint8_t modem_ = 0;  // levels, as told last
+  std::uint8_t modem_ = 0;  // levels that were sent last
   transports::PortCounters counters_;
 };
 
-// What a server of a port and the line that the port belongs to say to each other, on the loop of
-// the line. Implemented by gateway/lines (the line) and server.h.
+// The interfaces between a server of a port and the line that owns the port. All calls are on the
+// loop of the line. gateway/lines implements the line, server.h the server.
 //
 //   the client's first byte   Want       from the server to the line
-//   its answer                Grant, or TakeBack
+//   the reply of the line     Grant, or TakeBack
 //   the client leaves         Return     from the server to the line
 //   the time is over          TakeBack   from the line to the server
 
-/// A client that has the port, or had it.
 struct Visit {
   std::string client{};  ///< "10.0.0.7:40112"
-  std::string place{};   ///< where it has come in: "127.0.0.1:4001"
+  std::string place{};   ///< the address to which the client connected: "127.0.0.1:4001"
   config::PortServer::Mode mode = config::PortServer::Mode::raw;
   Now began{};
-  std::uint64_t to_port = 0;  ///< bytes, as below
+  std::uint64_t to_port = 0;  ///< bytes sent to the port
   std::uint64_t from_port = 0;
 };
 
-/// A server, to its line.
+/// A server, as the line sees it.
 class PortUser {
  public:
-  /// Until Return, or TakeBack.
+  /// The server has the port until Return or TakeBack.
   virtual void Grant(transports::Transport& port, const config::SerialSettings& serial,
                      Now now) = 0;
-  /// Its client is disconnected. Return does not follow.
+  /// Disconnects the client. Return does not follow.
   virtual void TakeBack(Now now) = 0;
   virtual void OnPort(View bytes, Now now) = 0;
   virtual void OnPortRoom() = 0;
-  /// While it has the port.
+  /// Valid while the server has the port.
   virtual Visit visit() const = 0;
 
  protected:
   ~PortUser() = default;
 };
 
-/// A line, to its servers.
+/// A line, as its servers see it.
 class PortOwner {
  public:
-  /// The answer is one call of Grant or TakeBack, from within or later, unless Return comes first.
+  /// The reply is one call of Grant or TakeBack, within this call or later, unless Return comes
+  /// first.
   virtual void Want(PortUser& user, const Visit& visit, Now now) = 0;
-  /// `why`: the client has left, or it is to leave.
+  /// Gives the port back. `why`: the client has left, or must leave.
   virtual void Return(PortUser& user, const Visit& visit, const std::string& why, Now now) = 0;
-  /// Clients can come in at `place`; otherwise `trouble` says why not, and it is tried again.
+  /// Reports that clients can connect at `place`, or, in `trouble`, why they cannot. The server
+  /// retries.
   virtual void OnListening(const std::string& place, const std::string& trouble, Now now) = 0;
 
  protected:
   ~PortOwner() = default;
 };
 
-// A client sends no more: it leaves when the port has sent what it got from the client, or after
-// half a minute. Time is an argument.
+// Waits for the last bytes of a client that sends no more: the client leaves when the port has sent
+// all its bytes, or after half a minute.
 class PortDrain {
  public:
   static constexpr Duration kLookEvery = 10ms;
@@ -135,11 +138,11 @@ class PortDrain {
 
   void Begin(Instant now) { since_ = look_at_ = now; }
   bool has_begun() const { return since_.has_value(); }
-  /// When to look at the port next; empty: the client still sends.
+  /// Returns when to call Look; empty: the client still sends.
   std::optional<Instant> Deadline() const { return look_at_; }
 
-  /// At the deadline. `is_drained`: the port has sent everything. Returns why the client leaves;
-  /// empty: not yet.
+  /// To be called at the deadline. `is_drained`: the port has sent all bytes. Returns why the
+  /// client leaves; empty: not yet.
   std::optional<std::string> Look(bool is_drained, Instant now) {
     look_at_ = now + kLookEvery;
     if (now - *since_ >= kLongest) {
@@ -156,58 +159,57 @@ class PortDrain {
 
 class Session {
  public:
-  /// The connection. None of these calls the session.
+  /// The connection of the client. None of these functions may call the session.
   class Connection {
    public:
     virtual void Send(View bytes) = 0;
     virtual std::size_t unsent() const = 0;
-    /// Nothing is read from it any more.
     virtual void Pause(bool paused) = 0;
 
    protected:
     ~Connection() = default;
   };
 
-  /// More than this waits for one side, and the other is not read.
+  /// If more bytes than this wait for one side, the session stops reading from the other side.
   static constexpr std::size_t kMostForPort = 16 * 1024;
   static constexpr std::size_t kMostForClient = 32 * 1024;
-  static constexpr Duration kLookEvery = 100ms;  ///< at the control lines
-  /// A break that a client asks for by IAC BRK: as long as other programs make it. It begins when
-  /// what was sent before has left the port, but soon where the device holds that back.
+  static constexpr Duration kLookEvery = 100ms;  ///< interval for reading the control lines
+  /// The length of a break that a client requests by IAC BRK, as other programs make it. The break
+  /// begins when all earlier bytes have left the port, or after kMostBeforeBreak if the device
+  /// holds them back.
   static constexpr Duration kBreakLasts = 300ms;
   static constexpr Duration kMostBeforeBreak = 1s;
   static constexpr Duration kLookBeforeBreak = 10ms;
 
-  /// `visit`: began with the connection, and begins once more with Begin. The connection outlives
-  /// the session.
+  /// `visit` began with the connection; Begin sets its start again. The connection must outlive the
+  /// session.
   Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
-  /// From the client; at most what one read gives, until it has the port.
+  /// Handles bytes of the client. Before the client has the port, the caller may pass the bytes of
+  /// one read only.
   void OnClient(View bytes, Now now);
-  /// The client sends no more: it leaves when the port has sent what it got.
+  /// The client sends no more: it leaves when the port has sent all its bytes.
   void OnClientEnd(Now now);
   void OnClientRoom() { Regulate(); }
 
-  /// It has sent something that needs the port.
+  /// True if the client has sent something that needs the port.
   bool asks() const { return asks_; }
   bool has_port() const { return port_ != nullptr; }
-  /// The port is the client's. `port` is set to `serial` and outlives its use here.
+  /// Gives the port to the client. `port` has the settings `serial`, and must stay valid until End.
   void Begin(transports::Transport& port, const config::SerialSettings& serial, Now now);
   void OnPort(View bytes, Now now);
   void OnPortRoom() { Regulate(); }
-  /// The port is no more the client's.
   void End();
 
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Why the client is to be disconnected; empty: it is not.
+  /// Returns why the client must be disconnected; empty: it stays.
   const std::optional<std::string>& over() const { return over_; }
 
-  /// Since it has had the port; before that: since its connection.
+  /// Returns the visit; it counts from Begin, or before Begin from the connection.
   const Visit& visit() const { return visit_; }
 
  private:
-  /// What waits for the port.
   using Kind = TelnetStream::Part::Kind;
   struct Waiting {
     Kind kind = Kind::data;
@@ -229,13 +231,13 @@ class Session {
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;
   Instant break_asked_{};
-  std::optional<Instant>
-      break_at_;  // the break begins or ends, or the port is looked at; empty: none
+  std::optional<Instant> break_at_;  // when the break begins or ends, or the port is checked for a
+                                     // pending break; empty: no break
   bool breaks_ = false;
   bool asks_ = false;
   bool port_paused_ = false;
   bool client_paused_ = false;
-  Instant heard_;  // a byte, in either direction
+  Instant heard_;  // time of the last byte in either direction
   std::optional<Instant> look_at_;
   PortDrain drain_;
   std::optional<std::string> over_;

@@ -29,7 +29,7 @@ std::optional<TelnetItem> TelnetDecoder::Next(View& input) {
   return std::nullopt;
 }
 
-/// As much as lies together; empty: it was the 0 behind a CR.
+/// Empty: the byte was a 0 behind a CR.
 std::optional<TelnetItem> TelnetDecoder::TakeData(View& input) {
   if (!binary_ && after_cr_ && input.front() == 0) {
     after_cr_ = false;
@@ -50,7 +50,7 @@ std::optional<TelnetItem> TelnetDecoder::TakeData(View& input) {
 
 std::optional<TelnetItem> TelnetDecoder::On(std::uint8_t byte) {
   switch (state_) {
-    case State::data:  // kIac
+    case State::data:  // the byte is kIac
       state_ = State::command;
       return std::nullopt;
     case State::command:
@@ -83,7 +83,7 @@ std::optional<TelnetItem> TelnetDecoder::OnCommand(std::uint8_t byte) {
     verb_ = byte;
     state_ = State::negotiation;
   }
-  return std::nullopt;  // others, such as NOP, are for terminals
+  return std::nullopt;  // other commands, such as NOP, are for terminals
 }
 
 std::optional<TelnetItem> TelnetDecoder::OnInside(std::uint8_t byte) {
@@ -92,7 +92,7 @@ std::optional<TelnetItem> TelnetDecoder::OnInside(std::uint8_t byte) {
     return std::nullopt;
   }
   if (state_ == State::inside_command && byte != kIac) {
-    // SE is its end; any other command breaks it off.
+    // SE ends a subnegotiation; any other command breaks it off.
     if (byte != kSe) return OnCommand(byte);
     state_ = State::data;
     if (too_long_) return std::nullopt;
@@ -137,7 +137,7 @@ Bytes TelnetOptions::Answer(States& states, std::bitset<256>& refused, std::uint
   }
   const State before = known->second;
   known->second = on ? State::yes : State::no;
-  // What answers our own question, or says what is so already, is not answered.
+  // An answer to our own request, or a state that is set already, needs no answer.
   if (before == State::asked || before == known->second) return {};
   return {kIac, on ? yes : no, option};
 }

@@ -1,11 +1,11 @@
-// The telnet protocol as serial servers use it (RFC 854, 855, 856, 857, 858): cuts what a client
-// sends into data, negotiations and subnegotiations, and makes what it is sent. Pure, any
-// fragmentation gives the same items, memory is bounded. Used by TelnetStream.
+// `TelnetDecoder` cuts the bytes of a client into data, negotiations and subnegotiations of telnet
+// as serial servers use it (RFC 854, 855, 856, 857, 858). It does no I/O, its result does not
+// depend on fragmentation, and its memory is bounded.
 //
-//   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0   →   data 61 · data FF · DO 2C · subnegotiation 2C: 01
-//   41
+//   61 FF FF FF FD 2C FF FA 2C 01 41 FF F0
+//   → data 61 · data FF · DO 2C · subnegotiation 2C: 01 41
 //
-// TelnetStream turns what a client sends into data and commands for the port.
+// `TelnetStream` uses it to turn the bytes of a client into data and commands for the port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,9 +37,9 @@ inline constexpr std::uint8_t kComPort = 44;  // RFC 2217
 struct TelnetItem {
   enum class What : std::uint8_t { data, negotiation, subnegotiation, break_key };
   What what = What::data;
-  std::uint8_t verb = 0;    ///< of a negotiation: kWill … kDont
-  std::uint8_t option = 0;  ///< of a negotiation or subnegotiation
-  View bytes{};             ///< of data, or behind the option; valid until the next call
+  std::uint8_t verb = 0;    ///< verb of a negotiation: kWill … kDont
+  std::uint8_t option = 0;  ///< option of a negotiation or subnegotiation
+  View bytes{};             ///< the data, or the bytes behind the option; valid until the next call
 };
 
 class TelnetDecoder {
@@ -47,9 +47,9 @@ class TelnetDecoder {
   /// A longer subnegotiation is dropped as a whole.
   static constexpr std::size_t kLongest = 300;
 
-  /// Takes the next item from the front of `input`; empty: all of it is used up.
+  /// Takes the next item from the front of `input`; empty: `input` is used up.
   std::optional<TelnetItem> Next(View& input);
-  /// Otherwise the byte 0 behind a CR belongs to the CR.
+  /// Treats a byte 0 behind a CR as data, which is dropped otherwise.
   void SetBinary() { binary_ = true; }
 
  private:
@@ -69,15 +69,14 @@ class TelnetDecoder {
   Bytes inside_;
 };
 
-/// Which options are in use (RFC 1143, without its queue). Answers each refusal once, so a flood of
-/// unknown options is answered with at most 512 times three bytes.
+/// The telnet options in use (RFC 1143, without its queue). Each unknown option is refused once
+/// only, so a flood of unknown options causes at most 512 refusals of three bytes.
 class TelnetOptions {
  public:
-  /// What the server offers and asks for at the start.
+  /// Returns the offers and requests of the server at the start.
   Bytes Begin();
-  /// The answer; empty: none is due.
+  /// Returns the answer to a negotiation; empty: none is needed.
   Bytes On(std::uint8_t verb, std::uint8_t option);
-  /// The client uses this option.
   bool theirs(std::uint8_t option) const;
 
  private:
@@ -97,16 +96,15 @@ class TelnetOptions {
   std::bitset<256> refused_theirs_;
 };
 
-/// Data for the client: each FF is doubled.
+/// Appends data for the client, with each FF doubled.
 void AppendEscaped(Bytes& out, View data);
-/// IAC SB option … IAC SE.
+/// Returns IAC SB option … IAC SE.
 Bytes Subnegotiation(std::uint8_t option, View bytes);
 
-// What a client sends by telnet: data and commands for the port. What the client and the server
-// negotiate is answered here.
+// Turns the telnet bytes of a client into data and commands for the port, and answers the client's
+// negotiations.
 class TelnetStream {
  public:
-  /// For the port.
   struct Part {
     enum class Kind : std::uint8_t {
       data,
@@ -117,10 +115,9 @@ class TelnetStream {
     View bytes{};  ///< valid until the next call
   };
 
-  /// What the server offers and asks for at the start.
   Bytes Begin() { return options_.Begin(); }
-  /// Takes the next part from the front of `input`; empty: all of it is used up. Appends what the
-  /// client is to be sent before the part is handled.
+  /// Takes the next part from the front of `input`; empty: `input` is used up. Appends to `answers`
+  /// the bytes that must be sent to the client before the part is handled.
   std::optional<Part> Next(View& input, Bytes& answers);
 
  private:

@@ -1,5 +1,5 @@
 // `PointRequests` handles the requests `read`, `write` and `may_write` for points of one device,
-// and answers when the line has answered (docs/status.md).
+// and answers when the line has answered (docs/status-reference.md).
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}

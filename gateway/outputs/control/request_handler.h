@@ -25,7 +25,7 @@ namespace baudgate::control {
 std::string RecordLine(const records::TraceRecord& record);
 bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 
-// A command: its members and the function that answers it (docs/status.md).
+// A command: its members and the function that answers it (docs/status-reference.md).
 
 /// A member of a request besides "command".
 struct Member {

@@ -1,6 +1,6 @@
 // `StatusJson` returns the state of a running gateway, its lines and its devices as one JSON
-// object, the answer to `baudgate status`. docs/status.md describes the fields; fields are only
-// ever added. SettingsJson returns the settings of a device.
+// object, the answer to `baudgate status`. docs/status-reference.md describes the fields; fields
+// are only ever added. SettingsJson returns the settings of a device.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,5 @@
-# The files of the page, packed and built into the program: all of gateway/outputs/web/page as they lie there, and the chart library
-# of Debian. baudgate_web_assets(VARIABLE): the sources that have them.
+# Packs the files of the page (all of gateway/outputs/web/page) and Debian's chart library, and builds them into the program.
+# baudgate_web_assets(VARIABLE): sets VARIABLE to the sources that contain them.
 function(baudgate_web_assets variable)
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/assets)
   file(MAKE_DIRECTORY ${folder})
@@ -49,7 +49,7 @@ ${table}  };
 
 }  // namespace baudgate::web
 ")
-  # What .incbin reads, no compiler tells.
+  # The compiler does not report the files that .incbin reads, so they are dependencies here.
   set_source_files_properties(${folder}/assets.S PROPERTIES OBJECT_DEPENDS "${blobs}" COMPILE_OPTIONS "-I${folder}")
   set(${variable} ${folder}/assets.S ${folder}/asset_table.cpp PARENT_SCOPE)
 endfunction()

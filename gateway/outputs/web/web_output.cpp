@@ -58,8 +58,7 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
     return {};
   }
   if (!port.troubles.empty()) return port.troubles.front();
-  web_ = config->web;
-  token_ = port.opened.token;
+  const std::optional<std::string> token = port.opened.token;
   if (server_) {
     const Status status = server_->Apply(config, std::move(port.opened), links_.info.history);
     if (!status) return status.error();
@@ -68,6 +67,9 @@ std::string WebOutput::Serve(const Configuration& config, Port& port) {
     if (!server) return server.error();
     server_ = std::move(*server);
   }
+  // Only a success changes them: the next reload compares with what is served.
+  web_ = config->web;
+  token_ = token;
   if (moved) log::Info("web page on http://{}/", config->web.Address());
   return {};
 }

@@ -296,10 +296,14 @@ void DayFile::BeginPacking() {
   packing_ = true;
 }
 
+bool DayFile::NoMemory() {
+  error_ = path_.string() + ": there is no memory to compress values";
+  return false;
+}
+
 bool DayFile::Pack(std::size_t entries) {
   if (!packed_.Pack(entries, chunks_)) {
-    error_ = path_.string() + ": there is no memory to compress values";
-    return false;
+    return NoMemory();
   }
   if (!packed_.empty()) return true;
   if (!WriteChunks(kTables[1 - table_])) return false;
@@ -354,7 +358,10 @@ bool DayFile::PackLeftovers(const char* table) {
     if (step != records::Statement::Step::done) return Fail();
   }
   if (known.empty()) return true;
-  if (!left.Pack(~std::size_t{0}, chunks_)) return false;
+  if (!left.Pack(~std::size_t{0}, chunks_)) {
+    chunks_.clear();
+    return NoMemory();
+  }
   const std::vector<std::int64_t> ids = std::exchange(ids_, {known.begin(), known.end()});
   const bool ok = WriteChunks(table);
   ids_ = ids;

@@ -140,6 +140,7 @@ class DayFile final : public PointFile {
  private:
   bool UpdateTypes();
   bool PackLeftovers(const char* table);
+  bool NoMemory();  // sets the error; returns false
   bool WriteChunks(const char* table);
   std::int64_t IdOf(PointNumber point);
 

@@ -82,7 +82,11 @@ bool TrendFile::MendHours() {
   std::vector<std::int64_t> points;
   {
     records::Statement rows(*database_, "SELECT point FROM points");
-    while (rows.Next() == records::Statement::Step::row) points.push_back(rows.Number(0));
+    records::Statement::Step step = rows.Next();
+    for (; step == records::Statement::Step::row; step = rows.Next()) {
+      points.push_back(rows.Number(0));
+    }
+    if (step != records::Statement::Step::done) return Fail();
   }
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
   for (const std::int64_t point : points) {

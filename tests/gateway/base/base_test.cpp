@@ -1,4 +1,4 @@
-// The small tools that every layer uses: hex, numbers, durations, checksums, checked reading.
+// Tests of small tools: hex, numbers, durations, checksums, checked reading.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -165,7 +165,8 @@ TEST(Text, SplitTrimAndPrintable) {
 
 TEST(Text, WhatIsNoUtf8) {
   EXPECT_EQ(FirstNotUtf8("A \xC2\xB0 \xE2\x82\xAC \xF0\x9F\x98\x80"), std::string::npos);
-  // Alone, twice in two lengths, half of UTF-16, beyond the last, cut short, NUL.
+  // In this order: a lone continuation byte, two overlong forms, a surrogate, a code point beyond
+  // U+10FFFF, a sequence that is cut short, a byte that UTF-8 never uses.
   for (const std::string_view bad : {"\x80", "\xC0\x80", "\xE0\x9F\x80", "\xED\xA0\x80",
                                      "\xF4\x90\x80\x80", "\xE2\x82", "\xFF"}) {
     EXPECT_EQ(FirstNotUtf8("ab" + std::string(bad)), 2U) << ToHex(ToBytes(bad));
@@ -204,7 +205,7 @@ TEST(Csv, GuardsFormulasAndChangesNothingElse) {
   EXPECT_EQ(CsvLine(cells), ",'=1+1,-5,\"a,b\",\r\n");
 }
 
-// ---------------- Decimal numbers: exact where people expect it, and where 64 bits hold them.
+// ---------------- Decimal numbers are exact, also where 64 bits are barely enough.
 
 constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
@@ -261,7 +262,7 @@ TEST(Decimals, MultiplyAsPeopleDo) {
   EXPECT_EQ(Decimal(kMost) * 1, kMost);
   EXPECT_EQ(Decimal(kLeast) * Number("-0.1"), Number("922337203685477580.8"));
   EXPECT_EQ(Number("1152921504606846977") * 10, Number("11529215046068469770"));
-  // 39 digits are rounded to what 64 bits hold.
+  // A product of 39 digits is rounded to what 64 bits hold.
   EXPECT_EQ((Decimal(kMost) * kMost).ToDouble(), 3.4028236692093846e38);
 }
 
@@ -325,7 +326,7 @@ TEST(Decimals, BecomeValues) {
   EXPECT_EQ(Decimal::Of(Value()), std::nullopt);
 }
 
-// ---------------- Times as users ask for what has been.
+// ---------------- Times as a user types them, to ask for past events.
 
 TEST(Since, ReadsTimesAndPartsOfThem) {
   const WallTime day = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21);

@@ -1,4 +1,4 @@
-// What journald gets of a text: a datagram with its line, device and outcome as fields.
+// Tests of the log: the fields for journald, the folding of repeated texts, and its thread.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/chrono.h>
@@ -31,7 +31,8 @@ TEST(Journal, AMessageHasItsFields) {
             "MESSAGE=runs\nPRIORITY=6\nSYSLOG_IDENTIFIER=baudgate\n");
 }
 
-/// Nobody writes a field of ours into a text: LINE=other stays part of the message.
+/// A line break inside a text must not add a field to the datagram: LINE=other stays part of
+/// MESSAGE.
 TEST(Journal, LinesInAValueMakeNoField) {
   const std::string message = JournalMessage(Level::error, {}, "a\nLINE=other");
   EXPECT_THAT(message, HasSubstr(std::string("MESSAGE\n\x0C\0\0\0\0\0\0\0a\nLINE=other\n", 29)));
@@ -83,7 +84,6 @@ TEST(Log, ALineHasItsLocalTimeAndLevel) {
                            "....-..-.. ..:..:..\\.... info    no trouble\n"));
 }
 
-/// The log as the program uses it.
 TEST(Journal, TheLogGoesThereWithAllItKnows) {
   const Journald journald;
   journald.TakeLog();
@@ -122,8 +122,7 @@ TEST(Journal, TheLogGoesThereWithAllItKnows) {
   EXPECT_EQ(journald.Next(), "");
 }
 
-// ---------------- Folding of log texts that come again: what is held back, and when and in which
-// order it is told.
+// ---------------- Folding of repeated log texts.
 
 Now At(Duration since) { return {Instant{} + 1h + since, WallTime{} + 1h + since}; }
 
@@ -150,7 +149,7 @@ TEST(LogFolder, WhatWasHeldBackIsToldThoughNothingComesAnyMore) {
   EXPECT_TRUE(folder.Due(At(200s).instant).empty()) << "told once";
 }
 
-/// A line that is written late must not read as news.
+/// A repeat is written late, so its text contains the time at which it really came.
 TEST(LogFolder, ARepeatSaysWhenItCame) {
   const auto local = [](Duration since) {
     const std::time_t time = std::chrono::system_clock::to_time_t(
@@ -255,9 +254,9 @@ TEST(LogFolder, ATextForWhichThereIsNoRoomIsWritten) {
   EXPECT_FALSE(folder.Pass("one more", Level::info, At(201s)));
 }
 
-// ---------------- A log line never waits for its reader.
+// ---------------- The log never waits for its reader.
 
-/// A pipe of the smallest size, whose reader reads when it is told to.
+/// A pipe of the smallest size. Its reader reads only when the test calls ReadUntil.
 class StalledReader {
  public:
   StalledReader() {
@@ -269,7 +268,7 @@ class StalledReader {
     ::close(ends_[1]);
   }
   int descriptor() const { return ends_[1]; }
-  /// Until `text` has come.
+  /// Reads until `text` has come, and returns all that was read.
   std::string ReadUntil(const std::string& text) {
     std::string all;
     char buffer[512];
@@ -312,15 +311,14 @@ TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
   Outlet outlet(reader.descriptor(), 10000);
   const std::string line(99, 'x');
   for (int n = 0; n < 1000; ++n) outlet.Put(line + "\n");
-  // The queue is full, and one line may be on its way.
+  // The queue holds 100 lines, and one line may be on its way to the pipe.
   EXPECT_GE(outlet.dropped(), 1000u - 100u - 1u);
   EXPECT_FALSE(outlet.Flush(0s));
-  outlet.Put(std::string(250, 'y') + "\n");  // dropped, too
+  outlet.Put(std::string(250, 'y') + "\n");  // this line is dropped, too
   const std::string text = std::to_string(outlet.dropped()) + " log lines were dropped here";
   const std::string all = reader.ReadUntil("was not read in time\n");
   EXPECT_NE(all.find(text), std::string::npos) << all.substr(all.size() - 200);
   EXPECT_EQ(all.find("yy"), std::string::npos);
-  // Nothing is told twice.
   outlet.Put("later\n");
   EXPECT_EQ(reader.ReadUntil("later\n"), "later\n");
 }
@@ -332,7 +330,7 @@ TEST(Outlet, EndsAlthoughItsReaderHoldsTheThread) {
     outlet.Put(std::string(100000, 'x') + "\n");
     EXPECT_FALSE(outlet.Flush(1ms));
   }
-  // The thread is still writing, to a pipe that ends here.
+  // The outlet is gone, but its thread still writes the whole line to the pipe.
   EXPECT_EQ(reader.ReadUntil("\n").size(), 100001u);
 }
 

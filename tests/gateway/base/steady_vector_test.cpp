@@ -1,4 +1,4 @@
-// A list that grows while others read it.
+// Tests of SteadyVector: its elements never move.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/steady_vector.h"
 

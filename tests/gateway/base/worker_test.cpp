@@ -1,4 +1,4 @@
-// Workers whose rounds are let through one by one.
+// Tests of `Worker` and `WorkThread`. The test lets each round of a worker begin and end.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/worker.h"
 
@@ -21,7 +21,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// What a round does while the test holds it: it says that it has begun, and waits.
+/// Blocks each round that calls Enter until the test calls Open.
 class Gate {
  public:
   void Enter() {
@@ -36,7 +36,6 @@ class Gate {
   std::counting_semaphore<> open_{0};
 };
 
-/// From several threads.
 class Notes {
  public:
   void Add(std::string text) {
@@ -69,7 +68,7 @@ TEST(Worker, RunsAtOnceWhenWokenAndOnceMoreAtItsEnd) {
   worker.Stop();
   worker.Stop();
   EXPECT_TRUE(worker.stopping());
-  worker.Wake();  // nobody is there any more
+  worker.Wake();  // wakes a thread that has ended: nothing happens
   EXPECT_THAT(notes.all(), ElementsAre("round", "round", "last"));
 }
 
@@ -160,7 +159,7 @@ TEST(Worker, HasItsNameAndTakesNoSignals) {
   EXPECT_EQ(sigismember(&own, SIGTERM), 0) << "the thread that starts it takes them as before";
 }
 
-/// The audit and the events: whoever has work in every round keeps nobody waiting longer than one.
+/// Audit and events share a thread like this.
 TEST(WorkThread, WorkersTakeTurns) {
   Notes notes;
   Gate busy_gate;
@@ -170,7 +169,7 @@ TEST(WorkThread, WorkersTakeTurns) {
     if (last) return kWhenWoken;
     busy_gate.Enter();
     notes.Add("busy");
-    return Instant();  // a queue that never ends
+    return Instant();  // asks for the next round at once, always
   });
   busy.Start();
   busy_gate.AwaitBegun();

@@ -1,4 +1,4 @@
-// How many file descriptors are asked for, and what is made of those that are given.
+// Tests of how many file descriptors the daemon asks for, and how it divides them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/descriptors.h"
 

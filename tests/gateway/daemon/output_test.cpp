@@ -1,5 +1,4 @@
-// What a new output costs: the interface, and one row. It gets samples, stands in the status
-// document, takes a reload, and stops at its place.
+// Test of an additional output, which needs only the interface and one row in a list.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/output.h"
 
@@ -24,7 +23,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// What a RememberingOutput has seen; outlives it.
+/// Records what a RememberingOutput has seen. Must outlive the output.
 struct Seen {
   template <typename Change>
   void Note(Change change) {
@@ -32,7 +31,7 @@ struct Seen {
     change();
     changed.notify_all();
   }
-  /// False: not within ten seconds.
+  /// Waits until `holds` is true. False if that takes more than ten seconds.
   template <typename Holds>
   bool Wait(Holds holds) {
     std::unique_lock lock(mutex);
@@ -42,7 +41,7 @@ struct Seen {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<std::string> samples;  // "a p0 8": device, point, quality
-  std::size_t devices = 0;           // of the configuration that runs
+  std::size_t devices = 0;           // devices in the running configuration
   std::vector<std::string> calls;
 };
 
@@ -89,7 +88,7 @@ class RememberingOutput final : public outputs::Output {
     seen_.Note([&] { seen_.devices = devices; });
     Call(what);
   }
-  /// All points as they are; then each as it changes.
+  /// Records all points once, then each point that changes.
   void Run(const std::stop_token& stop) {
     std::uint32_t known = 0;
     bus::Changes changes;
@@ -116,7 +115,7 @@ class RememberingOutput final : public outputs::Output {
   std::jthread thread_;
 };
 
-/// Lines whose ports do not exist: their points are bad.
+/// Makes lines whose ports do not exist, so their points are bad.
 config::Config WithLines(int count) {
   config::Config config;
   config.name = "plant";

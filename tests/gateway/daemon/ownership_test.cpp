@@ -1,5 +1,4 @@
-// What a reload has replaced is freed: configurations of lines, and what the point store knows of
-// devices that are gone.
+// Test that a reload frees the configurations and device data that it has replaced.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -30,7 +29,7 @@ config::Line LineOf(const std::string& name, const std::string& device) {
   config::Line line = ToyLine({ToyDevice(device, "A", points)});
   line.name = name;
   line.port = "/dev/not-there";
-  // Each has a rule of its own, which something watches.
+  // Each device has an event rule, so a watch refers to it.
   for (config::Device& its : line.devices) {
     its.point_events = true;
     its.points[0].events.emplace_back();
@@ -38,7 +37,7 @@ config::Line LineOf(const std::string& name, const std::string& device) {
   return line;
 }
 
-/// "stays" goes on, and is changed in place each time. "goes" is restarted, goes, and comes back.
+/// Line "stays" is changed in place in each round, "goes" is restarted, removed and added again.
 config::Config ConfigOf(std::size_t round) {
   config::Config config;
   config.name = "plant";
@@ -80,7 +79,7 @@ class Ownership : public ::testing::Test {
     Remember();
   }
 
-  /// The configurations that lines have now.
+  /// Records the configurations that the lines have now.
   void Remember() {
     const bus::PointStore& store = daemon_->store();
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
@@ -93,7 +92,7 @@ class Ownership : public ::testing::Test {
   config::Catalog catalog_;
   std::size_t round_ = 0;
   std::unique_ptr<Daemon> daemon_;
-  std::size_t count_ = 0;  // of configurations that were seen
+  std::size_t count_ = 0;  // configurations seen so far
   std::set<std::weak_ptr<const config::Line>, std::owner_less<>> seen_;
 };
 

@@ -1,5 +1,5 @@
-// What is on trial, confirmed and refused, whatever is asked for in which order. The gateway behind
-// the reloader is a configuration of one line, whose name is the text of the file.
+// Tests of `Reloader`: what is on trial, confirmed and refused. A configuration is one line, whose
+// name is the text of its file.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reloader.h"
 
@@ -22,7 +22,7 @@ using ::testing::Not;
 
 constexpr Duration kNever = Duration::zero();
 
-/// A comment is no difference; what a profile says is one.
+/// A comment changes nothing, but the text of the profile does.
 config::Config ConfigOf(const std::string& text, const std::string& profile = {}) {
   config::Config config;
   config.lines.emplace_back().name = text.substr(0, text.find('#')) + profile;
@@ -88,7 +88,7 @@ class ReloaderTest : public ::testing::Test {
     });
   }
   std::string Runs() const { return running_.lines[0].name; }
-  /// What a start would take, had it to begin now.
+  /// Returns the configuration that a start would use now.
   std::string AtAStart() const {
     const reload::KeptConfigs kept(folder_);
     return kept.IsUnconfirmed(file_) ? kept.confirmed().value_or("none") : file_;
@@ -96,11 +96,11 @@ class ReloaderTest : public ::testing::Test {
 
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
   std::string file_ = "a";
-  std::shared_future<void> disk_;  // where it is given, the file can be read when it is ready
+  std::shared_future<void> disk_;  // if valid: the file cannot be read before the future is ready
   std::string profile_;
   std::vector<std::string> warnings_;
   std::vector<std::string> troubles_;
-  std::vector<std::string> missing_;  // of what was applied
+  std::vector<std::string> missing_;  // what the applied configuration lacks
   std::string told_;
   config::Config running_ = ConfigOf("a");
   std::unique_ptr<Reloader> reloader_;
@@ -112,7 +112,7 @@ TEST_F(ReloaderTest, OnlyConfirmConfirms) {
     const char* file;
     Duration confirm;
     const char* at_a_start;
-    Duration left;  // most
+    Duration left;  // at most
   };
   const Step steps[] = {
       {"b", 60s, "a", 60s},       {"b", kNever, "a", 60s},    {"b#", kNever, "a", 60s},
@@ -136,7 +136,7 @@ TEST_F(ReloaderTest, OnlyConfirmConfirms) {
   EXPECT_EQ(Confirm().exit_code, 2);
 }
 
-/// The file is what was confirmed, and what runs is another all the same.
+/// The file is the confirmed one, but the running configuration differs by its profile.
 TEST_F(ReloaderTest, AProfileMayBeOnTrialAlone) {
   Start();
   profile_ = "2";

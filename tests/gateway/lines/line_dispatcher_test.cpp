@@ -1,4 +1,4 @@
-// What becomes of a write that its line cannot take, and how it is counted.
+// Tests of writes that a line cannot take, of lines that share a loop, and of removed lines.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,7 +38,7 @@ class LineDispatcherTest : public ::testing::Test {
     dispatcher_ = std::make_unique<LineDispatcher>(*store_, catalog_, *lines_);
   }
 
-  /// False: busy.
+  /// Submits a write. Returns false if the line is busy.
   bool Write(std::uint32_t device = 0) {
     bus::WriteCommand command;
     command.device = device;
@@ -80,7 +80,7 @@ TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
 }
 
-/// A reload waits for the end of a line before it tells the routes.
+/// During a reload, routes still send requests to a line that has ended.
 TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
   const auto ended = lines_->at(0).Take();
   std::optional<bus::RoutedReply> reply;
@@ -94,7 +94,7 @@ TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
   EXPECT_FALSE(reply->sent);
 }
 
-/// A reload puts a line into the store before it runs; DDS learns of it there.
+/// DDS clients may write to a line that a reload has added but not started.
 TEST_F(LineDispatcherTest, NorIsOneThatAReloadIsAdding) {
   config::Line added = config_.lines[0];
   added.name = "added";
@@ -128,7 +128,7 @@ TEST_F(LineDispatcherTest, ATelegramByHandIsNoWriteToAPoint) {
   EXPECT_EQ(Counted(WriteEnd::denied), 0U);
 }
 
-// ---------------- Lines that share a loop, on real sockets: what ends one leaves the other alone.
+// ---------------- Lines that share a loop, on real sockets.
 
 using asio::ip::tcp;
 using Far = test::FarEnd<tcp::socket>;
@@ -165,7 +165,7 @@ class SharedLoop : public testing::Test {
     });
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
-  /// The line asks for its device again.
+  /// True if the line asks its device again.
   bool GoesOn(std::size_t line) {
     const std::size_t before = ends_[line]->received().size();
     return WaitFor([&] { return ends_[line]->received().size() > before; });
@@ -221,7 +221,7 @@ TEST_F(SharedLoop, ManyStopsAtOnceEnd) {
   for (const auto& runner : runners_) EXPECT_FALSE(runner->is_open());
 }
 
-// ---------------- Lines that a reload ends while their drivers hang.
+// ---------------- Lines that a reload removes while their drivers hang.
 
 struct CountedNews final : bus::EventSink {
   void OnReported(bus::ReportedEvents) override {}
@@ -234,7 +234,7 @@ struct CountedNews final : bus::EventSink {
   std::atomic<int> late = 0;
 };
 
-/// A line of the same name has begun meanwhile: it would have the alarm.
+/// A new line of the same name may run already, and would get the alarm of the removed line.
 TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
   config::Config config;
   config.lines = {ToyLine({ToyDevice("a", "A", {"1"})})};
@@ -262,7 +262,7 @@ TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
   EXPECT_EQ(news.late, 0);
 }
 
-/// What a reload answers with: a line that runs and can be reached by nobody is no success.
+/// The answer to a reload contains these texts: a line that no client can reach is no success.
 TEST(Lines, StartedInVainSayWhatTheyCannotOpen) {
   asio::io_context io;
   const asio::ip::tcp::acceptor other(io, {asio::ip::address_v4::loopback(), 0});
@@ -322,7 +322,7 @@ TEST(Placement, FollowsTheFormOfThePort) {
       {"/dev/ttyUSB0", ThreadKind::own_thread},
       {"/dev/ttyS1", ThreadKind::own_thread},
       {"/dev/serial/by-id/usb-FTDI", ThreadKind::own_thread},
-      {"/tmp/port", ThreadKind::own_thread},  // a link to anything
+      {"/tmp/port", ThreadKind::own_thread},  // the link may lead to any kind of port
       {"ttyUSB0", ThreadKind::own_thread},
       {"", ThreadKind::own_thread},
   };

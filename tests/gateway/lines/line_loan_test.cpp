@@ -1,5 +1,4 @@
-// A line whose port is lent, by hand or over the network, under virtual time; and the write that is
-// ended before the port goes.
+// Tests of a port that is lent, by hand or over the network, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"
@@ -73,7 +72,7 @@ TEST_F(PortInAWrite, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
   EXPECT_GT(port_.sends, sends) << "polls go on";
 }
 
-/// A reload restarts the line meanwhile.
+/// A reload restarts the line before the write has ended.
 TEST_F(PortInAWrite, IsReleasedBehindAReloadAsWell) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   ReleaseDuringAWrite();
@@ -120,9 +119,7 @@ TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
   EXPECT_EQ(ends_.size(), 2U);
 }
 
-// ---------------------------------------------------------------- lent over the network
-
-/// A client that wants the port, as gateway/lines/serial_server/server.h does.
+/// A client that wants the port, in place of gateway/lines/serial_server/server.h.
 struct FakeUser final : serial_server::PortUser {
   void Grant(transports::Transport& port, const config::SerialSettings&, Now) override {
     has = &port;
@@ -151,7 +148,7 @@ struct NetworkLoan : LinePortTest {
     user.has = nullptr;
     Handle([&] { line_->loan.Return(user, user.its, "it disconnected", now_); });
   }
-  /// From now on nobody answers, and a poll is under way. Its request.
+  /// Stops the answers of the device. Returns the request of the poll under way.
   Bytes BeginPoll() {
     answers_ = false;
     for (const int before = port_.sends; port_.sends == before;) Pass(1ms);
@@ -190,7 +187,7 @@ TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
   EXPECT_EQ(Polls(), before + 1) << "nobody is asked meanwhile";
 }
 
-/// A client that comes again and again would keep the line from its devices beyond any limit.
+/// A client that returns again and again must not keep the line from its devices.
 TEST_F(NetworkLoan, TheLinePollsBetweenTwoLoans) {
   Open();
   Pass(2s);
@@ -221,7 +218,6 @@ TEST_F(NetworkLoan, TheLinePollsBetweenTwoLoans) {
   EXPECT_EQ(user_.has, &port_) << "somebody has asked for it by hand";
 }
 
-/// A reload begins the line anew without the client.
 TEST_F(NetworkLoan, IsNotCarriedOverAsALoanByHandIs) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   Open();
@@ -249,7 +245,7 @@ TEST_F(NetworkLoan, AtTheStopThePortGetsItsOwnSettings) {
   EXPECT_EQ(port_.resets, before + 1);
 }
 
-/// Its driver hangs during a reload, which abandons it; then the driver returns.
+/// The driver hangs during a reload, which abandons the line. Then the driver returns.
 TEST_F(NetworkLoan, EndsOnALineThatTheStoreHasForgotten) {
   Open();
   Pass(2s);
@@ -428,7 +424,7 @@ struct LoanOfAServer : NetworkLoan {
   LoanOfAServer() : NetworkLoan("tcp://server:4001") {}
 };
 
-/// Nobody opens the connection again for the client.
+/// The gateway does not open the connection again for this client.
 TEST_F(LoanOfAServer, EndsWhereTheServerEndsTheConnection) {
   for (const bool left : {false, true}) {
     Open();

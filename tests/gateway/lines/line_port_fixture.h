@@ -1,5 +1,4 @@
-// A line under virtual time, on a port that does what the test says: the device behind it answers
-// while it does.
+// `LinePortTest`: a line under virtual time, on a port that the test controls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -51,12 +50,12 @@ class LoosePort final : public transports::Transport {
   int applied = 0;
   int sends = 0;
   Bytes last;
-  bool refuses = false;  ///< other settings
+  bool refuses = false;  ///< refuses other settings
   bool open = false;
   bool open_on_demand = false;   // a server that takes every connection
-  bool opens_by_itself = false;  // right now
+  bool opens_by_itself = false;  // opens 1 ms from now
   std::deque<Bytes> sent;
-  std::optional<std::string> changed;  // by another program
+  std::optional<std::string> changed;  // settings that another program changed
 };
 
 class FakeRetries final : public transports::PortRetries {
@@ -104,7 +103,7 @@ class LinePortTest : public testing::Test {
     line_->Start(now_);
   }
 
-  /// As LineRunner does.
+  /// Handles an input as LineRunner does.
   template <typename Input>
   void Handle(Input input) {
     input();
@@ -120,13 +119,13 @@ class LinePortTest : public testing::Test {
   }
   void End() {
     port_.open = false;
-    port_.sent.clear();  // nobody is there any more
+    port_.sent.clear();  // no device gets the request any more
     Handle([&] { line_->port.OnEnded("closed", false, now_); });
   }
   void Say(std::string_view text) {
     Handle([&] { line_->port.PassOn(ToBytes(text), now_); });
   }
-  /// Time goes on; the device answers after 30 ms, while it does.
+  /// Lets time pass. The device answers each request after 30 ms while `answers_` is set.
   void Pass(Duration time) {
     const Instant until = now_.instant + time;
     for (;;) {
@@ -155,7 +154,7 @@ class LinePortTest : public testing::Test {
     }
     GoTo(std::max(now_.instant, until));
   }
-  /// The program is stopped for so long.
+  /// The program is stopped for `time`: no timer is called.
   void Stop(Duration time) { GoTo(now_.instant + time); }
   bus::LineStatus status() { return store_->ReadLine(0); }
   void Write(Duration patience = 1h) {
@@ -167,7 +166,6 @@ class LinePortTest : public testing::Test {
     Handle([&] { line_->Submit(std::move(command), now_); });
   }
 
-  /// By hand.
   std::shared_ptr<bus::Telegram> Ask(std::string_view text, Duration patience = 5s) {
     auto telegram = std::make_shared<bus::Telegram>();
     telegram->bytes = ToBytes(text);
@@ -185,8 +183,8 @@ class LinePortTest : public testing::Test {
   FixedValues values_ = ToyValues();
   std::unique_ptr<protocols::Twin> twin_;
   bool answers_ = true;
-  bool closes_ = false;                // behind each answer
-  std::set<std::uint8_t> closes_for_;  // in place of an answer of these devices
+  bool closes_ = false;                // the server closes after each answer
+  std::set<std::uint8_t> closes_for_;  // ... or instead of the answers of these addresses
   LoosePort port_;
   FakeRetries retries_;
   NewsSink sink_;

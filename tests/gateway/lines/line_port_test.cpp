@@ -1,5 +1,4 @@
-// What a line does with its port, under virtual time: connections that prove themselves or do not,
-// and telegrams by hand.
+// Tests of connections that prove themselves or do not, and of telegrams by hand.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/lines/line_port_fixture.h"
 
@@ -82,7 +81,7 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
                                       Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
-/// The loan is over, whatever has become of the port meanwhile: its own alarm counts now.
+/// The loan is over, so the alarm of the lost port is reported now.
 TEST_F(LocalPort, TellsThatItIsLostBehindALoan) {
   using What = bus::News::What;
   Open();
@@ -144,11 +143,11 @@ TEST_F(LocalPort, NobodyKnowsWhatBecameOfATelegramThatWasNotAnswered) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
-/// Its replies do not say what they answer, as those of Modbus RTU do not.
+/// The replies carry no tag, as in Modbus RTU.
 struct UntaggedPort : LinePortTest {
   UntaggedPort() : LinePortTest("/dev/ttyUSB0", {ToyDevice("a", "A", {"U1"})}) {}
 
-  /// Until this many requests have been sent, and none was answered.
+  /// Lets time pass until `sends` requests have been sent without an answer.
   void PassUntilSent(int sends) {
     for (int i = 0; i < 5000 && port_.sends < sends; ++i) Pass(1ms);
     ASSERT_EQ(port_.sends, sends);
@@ -250,7 +249,7 @@ TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-/// It is opened when the exchange would be over, or nobody wants the request any more.
+/// The connection comes after the exchange, after the deadline, or after the client has left.
 TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
   struct Row {
     const char* what;
@@ -292,7 +291,7 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
   }
 }
 
-/// No connection comes, or nobody waits for one any more.
+/// No connection comes, or the wait for it is ended.
 TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
   const std::pair<const char*, std::function<void()>> kRows[] = {
       {"no connection within the reply time", [] {}},
@@ -359,7 +358,6 @@ TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
   EXPECT_THAT(retries_.downs, ElementsAre("refused"));
 }
 
-/// What goes with the ends, and what follows them, each once.
 TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
   const auto times = [this](bus::RecentTimes bus::ConnectionEnds::*what) {
     return (status().ends.*what).Since(Instant{});

@@ -70,8 +70,8 @@ TEST_F(LineReporterTest, TellsOfADeviceThatGoesAndComes) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "of a route, no device";
 }
 
-/// Behind a closed port all devices are offline, which nobody tells: their first answers are news
-/// for the log, but no events.
+/// Behind a closed port all devices are offline without a report: their first answers are no
+/// events.
 TEST_F(LineReporterTest, TellsOfAPortAndNotOfAllBehindIt) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
@@ -109,7 +109,7 @@ TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
 }
 
-/// What a restart has found in the file is not news of what the device has told since.
+/// Events that a restart finds in the file do not count for events reported since.
 TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});
@@ -180,12 +180,11 @@ TEST(ConnectionProof, AfterALoanTheSameConnectionGoesOn) {
   EXPECT_TRUE(proof.OnLost());
 }
 
-// ---------------- Which loops still run, by looks that the test makes and loops that answer when
-// it lets them.
+// ---------------- `LoopWatch`: which loops still run. The test looks, and lets each loop answer.
 
 class Watched : public testing::Test {
  protected:
-  /// A loop that has not come to what it was asked yet.
+  /// A loop that has not answered yet. `Run` answers all questions that wait.
   struct Loop {
     std::vector<std::function<void()>> waiting;
     LoopWatch::Ask ask() {
@@ -197,7 +196,7 @@ class Watched : public testing::Test {
   };
 
   std::vector<LoopWatch::Change> Look() { return watch_.Look(now_ += 1s); }
-  /// So often, and each time without news.
+  /// Looks `times` times, and expects no change each time.
   void LookQuietly(int times) {
     for (int i = 0; i < times; ++i) EXPECT_TRUE(Look().empty()) << i;
   }
@@ -253,7 +252,7 @@ TEST_F(Watched, WithoutOneThatAllNeedThereIsNoSignOfLife) {
   EXPECT_FALSE(changes[0].line);
 }
 
-/// Nobody looked while the machine slept.
+/// The watch did not look while the machine slept.
 TEST_F(Watched, ALeapOfTheClockIsNoHang) {
   watch_.Add("line bay", 0, line_.ask());
   LookQuietly(1);

@@ -1,4 +1,4 @@
-// When an end of the connection is no outage, and for how long it is remembered.
+// Tests of `RestingConnection` and `WriteGrace`: when the end of a connection is no outage.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ namespace {
 
 const Bytes kRequest = {1, 2, 3};
 
-/// The server ends each connection behind its first answer: a second request would be lost.
+/// The server closes each connection after its first answer, so a second request would be lost.
 TEST(RestingConnection, AConnectionForEachRequestIsGivenUpAgain) {
   RestingConnection rest(false);
   std::uint64_t answers = 0;
@@ -34,7 +34,7 @@ TEST(RestingConnection, AConnectionForEachRequestIsGivenUpAgain) {
   }
 }
 
-/// It ends each connection 20 ms behind the first answer. Others have come meanwhile.
+/// The server closes each connection 20 ms after the first answer.
 TEST(RestingConnection, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart);
@@ -48,7 +48,7 @@ TEST(RestingConnection, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
   EXPECT_TRUE(rest.Holds(kRequest, kStart + 46ms)) << "each gets its own connection";
 }
 
-/// One end in place of an answer says nothing about the next.
+/// One end instead of an answer does not mean that the next connection ends, too.
 TEST(RestingConnection, AConnectionThatHasServedIsSharedAgain) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
@@ -75,7 +75,7 @@ TEST(RestingConnection, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext)
   }
 }
 
-/// It serves the others. Only the number of the request differs.
+/// The server ends only at this request. The requests differ only in their number.
 TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   RestingConnection rest(false, 2);
   rest.OnOpened(0, kStart - 1s);
@@ -93,7 +93,7 @@ TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   EXPECT_FALSE(rest.OnEnded(8, false, kStart)) << "it has served nothing else meanwhile";
 }
 
-/// A server that ends each connection after some seconds, whatever is asked.
+/// The server ends each connection after some seconds, whatever the request.
 TEST(RestingConnection, AnEndAtARequestThatIsAnsweredElseIsADrop) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
@@ -121,12 +121,12 @@ TEST(RestingConnection, AnEndInUseIsADrop) {
     Duration since;
     bool drops;
   } rows[] = {
-      {1, false, 2ms, false},    // behind each answer
-      {8, false, 300ms, true},   // between two requests
-      {8, false, 20ms, true},    // the same, soon behind the answer to one
-      {8, false, 500ms, false},  // after a rest that is longer than those before
-      {8, false, 20s, false},    // the same
-      {1, true, 2ms, false},     // a request had met the end behind an answer
+      {1, false, 2ms, false},                             // after each answer
+      {8, false, 300ms, true},                            // between two requests
+      {8, false, 20ms, true},                             // the same, soon after an answer
+      {8, false, 500ms, false},                           // idle for longer than before
+      {8, false, 20s, false},                             // the same
+      {1, true, 2ms, false},                              // the request came after the end
       {8, true, 2ms, true},     {0, true, 300ms, false},  // it never answers
   };
   for (const auto& row : rows) {
@@ -140,7 +140,7 @@ TEST(RestingConnection, AnEndInUseIsADrop) {
   }
 }
 
-// ---------------- What waits for the end of a write.
+// ---------------- `WriteGrace`: an action that waits for the end of a write.
 
 TEST(WriteGraceTest, TheLastThatWaitsHappensOnce) {
   std::string done;

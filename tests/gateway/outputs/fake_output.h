@@ -1,4 +1,4 @@
-// An output that only says what a test has put into it.
+// An output whose status and sentences the test sets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

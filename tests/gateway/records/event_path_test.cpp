@@ -1,4 +1,4 @@
-// What lines tell, as it stands in the file: codes, words, and points by the store's quality.
+// Tests of the path of events from lines to the file.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/event_path.h"
 
@@ -75,7 +75,7 @@ class EventPathTest : public ::testing::Test {
   };
 
   Commands commands_;
-  std::uint32_t device_ = 0;  // its number
+  std::uint32_t device_ = 0;  // the number of the device
   const config::Config config_ = RelayConfig();
   std::vector<std::shared_ptr<const config::Config>> reloaded_;
   bus::PointStore store_{config_};
@@ -125,7 +125,6 @@ TEST_F(EventPathTest, OfAPointRestsOnWhatTheStoreThinksOfIt) {
   EXPECT_EQ(path_->log().Alarms()[0].state, events::AlarmState::returned);
 }
 
-/// Each change of an alarm is one message, and nothing of what is known twice.
 TEST_F(EventPathTest, AlarmsGoToTheJournalWithTheirFields) {
   const Journald journald;
   journald.TakeLog();
@@ -197,7 +196,7 @@ TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
-/// Over a restart: the end of what was kept is nobody's news but the alarm's.
+/// An alarm from before a restart ends with the first answer. This end is no event of the device.
 TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
   Tell({bus::News::What::no_answer, false, 0U, "no reply"});
   path_->Look({}, now_);
@@ -213,10 +212,9 @@ TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
   EXPECT_EQ(path_->log().Alarms().at(0).state, events::AlarmState::returned);
 }
 
-/// A reload begins the line anew: it does not know what was told before.
+/// A reload restarts the line, so the line does not know its earlier reports.
 class EventReloadTest : public EventPathTest {
  protected:
-  /// The line is restarted with this configuration.
   void Reload(const std::function<void(config::Line& line)>& change = {}) {
     auto next = std::make_shared<config::Config>(*running_);
     if (change) change(next->lines[0]);
@@ -230,7 +228,7 @@ class EventReloadTest : public EventPathTest {
   void End(bus::News::What what, bool first) {
     Told({.what = what, .over = true, .device = DeviceOf(what), .first = first});
   }
-  /// "1000005 on port down: why"; what was told last is a reload.
+  /// Returns records such as "1000005 on port down: why". A reload is the last record.
   std::vector<std::string> Records() {
     path_->OnReload(false, std::to_string(++asked_));
     std::vector<std::string> all;
@@ -257,7 +255,7 @@ class EventReloadTest : public EventPathTest {
   int asked_ = 0;
 };
 
-/// A value that was beyond its limit is news when it is back, and no news when it is not.
+/// After a reload, a value that is still beyond its limit is no new event, but its return is one.
 TEST_F(EventReloadTest, APointIsWatchedOn) {
   const std::string on = "1000014 on current 9: above 5";
   const std::string off = "1000014 off current 1: above 5, over";
@@ -282,7 +280,7 @@ TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
   using What = bus::News::What;
   for (const What what : {What::port_down, What::port_lent, What::no_answer}) Begin(what);
   Reload();
-  Begin(What::port_down);  // still
+  Begin(What::port_down);  // the port is still down
   Reload();
   for (const What what : {What::port_down, What::port_lent, What::no_answer}) End(what, true);
   EXPECT_THAT(
@@ -292,7 +290,7 @@ TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
                   "1000006 off port taken back", "1000009 off answers again"));
 }
 
-/// Nobody tells the end of these: the new line tells only that they have begun.
+/// The new line reports the begin of these troubles, but never an end of earlier ones.
 TEST_F(EventReloadTest, WhatNobodyTellsTheEndOfEndsWithItsLine) {
   using What = bus::News::What;
   for (const What what : {What::collisions, What::ring_open, What::wrong_device}) Begin(what);
@@ -307,7 +305,7 @@ TEST_F(EventReloadTest, WhatNobodyTellsTheEndOfEndsWithItsLine) {
                   "1000011 on not what it should be: why"));
 }
 
-/// By hand or by the configuration, whichever was last.
+/// The device is taken out of use by hand or by the configuration. The latest way counts.
 TEST_F(EventReloadTest, OutOfUseHasItsEnd) {
   const auto enable = [](bool enabled) {
     return [enabled](config::Line& line) { line.devices[0].enabled = enabled; };

@@ -1,5 +1,5 @@
-// How points share requests, and what refusals and silence change. Keys are letters, places
-// numbers: "fast a0..3" reads places 0 to 3 of a.
+// Tests which points share a request, and how refusals and silence change the requests. Keys are
+// letters, places are numbers: "fast a0..3" reads places 0 to 3 of key a.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/query_plan.h"
 
@@ -23,7 +23,7 @@ struct PlaceInQuery {
   Group group = Group::fast;
 };
 
-/// Up to five places a request, holes of up to two read along.
+/// A request has up to five places; holes of up to two places are read along.
 Plan::Rules Near() {
   return {.may_join = [](const Block<char>& block, const Block<char>& next) {
     return next.begin <= block.end + 2 && next.end - block.begin <= 5;
@@ -100,7 +100,7 @@ TEST(QueryPlan, ARefusedBlockIsSplit) {
        std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},  // at the widest hole
                          {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},  // in the middle
                          {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
-                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // never through a point
+                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // points stay whole
     Plan plan = MakePlan(c.places);
     ASSERT_EQ(plan.queries().size(), 1U);
     EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
@@ -155,7 +155,7 @@ TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
   EXPECT_EQ(Shown(plan), "b0, again a0");
 }
 
-/// Its round would not come again soon enough for the second and the third time.
+/// The rounds of rarely read points are too far apart for a second and third refusal.
 TEST(QueryPlan, WhatIsReadSeldomIsInDoubtAtSlowIntervals) {
   const Plan::Rules rules = {
       .may_join = Near().may_join, .refused = WhenRefused::ask_daily, .refusals = 3};
@@ -196,7 +196,8 @@ TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
   EXPECT_TRUE(plan.SilentlyRefused(0).empty());
 }
 
-/// Each reply would cost as much as all points that the device is silent to.
+/// Checking all silent points at every reply would take too long, so only one reply of a round
+/// does.
 TEST(QueryPlan, OneReplyOfARoundTellsWhatTheDeviceIsSilentTo) {
   Plan plan = MakePlan({{"a0"}, {"b0"}, {"c0"}, {"d0"}});
   plan.OnProbed();
@@ -247,7 +248,7 @@ TEST(QueryPlan, WhatWasAnsweredIsNotDroppedForARefusal) {
   EXPECT_EQ(Shown(plan), "again a0");
 }
 
-/// It is asked every few seconds until then.
+/// The request is repeated every few seconds until then.
 TEST(QueryPlan, AfterAnHourARefusalMayBeForEver) {
   for (const Group group : {Group::fast, Group::once}) {
     Plan plan = MakePlan({{"a0", group}}, {.refused = WhenRefused::ask_daily});
@@ -262,7 +263,7 @@ TEST(QueryPlan, AfterAnHourARefusalMayBeForEver) {
   }
 }
 
-/// "Busy" in place of a value that is read once an hour.
+/// "Busy" instead of a value that is read once an hour.
 TEST(QueryPlan, WhatIsReadSeldomDoesNotWaitForItsTurnBehindAMessage) {
   Plan plan = MakePlan({{"a0", Group::slow}});
   EXPECT_EQ(plan.OnHeard(0, kStart), PlanChange::nothing) << "it was never answered";
@@ -273,8 +274,8 @@ TEST(QueryPlan, WhatIsReadSeldomDoesNotWaitForItsTurnBehindAMessage) {
   EXPECT_EQ(Shown(plan), "slow a0");
 }
 
-/// Silence costs time, so not even what has answered is asked every few seconds; and silence is
-/// no verdict, so it is not left for a day.
+/// Silence costs time, so a silent request is not repeated every few seconds, even if it was
+/// answered before. Silence proves nothing, so it is not left for a day either.
 TEST(QueryPlan, WhatADeviceIsSilentToIsAskedWithTheSlowGroup) {
   for (const bool proven : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"b0"}}, {.refused = WhenRefused::ask_daily});
@@ -315,7 +316,7 @@ TEST(TryAgain, LessAndLessOftenAtLastOnceAnHour) {
   EXPECT_TRUE(again.IsDue(refused + 8s)) << "it has worked meanwhile";
 }
 
-/// The refusal was a copy of another request's reply, perhaps.
+/// The refusal may have been a copy of the reply to another request.
 TEST(QueryPlan, WhatWasRefusedIsAskedAgainWhenThatIsInDoubt) {
   Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});
   EXPECT_FALSE(plan.ForgetRefusals()) << "nothing was refused";
@@ -339,7 +340,7 @@ TEST(QueryPlan, AReconnectMakesBlocksWholeAgain) {
   EXPECT_EQ(Shown(plan), "a0..1");
 }
 
-/// Silence costs a reply time and its repetitions. Of a block that was answered it is temporary.
+/// Silence costs a reply time and its retries. It is temporary if the block was answered before.
 TEST(QueryPlan, WhatADeviceIsSilentToStaysSplitUnlessItWasAnswered) {
   for (const bool answered : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
@@ -353,14 +354,14 @@ TEST(QueryPlan, WhatADeviceIsSilentToStaysSplitUnlessItWasAnswered) {
   }
 }
 
-/// A device as the plan sees it: it has some places, refuses everything for a while, and is asked
-/// every group as often as it is due.
+/// A simulated device: it has some places, refuses all requests for a while, and is polled with
+/// every group that is due.
 class AskedDevice {
  public:
   explicit AskedDevice(Plan& plan) : plan_(plan) {}
 
   std::function<bool(const Block<char>&)> answers = [](const Block<char>&) { return true; };
-  /// Asks for so long, the fast group every second; counts requests.
+  /// Polls for this time, the fast group every second, and returns the number of requests.
   std::size_t RunFor(Duration time) {
     std::size_t requests = 0;
     for (const Instant end = now_ + time; now_ < end; now_ += 1s) {
@@ -373,7 +374,7 @@ class AskedDevice {
   }
 
  private:
-  /// A round of a group; after a change it goes on with what is left of it.
+  /// Polls one round of a group. After a change of the plan the rest of the round continues.
   void Ask(Group group, std::size_t& requests) {
     std::size_t rest = 200;
     for (std::size_t query = 0; query < plan_.queries().size() && rest > 0; --rest) {
@@ -428,7 +429,6 @@ TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
   device.RunFor(5s);
   device.answers = [](const Block<char>&) { return false; };
   device.RunFor(20s);
-  // Places 0, 1, 7 and 23 are gone.
   const auto without_four = [](const Block<char>& block) {
     for (const std::size_t gone : {0U, 1U, 7U, 23U}) {
       if (block.begin <= gone && gone < block.end) return false;
@@ -445,7 +445,7 @@ TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
   EXPECT_EQ(fast, 36U) << Shown(plan);
   const std::size_t minute = device.RunFor(60s);
   EXPECT_LT(minute, 60U * 4 + 100) << "few requests more than the three blocks that are left";
-  // The same behind another outage: what is gone does not keep the others away.
+  // After another outage too, the missing places do not make the device lose the others.
   for (const Duration outage : {30s, 300s}) {
     device.answers = [](const Block<char>&) { return false; };
     device.RunFor(outage);
@@ -509,8 +509,8 @@ TEST(QueryPlan, ANumberThatNoQueryHasChangesNothing) {
   EXPECT_EQ(Shown(plan), "a0");
 }
 
-// ---------------- Which probe is due, shown as a row of steps: "own" or the number of a read, '!'
-// where it is answered.
+// ---------------- Which probe is due, as text: "own" or the number of a read; '!' marks an
+// answered probe.
 
 using Own = ProbeChoice::Own;
 
@@ -519,7 +519,6 @@ struct Probed {
   bool knows_reads = false;
 };
 
-/// What is asked in so many steps.
 std::string ProbesOf(ProbeChoice& choice, const Probed& device, int steps, std::size_t reads = 3) {
   std::string text;
   for (int i = 0; i < steps; ++i) {

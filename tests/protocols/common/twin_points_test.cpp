@@ -1,4 +1,5 @@
-// Points of a simulated device by their addresses.
+// Tests the points of a simulated device by their addresses, civil time zones, and cuts of frame
+// rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/twin_points.h"
 
@@ -28,7 +29,6 @@ config::Point MakePoint(const char* read, const char* write, config::Access acce
   return point;
 }
 
-/// An address here is any text but "bad".
 Result<std::string> Parse(const std::string& text) {
   if (text == "bad") return Error{"bad"};
   return text;
@@ -135,7 +135,7 @@ TEST(CivilZone, WhatIsNoZone) {
   }
 }
 
-// ---------------- The cuts that frame rules share.
+// ---------------- Cuts that frame rules have in common.
 
 TEST(FrameCuts, NoiseIsDroppedInRunsOfOneKind) {
   struct Case {

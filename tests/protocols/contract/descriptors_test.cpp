@@ -1,4 +1,4 @@
-// What every protocol of the list in protocols/CMakeLists.txt keeps, whatever it speaks.
+// Tests rules that hold for every protocol of the list in protocols/CMakeLists.txt.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -222,10 +222,9 @@ TEST(TimingRule, TheTimeOfTheLongestReplyMayBeBounded) {
   EXPECT_EQ(rule(At(1'000)).ceiling, 5s) << "500 characters take longer than 1 s";
 }
 
-// ---------------- Telegrams by hand: what is made of what a person writes, and which of them are
-// reads for certain.
+// ---------------- Telegrams written by hand: the bytes that are sent, and which telegrams only
+// read.
 
-/// A telegram as it is written: hex where it can be read so.
 Bytes Written(const std::string& text) {
   const auto hex = ParseHex(text);
   return hex ? *hex : ToBytes(text);
@@ -347,7 +346,7 @@ TEST(Telegram, WhatIsNoneIsToldInASentence) {
   }
 }
 
-/// `ask` tells the protocol by the first character.
+/// The command `ask` recognises the protocol by the first character.
 TEST(Telegram, TheLeadsOfEachProtocolAreItsOwn) {
   std::map<char, std::string_view> owners;
   for (const Protocol* protocol : AllProtocols()) {

@@ -1,5 +1,5 @@
-# The tag of a module is another where a header of the contract or the compiler is another, and the same wherever the same
-# headers lie. Arguments: SOURCE, GENERATED, COMPILER, WORK.
+# The tag of a module changes with the headers of the contract and with the compiler, and not with the place of the headers.
+# Arguments: SOURCE, GENERATED, COMPILER, WORK.
 cmake_minimum_required(VERSION 3.25)
 include(${SOURCE}/protocols/contract.cmake)
 
@@ -14,7 +14,7 @@ function(expect_other what one other)
   endif()
 endfunction()
 
-# Every header that a protocol can reach is one of the contract.
+# The contract contains every header that a protocol can reach.
 baudgate_contract_headers(${SOURCE} headers)
 if(NOT "protocols/protocol.h" IN_LIST headers)
   message(SEND_ERROR "protocols/protocol.h does not count")

@@ -1,4 +1,4 @@
-// Synchronised samples and the host watchdog: what is told to all modules of a line.
+// Tests broadcasts to all modules of a line: synchronised samples and the host watchdog.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/conversation.h"
 #include "protocols/dcon/places.h"
@@ -11,10 +11,10 @@ using config::Type;
 
 const std::int64_t kTwoSeconds = Duration(2s).count();
 
-/// Two modules of one line: each has its conversation, both have its bus.
+/// Two modules of one line, each with its own conversation, on a common bus.
 class DconLine : public ::testing::Test {
  protected:
-  /// The readings of one poll; all requests go to both twins.
+  /// Returns the answer of one poll. All requests go to both twins.
   Answer PollOf(std::size_t which, std::size_t query = 0) {
     Conversation& conversation = *conversations_[which];
     const Task task = baudgate::Poll(query);
@@ -64,8 +64,8 @@ class DconLine : public ::testing::Test {
   std::vector<std::unique_ptr<Twin>> twins_;
   std::vector<std::unique_ptr<Conversation>> conversations_;
   std::vector<std::string> asked_;
-  std::optional<std::size_t> deaf_;  ///< this module hears nothing
-  bool lost_ = false;                ///< replies are
+  std::optional<std::size_t> deaf_;  ///< this module receives nothing
+  bool lost_ = false;                ///< replies are lost
   Instant now_{1h};
 };
 
@@ -82,7 +82,7 @@ TEST_F(DconSamples, OneBroadcastServesAllModulesOfARound) {
   SetValue(0, 1.5);
   SetValue(1, 2.5);
   const Answer first = PollOf(0);
-  SetValue(1, 9.5);  // behind the sample
+  SetValue(1, 9.5);
   const Answer second = PollOf(1);
   EXPECT_EQ(TakeAsked(), (std::vector<std::string>{"#**\r", "$014\r", "$024\r"}));
   ASSERT_EQ(first.readings.size(), 1U) << first.reason;
@@ -103,7 +103,7 @@ TEST_F(DconSamples, TheFirstMayBeOlderThanTheGatewayAndDoesNotCount) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
-/// It waits behind a probe, and is asked for again.
+/// A fetch that waits behind a probe is requested again.
 TEST_F(DconSamples, AFetchThatWasNotSentTakesNoSample) {
   AddSampled("1");
   PollOf(0);
@@ -134,7 +134,8 @@ TEST_F(DconSamples, AModuleThatHasNotHeardTheBroadcastShowsNoOldSample) {
   EXPECT_TRUE(old.readings.empty()) << "its digit is 0";
 }
 
-/// It holds a sample that nobody has fetched, so that its digit says 1 of it for ever.
+/// Module 2 holds a sample that was not fetched, so its digit reports this sample until it is
+/// fetched.
 TEST_F(DconSamples, AfterALostReplyTheNextSampleIsProvenAnew) {
   AddSampled("1");
   AddSampled("2");
@@ -148,7 +149,7 @@ TEST_F(DconSamples, AfterALostReplyTheNextSampleIsProvenAnew) {
   EXPECT_EQ(PollOf(1).outcome, Outcome::no_reply);
   now_ += 1s;
   SetValue(1, 4.5);
-  PollOf(0);  // module 2 does not hear the broadcast either
+  PollOf(0);  // module 2 does not receive the broadcast either
   deaf_.reset();
   EXPECT_TRUE(PollOf(1).readings.empty()) << "1+03.500, of the broadcast before";
   now_ += 1s;
@@ -201,7 +202,7 @@ TEST_F(DconSamples, DigitalModulesTellTheirInputs) {
   EXPECT_EQ(answer.readings[1].value, Value{true});
 }
 
-/// `$AA4` of an output module stores what it puts out, in a memory that wears.
+/// `$AA4` makes an output module store its output in a memory that wears.
 TEST_F(DconSamples, AnOutputModuleIsNeverAsked) {
   const config::Device device = MakeDevice({ReadPoint("a", "$4 value")}, {{"identify", true}});
   Talk talk(DconProtocol(), device);
@@ -254,7 +255,7 @@ TEST_F(DconWatchdog, ADeviceThatIsPolledTooRarelyIsDoubted) {
   EXPECT_NE(DconProtocol().doubts(device)[0].text.find("polled every 5s"), std::string::npos);
 }
 
-/// The reference, 14: `~AA3EVV`, trips, ignores writes, `~AA1`.
+/// Reference, chapter 14: `~AA3EVV`, trips, ignores writes, `~AA1`.
 TEST_F(DconWatchdog, AModuleThatMissesTheHostHoldsItsOutputsUntilItIsCleared) {
   std::vector<config::Point> points = {
       WritePoint("relay", "$6[b0]", "#10{bit}", Type::boolean),
@@ -285,7 +286,7 @@ TEST_F(DconWatchdog, AModuleThatMissesTheHostHoldsItsOutputsUntilItIsCleared) {
 
 // ---------------- Several digital outputs of one module in one exchange.
 
-/// Relays 0…3 at bits 0…3, inputs 0…3 at bits 8…11, as an I-7060.
+/// Relays 0…3 at bits 0…3, inputs 0…3 at bits 8…11, as in an I-7060.
 std::vector<config::Point> Relays() {
   std::vector<config::Point> points;
   for (int i = 0; i < 4; ++i) {
@@ -352,7 +353,7 @@ TEST(DconOutputs, TheOthersStayAsTheyAre) {
   EXPECT_EQ(Asked(talk, task), "$016\r") << "each write reads anew";
 }
 
-/// "0900" damaged to "0D00" would switch relay 2 on.
+/// If "0900" is damaged to "0D00", the write would switch relay 2 on.
 TEST(DconOutputs, WhatTheOthersAreCountsWhenTwoReadingsAgree) {
   Talk talk(DconProtocol(), MakeDevice(Relays()));
   Exchange(talk, Poll(0), "!000900\r");

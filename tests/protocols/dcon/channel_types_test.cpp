@@ -1,5 +1,5 @@
-// Modules whose inputs have type codes of their own: what is asked, and what becomes of an input
-// that measures something else than its point says. Bytes: dcon reference, chapters 5 and 7.3.
+// Tests modules whose inputs have separate type codes: the requests for the codes, and inputs that
+// measure something else than their points require. Bytes: dcon reference, chapters 5 and 7.3.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/identification.h"
 #include "tests/protocols/dcon/support.h"
@@ -27,7 +27,7 @@ config::Device Inputs(std::size_t count, const std::string& unit = "V",
   return MakeDevice(std::move(points), all);
 }
 
-/// The module's side: replies by request, silence to others; and what it was asked.
+/// The module: it replies to the requests in `replies`, ignores others, and records all requests.
 struct Module {
   std::map<std::string, std::string> replies = {{"$01M", "!014017P"}, {"$012", "!01080600"}};
   std::vector<std::string> asked;
@@ -77,7 +77,7 @@ TEST(DconChannelTypes, AreAskedOnceAndGiveTheUnit) {
   EXPECT_EQ(module.Count("$018C"), 6U) << "another module may be there";
 }
 
-/// A slow period is a minute: of two inputs one every half of it, whatever is polled beside.
+/// A slow period is one minute, so with two inputs one input is asked every 30 s.
 TEST(DconChannelTypes, AllAreAskedAnewWithinASlowPeriod) {
   Talk talk(DconProtocol(), Inputs(2));
   Module module;
@@ -215,14 +215,14 @@ TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
   EXPECT_EQ(answer.readings[1].quality, kNotThis);
 }
 
-/// A unit in other letters is converted or contradicted as the proper spelling is.
 TEST(DconTypes, UnitsAreKnownInOtherLetters) {
   struct Row {
     const char* unit;
-    std::optional<double> of_millivolts;  ///< the factor for type 0C; empty: not measured
-    std::optional<double> of_volts;       ///< 08
-    std::optional<double> of_milliamps;   ///< 0D
-    std::optional<double> of_degrees;     ///< 0E
+    /// Factor for type 0C; empty: the type does not measure this unit.
+    std::optional<double> of_millivolts;
+    std::optional<double> of_volts;      ///< 08
+    std::optional<double> of_milliamps;  ///< 0D
+    std::optional<double> of_degrees;    ///< 0E
   };
   constexpr std::nullopt_t kNone = std::nullopt;
   const Row kRows[] = {

@@ -1,4 +1,4 @@
-// Frames of DCON: the worked examples of the reference as golden vectors, checksums, addresses.
+// Tests DCON frames: worked examples of the reference, checksums, addresses.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/codec.h"
 
@@ -17,7 +17,6 @@ struct Vector {
   std::string_view frame;
 };
 
-/// Worked examples of protocols/dcon/README.md, requests.
 constexpr Vector kRequests[] = {
     {"#01", "#0184\r"},     {"#4A", "#4A98\r"},
     {"$012", "$012B7\r"},   {"#017", "#017BB\r"},
@@ -122,7 +121,8 @@ TEST(DconCodec, CounterChecksumInFront) {
   EXPECT_TRUE(ParseReply(ToBytes("?0AB0\r"), kChecksumFront).has_value());
 }
 
-/// Some counts fit both ways; they must be known as such, because only one reading is true.
+/// Some counts fit with and without a checksum. They must be recognised, because only one reading
+/// is true.
 TEST(DconCodec, CounterChecksumThatFitsBothWaysIsAmbiguous) {
   int ambiguous = 0;
   for (unsigned count = 0; count < 0x10000; ++count) {
@@ -142,9 +142,9 @@ TEST(DconCodec, CounterChecksumThatFitsBothWaysIsAmbiguous) {
 
 TEST(DconCodec, RequestsThatAreNone) {
   EXPECT_FALSE(ParseRequest(ToBytes("#0184"), true));    // no CR
-  EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));  // checksum
-  EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));    // none
-  EXPECT_FALSE(ParseRequest(ToBytes("#0G\r"), false));   // address
+  EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));  // wrong checksum
+  EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));    // no checksum
+  EXPECT_FALSE(ParseRequest(ToBytes("#0G\r"), false));   // wrong address
   EXPECT_FALSE(ParseRequest(ToBytes("#0\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes(">01\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes("#01\n\r"), false));
@@ -174,7 +174,7 @@ TEST(DconCodec, ChecksumIsTheSumOfAllCharacters) {
 // ---------------- Replies of every form, good and bad: numbers, codes, digital words, counters,
 // refusals.
 
-/// `command` is asked of address 01; `reply` is the text between start and CR, no checksum.
+/// `command` is sent to address 01; `reply` is the text between lead and CR, without checksum.
 DecodedReply Decode(std::string_view command, std::string_view reply, std::size_t channels = 0,
                     const Settable& options = {}, std::optional<Form> form = std::nullopt,
                     std::uint8_t address = 1) {
@@ -235,7 +235,8 @@ TEST(DconDecode, AnotherCountIsNotBelieved) {
   EXPECT_EQ(Decode("#", ">", 2).outcome, Outcome::unexpected);
 }
 
-/// The module's checksum is on and ours is off: two digits more, and no number may come of them.
+/// The module's checksum is on and ours is off: the two extra digits must not become part of a
+/// number.
 TEST(DconDecode, AnUnexpectedChecksumMakesNoNumber) {
   const DecodedReply decoded = Decode("#0", ">-02.47197");
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);
@@ -368,7 +369,7 @@ TEST(DconDecode, OneCommandThreeGrammars) {
   EXPECT_EQ(Decode("#0", ">0001E240").fields[0].value, Value{std::uint64_t{123456}});
   EXPECT_EQ(Decode("#0", "!0100042").fields[0].value, Value{std::uint64_t{42}});
   EXPECT_EQ(Decode("#0", "!010001E240").fields[0].value, Value{std::uint64_t{123456}});
-  // With points that tell, another grammar is not believed.
+  // If the form is known from the points, another form is rejected.
   EXPECT_EQ(Decode("#0", ">0001E240", 0, {}, Form::number).outcome, Outcome::corrupt);
   EXPECT_EQ(Decode("#0", ">+05.880", 0, {}, Form::counter).outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("#0", ">+05.880", 0, {}, Form::decimal).outcome, Outcome::unexpected);

@@ -1,4 +1,4 @@
-// Planning, asking and decoding of a DCON device, and the same against its twin.
+// Tests planning, requests and decoding of a DCON device, with given replies and with its twin.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/conversation.h"
 
@@ -72,7 +72,7 @@ TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
            {"", Outcome::no_reply},
            {">+100.23+34.050", Outcome::partial},
            {">+100.23+34.050E3\r", Outcome::corrupt},
-           {">+100.23+34.050E2\r", Outcome::unexpected},  // two values of another module
+           {">+100.23+34.050E2\r", Outcome::unexpected},  // two values, from another module
            {">-02.47197\r", Outcome::unexpected},
            {"!01200600AA\r", Outcome::unexpected},
            {"?0AB0\r", Outcome::unexpected},
@@ -104,7 +104,6 @@ TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
   const Task probe{.kind = Task::Kind::probe};
   const auto asked = [&] { return std::string(AsText(talk->Ask(probe, {})->bytes)).substr(0, 4); };
   EXPECT_EQ(asked(), "#010");
-  // The reply to a poll is none to the probe, nor the other way round.
   const Bytes all = BuildReply(">+1.0000+2.0000+3.0000+4.0000+5.0000+6.0000+7.0000+8.0000", true);
   const auto request = talk->Ask(probe, {});
   EXPECT_EQ(talk->OnFrame(probe, *request, all, {}).outcome, Outcome::unexpected);
@@ -112,7 +111,7 @@ TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
   const auto poll = talk->Ask(Poll(0), {});
   EXPECT_EQ(talk->OnFrame(Poll(0), *poll, one, {}).outcome, Outcome::unexpected);
   EXPECT_EQ(talk->OnFrame(probe, *request, one, {}).outcome, Outcome::ok);
-  // One that has answered it once is asked nothing else.
+  // A device that has answered this probe once gets no other probe.
   talk->OnFailure(probe, *request, Outcome::no_reply, {});
   EXPECT_EQ(asked(), "#010");
 }
@@ -182,7 +181,7 @@ TEST(DconInterpret, APolledDeviceIsReadByItsOptionsOnly) {
       << "write_ack_address is off";
 }
 
-/// The module's checksum is on, and nobody has said so: its digits make no other number.
+/// The module's checksum is on but not configured: its digits must not change the number.
 TEST(DconInterpret, AnUnexpectedChecksumMakesNoNumberWithoutPointsEither) {
   const config::Device device = MakeDevice({});
   Talk talk(DconProtocol(), device);
@@ -280,8 +279,8 @@ TEST(DconRoundTrip, HexFormatsAndFloatingPoint) {
   }
 }
 
-// ---------------- What a DCON conversation remembers: refused and unknown commands, probes, and
-// what comes of writes.
+// ---------------- The state of a DCON conversation: refused and unknown commands, probes, and
+// results of writes.
 
 TEST(DconSession, ARefusedCommandCostsNoOther) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "#9")});
@@ -361,7 +360,7 @@ TEST(DconSession, ProbesByNameWhereTheModuleHasOne) {
   EXPECT_EQ(Asked(writer, Probe()), "$01M\r");
 }
 
-/// What came of it the gateway reads by itself.
+/// The gateway reads the result of the write itself.
 TEST(DconSession, AWriteIsOneExchange) {
   const config::Device device =
       MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
@@ -385,7 +384,8 @@ TEST(DconSession, WritesThatTheModuleOrTheGatewayRefuses) {
   EXPECT_EQ(Asked(talk, Write(0, 5.0)), "#010+05.000\r");
 }
 
-/// Reference, 10.1: out of its range an output goes to its limit, and the module says no.
+/// Reference, 10.1: an output value beyond the range sets the output to its limit, and the module
+/// refuses it.
 TEST(DconSession, AnAnalogOutputThatIsRefusedMayHaveMoved) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}"),
                                             WritePoint("bare", "", "#{00.000}"),
@@ -399,7 +399,7 @@ TEST(DconSession, AnAnalogOutputThatIsRefusedMayHaveMoved) {
   EXPECT_FALSE(Exchange(talk, Write(2, 255.0), "?\r").may_have_acted);
 }
 
-/// Reference, 9.1 and 14: settings are confirmed by !AA, and by nothing else.
+/// Reference, 9.1 and 14: settings are confirmed by !AA only.
 TEST(DconSession, SettingsAreConfirmedWithTheAddress) {
   const config::Device device =
       MakeDevice({WritePoint("run", "$50[b0]", "$50{flag}", Type::boolean),

@@ -1,4 +1,4 @@
-// The laws of frame rules, for DCON requests and replies with every checksum variant.
+// Tests the laws of frame rules for DCON requests and replies with every checksum variant.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/codec.h"
 #include "protocols/dcon/rules.h"
@@ -10,7 +10,7 @@ namespace {
 using protocols::dcon::BuildReply;
 using protocols::dcon::BuildRequest;
 
-/// Noise, cut lines and foreign text; without CR, so that no whole frame stands in it.
+/// Noise, cut lines and foreign text without CR, so that they contain no whole frame.
 Bytes Garbage(std::mt19937& random, std::string_view starts) {
   constexpr std::string_view kText = "0123456789ABCDEF+-. \n";
   Bytes bytes(random() % 40);
@@ -35,8 +35,8 @@ Expectation Expecting(int variant) {
   return expect;
 }
 
-/// Start and text without the checksum: its digits mean the same in either case, so a flipped bit
-/// that only changes their case has done no harm.
+/// Lead and text without the checksum. Its digits may have either case, so a flipped bit that only
+/// changes their case is no damage.
 Bytes Meaning(View frame, int variant) {
   const auto reply = protocols::dcon::ParseReply(frame, variant);
   return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};
@@ -154,7 +154,7 @@ TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
 }
 
 TEST(DconReplyRule, AnOverlongTextIsBlamedTheSameHoweverItIsCut) {
-  // A start character within what a frame may hold, and one beyond that.
+  // One start character within the longest frame, and one beyond it.
   for (const std::size_t start :
        {std::size_t{10}, protocols::dcon::kMaxFrame - 1, protocols::dcon::kMaxFrame + 10}) {
     std::string stream = ">" + std::string(2 * protocols::dcon::kMaxFrame, '0');

@@ -1,4 +1,4 @@
-// What may stand in `read` and `write`, what is refused and why, and what may be repeated.
+// Tests the grammar of `read` and `write`, its errors, and which writes may be repeated.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/points.h"
 
@@ -281,13 +281,13 @@ TEST(DconRead, AWriteToAnOutputChangesNoOther) {
   EXPECT_TRUE(changes("$4N", "$70 power_on")) << "another command may do anything";
 }
 
-// ---------------- The shipped DCON profiles: they load, every point is answered by a twin of the
-// device, and every writable point can be written.
+// ---------------- The shipped DCON profiles: a twin of the device answers every point, and every
+// writable point can be written.
 
 config::Catalog Installed() {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &DconProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
   return catalog;
 }
 
@@ -326,7 +326,7 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
     }
     for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
       Answer answer = talk.Run(Poll(query), twin);
-      // A task has few exchanges, and eight inputs may have a type each.
+      // A task has only a few exchanges, and each of eight inputs may have its own type.
       for (int more = 0; more < 3 && answer.then == Then::replan; ++more) {
         answer = talk.Run(Poll(query), twin);
       }
@@ -343,14 +343,13 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
     }
   }
 
-  /// It has no state.
   static bool IsAction(std::string_view write) { return write.ends_with("{clear}"); }
 
   static void Check(const config::Device& device, const FixedValues& values, const Reading& reading,
                     std::vector<bool>& seen) {
     Value truth = values.values.at(reading.point);
     if (device.points[reading.point].read == "$2" && device.options.Flag("checksum")) {
-      truth = ToText(truth).replace(4, 2, "40");  // the twin's format byte tells its checksum
+      truth = ToText(truth).replace(4, 2, "40");  // the twin's checksum mode
     }
     seen[reading.point] = true;
     EXPECT_EQ(reading.quality, Quality::good) << device.points[reading.point].name;

@@ -1,4 +1,4 @@
-// DCON modules and texts in tests.
+// Builds DCON modules, requests and replies for tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -50,7 +50,6 @@ inline config::Device EightInputs(const Settable& options = {}) {
   return MakeDevice(std::move(points), all);
 }
 
-/// The request as text; the error where there is none.
 inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   return request ? std::string(AsText(request->bytes)) : "error: " + request.error();

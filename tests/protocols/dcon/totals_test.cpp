@@ -1,5 +1,5 @@
-// Totals of counters: over roll-overs, cleared counters, restarts of the module and of the program.
-// Bytes: dcon reference, chapter 9 and the table of chapter 11 ($AA5).
+// Tests totals of counters: roll-overs, cleared counters, restarts of the module and of the
+// program. Bytes: dcon reference, chapter 9 and the table of chapter 11 ($AA5).
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/dcon/support.h"
 
@@ -14,7 +14,7 @@ config::Device Counter(const std::string& read = "#0 total", const Settable& opt
 
 class DconTotals : public ::testing::Test {
  protected:
-  /// One poll: what the module says in turn, "request → reply"; a second later.
+  /// Runs one poll, one second later. Each line is "request → reply".
   Answer Poll(const std::vector<std::pair<std::string, std::string>>& lines) {
     talk_.now += 1s;
     Answer answer;
@@ -31,7 +31,6 @@ class DconTotals : public ::testing::Test {
     if (answer.readings.size() != 1 || !IsGood(answer.readings[0].quality)) return 999;
     return std::get<std::uint64_t>(answer.readings[0].value);
   }
-  /// What the module counts at its first reading.
   void Begin(const std::string& count) {
     Poll({{"$015", "!011"}, {"#010", ">" + count}, {"#010", ">" + count}});
   }
@@ -97,7 +96,7 @@ TEST_F(DconTotals, ADamagedCountChangesNothing) {
             0x1004U);
 }
 
-/// >00112345 and >00122344 have the same sum.
+/// >00112345 and >00122344 have the same checksum.
 TEST_F(DconTotals, AStepThatCouldBeCountedHasToBeConfirmed) {
   Begin("00112345");
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00122344"}, {"#010", ">00112346"}, {"#010", ">00112347"}})),

@@ -1,4 +1,4 @@
-// The protocol of the guide: its codec, its checks, and its conversation with its own twin.
+// Tests the protocol of the guide: its codec, its checks, and its conversation with its twin.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

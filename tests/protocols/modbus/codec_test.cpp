@@ -1,5 +1,5 @@
-// Frames of Modbus RTU and ASCII: every frame of the reference installation, check values, and what
-// is no frame.
+// Tests frames of Modbus RTU and ASCII: every frame of the reference installation, check values,
+// and bytes that are not a frame.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
@@ -150,7 +150,7 @@ TEST(ModbusPdu, WhatAReplyMustRepeat) {
   EXPECT_EQ(outcome("640102", "64FF"), Outcome::ok) << "unknown functions pass";
 }
 
-/// It may be the echo of the bus, and then the reply stands behind it.
+/// The returned write may be the echo of the bus, and the reply then follows.
 TEST(ModbusReplyRules, AWriteThatComesBackWholeIsAFrameWhereNothingFollows) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     const Protocol& protocol = ProtocolOf(framing);

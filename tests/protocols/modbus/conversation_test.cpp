@@ -1,5 +1,5 @@
-// What a Modbus conversation asks, and what it believes: values, exceptions, replies that do not
-// fit, probes and writes.
+// Tests the requests of a Modbus conversation and which replies it accepts: values, exceptions,
+// replies that do not fit, probes and writes.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/modbus/support.h"
 
@@ -58,7 +58,6 @@ TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
     EXPECT_FALSE(got.reason.empty());
   }
   EXPECT_EQ(talk->OnFrame(Poll(0), request, Hex("140304"), Instant{}).outcome, Outcome::corrupt);
-  // The frame rule keeps another slave's from the conversation, and the right one comes through.
   Bytes wire = Wrap(Framing::rtu, 21, Hex("0304 1111 1111"));
   Append(wire, Wrap(Framing::rtu, 20, Hex("0304 09C4 00CA")));
   EXPECT_EQ(talk.Exchange(Poll(0), wire).outcome, Outcome::ok);
@@ -202,7 +201,8 @@ config::Device ByLoopback(std::vector<config::Point> points) {
   return MakeDevice(std::move(points), {{"probe", std::string("loopback")}});
 }
 
-/// Polls read one register here, and the probe reads two: no late reply to a poll passes for its.
+/// Polls read one register and the probe reads two, so a late reply to a poll is not accepted for
+/// the probe.
 TEST(ModbusProbe, IsAReadOfALengthThatNoPollHas) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -217,13 +217,14 @@ TEST(ModbusProbe, IsAReadOfALengthThatNoPollHas) {
   EXPECT_TRUE(answer.readings.empty()) << "a poll says what is wrong with the point";
 }
 
-/// A refusal may answer any request, so that it proves nothing.
+/// A refusal may answer any request, so it proves nothing.
 TEST(ModbusProbe, TheNextReadIsAskedWhereTheDeviceRefusesOne) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50"), ReadPoint("c", "input 7")});
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
-  for (int copy = 0; copy < 2; ++copy) {  // it may be asked again until its order is certain
+  // The request may be repeated until the order of replies is certain.
+  for (int copy = 0; copy < 2; ++copy) {
     const Answer answer = talk.Reply(Probe(), talk.protocol().carrier->wrap(kSlave, Hex("8302")));
     EXPECT_EQ(answer.outcome, Outcome::ok);
     EXPECT_EQ(answer.then, Then::ask_again);
@@ -237,7 +238,7 @@ TEST(ModbusProbe, TheNextReadIsAskedWhereTheDeviceRefusesOne) {
   EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
 }
 
-/// A device may refuse what lies behind the registers that are polled.
+/// A device may refuse registers beyond the polled ones.
 TEST(ModbusProbe, ReadsNothingBeyondThePollsWhereOneIsLongEnough) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50", config::Type::float32),
@@ -281,7 +282,7 @@ TEST(ModbusProbe, ADeviceThatIsSilentToALoopbackIsFoundByARead) {
   EXPECT_EQ(Asked(talk, Probe()), kLoopback) << "it may be another device now";
 }
 
-/// A slave that is silent to all but what is polled.
+/// The slave ignores all requests except polls.
 TEST(ModbusProbe, ADeviceThatIsSilentToItsProbeIsFoundByAPoll) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);

@@ -1,6 +1,6 @@
-// What is read by other functions than 1 to 4: counters of the line, files, queues, and what a
-// device says of itself. Golden bytes: MODBUS Application Protocol V1.1b3, 6.7, 6.9, 6.10, 6.13,
-// 6.14, 6.18 and 6.21, and the manual of the KBR multicomp F144-3 (43/14).
+// Tests functions other than 1 to 4: counters of the line, files, queues, and identification of the
+// device. Golden bytes: MODBUS Application Protocol V1.1b3, 6.7, 6.9, 6.10, 6.13, 6.14, 6.18 and
+// 6.21, and the manual of the KBR multicomp F144-3 (43/14).
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/plan.h"
 #include "tests/protocols/modbus/support.h"
@@ -16,7 +16,7 @@ config::Point Once(const std::string& name, const std::string& read) {
   return ReadPoint(name, read, Type::string, Group::once);
 }
 
-/// "2500 good": of each reading.
+/// All readings as text: "2500 good".
 std::string Shown(const Answer& answer) {
   std::string text = answer.outcome == Outcome::ok ? "" : answer.reason;
   for (const Reading& reading : answer.readings) {
@@ -30,7 +30,7 @@ std::string Shown(const Answer& answer) {
 struct One {
   std::string read;
   Type type;
-  std::string request;  ///< PDUs
+  std::string request;  ///< as PDU, like `reply`
   std::string reply;
   std::string shows;
 };
@@ -108,7 +108,7 @@ TEST(ModbusFunctions, AnUnknownFunctionIsAskedRarely) {
   EXPECT_EQ(talk->Queries()[0].group, Group::slow);
 }
 
-// ---------------------------------------------------------------- what a device says of itself
+// ---------------------------------------------------------------- identification
 
 const std::string kKbr =
     "01 2B 0E 01 01 00 00 03 00 08 4B 42 52 20 47 6D 62 48 01 12 6D 75 6C 74 69 63 6F 6D 70 20 46 "
@@ -158,7 +158,7 @@ TEST(ModbusIdentification, IsNotPolled) {
   EXPECT_TRUE(CheckPoint(Once("p", "server id")));
 }
 
-/// A device whose profile lists names, and what the twin of another says.
+/// A device whose profile lists names, and the replies of the twin of another device.
 class ModbusNames : public ::testing::Test {
  protected:
   static config::Device Listing(std::vector<std::string> names) {
@@ -167,7 +167,8 @@ class ModbusNames : public ::testing::Test {
     device.identity.others = {{config::SpokenName("OTHER 5"), "other-5"}};
     return device;
   }
-  /// All PDUs of one poll, of a device that answers these PDUs; empty: silence.
+  /// Returns the request PDUs of one poll. `says`: reply PDUs by request; an empty reply is
+  /// silence.
   static std::vector<std::string> AskedBy(Talk& talk,
                                           const std::map<std::string, std::string>& says) {
     talk.asked.clear();
@@ -305,8 +306,7 @@ TEST(ModbusTwinFunctions, RefusesWhatItsProfileDoesNotHave) {
   EXPECT_EQ(ToHex(AskTwin(twin, Hex("14 07 06 00 04 00 01 00 FF"))), "94 03");
 }
 
-// ---------------- Which requests read a device's points: merging, holes, limits, splits and
-// demotion.
+// ---------------- Plans of requests: merging, holes, limits, splits and demotion.
 
 /// "fast holding 0+3 slow coil 5+1": group, table, address and count of each request.
 std::string Shown(const SpacePlan& plan) {

@@ -1,5 +1,5 @@
-// Rules of Modbus PDUs against the messages of the reference installation (an inverter as slave 20)
-// and the examples of the MODBUS Application Protocol V1.1b3.
+// Tests the rules of Modbus PDUs with the messages of the reference installation (an inverter as
+// slave 20) and the examples of the MODBUS Application Protocol V1.1b3.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
@@ -12,7 +12,6 @@ namespace {
 
 Bytes Hex(std::string_view text) { return ParseHex(text).value(); }
 
-/// "03 00 C8 00 01" and so many more zeros.
 Bytes Padded(std::string_view text, std::size_t zeros) {
   Bytes pdu = Hex(text);
   pdu.resize(pdu.size() + zeros);
@@ -23,7 +22,7 @@ struct Row {
   const char* what;
   Bytes request;
   unsigned function, start, count;
-  std::size_t data;   ///< bytes that a write carries
+  std::size_t data;   ///< bytes that a write contains
   std::size_t reply;  ///< bytes of the good reply
 };
 

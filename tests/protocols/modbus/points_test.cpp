@@ -1,4 +1,4 @@
-// The `read` and `write` grammar of points, and the values of registers in every form and order.
+// Tests the `read` and `write` grammar of points, and register values in every form and order.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/values.h"
 #include "tests/protocols/modbus/support.h"
@@ -243,9 +243,9 @@ TEST(ModbusValues, WhatDoesNotFitIsRefused) {
   EXPECT_TRUE(refused(PointOf("holding 0", Type::string, 3), std::string("ABCD")));
 }
 
-// ---------------- What registers hold beyond plain integers: bits of them, three and six bytes,
-// decimal digits, a power of ten in another register, dates. TI081: the tables of Schneider's IM400
-// and EM3000 manuals; its bytes here are put together by them.
+// ---------------- Register values other than plain integers: bits, three and six bytes, decimal
+// digits, a power of ten in another register, dates. TI081: tables of the manuals of Schneider's
+// IM400 and EM3000; the test bytes are composed from these tables.
 
 Location LocationOf(const std::string& read, Type type) {
   const auto place = ReadLocation(baudgate::ReadPoint("p", read, type));
@@ -253,7 +253,6 @@ Location LocationOf(const std::string& read, Type type) {
   return place ? *place : Location();
 }
 
-/// "2500", or the quality where there is no value.
 std::string Shown(const Decoded& decoded) {
   const std::string quality = std::to_string(decoded.quality.word());
   if (!HasValue(decoded.value)) return "bad " + quality;
@@ -344,7 +343,8 @@ TEST(ModbusForms, DecimalDigitsOfThreeAndFourRegisters) {
                       Value(std::uint64_t{10'000'000'000'000'000}), {}));
 }
 
-// ---------------------------------------------------------------- a power of ten beside it
+// ---------------------------------------------------------------- a power of ten in another
+// register
 
 TEST(ModbusScale, MultipliesByThePowerOfTenInTheSameReply) {
   const std::string read = "holding 200 int16 scale(203)";
@@ -372,7 +372,7 @@ TEST(ModbusScale, IsReadInOneRequestAndNeverParted) {
   }
 }
 
-/// 8000 stands for no measurement whatever the power of ten.
+/// 8000 is the sentinel, whatever the power of ten.
 TEST(ModbusScale, LeavesSentinelsAsTheyAre) {
   const Location place = LocationOf("holding 200 int16 scale(201)", Type::float32);
   const config::Sentinel none{-32768, Quality::bad_sensor_failure};

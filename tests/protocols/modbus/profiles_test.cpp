@@ -1,5 +1,5 @@
-// The shipped Modbus profiles: they load in both framings, every point is answered by a twin of the
-// device, and what can be written is.
+// Tests the shipped Modbus profiles: they load in both framings, a twin of the device answers every
+// point, and every writable point is written.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -14,7 +14,7 @@ config::Catalog Installed() {
   catalog.protocols["modbus_rtu"] = &ModbusRtuProtocol();
   catalog.protocols["modbus_ascii"] = &ModbusAsciiProtocol();
   catalog.protocols["modbus_tcp"] = &ModbusTcpProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
   return catalog;
 }
 
@@ -106,7 +106,6 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
     if (talk->Queries()[i].group == config::Group::fast) fast.push_back(Asked(talk, Poll(i)));
   }
   EXPECT_EQ(fast, (std::vector<std::string>{"03 00 08 00 06", "03 00 C8 00 02", "03 01 F4 00 01"}));
-  // The frames of the installation: faults by name, a set frequency, start and stop.
   const auto index = [&](std::string_view name) {
     const auto found = std::ranges::find(device.points, name, &config::Point::name);
     return static_cast<std::size_t>(found - device.points.begin());
@@ -166,8 +165,8 @@ TEST(ModbusProfiles, AsciiUsesThoseOfRtu) {
   EXPECT_NE(wrong.problems[0].message.find("modbus_rtu"), std::string::npos) << "where was looked";
 }
 
-// ---------------- The simulated slave: what it answers to every function, what it refuses, and
-// when it is silent.
+// ---------------- The simulated slave: its replies to every function, its refusals, and its
+// silence.
 
 using config::Type;
 

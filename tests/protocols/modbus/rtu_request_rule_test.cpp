@@ -1,5 +1,5 @@
-// A listener on a bus with other slaves: it takes every request, hears replies out, and executes
-// nothing that lies inside something else.
+// Tests a listener on a bus with other slaves: it accepts every request, skips replies of other
+// slaves, and executes no request that is part of another message.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -194,7 +194,7 @@ TEST(ModbusRtuRequestRule, ALoopbackDoesNotWaitForSilence) {
 
 TEST(ModbusRtuRequestRule, ARequestThatBeginsLikeAWholeReplyIsARequest) {
   Bytes reply = Rtu(20, "03025800");
-  reply.push_back(0x00);  // a CRC that is good stays so
+  reply.push_back(0x00);  // the CRC stays good
   for (const std::size_t piece : kPieces) {
     EXPECT_EQ(Heard(reply, piece).frames(), Frames{reply}) << "read 0258, by " << piece;
   }
@@ -250,9 +250,9 @@ TEST(ModbusRtuRequestRule, OtherNoiseCostsTheRequestBehindIt) {
   EXPECT_EQ(listener.frames(), Frames{kRead}) << "the master repeats it";
 }
 
-// ---------------------------------------------------------------- inside something else
+// ---------------------------------------------------------------- requests inside other messages
 
-/// 60 registers that hold the write from `at` on.
+/// 60 registers that contain the bytes of the write from `at` on.
 Bytes DataAround(std::size_t at, std::uint8_t filler) {
   Bytes data(120, filler);
   std::ranges::copy(kWrite, data.begin() + static_cast<std::ptrdiff_t>(at));
@@ -336,8 +336,7 @@ TEST(ModbusRtuRequestRule, ALineWithoutSilenceExecutesNothingInItsFlood) {
 namespace baudgate::protocols {
 namespace {
 
-// ---------------- The laws of frame rules for Modbus RTU, ASCII and TCP, requests and replies, and
-// what they owe beyond.
+// ---------------- The laws of frame rules for Modbus RTU, ASCII and TCP, and further properties.
 
 using protocols::modbus::Framing;
 using protocols::modbus::Hex;
@@ -346,7 +345,7 @@ using protocols::modbus::Wrap;
 
 Bytes Frame(Framing framing, const char* pdu) { return Wrap(framing, 20, Hex(pdu)); }
 
-/// Essence of an ASCII frame: what its digits mean, in either case.
+/// The bytes of an ASCII frame; its digits may have either case.
 Bytes Meaning(View frame) {
   const auto adu = Unwrap(Framing::ascii, frame);
   Bytes bytes = {adu ? adu->slave : std::uint8_t{0}};
@@ -354,7 +353,7 @@ Bytes Meaning(View frame) {
   return bytes;
 }
 
-/// Noise with many bytes that a frame could begin with.
+/// Noise with many bytes that may begin a frame.
 Bytes RtuGarbage(std::mt19937& random) {
   constexpr std::uint8_t kLikely[] = {20, 3, 6, 16, 8, 0x83, 2, 0, 23, 43, 1};
   Bytes bytes(random() % 40);
@@ -392,12 +391,12 @@ LawSubject Requests(Framing framing) {
     subject.frames.push_back(Frame(framing, pdu));
   }
   SetFraming(subject, framing);
-  // An RTU frame begins after silence, or behind another one: rtu_request_rule_test.cpp.
+  // An RTU frame begins after silence or after another frame: see rtu_request_rule_test.cpp.
   subject.found_behind_garbage = framing == Framing::ascii;
   return subject;
 }
 
-/// One subject for each request, because a reply is cut by what was asked.
+/// A reply is cut by its request, so each request is a subject.
 LawSubject Replies(Framing framing, const char* name, const char* request,
                    std::vector<const char*> replies) {
   LawSubject subject;
@@ -409,7 +408,7 @@ LawSubject Replies(Framing framing, const char* name, const char* request,
   return subject;
 }
 
-/// Headers that were cut, wrong protocols and lengths.
+/// Cut headers, wrong protocol numbers and lengths.
 Bytes TcpGarbage(std::mt19937& random) {
   Bytes bytes(random() % 40);
   for (std::uint8_t& byte : bytes) {
@@ -517,7 +516,7 @@ TEST(ModbusRtuReplyRule, AnotherSlavesReplyIsPassedOver) {
   EXPECT_TRUE(cutter.Take(Hex("14 03 02 00 31 74 53")).has_value());
 }
 
-/// A device that answers late: what it says is for the conversation to tell.
+/// A late reply may have another form; the conversation judges it.
 TEST(ModbusReplyRules, AReplyOfAnotherFormIsAFrame) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     for (const char* pdu : {"030400310032", "080000A55A", "04020031", "8402", "0600080002"}) {

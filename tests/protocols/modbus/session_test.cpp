@@ -1,5 +1,5 @@
-// Modbus slaves on a line under virtual time: dead and back, late by one, silent to the loopback,
-// refusing blocks, and writing.
+// Tests Modbus slaves on a line in virtual time: absent and back, one reply behind, silent to the
+// loopback, refusing blocks, and writing.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <utility>
@@ -12,7 +12,7 @@ namespace {
 
 using config::Type;
 
-/// Two slaves with three blocks each; the values tell slave and register.
+/// Two slaves with three blocks each; each value contains the slave and the register.
 config::Line Bus(const Settable& options = {}, Framing framing = Framing::rtu) {
   config::Line line;
   line.name = "bus";
@@ -43,7 +43,7 @@ class ModbusSession : public ::testing::Test {
       }
       line_->twin(device).values.Set(5, false);
     }
-    // Whatever happens on the wire: a value that is usable is the right one.
+    // At every moment, a usable value must be right.
     line_->always = [this] {
       for (std::uint32_t device = 0; device < 2; ++device) {
         for (std::uint32_t point = 0; point < 4; ++point) {
@@ -64,13 +64,11 @@ class ModbusSession : public ::testing::Test {
   bool Becomes(std::uint32_t device, Duration within) {
     return line_->RunUntil([&] { return AllGood(device); }, within);
   }
-  /// Slave 0 says in place of each reply the one before.
   void AnswerOneRequestLate() {
     line_->twin(0).manner.distort = [earlier = Bytes()](Bytes reply) mutable {
       return std::exchange(earlier, std::move(reply));
     };
   }
-  /// Requests of a function to a slave.
   std::size_t Count(char slave, char function) {
     return line_->CountSent(std::string{slave, function});
   }
@@ -89,7 +87,7 @@ TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
   }
 }
 
-/// A server that says 4 where an exception of two bytes and the unit follow.
+/// The header counts 4 bytes, but the unit and an exception of two bytes follow.
 TEST_F(ModbusSession, AnExceptionWhoseHeaderCountsTooManyCostsNothing) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
@@ -145,12 +143,12 @@ TEST_F(ModbusSession, ASlaveThatVanishesInsideAReplyComesBack) {
   EXPECT_TRUE(Becomes(0, 2min));
 }
 
-/// Every reply of a TCP server says to which request it belongs.
+/// Each reply of a TCP server contains the number of its request.
 TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.think = 1100ms;
-  line_->RunFor(5min);  // `always` looks at every value
+  line_->RunFor(5min);  // `always` checks every value
   EXPECT_TRUE(AllGood(1));
   line_->twin(0).manner.think = 5ms;
   EXPECT_TRUE(Becomes(0, 2min));
@@ -161,7 +159,7 @@ TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
   EXPECT_TRUE(Becomes(0, 2min));
 }
 
-/// The repeat is answered at once, and the first try behind other requests.
+/// The retry is answered at once, the first try after other requests.
 TEST_F(ModbusSession, ANumberTellsThatAReplyBehindItsRepeatIsLate) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
@@ -195,7 +193,7 @@ TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   AnswerOneRequestLate();
-  line_->RunFor(10min);  // `always` looks at every value
+  line_->RunFor(10min);  // `always` checks every value
   const bus::DeviceStatus status = line_->StatusOf(0);
   EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
   EXPECT_TRUE(AllGood(1));
@@ -237,7 +235,7 @@ TEST_F(ModbusSession, ASlaveThatIsSilentToTheLoopbackIsServed) {
   line_->twin(0).manner.dead = false;
   EXPECT_TRUE(Becomes(0, 2min)) << "found by a read";
   const std::size_t before = Count(20, kDiagnostics);
-  for (int i = 0; i < 5; ++i) {  // each silence makes the poller ask for a sign of life
+  for (int i = 0; i < 5; ++i) {  // each silence makes the poller send a probe
     line_->twin(0).manner.dead = true;
     line_->RunFor(3s);
     line_->twin(0).manner.dead = false;
@@ -270,7 +268,7 @@ TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 5)), 1);
 }
 
-/// Example: an inverter that is told to clear its parameters.
+/// Example: an inverter that clears its parameters.
 TEST_F(ModbusSession, AFunctionMayTakeItsOwnTime) {
   for (const bool given : {false, true}) {
     const std::vector<std::string> times = {"6=5s"};

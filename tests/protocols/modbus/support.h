@@ -1,4 +1,4 @@
-// Modbus slaves in tests, and PDUs in hex: their frames are those of slave 20.
+// Builds Modbus slaves and PDUs in hex for tests. The frames belong to slave 20.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -53,7 +53,7 @@ inline config::Device MakeDevice(std::vector<config::Point> points, const Settab
   return DeviceOf(ModbusRtuProtocol(), address, std::move(points), options);
 }
 
-/// What the twin of an RTU slave says to a PDU, as a PDU.
+/// Returns the reply PDU of an RTU twin.
 inline Bytes AskTwin(Twin& twin, View pdu) {
   const Bytes reply =
       baudgate::AskTwin(ModbusRtuProtocol(), twin, MakeOptions(), Wrap(Framing::rtu, kSlave, pdu));
@@ -61,14 +61,13 @@ inline Bytes AskTwin(Twin& twin, View pdu) {
   return adu ? adu->pdu : Bytes();
 }
 
-/// The PDU that is sent for a task, in hex; the error where there is none.
 inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   if (!request) return "error: " + request.error();
   const auto sent = talk.protocol().carrier->unwrap_request(request->bytes);
   return sent ? ToHex(sent->second) : "no frame";
 }
-/// One exchange that this PDU answers; an empty one: silence.
+/// Runs one exchange with this reply PDU; empty: silence.
 inline Answer Exchange(Talk& talk, const Task& task, std::string_view pdu) {
   if (pdu.empty()) return talk.Exchange(task, View());
   return talk.Exchange(task, talk.protocol().carrier->wrap(kSlave, Hex(pdu)));

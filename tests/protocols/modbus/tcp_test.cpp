@@ -1,5 +1,6 @@
-// Modbus TCP: its messages, what is believed of a connection, and its servers as devices. Golden
-// bytes: MODBUS Application Protocol V1.1b3, 4.1 and 6; Messaging Implementation Guide V1.0b, 3.1.
+// Tests Modbus TCP: messages, which bytes of a connection are accepted, and servers as devices.
+// Golden bytes: MODBUS Application Protocol V1.1b3, 4.1 and 6; Messaging Implementation Guide
+// V1.0b, 3.1.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
@@ -80,7 +81,7 @@ TEST(ModbusTcpReplyRule, LateRepliesAndTheirOwnMayComeInOnePiece) {
             Hex(kIts31));
 }
 
-/// Example: a serial server that passes RTU on, where Modbus TCP was meant.
+/// Example: a serial server that forwards RTU frames.
 TEST(ModbusTcpReplyRule, BehindDamageNothingIsBelievedBeforeSilence) {
   for (const char* const damage :
        {"14 03 02 00 31 74 53", "00 01 00 07 00 05 14 03 02 00 31", "00 01 00 00 01 00 14 03",
@@ -111,7 +112,7 @@ TEST(ModbusTcpReplyRule, AFloodIsNotKept) {
 
 struct Misframed {
   const char* request;
-  const char* reply;  ///< its header counts too many bytes
+  const char* reply;  ///< the header counts too many bytes
 };
 
 constexpr Misframed kMisframed[] = {
@@ -138,7 +139,7 @@ TEST(ModbusTcpReplyRule, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
   EXPECT_FALSE(UnwrapReply(Framing::tcp, Hex("00 01 00 00 00 04 14 03 02 00 31")));
 }
 
-/// Nothing about them is wrong: 32 bits in one register, and a write that comes back whole.
+/// 32 bits in one register, and a returned write: both are correct messages.
 TEST(ModbusTcpReplyRule, WhatItsHeaderCountsRightIsNotCut) {
   for (const auto& [request, reply] :
        {Misframed{kRead500, "00 01 00 00 00 07 14 03 04 00 31 00 32"},
@@ -199,7 +200,7 @@ TEST(ModbusTcpConversation, AReplyIsRead) {
   EXPECT_EQ(ToText(answer.readings[0].value), "2500");
 }
 
-/// Example: the box lives, and the meter behind it is off.
+/// Example: the gateway works, but the meter behind it is off.
 TEST(ModbusTcpConversation, AGatewaysExceptionsSayThatTheUnitIsSilent) {
   for (const char* const reply : {"00 01 00 00 00 03 FF 83 0A", "00 01 00 00 00 03 FF 83 0B"}) {
     Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));

@@ -1,5 +1,5 @@
-// What writes send: several points by one request, and bits of slaves without mask write.
-// Golden requests: MODBUS Application Protocol V1.1b3, 6.11, 6.12 and 6.16.
+// Tests the requests of writes: several points in one request, and bits of slaves without mask
+// write. Golden requests: MODBUS Application Protocol V1.1b3, 6.11, 6.12 and 6.16.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -22,7 +22,7 @@ config::Device Several(const Settable& options = {}) {
   std::vector<config::Point> points = {WritePoint("a", "holding 1"), WritePoint("b", "holding 2"),
                                        WritePoint("far", "holding 4"),
                                        WritePoint("wide", "holding 5", {}, Type::float32)};
-  // 6.11: coils 20 to 29 are CD 01.
+  // Example of 6.11: coils 20 to 29 are CD 01.
   for (int i = 19; i < 29; ++i) {
     points.push_back(
         WritePoint("c" + std::to_string(i), "coil " + std::to_string(i), {}, Type::boolean));
@@ -30,7 +30,7 @@ config::Device Several(const Settable& options = {}) {
   return MakeDevice(std::move(points), options);
 }
 
-/// One register, 4: bits 0, 2 and 5, and bits 8 to 10 as a number.
+/// Register 4: bits 0, 2 and 5, and bits 8 to 10 as a number.
 config::Device Bits(const Settable& options = {}) {
   return MakeDevice(
       {WritePoint("b0", "holding 4[b0]", {}, Type::boolean),
@@ -99,7 +99,7 @@ TEST(ModbusTogether, OneThatDoesNotFitStopsAll) {
               HasSubstr("point b: "));
 }
 
-/// 6.16 masks with F2 and 25: bits 0, 2 and 3 are changed, to 1, 1 and 0.
+/// Example of 6.16, masks F2 and 25: bits 0, 2 and 3 become 1, 1 and 0.
 TEST(ModbusTogether, BitsOfOneRegisterAreOneMask) {
   const config::Device device = MakeDevice({WritePoint("b0", "holding 4[b0]", {}, Type::boolean),
                                             WritePoint("b2-b3", "holding 4[b2-b3]")});
@@ -194,7 +194,7 @@ TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsAPromise) {
   EXPECT_THAT(accepted.reason, IsEmpty());
 }
 
-/// The gate converts a value once (Convert); here its raw value only becomes registers and bits.
+/// The gate has converted the value (Convert); here it only becomes registers and bits.
 TEST(ModbusWrittenValue, IsEncodedAsTheGateHasConvertedIt) {
   struct Case {
     const char* place;
@@ -224,7 +224,7 @@ TEST(ModbusWrittenValue, IsEncodedAsTheGateHasConvertedIt) {
   }
 }
 
-// ---------------------------------------------------------------- on a line
+// ---------------------------------------------------------------- writes on a line
 
 class WritingLine : public testing::Test {
  protected:
@@ -276,8 +276,7 @@ TEST_F(WritingLine, BitsAreChangedAndTheOthersStay) {
   EXPECT_THAT(SentWrites(), ElementsAre("06 00 04 02 25"));
 }
 
-/// The slave is not there any more when it is to be read: nothing was written, so nothing is
-/// unknown.
+/// The slave does not answer the read before the write, so nothing was written.
 TEST_F(WritingLine, AnUnansweredReadIsNotAWrite) {
   Make(Bits(kByRead));
   line_->twin(0).manner.dead = true;
@@ -300,7 +299,7 @@ TEST_F(WritingLine, SeveralPointsAreOneExchange) {
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 1)), 8);
 }
 
-/// The device needs 900 ms to carry out what it has acknowledged.
+/// The device needs 900 ms to carry out an acknowledged write.
 TEST_F(WritingLine, WhatIsAcknowledgedIsReadBackAfterAWhile) {
   for (const bool does_it : {true, false}) {
     results_.clear();
@@ -309,7 +308,8 @@ TEST_F(WritingLine, WhatIsAcknowledgedIsReadBackAfterAWhile) {
     line_->RunFor(2s);
     line_->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
       if (request[1] != kWriteRegister) return std::nullopt;
-      line_->twin(0).values.Set(0, std::uint64_t{1});  // it has not done it yet
+      // The device has not carried out the write yet.
+      line_->twin(0).values.Set(0, std::uint64_t{1});
       return Wrap(Framing::rtu, kSlave, Hex("86 05"));
     };
     Submit({{0, std::uint64_t{77}, std::uint64_t{1}}});

@@ -1,13 +1,14 @@
-// Exchanges as a protocol's reference prints them, and what `baudgate decode` has to make of them.
+// Reads scripts of exchanges that are printed in the reference of a protocol, with the expected
+// output of `baudgate decode`.
 //
 //   # comment
-//   set: checksum=true width=0       options from here on; the device forgets what it has learned
+//   set: checksum=true width=0       options from here on; the state of the device is cleared
 //   > #01                            a request, without check value and line end: dcon and spabus
 //                                    as text, the others as hex
-//   < >+100.23+34.050                its reply; none: nobody answers
+//   < >+100.23+34.050                its reply; without this line: silence
 //   = #[0] = 100.23                  a value, as label = value
-//   = #[1] = [bad]                   one that is not good: [bad] or [uncertain]
-//   ! refused                        the outcome, where it is not ok
+//   = #[1] = [bad]                   a value that is not good: [bad] or [uncertain]
+//   ! refused                        the outcome, if it is not ok
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +22,7 @@
 namespace baudgate::protocols {
 
 struct PrintedExchange {
-  int line = 0;  ///< of the request
+  int line = 0;  ///< the line number of the request
   std::string request;
   std::optional<std::string> reply;
   std::vector<std::string> values;
@@ -33,7 +34,7 @@ struct PrintedPart {
   std::vector<PrintedExchange> exchanges;
 };
 
-/// Every line that cannot be read is a failure of the test.
+/// A line that cannot be read fails the test.
 std::vector<PrintedPart> ReadPrintedScript(const std::string& path);
 
 }  // namespace baudgate::protocols

@@ -1,4 +1,4 @@
-// Every form of request and reply that the references print is understood without a profile.
+// Tests that all requests and replies of the references are decoded without a profile.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr std::string_view kFolder = "tests/protocols/printed/";  // tests run at the root
+// Tests run in the root of the source tree.
+constexpr std::string_view kFolder = "tests/protocols/printed/";
 
 Bytes Dcon(std::string text, const config::Options& options) {
   if (options.Flag("checksum")) text += HexByte(Sum8(ToBytes(text)));

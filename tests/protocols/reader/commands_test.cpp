@@ -1,4 +1,4 @@
-// A reader that answers commands: what is sent, and whose answer a message is.
+// Tests a reader that answers commands: the requests, and to which command a message belongs.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -22,7 +22,7 @@ const std::string kNoTag = "0000000000";
 const std::string kA = "06001259E3";
 const std::string kB = "0600125A00";
 
-/// Points 7 and 8: message, identity. `poll`: of what reading renews.
+/// Points 7 and 8: message, identity. `poll`: period of the points that are polled.
 config::Device AskedReader(Duration poll = 10s) {
   config::Device device = Reader({{"commands", "ask"}});
   device.poll = poll;
@@ -71,14 +71,13 @@ class ReaderCommandsTest : public ::testing::Test {
     return texts;
   }
   std::size_t Reads() const { return line_.CountSent("r\r"); }
-  /// Until the next `r` is out.
   void RunToRead() {
     const std::size_t before = Reads();
     ASSERT_TRUE(line_.RunUntil([&] { return Reads() > before; }, 1min));
   }
   std::string Shown(std::uint32_t point) const { return ToText(line_.ValueOf(0, point)); }
 
-  std::string tag_ = kNoTag;  // what `r` is answered; empty: nothing
+  std::string tag_ = kNoTag;  // the reply to `r`; empty: silence
   VirtualLine line_;
 };
 
@@ -116,7 +115,7 @@ TEST_F(ReaderCommandsTest, ATagThatIsReadIsAnEventAndOneThatStaysIsOne) {
   EXPECT_EQ(Events(), kA + " " + kA + " ") << "it was away";
 }
 
-/// At every moment from the command to behind its answer, and in every piece: one event each.
+/// Tags come at every moment between the command and the end of its answer; each makes one event.
 TEST_F(ReaderCommandsTest, ATagBetweenACommandAndItsAnswerIsNeitherLostNorDoubled) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
@@ -127,7 +126,7 @@ TEST_F(ReaderCommandsTest, ATagBetweenACommandAndItsAnswerIsNeitherLostNorDouble
     const std::string tag = fmt::format("{:010X}", ++number);
     RunToRead();
     line_.Inject(TagFrame(tag), after * 1ms);
-    // It is there when the answer is made, or has just gone again.
+    // The tag is present when the answer is made, or has left a moment before.
     tag_ = after % 2 == 0 ? tag : kNoTag;
     line_.RunFor(3s);
     expected += tag + " ";
@@ -137,7 +136,7 @@ TEST_F(ReaderCommandsTest, ATagBetweenACommandAndItsAnswerIsNeitherLostNorDouble
   EXPECT_EQ(Shown(kCounter), std::to_string(number));
 }
 
-/// The same tag once more, long behind `same_tag`: that it came again is told, that it stays not.
+/// The same tag comes again long after `same_tag`: its return is an event, its presence is not.
 TEST_F(ReaderCommandsTest, TheSameTagOnceMoreBesideItsAnswerIsTold) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
@@ -298,7 +297,7 @@ TEST_F(ReaderCommandsTest, WhoWantsItReadNowHasIt) {
   EXPECT_EQ(result.end, WriteEnd::not_sent) << "reading does not renew it";
 }
 
-/// On a pty, or behind a network, bytes come before the command would be through.
+/// On a pty or a network, the reply comes before the computed end of the command.
 class ReaderOnAFastPort : public ReaderCommandsTest {
  protected:
   ReaderOnAFastPort() { line_.keeps_bit_rate = false; }

@@ -1,4 +1,4 @@
-// What tags mean, without a line: repeats, numbers, the ring.
+// Tests the meaning of tags without a line: repeats, numbers, the ring of latest tags.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/reader/conversation.h"
 
@@ -32,7 +32,6 @@ class ReaderConversationTest : public ::testing::Test {
     return reader_->OnUnasked(ToBytes(text), {Instant(at), kEpoch + at});
   }
   bool IsNew(const std::string& digits, Duration at) { return Hear(digits, at).batch.has_value(); }
-  /// The last reading of the point.
   static std::string Shown(const Answer& answer, std::size_t point) {
     std::string shown = "nothing";
     for (const Reading& reading : answer.readings) {
@@ -64,7 +63,7 @@ TEST_F(ReaderConversationTest, ATagIsSixValuesAndAnEvent) {
   EXPECT_FALSE(answer.batch->again) << "the same tag once more is another event";
 }
 
-/// 2 s, from the last time it came: just inside, and just at its end.
+/// The period of 2 s begins with the latest message of the tag.
 TEST_F(ReaderConversationTest, ATagThatStaysIsOne) {
   Make(Reader({{"same_tag", "2s"}}));
   EXPECT_TRUE(IsNew("0000000001", 1h));
@@ -193,7 +192,7 @@ TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {
 }
 
 TEST_F(ReaderConversationTest, ACapturedQuestionOfAnotherMasterIsUnderstood) {
-  Make(Reader());  // that the configuration never asks
+  Make(Reader());  // without `i` in the configuration
   const Answer answer = reader_->Interpret(ToBytes("i\r"), ToBytes("A\r"));
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(ToText(answer.readings[0].value), "A");
@@ -211,7 +210,7 @@ TEST_F(ReaderConversationTest, IsNeverAsked) {
 namespace baudgate::protocols::reader {
 namespace {
 
-// ---------------- What messages are that cannot be read, and what is said of them.
+// ---------------- Findings about messages that cannot be read.
 
 TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
   const struct {

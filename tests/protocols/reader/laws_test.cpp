@@ -1,3 +1,4 @@
+// Tests the laws of frame rules for readers.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/option_values.h"
 #include "protocols/reader/codec.h"
@@ -50,7 +51,7 @@ std::vector<LawSubject> Subjects() {
       "Information", asked, {"\r\nMOD-RFID125-BOX\r\n>", "i\r\nMOD\r\nVer 1.3\r\n>"}, "abc 123");
   information.expect = reader::Expect(reader::EncodeCommand(reader::Command::information),
                                       reader::ReadSettings(asked));
-  information.found_behind_garbage = false;  // it would be the beginning of the text
+  information.found_behind_garbage = false;  // garbage would be the beginning of the text
   LawSubject marked = Subject("StartAndEnd", TextOptions("0x02", "0x03", 0),
                               {"\x02"
                                "ST,GS,+  12.35kg\x03",
@@ -62,7 +63,7 @@ std::vector<LawSubject> Subjects() {
       Subject("StartAndLength", TextOptions(":", "", 5), {":12345", ":a:b:c"}, "abc 123,\r\n\x80");
   LawSubject line =
       Subject("Line", TextOptions("", "0x0D", 0), {"4006381333931\r", "ST,GS 12\r"}, "abc 123,");
-  line.found_behind_garbage = false;  // it would be the beginning of the line
+  line.found_behind_garbage = false;  // garbage would be the beginning of the line
   LawSubject silence = Subject("Silence", TextOptions("", "", 0), {"4006381333931", "a"}, "abc");
   silence.found_behind_garbage = false;
   return {tags, among_answers, information, marked, counted, line, silence};
@@ -104,7 +105,7 @@ TEST(ReaderFrames, ATagThatLacksOrHasACharacterIsNone) {
     EXPECT_EQ(CutBy(tags, cut), Frames{}) << at;
     std::string more = good;
     more.insert(at, "7");
-    // In front of the frame it is noise.
+    // Before the frame the character is noise.
     EXPECT_EQ(CutBy(tags, more).size(), at == 0 ? 1U : 0U) << at;
   }
 }
@@ -120,7 +121,7 @@ TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
-/// What is too long is trimmed while it comes, and never when it comes in one piece.
+/// A message that is too long is trimmed only if it comes in pieces.
 TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
   config::Options tags = config::DefaultOptions(ReaderProtocol());
   std::vector<config::Options> forms = {tags};

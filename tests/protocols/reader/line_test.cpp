@@ -1,4 +1,4 @@
-// A reader on its line: from bytes to values, events and status, under virtual time.
+// Tests a reader on its line in virtual time: from bytes to values, events and status.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -195,7 +195,7 @@ TEST_F(ReaderLineTest, NumbersGoOnBehindARestart) {
   EXPECT_EQ(ToText(line_.ValueOf(0, kCounter)), "2");
 }
 
-/// The disk fails; tags come as fast as the line carries them.
+/// The disk fails while tags come as fast as the line can carry them.
 TEST_F(ReaderLineTest, WhatWaitsForTheDiskIsBoundedAndWhatIsLostIsTold) {
   bool works = false;
   std::size_t kept = 0;
@@ -251,7 +251,7 @@ TEST_F(WeighingTest, AWeightGrowsOldWhereTheConfigurationSaysSo) {
   EXPECT_EQ(line_.QualityOf(0, 0), Quality::bad_communication);
 }
 
-/// The end of "112.35": it would be another weight.
+/// The end of "112.35" would be another weight.
 TEST_F(WeighingTest, WhatBeganBeforeThePortOpenedIsNoWeight) {
   line_.Open();
   line_.Inject(ToBytes("2.35kg\r\n"), 5ms);

@@ -1,4 +1,4 @@
-// What may stand in the configuration, and the numbers in a text.
+// Tests the grammar of the configuration, and numbers in a text.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/reader/points.h"
 

@@ -1,4 +1,4 @@
-// A reader as the configuration gives it.
+// Builds readers and their lines for tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,7 +22,7 @@ inline config::Point ReaderPoint(const std::string& read,
   return point;
 }
 
-// Points of Reader().
+// Indices of points of Reader().
 inline constexpr std::uint32_t kTag = 0;
 inline constexpr std::uint32_t kCounter = 4;
 inline constexpr std::uint32_t kPresent = 5;
@@ -54,7 +54,6 @@ inline config::Device Reader(const std::vector<std::pair<std::string, std::strin
 
 inline Bytes TagFrame(const std::string& digits) { return ToBytes("\r\n-" + digits + "\r\n>"); }
 
-/// A line "gate" with this reader.
 inline config::Line GateLine(config::Device device) {
   config::Line line;
   line.name = "gate";

@@ -61,10 +61,10 @@ Bytes BadWire::Carry(std::uint32_t device, Bytes reply) {
 Bytes BadWire::Damage(Bytes reply) {
   const std::size_t at = random_() % reply.size();
   switch (random_() % 8) {
-    case 0:  // a character is not seen
+    case 0:  // a character is lost
       reply.erase(reply.begin() + static_cast<std::ptrdiff_t>(at));
       return reply;
-    case 1:  // noise is taken for one
+    case 1:  // noise becomes a character
       reply.insert(reply.begin() + static_cast<std::ptrdiff_t>(at), Noise());
       return reply;
     case 2:  // the rest is lost
@@ -82,8 +82,7 @@ std::uint8_t BadWire::Noise() {
   return static_cast<std::uint8_t>(random_() & mask);
 }
 
-/// Flips bits on the wire, the parity bit among them. A character whose parity is wrong then
-/// arrives as the transport hands it on: 0xFF.
+/// Flips bits on the wire, also parity bits; wrong parity gives 0xFF, as the transport does.
 Bytes BadWire::Flip(Bytes reply, std::size_t from, std::size_t length, std::size_t count) {
   const config::SerialSettings& serial = rig_.setup().serial;
   const bool parity = serial.parity != config::Parity::none;

@@ -1,5 +1,5 @@
-// A wire that damages, loses and delays what twins say, and an oracle that knows what came out of
-// it: for runs under virtual time with the real plugins.
+// BadWire damages, loses and delays the replies of twins and records which replies were damaged.
+// For runs in virtual time with the real plugins.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,21 +13,21 @@
 
 namespace baudgate::protocols {
 
-/// Out of so many replies one is damaged, one lost; 0: none.
+/// One in this many replies is damaged or lost; 0: none.
 struct WireFaults {
   unsigned damaged_one_in = 3;
   unsigned lost_one_in = 0;
 };
 
-/// Remembers of the latest replies of each device what came out of them: the readings of one may
-/// wait until the next has proven who answers.
+/// Stores the latest replies of each device, because a reading may be stored only after the next
+/// reply has proven which device answers.
 class BadWire {
  public:
   BadWire(Rig& rig, unsigned seed, WireFaults faults = {});
   void End();
 
-  /// One of the latest replies of the device was damaged, and the frame that the plugin takes out
-  /// of what is left carries a good check value.
+  /// True if one of the latest replies of the device was damaged and the frame that the plugin
+  /// finds in it has a valid check value.
   bool IsBeyondDetection(std::uint32_t device);
 
   std::size_t replies() const { return replies_; }
@@ -51,7 +51,7 @@ class BadWire {
   Rig& rig_;
   WireFaults faults_;
   std::mt19937 random_;
-  std::vector<std::deque<Latest>> latest_;  // by device, the newest behind
+  std::vector<std::deque<Latest>> latest_;  // by device, the newest last
   static constexpr std::size_t kRemembered = 6;
   bool IsBeyondDetection(std::uint32_t device, const Latest& latest) const;
   Latest& Newest(std::uint32_t device) { return latest_[device].back(); }
@@ -62,12 +62,11 @@ class BadWire {
   std::size_t undetected_ = 0;
 };
 
-/// What becomes of a reply on the worst day: it is lost, cut short, or one of its bits is turned,
-/// which any checksum tells.
+/// Loses or cuts a reply, or flips one bit: every checksum detects this.
 Bytes Spoiled(Bytes reply, std::mt19937& random);
 
-/// The real lines, and SPA Bus with a port that does not check parity, which leaves the weak
-/// exclusive-or alone with the damage.
+/// The real lines, and an SPA Bus line without parity check, where only the weak XOR detects
+/// damage.
 std::vector<Setup> DamagedLines();
 
 }  // namespace baudgate::protocols

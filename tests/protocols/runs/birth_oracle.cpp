@@ -13,7 +13,6 @@ namespace {
 
 constexpr Duration kSampling = 100ms;
 
-/// "4.01s"
 std::string Seconds(Duration time) {
   std::array<char, 32> text{};
   std::snprintf(text.data(), text.size(), "%.2fs", static_cast<double>(time / 1ms) / 1000);
@@ -96,7 +95,6 @@ void BirthOracle::Judge(std::uint32_t device, std::size_t i, const bus::DeviceRe
             " older than its stamp, a poll is " + Seconds(poll));
 }
 
-/// Whose a value is that the point never had.
 std::string BirthOracle::Whose(std::uint32_t device, const BirthCode::Origin& origin, double value,
                                std::size_t i, const bus::DeviceRecord& record) const {
   const Instant stamp = *record.points[i].read_at;
@@ -119,7 +117,7 @@ void BirthOracle::JudgeMixture(std::uint32_t device, const bus::DeviceRecord& re
   if (!replaced) return;
   for (std::size_t i = 0; i < state.points.size(); ++i) {
     if (!state.points[i].good || is_new(state.points[i])) continue;
-    state.no_mixture = false;  // told once
+    state.no_mixture = false;  // reported once
     return Blame(
         device, i, record.points[i].seq,
         Shown(device, i, record) + ": of the replaced device, beside values of the new one");
@@ -129,7 +127,7 @@ void BirthOracle::JudgeMixture(std::uint32_t device, const bus::DeviceRecord& re
 void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t reading,
                         std::string what) {
   PointState& point = states_[device].points[i];
-  // The first wrong one counts; to look for an excuse takes long.
+  // Only the first wrong reading counts, because the search for an excuse takes long.
   if (wrong_ == 0 && excuse && excuse(device)) {
     ++excused_;
     return;
@@ -144,7 +142,7 @@ void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t readi
   if (wrong_++ == 0) what_ = std::move(what);
 }
 
-/// Wrong readings that were good for longer than their grace.
+/// Reports wrong readings that were good for longer than their grace time.
 void BirthOracle::Settle(std::uint32_t device, const bus::DeviceRecord& record) {
   const Instant now = clock_();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -184,7 +182,7 @@ void BirthOracle::Confirm(std::uint32_t device, std::uint32_t i, double value) {
     const auto birth = values_[twin]->Find(i, config, value, now);
     if (!birth) continue;
     states_[device].points[i].must_be_newer = birth->from;
-    states_[device].version = 0;  // what is shown now is judged again
+    states_[device].version = 0;  // the shown reading is judged again
   }
 }
 

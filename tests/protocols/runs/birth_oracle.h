@@ -1,7 +1,8 @@
-// Judges every good reading of a run: is it of this point, of the device that the address belongs
-// to, and not older than its time stamp says by more than one poll? It may be younger: a stamp is
-// that of the oldest request that the reply may belong to. Beside it, how large the share
-// of good readings is. Bad and uncertain readings are not judged.
+// BirthOracle judges every good reading of a run: the reading must belong to this point and to the
+// device at this address, and its value must not be older than its time stamp by more than one
+// poll. The value may be younger, because a time stamp is that of the oldest request that the reply
+// may belong to. Bad and uncertain readings are not judged. The oracle also measures the share of
+// good readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,51 +18,52 @@ namespace baudgate::protocols {
 
 class BirthOracle {
  public:
-  /// `values`: of every twin of the line; device n of the line is twin n at first.
+  /// `values`: of every twin of the line. At first twin n answers at the address of device n.
   BirthOracle(const bus::PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
-  /// After every event, or as often as can be.
+  /// Judges the new readings. Call this after every event, or as often as possible.
   void Look();
 
-  /// From now on the twin answers at the device's address. `foreign`: it is another than the
-  /// configuration demands, and never right.
+  /// From now on `twin` answers at the address of the device. `foreign`: the twin is not the device
+  /// that the configuration demands, so its values are never right.
   void Replace(std::uint32_t device, std::size_t twin, bool foreign);
-  /// The replaced device was missed by the master and has another identity: from now on values of
-  /// both are never good together.
+  /// Call this if the replaced device has another identity and was missed by the master: from now
+  /// on values of the old and the new device must not be good at the same time.
   void ForbidMixture(std::uint32_t device) { states_[device].no_mixture = true; }
-  /// The write of this value was confirmed: from now on no earlier value of the point is good.
+  /// The write of this value was confirmed: from now on no earlier value of the point may be good.
   void Confirm(std::uint32_t device, std::uint32_t point, double value);
 
-  /// Says of a wrong reading of the device whether nobody could have known.
+  /// Returns true for a wrong reading that could not be detected.
   std::function<bool(std::uint32_t device)> excuse;
-  /// Wrong readings may be good for so long: until what belies them comes.
+  /// A wrong reading may be good for this long.
   Duration grace{};
 
   std::size_t judged() const { return judged_; }
   std::size_t wrong() const { return wrong_; }
   std::size_t excused() const { return excused_; }
-  /// The first wrong reading: what was shown where and when, and whose it is.
+  /// Describes the first wrong reading: what was shown where and when, and where it came from.
   const std::string& what() const { return what_; }
 
-  /// Share of points that are good, sampled every 100 ms from the last Restart on.
+  /// The share of good points since RestartAvailability, sampled every 100 ms.
   double Availability() const;
   void RestartAvailability();
 
  private:
   struct PointState {
-    std::uint64_t judged = 0;   // the last reading that was
-    std::size_t twin = 0;       // whose value it is
-    bool good = false;          // at the last look
-    Instant must_be_newer{};    // than a write that was confirmed
-    std::uint64_t pending = 0;  // the wrong reading that has grace,
-    Instant pending_until{};    // until then
+    std::uint64_t judged = 0;  // sequence number of the last judged reading
+    std::size_t twin = 0;      // the twin that the value came from
+    bool good = false;         // at the last look
+    Instant must_be_newer{};   // than a confirmed write
+    // Sequence number of the wrong reading that is in its grace time; 0: none.
+    std::uint64_t pending = 0;
+    Instant pending_until{};  // the end of the grace time
     std::string pending_what;
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    std::vector<std::size_t> twins;  // the last one answers now
-    std::vector<bool> foreign;       // of each
+    std::vector<std::size_t> twins;  // the last twin answers now
+    std::vector<bool> foreign;       // for each twin
     bool no_mixture = false;
     std::vector<PointState> points;
   };

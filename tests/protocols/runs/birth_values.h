@@ -1,5 +1,5 @@
-// Values that say whose they are and when they were measured: every time that a point of a device
-// is read it has another number. So whatever the store shows can be traced to its origin.
+// BirthValues gives every reading of a point a different number, which identifies the twin, the
+// point and the time of measurement. So any value in the store can be traced to its origin.
 //
 //   point 3 of twin 1 is slot 13, and this is its 246th reading   →   13 * 1000 + 246 = 13246
 //
@@ -18,8 +18,7 @@
 
 namespace baudgate::protocols {
 
-/// Where a value comes from: the point of this twin had it from `from` up to `to`, or was measured
-/// then.
+/// The point of this twin had or measured the value from `from` to `to`.
 struct Birth {
   std::size_t twin = 0;
   std::size_t point = 0;
@@ -27,26 +26,25 @@ struct Birth {
   Instant to{};
 };
 
-/// Between numbers and readings. After how many readings the numbers come again follows from the
-/// digits that the protocol has for one: more than a thousand.
+/// Converts between readings and numbers. The numbers repeat after more than a thousand readings;
+/// how many depends on the digits of the protocol.
 class BirthCode {
  public:
-  /// `twins`: all that are ever on the line, the points of each; they outlive this.
+  /// `twins`: the devices of all twins of the run with their points. They must outlive this object.
   BirthCode(std::string_view protocol, std::vector<const config::Device*> twins);
 
-  /// Whether a point has digits enough: a number, neither text nor bit, and not derived.
+  /// True for a number with enough digits for the code that is not derived.
   static bool CanTell(std::string_view protocol, const config::Point& point);
 
   Value At(std::size_t twin, std::size_t point, std::uint64_t reading) const;
   struct Origin {
     std::size_t twin = 0;
     std::size_t point = 0;
-    std::uint64_t reading = 0;  ///< or so many more: n * readings
+    std::uint64_t reading = 0;  ///< plus n * `readings`
     std::uint64_t readings = 0;
   };
-  /// The origin of what `shown` shows; nothing: it is nobody's.
+  /// The origin of the value that `shown` contains. Nothing: no point has such a value.
   std::optional<Origin> Read(const config::Point& shown, double value) const;
-  /// Half the difference between two values of the point.
   double HalfStep(const config::Point& point) const { return ScaleOf(point).step / 2; }
 
  private:
@@ -67,7 +65,7 @@ class BirthCode {
   std::vector<Slot> slots_;
 };
 
-/// What one twin measures: births, and what was written to it ever since it was.
+/// The values of one twin: readings by number, and written values from their write on.
 class BirthValues final : public TwinValues {
  public:
   BirthValues(const BirthCode& code, std::size_t twin, std::function<Instant()> clock)
@@ -76,12 +74,11 @@ class BirthValues final : public TwinValues {
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
 
-  /// A value that the point has never had: to be written.
+  /// A value for a write that the point has never had.
   Value Fresh(std::size_t point) { return Next(point, clock_()); }
-  /// When the point has had this value, up to `latest`; nothing: never.
+  /// When the point had this value, up to `latest`; nothing: never.
   std::optional<Birth> Find(std::size_t point, const config::Point& shown, double value,
                             Instant latest) const;
-  /// How often anything was written.
   std::size_t writes() const { return writes_; }
 
  private:

@@ -1,5 +1,4 @@
-// Real protocols on a good line: every point of the reference profiles becomes good, soon, and the
-// wire is what limits it.
+// Tests real protocols on a good line: every point becomes good as soon as the wire allows.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -26,7 +25,6 @@ namespace {
 
 class CleanRun : public ::testing::TestWithParam<Setup> {};
 
-/// Time that all bytes so far took on the wire, both ways.
 Duration WireTime(Rig& rig) {
   const bus::LineCounters& counters = rig->poller().accounts().line.counters();
   return static_cast<std::int64_t>(counters.bytes_in + counters.bytes_out) *
@@ -45,7 +43,7 @@ TEST_P(CleanRun, EveryPointBecomesGoodAndIsWhatTheTwinMeasures) {
   EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, 0U);
 }
 
-/// No query waits for a second cycle of the slow or once group, and fast ones hold no line up.
+/// No query waits for a second slow or once cycle, and fast queries do not block the line.
 TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   Rig rig(GetParam(), [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1h;
@@ -56,9 +54,8 @@ TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   EXPECT_LE(rig->elapsed(), WireTime(rig) + static_cast<std::int64_t>(rig->sent.size()) * pause);
   std::set<std::string> different;
   for (const Sent& sent : rig->sent) different.insert(sent.text);
-  const std::size_t probes = 3 * rig.devices();  // of each device but the first
-  // Who a device is, is asked first, and once more where a point shows it; what its inputs are, in
-  // between.
+  const std::size_t probes = 3 * rig.devices();  // for each device except the first
+  // The identity is read first, and once more for its point; input types are read between.
   const std::size_t identity = 4 * rig.devices();
   EXPECT_LE(rig->sent.size(), different.size() + probes + identity + 4) << "requests made twice";
 }
@@ -96,7 +93,7 @@ TEST_P(CleanRun, APollPeriodIsKept) {
   }
 }
 
-/// A USB adapter hands over what it has every 16 ms, wherever that cuts a reply.
+/// A USB adapter delivers its bytes every 16 ms, wherever that cuts a reply.
 TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
   constexpr Duration kLatency = 16ms;
   Rig clean(GetParam());
@@ -136,10 +133,9 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
 INSTANTIATE_TEST_SUITE_P(Real, CleanRun, ::testing::ValuesIn(RealLines()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Network, CleanRun, ::testing::Values(TcpLine()), SetupName);
 
-// ---------------- Plays every golden transcript of tests/transcripts against the protocol that its
-// name begins with.
+// ---------------- Plays every transcript of tests/transcripts; its name begins with the protocol.
 
-constexpr char kFolder[] = "tests/transcripts";  // tests run at the root of the source tree
+constexpr char kFolder[] = "tests/transcripts";  // tests run in the root of the source tree
 
 std::vector<std::string> Files() {
   std::vector<std::string> files;
@@ -170,7 +166,7 @@ INSTANTIATE_TEST_SUITE_P(Files, GoldenTranscript, ::testing::ValuesIn(Files()),
                          });
 GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(GoldenTranscript);
 
-/// An empty or missing folder would otherwise be a suite without tests, which passes.
+/// An empty or missing folder would give a suite without tests, which passes.
 TEST(GoldenTranscripts, EveryProtocolHasSome) {
   std::set<std::string> prefixes;
   for (const std::string& file : Files()) prefixes.insert(PrefixOf(file));
@@ -179,8 +175,8 @@ TEST(GoldenTranscripts, EveryProtocolHasSome) {
   EXPECT_EQ(prefixes, protocols);
 }
 
-// ---------------- Behind an 8-bit sum every reading that comes first is proven or read twice: at
-// the start, after an outage, and where the probe reads the very same as the poll.
+// ---------------- With an 8-bit sum every first reading is proven or read twice: at the start,
+// after an outage, and if the probe is the same request as the poll.
 
 /// ">+720.32" and ">+020.39" have the same sum.
 constexpr double kTrue = 20.39;
@@ -201,7 +197,8 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
     device.trust_order = true;
     device.options.Set("identify", false);
     device.options.Set("channel_types", false);
-    device.options.Set("channels", std::int64_t{0});  // so that its probe is the poll's request
+    // Without channels the probe is the same request as the poll.
+    device.options.Set("channels", std::int64_t{0});
     config::Point point;
     point.name = "input";
     point.read = "#[0]";
@@ -214,7 +211,6 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
       wrong_ = wrong_ || (good && line_->ValueOf(0, 0) != Value(kTrue));
     };
   }
-  /// The next reply is.
   void Damage() {
     line_->twin(0).manner.instead = [once = true](View) mutable -> std::optional<Bytes> {
       return std::exchange(once, false) ? std::optional(WithSum(kDamaged)) : std::nullopt;
@@ -253,9 +249,8 @@ TEST_P(FirstReading, BehindAnOutageIsNeverTakenAlone) {
 INSTANTIATE_TEST_SUITE_P(Rules, FirstReading,
                          ::testing::Values(config::Recheck::jump, config::Recheck::always));
 
-// ---------------- The judge itself: that every line of the runs is judged right while nothing is
-// wrong, and that it sees a wrong point, a wrong device, an old value, a replaced device and an old
-// setting.
+// ---------------- The oracle itself: it finds no fault on undisturbed lines, and it detects a
+// wrong point, a wrong device, an old value, a replaced device and an old setting.
 
 class Undisturbed : public ::testing::TestWithParam<LagCase> {};
 
@@ -277,15 +272,15 @@ TEST_P(Undisturbed, EverythingIsRightAndGood) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, Undisturbed, ::testing::ValuesIn(LagCases()), LagCaseName);
 
-/// A store that a test fills by itself, and the judge of it.
+/// A store that the test fills, and the oracle that judges it.
 class Judged {
  public:
   Judged() : rig(LagCaseOf("ModbusRtu19200", Queries::many, Proof::answered), 1) {
-    rig->RunFor(200s);  // nothing is open: nobody else writes into the store
+    rig->RunFor(200s);  // the line is closed, so only the test writes into the store
     now_ = rig->now();
   }
 
-  /// What the judge says when point 0 of device 0 shows this value, read `age` ago.
+  /// The judgement of the oracle if point 0 of device 0 shows this value, read `age` ago.
   std::string Shows(double value, Duration age = {}) { return ShowsAt(0, value, age); }
   std::string ShowsAt(std::uint32_t point, double value, Duration age = {}) {
     const bus::Sample sample{point, value, Quality::good};

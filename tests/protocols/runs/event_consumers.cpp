@@ -45,7 +45,7 @@ void EventConsumers::Arrive(std::size_t count) {
   }
 }
 
-/// As docs/modbus.md has it: seven at a time from the first that it has not seen.
+/// As in docs/modbus.md: reads seven events at a time, from the first unread one on.
 void EventConsumers::ReadRing() {
   for (;;) {
     const auto shown = feed_->Show(std::nullopt, static_cast<std::uint32_t>(wanted_), 7);

@@ -1,6 +1,6 @@
-// Who takes events out of a gateway, in a run under virtual time: DDS with a subscriber behind it,
-// and a Modbus client that reads the ring. Both stay while the gateway dies; each checks that it
-// has got 1, 2, 3 … once and in order.
+// EventConsumers simulates the consumers of events in a run in virtual time: DDS with a subscriber,
+// and a Modbus client that reads the ring. Both survive restarts of the gateway. Each checks that
+// it gets 1, 2, 3 … once and in order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,25 +19,25 @@ namespace baudgate::protocols {
 
 class EventConsumers {
  public:
-  /// The gateway starts; its events are kept there.
+  /// The gateway starts; `keeper` stores its events.
   void Begin(EventKeeper& keeper);
-  /// Some of what is there now; some samples are still on their way then.
+  /// Consumes some of the present events; some samples may stay on their way.
   void Take(std::mt19937& random);
-  /// All samples arrive and are confirmed, as far as the gateway has them.
+  /// Delivers and confirms all samples that the gateway has.
   void End();
-  /// The gateway was killed: what was on its way is lost.
+  /// The gateway was killed: samples on their way are lost.
   void Kill();
 
-  std::int64_t of_dds() const { return subscriber_; }     ///< the last that it has got
-  std::int64_t of_modbus() const { return wanted_ - 1; }  ///< likewise
-  std::size_t again = 0;  ///< samples that the subscriber had, and knew by their numbers
+  std::int64_t of_dds() const { return subscriber_; }     ///< the last event of the subscriber
+  std::int64_t of_modbus() const { return wanted_ - 1; }  ///< the last event of the Modbus client
+  std::size_t again = 0;  ///< samples that the subscriber recognised as repeats by their numbers
 
  private:
   void Send();
   void Arrive(std::size_t count);
   void ReadRing();
 
-  /// As many as the library keeps of a device, at most.
+  /// The most samples that the library stores for one device.
   static constexpr std::size_t kOnTheWay = 500;
 
   std::shared_ptr<events::EventFeed> feed_;
@@ -47,7 +47,7 @@ class EventConsumers {
   std::deque<std::int64_t> on_the_way_;
   std::int64_t subscriber_ = 0;
   std::int64_t wanted_ = 1;
-  bool may_repeat_ = false;  ///< the gateway has not ended in order before
+  bool may_repeat_ = false;  ///< the gateway was killed, so samples may come again
 };
 
 }  // namespace baudgate::protocols

@@ -1,5 +1,5 @@
-// The store of events in a run under virtual time: book and file as
-// gateway/records/events/event_log.cpp uses them, on a disk whose power may be cut.
+// EventKeeper is the store of events in a run in virtual time: it uses book and file as
+// gateway/records/events/event_log.cpp does, on a disk whose power may fail.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,35 +21,35 @@ namespace baudgate::protocols {
 
 class EventKeeper {
  public:
-  /// Devices of the line "line", by their numbers.
+  /// `devices`: the names of the devices of the line "line", by their numbers.
   explicit EventKeeper(const std::vector<std::string>& devices);
 
-  /// The program starts. `power_left`: of the disk, from now on; -1: it does not fail.
+  /// The program starts. `power_left`: disk writes until the power fails; -1: never.
   void Begin(int power_left);
-  /// It was killed, and with the power all that the disk had not synced is gone.
+  /// The program was killed. If the power failed, all unsynced data of the disk is lost.
   void End(std::mt19937& random);
 
-  /// False: not yet.
+  /// False: not stored yet, report again.
   bool Keep(const bus::ReportedEvents& reported, const config::Device& device);
-  /// What the file owes at Begin, or since this was called last.
+  /// Returns and clears the records that have been outstanding since Begin.
   std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
   bool Keep(const events::KeptRecord& record);
-  /// Between Begin and End: hears of what is on the disk, and has its cursors kept.
+  /// Valid between Begin and End: the feed gets the stored events, and its cursors are stored.
   void SetFeed(std::shared_ptr<events::EventFeed> feed,
                std::shared_ptr<events::CursorBook> cursors);
-  /// What the feed asks for is done. False: the disk fails.
+  /// Executes the requests of the feed. False: the disk fails.
   bool Serve();
 
-  /// What the file held at Begin of what the device has said last.
+  /// The last state of the device in the file at Begin.
   std::string Said(std::uint32_t device) const;
   bool power_failed() const { return disk_.power_failed(); }
   std::uint64_t repeats() const { return book_->repeats(); }
 
-  /// Without a gap, or the test fails.
+  /// Reads all events; the test fails if there is a gap.
   std::vector<events::EventRecord> ReadAll();
   std::vector<events::KeptRecord> ReadRecords();
 
-  std::size_t asked_again = 0;  ///< batches that came once more
+  std::size_t asked_again = 0;  ///< batches that were reported again
 
  private:
   bool Open();
@@ -59,7 +59,7 @@ class EventKeeper {
   events::SourceNames names_;
   std::unique_ptr<events::EventBook> book_;
   std::unique_ptr<events::EventFile> file_;
-  std::shared_ptr<events::EventFeed> feed_;  // null: nobody hears
+  std::shared_ptr<events::EventFeed> feed_;  // null: no consumer
   std::shared_ptr<events::CursorBook> cursors_;
   events::Said said_;
   std::vector<events::OwedRecord> owed_;

@@ -1,7 +1,8 @@
-// What happens in relays and meters reaches each consumer as 1, 2, 3 … N, none lost, none doubled:
-// the file, a subscriber of DDS, and a client that reads the ring over Modbus. Over lines that
-// spoil one exchange in a hundred, kills, orderly restarts, and power cuts that leave of the disk
-// what was synced. Relays forget what the next L confirms, meters what ten newer records push out.
+// Tests that the events of relays and meters reach each consumer as 1, 2, 3 … N, without loss or
+// repeat: the file, a DDS subscriber, and a client that reads the ring over Modbus. The lines
+// damage one exchange in a hundred; there are kills, orderly restarts, and power cuts that leave
+// only synced data. A relay drops the events that the next L confirms, a meter drops a record after
+// ten newer ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -21,7 +22,7 @@ namespace {
 constexpr unsigned kSpoiledOneIn = 100;
 constexpr std::size_t kEventsOfAStation = 20'000;
 
-/// packaging/soak.sh events says how many.
+/// packaging/soak.sh events sets the number.
 std::size_t Wanted() { return Setting("BAUDGATE_SOAK_EVENTS", LongRun(3000)); }
 
 struct SoakTally {
@@ -34,7 +35,7 @@ struct SoakTally {
   std::size_t sent_again = 0;
 };
 
-/// Two relays and two meters, a line each, and the gateway that keeps what happens in them.
+/// Two relays and two meters on a line each, and the gateway that stores their events.
 class SoakStation {
  public:
   explicit SoakStation(unsigned seed)
@@ -46,7 +47,7 @@ class SoakStation {
                   line.options.Set("time_zone", std::string("+03:00"));
                   for (config::Device& device : line.devices) {
                     device.options.Set("time_zone", std::string("+03:00"));
-                    device.points.resize(30);  // what else it is asked is others' business
+                    device.points.resize(30);  // only these points are polled
                   }
                 }),
         keeper_({"relay-1", "relay-2", "meter-1", "meter-2"}) {
@@ -70,7 +71,7 @@ class SoakStation {
     }
   }
 
-  /// In peace, until all is told.
+  /// Runs without disturbances until all events are reported.
   void End() {
     peace_ = true;
     Restart();
@@ -105,7 +106,7 @@ class SoakStation {
   }
   bool IsMeter(std::uint32_t device) { return device >= relays_.devices(); }
 
-  /// Devices are numbered over both lines.
+  /// The devices of both lines have common numbers.
   void Connect(Rig& rig, std::uint32_t first) {
     rig->keep_sent = false;
     rig->said = [this, first](std::uint32_t device) { return keeper_.Said(first + device); };
@@ -133,7 +134,7 @@ class SoakStation {
     static const std::string kNames[] = {"relay-1", "relay-2", "meter-1", "meter-2"};
     return kNames[device];
   }
-  /// What has an order: all of a relay, a journal of a meter.
+  /// The key of an ordered sequence: a relay, or a journal of a meter.
   static std::string KeyOf(const std::string& device, std::uint32_t code) {
     return device.starts_with("meter") ? device + " " + std::to_string(code / 10) : device;
   }
@@ -146,7 +147,7 @@ class SoakStation {
     if (random_() % 2 == 0) RaiseInMeter(static_cast<std::uint32_t>(random_() % 2));
   }
 
-  /// Two of one journal and second could not be told apart, and it holds ten.
+  /// A journal holds ten records; two of one journal and second could not be told apart.
   void RaiseInMeter(std::uint32_t device) {
     constexpr std::uint32_t kCodes[] = {22, 51, 61, 601};
     const std::uint32_t code = kCodes[random_() % 4];
@@ -198,7 +199,7 @@ class SoakStation {
   bool peace_ = false;
   std::uint32_t serial_ = 0;
   std::size_t raised_ = 0;
-  std::map<std::string, std::size_t> outstanding_;  // of what has an order: not kept yet
+  std::map<std::string, std::size_t> outstanding_;  // by sequence: events that are not stored yet
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::int64_t> last_second_;
   std::map<std::string, std::vector<std::uint32_t>> told_;
 };

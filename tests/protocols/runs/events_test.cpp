@@ -1,6 +1,6 @@
-// Every event that a relay raises is in the file exactly once and in order, at the time when it was
-// raised: over a line that damages and loses requests and replies, kills of the program, and power
-// cuts that keep of the disk what was synced. The relays forget what the next L confirms.
+// Tests that every event of a relay is in the file exactly once, in order, with the time at which
+// it was raised: with damaged and lost requests and replies, killed programs, and power cuts that
+// leave only synced data. The relays drop the events that the next L confirms.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -52,14 +52,14 @@ class RelayStation {
     }
   }
 
-  /// In peace, until all is told.
+  /// Runs without disturbances until all events are reported.
   void End() {
     mishaps_.End();
     Restart();
     rig_->RunFor(2min);
   }
 
-  /// All that is in the file: without a gap, and of each device what it has raised, in order.
+  /// Checks that the file has no gap and contains the raised events of each device in order.
   void Check() {
     std::vector<std::vector<EventRecord>> kept(rig_.devices());
     for (const EventRecord& record : keeper_.ReadAll()) {
@@ -74,9 +74,9 @@ class RelayStation {
 
   std::size_t raised() const { return serial_; }
   std::size_t restarts = 0;
-  std::size_t asked_again = 0;  ///< batches that B has brought
-  std::uint64_t repeats = 0;    ///< events of those that had been kept
-  std::size_t guessed = 0;      ///< times whose minute could not be known
+  std::size_t asked_again = 0;  ///< batches that came from the backup (B)
+  std::uint64_t repeats = 0;    ///< events of these batches that were stored already
+  std::size_t guessed = 0;      ///< times whose minute was estimated
 
  private:
   std::string NameOf(std::uint32_t device) { return rig_.device(device).name; }
@@ -88,7 +88,7 @@ class RelayStation {
     };
   }
 
-  /// Bursts of up to a dozen, at most what the register holds.
+  /// Raises a burst of up to a dozen events, as many as the register holds.
   void Raise() {
     const auto device = mishaps_.Below(rig_.devices());
     for (std::size_t i = 0; i <= mishaps_.Below(12); ++i) {
@@ -96,7 +96,6 @@ class RelayStation {
       ASSERT_TRUE(rig_->twin(device).twin->Raise(event, rig_->now()));
       raised_[device].push_back({serial_, rig_->now().wall});
     }
-    // A request that does not arrive.
     rig_->twin(device).manner.dead = mishaps_.StrikesWire();
     if (rig_->twin(device).manner.dead) {
       rig_->RunFor(300ms);
@@ -171,12 +170,11 @@ TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
   EXPECT_GT(repeats, 0U) << "nothing came once more";
 }
 
-// ---------------- A relay that always has events, or says the same ones for ever, delays its
-// neighbours by no more than a round.
+// ---------------- Relays with endless or repeated events delay neighbours by one round at most.
 
 using Said = std::function<std::string(char asked)>;
 
-/// What goes on in a minute in which device 0 answers L and B with `said`, if that is given.
+/// The result of a minute in which device 0 answers L and B with `said`; null: as usual.
 struct Minute {
   explicit Minute(const Said& said) {
     Rig rig(RealLine("Spa9600"), [](config::Line& line) {
@@ -190,9 +188,9 @@ struct Minute {
     for (const Sent& sent : rig->sent) Count(sent);
   }
 
-  std::size_t polls = 0;  ///< of device 1
-  Duration longest{};     ///< between two requests of it that are the same
-  std::size_t asked = 0;  ///< L and B to device 0
+  std::size_t polls = 0;  ///< polls of device 1
+  Duration longest{};     ///< between two equal requests to device 1
+  std::size_t asked = 0;  ///< L and B requests to device 0
 
  private:
   static bool AsksForEvents(std::string_view text) {
@@ -241,9 +239,9 @@ TEST(EventFlood, EverNewEventsTakeARoundOfTheLine) {
   RecordProperty("asked", static_cast<int>(flooded.asked));
 }
 
-// ---------------- Whose events are these? A batch behind a lost request waits until the relay has
-// told its name: another one may stand there now. If the name does not come the batch is not lost
-// either.
+// ---------------- The owner of events. A batch after a lost request waits until the relay has sent
+// its name, because another relay may be there now. If the name does not come, the batch is stored
+// nevertheless.
 
 class EventOwner : public ::testing::Test {
  protected:
@@ -274,7 +272,7 @@ class EventOwner : public ::testing::Test {
     return std::nullopt;
   }
 
-  /// The relay takes it out of its register with L, and the reply does not arrive.
+  /// The relay removes the event from its register with L, and the reply is lost.
   void Raise(std::uint32_t code) {
     ASSERT_TRUE(rig_->twin(0).twin->Raise({1, code, {}, {}}, rig_->now()));
     loses_ = true;
@@ -289,7 +287,7 @@ class EventOwner : public ::testing::Test {
   bool loses_ = false;
   bool lost_ = false;
   int backups_ = 0;
-  std::optional<std::string> name_;  ///< in place of its own; empty: silence
+  std::optional<std::string> name_;  ///< replaces the name of the relay; empty: silence
 };
 
 TEST_F(EventOwner, TheRelayItself) {
@@ -329,13 +327,11 @@ TEST_F(EventOwner, NobodyWhoTellsAName) {
 }
 
 // ---------------- Every record of a meter's journals is in the file exactly once, in the order of
-// its journal and at the time of the meter's clock: over a line that damages and loses, replies
-// that come late, kills of the program and power cuts. The meters forget only what ten records
-// later takes the place of.
+// its journal and with the time of the meter's clock: with damaged, lost and late replies, killed
+// programs and power cuts. A meter drops a record only when ten newer ones replace it.
 
-/// The events of one journal: code and second, in the order in which they happened.
+/// The events of one journal in their order: code and second.
 using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
-/// By the number of the journal.
 using History = std::map<std::uint32_t, Told>;
 
 class Meters {
@@ -348,7 +344,7 @@ class Meters {
                for (config::Device& device : line.devices) {
                  device.events = true;
                  device.options.Set("time_zone", std::string("+03:00"));
-                 // What else it is asked is others' business.
+                 // Only these points are polled.
                  device.points.resize(30);
                }
              }),
@@ -373,7 +369,7 @@ class Meters {
     }
   }
 
-  /// Nobody asks the meters meanwhile.
+  /// Events happen while the gateway is stopped.
   void Sleep(int events) {
     rig_->Close();
     for (int i = 0; i < events; ++i) {
@@ -383,7 +379,7 @@ class Meters {
     Restart();
   }
 
-  /// In peace, until all is told.
+  /// Runs without disturbances until all events are reported.
   void End() {
     mishaps_.End();
     Restart();

@@ -1,4 +1,4 @@
-// What came in place of a reply, on every protocol: the symptom, and the words of the protocol.
+// Tests Examine() with bytes that come instead of a reply: the symptom and the texts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/examine.h"
 
@@ -56,7 +56,7 @@ Finding Look(const Row& row) {
 
 const std::string kRtu = "010300000001840A";
 
-/// "010302+"text\r"": hex and text.
+/// Parses hex and text: "010302+"text\r"".
 Bytes BytesOf(std::string_view written) {
   Bytes bytes;
   while (!written.empty()) {
@@ -107,7 +107,6 @@ TEST(Examine, SaysWhatCame) {
   }
 }
 
-/// The remedy of a text that came in place of a reply.
 TEST(Examine, ATextSaysWhatItIs) {
   const struct {
     std::string text;
@@ -157,8 +156,7 @@ TEST(Examine, WhatComesBehindAPasswordIsNotQuoted) {
   EXPECT_EQ(finding.cause.find("234"), std::string::npos) << finding.cause;
 }
 
-// ---------------- What protocols recognise that is nearly theirs: the hook Protocol::recognise of
-// those on real lines.
+// ---------------- Protocol::recognise for the protocols of real lines.
 
 struct Words {
   std::string line;

@@ -1,5 +1,5 @@
-// Real protocols and the faults of real plants: dead neighbours, late answers, lost replies, echo,
-// garbage, babble, a lost port. What is shown stays the truth, and everything comes back.
+// Tests real protocols with the faults of real plants: absent neighbours, late answers, lost
+// replies, echo, garbage, babble, a lost port. No wrong value is shown, and everything recovers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
     rig_.Watch();
   }
 
-  /// `condition` holds after every event of the next `time`.
+  /// `condition` must be true after every event during `time`.
   void Holds(Duration time, const std::function<bool()>& condition, const char* what) {
     const bool broken = rig_->RunUntil([&] { return !condition(); }, time);
     EXPECT_FALSE(broken) << what << " no more after " << FormatDuration(rig_->elapsed());
@@ -45,8 +45,8 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
   Rig rig_;
 };
 
-/// Faults of a wire: a connection neither echoes nor hears noise, and behind bytes that are no
-/// header of Modbus TCP nothing is believed.
+/// Faults of a wire. A connection has neither echoes nor noise, and after bytes that are not a
+/// Modbus TCP header its bytes are rejected.
 class FaultySerialRun : public FaultyRun {};
 
 TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
@@ -64,7 +64,7 @@ TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
   EverythingComesBack();
 }
 
-/// Where replies say who they are from, nobody waits for a late one of a device that is not there.
+/// If replies contain their sender, the line does not wait for the late reply of an absent device.
 TEST_P(FaultyRun, ANeighbourThatWasNeverThereCostsItsSilenceAlone) {
   Rig rig(GetParam());
   rig->twin(1).manner.dead = true;
@@ -109,7 +109,7 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
     EXPECT_GE(usable[device], kLooks * 3 / 4);
   }
   EXPECT_GT(lost, 20U);
-  // Who lost two questions in a row is asked twice in the other checksum mode, in vain.
+  // After two missed requests the other checksum mode is tried twice, without success.
   EXPECT_NEAR(missed, lost, 4);
   EXPECT_LE(retries, lost);
   EXPECT_GE(retries, lost * 9 / 10);
@@ -136,7 +136,7 @@ TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
       10min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::offline; }, "offline");
   EXPECT_FALSE(rig_.AnyUsable(0));
   rig_->twin(0).manner.babble = {};
-  // Its probes cost the neighbour a ceiling and a drain each; 2 % of the time is theirs.
+  // Each probe costs the neighbour a ceiling time and a drain; probes get 2 % of the time.
   Comes(
       5min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::online; }, "online");
   EverythingComesBack();
@@ -144,7 +144,7 @@ TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
 
 TEST_P(FaultyRun, ALostPortTakesAllValuesAndGivesThemBack) {
   for (int round = 0; round < 3; ++round) {
-    rig_->RunFor(round * 37ms);  // in the middle of whatever is under way
+    rig_->RunFor(round * 37ms);  // in the middle of some exchange
     const std::size_t sent = rig_->sent.size();
     rig_->Close();
     for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
@@ -176,13 +176,14 @@ INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), Setu
 INSTANTIATE_TEST_SUITE_P(Network, FaultyRun, ::testing::Values(TcpLine()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Real, FaultySerialRun, ::testing::ValuesIn(RealLines()), SetupName);
 
-/// Answers that come after their reply time, by anything up to the end of the exchange's ceiling
-/// and so behind up to that many later requests; then in time again.
+/// Answers come late, up to the end of the ceiling of the exchange, so several later requests may
+/// already have been sent; then they come in time again.
 class LateRun : public ::testing::TestWithParam<Setup> {};
 
 struct Lateness {
   Duration reply;  ///< an answer that begins later is late
-  Duration most;   ///< one that begins later ends behind the ceiling, and nothing protects from it
+  /// An answer that begins later ends after the ceiling and may be taken for another.
+  Duration most;
 };
 
 Lateness LatenessOf(const config::Device& device, const Setup& setup) {
@@ -214,8 +215,7 @@ TEST_P(LateRun, AnAnswerIsNeverTakenForAnother) {
   }
 }
 
-/// A device that answers some requests late and the others in time, one after the other: what it
-/// has to say to a request waits for what it still has to say to the one before.
+/// A device that answers some requests late and others in time, in the order of requests.
 class MoodyDevice {
  public:
   MoodyDevice(Rig& rig, std::uint32_t device, Duration late, std::mt19937& random)
@@ -246,8 +246,7 @@ class MoodyDevice {
   Instant said_until_{};
 };
 
-/// Device 0 is moody, or both are; the lateness grows from run to run up to the most that is
-/// guarded.
+/// One or both devices are moody. Their lateness grows up to the largest that is handled.
 void RunMoody(const Setup& setup, bool both) {
   const auto steps = static_cast<int>(LongRun(30));
   for (int step = 1; step <= steps; ++step) {
@@ -273,8 +272,7 @@ TEST_P(LateRun, NeitherIsOneAmongOthersInTime) { RunMoody(GetParam(), false); }
 
 TEST_P(LateRun, NorAreBothOfTwo) { RunMoody(GetParam(), true); }
 
-/// The worst case of late answers: numbers without any tag, eight queries of one shape, two
-/// modules.
+/// The worst case of late answers: numbers without any tag, eight queries of one form, two modules.
 Setup SingleChannels() {
   Setup setup = RealLine("Dcon115200");
   setup.name = "DconSingleChannels";
@@ -308,15 +306,15 @@ TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
 }
 
 // ---------------- Real protocols on a bad wire: thousands of exchanges with flipped bits, lost and
-// foreign characters. The oracle knows what the twins measure; a wrong value may become Good only
-// where the damage has hit upon a good check value, which no receiver could notice.
+// inserted characters. The oracle compares with the twins; a wrong value may be good only if the
+// damage produced a valid check value, which no receiver could detect.
 
-/// How many damaged replies of `damaged` may slip through.
+/// How many of the damaged replies may remain undetected.
 std::size_t MostUndetected(const Setup& setup, std::size_t damaged) {
-  // A sum or an exclusive-or alone.
+  // The frame has only a sum or an XOR.
   if (setup.serial.parity == config::Parity::none) return damaged / 64;
-  // Text of 7 bits does not have the 0xFF that stands for a character with a parity error. For a
-  // binary protocol it is a byte like others, and only the CRC can tell.
+  // Text of 7 bits does not contain 0xFF, the mark of a character with a parity error. In a binary
+  // protocol 0xFF is an ordinary byte, so only the CRC detects it.
   return setup.serial.data_bits == 7 ? 0 : damaged / 1000;
 }
 
@@ -339,7 +337,7 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
       EXPECT_GT(rig->StatusOf(device).Count(Outcome::corrupt), 40U);
       EXPECT_GT(rig->StatusOf(device).Count(Outcome::ok), 280U);
     }
-    // On a good wire again, whatever was learned from damage is forgotten.
+    // On a good wire, properties that were learned from damage are corrected.
     EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 10min));
     const std::size_t wrong = rig.wrong();
     rig->RunFor(2min);
@@ -364,7 +362,7 @@ TEST_P(DamagedRun, NothingWrongBecomesGood) {
 
 INSTANTIATE_TEST_SUITE_P(Real, DamagedRun, ::testing::ValuesIn(DamagedLines()), SetupName);
 
-/// The check values of the test itself: without them no excuse is worth anything.
+/// Checks the check values that the test computes itself; excuses depend on them.
 TEST(DamageOracle, KnowsGoodCheckValuesFromBadOnes) {
   const auto spa = RealLine("Spa9600").good_checksum;
   EXPECT_TRUE(spa(ToBytes("<1D:SPCJ 4D29:18\r\n")));
@@ -388,8 +386,7 @@ TEST(DamageOracle, SeesAWrongValue) {
   EXPECT_EQ(rig.wrong(), 2U) << "one for each poll";
 }
 
-// ---------------- A port that was lost in the middle of anything and returns: how soon its devices
-// are served.
+// ---------------- A port that was lost at any moment and returns: how soon its devices are polled.
 
 constexpr Duration kWanted = 1500ms;
 constexpr int kReturns = 30;
@@ -405,8 +402,7 @@ class Returning {
     rig_->RunFor(20s);
   }
 
-  /// From the opening to the first answer of anybody; `phase`: how long after the last one the port
-  /// was lost.
+  /// Returns the time from the opening to the first answer. `phase`: from that answer to the loss.
   Duration LoseAndReturn(Duration phase) {
     rig_->RunFor(phase);
     rig_->Close();
@@ -428,7 +424,7 @@ class Returning {
   Rig rig_;
 };
 
-/// `settle`: at least so long after each return the port is lost again.
+/// `settle`: the minimum time between a return and the next loss.
 Duration Longest(Returning& line, Duration settle = {}) {
   std::mt19937 random(1);
   Duration longest{};
@@ -441,14 +437,14 @@ Duration Longest(Returning& line, Duration settle = {}) {
 
 class APortThatReturns : public ::testing::TestWithParam<Setup> {};
 
-/// Whatever exchange was under way when the port was lost.
+/// Any exchange may be under way when the port is lost.
 TEST_P(APortThatReturns, IsServedAtOnce) {
   Returning line(GetParam(), "/dev/ttyTEST0");
   EXPECT_LE(Longest(line), kWanted);
 }
 
-/// A serial server keeps what comes while nobody is connected, for as long as a reply may take.
-/// Only the device that owes it waits for that.
+/// A serial server stores bytes while no client is connected, for as long as a reply may take. Only
+/// the device with the outstanding reply waits.
 TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServerToo) {
   Returning line(GetParam(), "tcp://server:4001");
   EXPECT_LE(Longest(line, 15s), kWanted);

@@ -1,4 +1,3 @@
-// The lines of lag_rig.h: which points, which strangers, and what is said to the identification.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/protocols/runs/lag_line.h"
 
@@ -30,7 +29,7 @@ config::Point Alone(config::Point point, std::string read) {
   return point;
 }
 
-/// Two points that are read by a request each, both of the same form.
+/// Two points that are read by separate requests of the same form.
 std::vector<config::Point> TwoOf(const LagCase& which, const std::vector<config::Point>& all) {
   const std::string_view protocol = ProtocolOf(which);
   const bool snapshot = which.setup.name == "Set4tmSnapshot";
@@ -80,7 +79,7 @@ std::vector<config::Point> PointsOf(const LagCase& which, const std::vector<conf
   return which.queries == Queries::two ? TwoOf(which, able) : ManyOf(which, able);
 }
 
-/// Loading a profile takes longer than a short run.
+/// Loading a profile takes longer than a short run, so lines are cached.
 const config::Line& CachedLine(const Setup& setup) {
   static std::map<std::string, config::Line> lines;
   const auto found = lines.find(setup.name);
@@ -93,7 +92,7 @@ Bytes SpaReply(std::string text) {
   return ToBytes(text + HexByte(sum) + "\r\n");
 }
 
-/// What is answered to RF, $AAM and function 08 in place of the usual.
+/// The replies to RF, $AAM and function 08 that replace the usual ones.
 Bytes SpaIdentification(const config::Device& device, Proof proof) {
   return SpaReply("<" + device.address + (proof == Proof::refused ? "N:6:" : "D:ANOTHER RELAY:"));
 }
@@ -114,8 +113,7 @@ Bytes ModbusRefusal(std::string_view protocol, View request) {
   return protocols::modbus::Wrap(framing, asked->slave, Bytes{refused, 1});
 }
 
-/// A meter's channel has to be opened before it is read, so it answers always; a relay answers
-/// every request to it, if only with NACK.
+/// A meter always answers (its channel must be opened), and a relay answers at least with NACK.
 bool Has(const Setup& setup, Proof proof) {
   if (setup.protocol->name == "set4tm") return proof == Proof::answered;
   return setup.protocol->name != "spabus" || proof != Proof::silent;
@@ -182,7 +180,7 @@ config::Device StrangerOf(const LagCase& which, const config::Device& device, bo
 Naming NamingOf(const LagCase& which, const config::Device& device) {
   const std::string_view protocol = ProtocolOf(which);
   if (protocol == "set4tm") {
-    // Who has the address "sn:9020077" has this serial number: nobody else answers there.
+    // Only the meter with this serial number answers at the address "sn:9020077".
     const bool checked = which.queries != Queries::two && !device.address.starts_with("sn:");
     return checked ? Naming::demanded : Naming::none;
   }

@@ -1,5 +1,4 @@
-// A line of real devices behind a lagging server under virtual time, and a judge of what the store
-// shows of it (lag_stage.h).
+// LagRig is a line behind a lagging server in virtual time, with an oracle (lag_stage.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +14,7 @@ namespace baudgate::protocols {
 
 class LagRig final : public LagStage {
  public:
-  /// `change` may alter the line before it is built.
+  /// `change` may modify the line before it is built.
   LagRig(const LagCase& which, unsigned seed,
          const std::function<void(config::Line&)>& change = {});
 
@@ -23,7 +22,7 @@ class LagRig final : public LagStage {
   void Open();
   VirtualLine* operator->() { return line_.get(); }
   VirtualLine& line() { return *line_; }
-  /// Runs; what falls due meanwhile (a stranger is switched on) is done in time.
+  /// Runs for this time, with changes that become due, such as switching a stranger on.
   void RunFor(Duration time);
 
  private:

@@ -10,7 +10,7 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr int kLongestReply = 150;  // characters
+constexpr int kLongestReply = 150;  // in characters
 
 config::Line WithProtocol(config::Line line) {
   for (config::Device& device : line.devices) device.protocol = line.protocol;
@@ -25,7 +25,6 @@ std::vector<const config::Device*> All(const config::Line& line,
   return all;
 }
 
-/// Two for each device: one like it, one of another identity.
 std::vector<config::Device> StrangersOf(const LagCase& which, const config::Line& line) {
   std::vector<config::Device> strangers;
   for (const config::Device& device : line.devices) {
@@ -150,8 +149,8 @@ bool LagStage::Write(std::uint32_t device) {
   return Submit(std::move(command));
 }
 
-/// True if damage has made a frame with a good check value, which nobody can detect: a frame that
-/// no device has sent, or one in a damaged reply that the intact reply did not contain.
+/// True if damage has produced a frame with a valid check value, which cannot be detected: a frame
+/// that no device has sent, or a frame in a damaged reply that the intact reply did not contain.
 bool LagStage::IsBeyondDetection(std::uint32_t device) {
   const Protocol& protocol = *which_.setup.protocol;
   const Instant now = NowOnStage();

@@ -1,7 +1,6 @@
-// What stands behind a lagging server, under virtual time as on a real pty: values that say whose
-// they are and when they were measured, devices that take the places of others, writes, and the
-// oracle that judges what the store shows of it. Who has a clock and a wire is derived from this:
-// lag_rig.h, tests/soak/lag_soak_line.h.
+// LagStage contains all that is behind a lagging server, in virtual time or on a real pty: values
+// that identify their origin and time, devices that replace others, writes, and the oracle that
+// judges the store. Derived classes add a clock and a wire: lag_rig.h, tests/soak/lag_soak_line.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,21 +26,20 @@ class LagStage {
   LaggingServer& server() { return server_; }
   BirthOracle& oracle() { return *oracle_; }
   std::uint32_t devices() const { return static_cast<std::uint32_t>(line_.devices.size()); }
-  /// How long after a request of the device an answer may come, at most.
+  /// The longest time between a request to the device and its answer.
   Duration ceiling() const;
   bool AllGood() const;
 
-  /// From now on the server has these faults.
   void Suffer(Trouble trouble);
-  /// From now on the device is off, and after `off` another one answers at its address; with
-  /// another name or serial number, or not to be told from it. If such a one answers there already,
-  /// the first device comes back.
+  /// Switches the device off. After `off` another device answers at its address, with or without
+  /// another identity (name or serial number). If such a stranger answers there already, the first
+  /// device comes back.
   void Replace(std::uint32_t device, Duration off, bool other_identity);
-  /// One that is not what the configuration demands answers in its place, and is never good.
+  /// True if the device at this address is not the demanded one, so that it is never good.
   bool IsForeign(std::uint32_t device) const;
-  /// Writes a new value to the device's writable point; false: it has none.
+  /// Writes a new value to the writable point of the device; false: it has none.
   bool Write(std::uint32_t device);
-  /// The device is silent for so long as soon as it has confirmed a write.
+  /// After a confirmed write the device is silent for this time.
   Duration silent_after_write{};
 
   std::size_t requests() const { return server_.counts().requests; }
@@ -52,19 +50,19 @@ class LagStage {
   virtual Instant NowOnStage() const = 0;
   virtual bool Submit(bus::WriteCommand command) = 0;
 
-  /// The oracle judges this store, from now on.
+  /// From now on the oracle judges this store.
   void Judge(const bus::PointStore& store);
   const config::Line& line_config() const { return line_; }
-  /// Devices that the line does not know of: twins behind those of its own.
+  /// The twins of the strangers come after those of the configured devices.
   const std::vector<config::Device>& strangers() const { return strangers_; }
   std::size_t twins() const { return twins_.size(); }
   BirthValues& ValuesOf(std::size_t twin) { return *values_[twin]; }
-  /// It is on the wire, though it may be switched off.
+  /// True if the twin is on the wire, even if it is switched off.
   bool IsThere(std::size_t twin) const { return twins_[twin].there; }
-  /// What the twin says in place of its reply; nothing: that stands.
+  /// The reply that replaces the reply of the twin; nothing: the twin's reply is used.
   std::optional<Bytes> Instead(std::size_t twin, View request);
 
-  /// When a stranger is switched on; nothing: none waits for it.
+  /// When the next stranger is switched on; nothing: no replacement is pending.
   std::optional<Instant> NextChange() const;
   void Change();
 
@@ -78,10 +76,10 @@ class LagStage {
   };
   struct TwinState {
     bool there = false;
-    bool off = false;         ///< it is being taken away
-    bool missed = false;      ///< and was asked since
-    bool told_apart = false;  ///< it answers with another name
-    std::size_t writes = 0;   ///< that it has confirmed
+    bool off = false;         ///< the twin is being replaced
+    bool missed = false;      ///< the twin was asked while it was off
+    bool told_apart = false;  ///< the stranger has another identity
+    std::size_t writes = 0;   ///< the number of confirmed writes
     Instant silent_until{};
   };
 
@@ -89,13 +87,14 @@ class LagStage {
 
   LagCase which_;
   config::Line line_;
-  std::vector<config::Device> strangers_;  ///< two for each device: alike, and of another identity
+  /// Two for each device: one alike, one of another identity.
+  std::vector<config::Device> strangers_;
   LaggingServer server_;
   BirthCode code_;
   std::vector<std::unique_ptr<BirthValues>> values_;
   const bus::PointStore* store_ = nullptr;
   std::unique_ptr<BirthOracle> oracle_;
-  std::vector<Replacement> replacements_;  ///< that are under way, by time
+  std::vector<Replacement> replacements_;  ///< pending replacements, sorted by time
   std::vector<TwinState> twins_;
   std::vector<std::size_t> answers_;  ///< by device: the twin at its address
   std::size_t confirmed_ = 0;

@@ -1,11 +1,11 @@
-// Random runs behind a lagging server: every line, with one query, two of one form, or many;
-// devices that answer the request for their name, refuse it, or are silent to it; every fault alone
-// and mixed, devices that are replaced, writes, a program that is stopped. The judge of
-// birth_oracle.h finds no wrong value good; and how much is good at all is measured beside it.
+// Random runs behind a lagging server. Every line runs with one query, two queries of one form, or
+// many; devices answer, refuse or ignore the request for their name. There are single and mixed
+// faults, replaced devices, writes, and restarts of the program. The oracle of birth_oracle.h must
+// find no wrong value good; the share of good values is measured as well.
 //
 //   BAUDGATE_LAG_EXCHANGES=1000000000 runs_test --gtest_filter='*RandomLag*'     a long run
-//   BAUDGATE_LAG_SEED=17 runs_test --gtest_filter='*RandomLag*/Spa9600OneAnswered'     one run
-//   again
+//   BAUDGATE_LAG_SEED=17 runs_test --gtest_filter='*RandomLag*/Spa9600OneAnswered'     repeats
+//                                                                                      one run
 //
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
@@ -26,11 +26,11 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr std::size_t kExchanges = 1'000'000;  // of all lines together
-constexpr int kToldFailures = 3;               // of one line
-constexpr std::size_t kRecoveries = 14;        // of each line: every trouble once
+constexpr std::size_t kExchanges = 1'000'000;  // sum of all lines
+constexpr int kToldFailures = 3;               // for each line
+constexpr std::size_t kRecoveries = 14;        // for each line: every trouble once
 
-/// Lines begin with different seeds, so that few runs of each have all troubles among them.
+/// The lines begin with different seeds, so that a few runs of each cover all troubles.
 std::size_t FirstSeed(const LagCase& which) {
   const auto is_it = [&](const LagCase& one) { return one.name() == which.name(); };
   const std::vector<LagCase> all = LagCases();
@@ -39,12 +39,12 @@ std::size_t FirstSeed(const LagCase& which) {
 
 // ---------------------------------------------------------------- runs
 
-/// A copy that is taken for the next answer pushes all answers one request back, until one of them
-/// comes while nothing is asked, at the end of a round of polls, or the next probe is due: after a
-/// minute (docs/timeouts.md, "The limit"). Nobody can know it before.
+/// A copy that is taken for the next answer moves all answers one request back. This is detected
+/// only when an answer comes while the line is idle, at the end of a round of polls, or by the next
+/// probe, after a minute (docs/timeouts.md, "The limit").
 constexpr Duration kUntilTheNextProbe = 65s;
 
-/// One run: half a minute in order, a few minutes of trouble, half a minute in order again.
+/// One run: half a minute undisturbed, a few minutes of trouble, half a minute undisturbed.
 class RandomRun {
  public:
   RandomRun(const LagCase& which, unsigned seed)
@@ -56,8 +56,8 @@ class RandomRun {
     if (!which.CanProve() && IsBeyondProof(trouble_)) trouble_ = Trouble::lost;
     if (IsCopied(trouble_)) {
       rig.oracle().grace = kUntilTheNextProbe;
-      replaces_ = false;  // who it was is copied as well
-      stops_ = false;     // nothing is found out meanwhile
+      replaces_ = false;  // the identification is copied as well
+      stops_ = false;     // lagging is not detected during a stop
     }
     if (random_() % 2 == 0) rig.silent_after_write = 1400ms;
   }
@@ -89,7 +89,6 @@ class RandomRun {
   LagRig rig;
 
  private:
-  /// So many seconds, more or less.
   void Live(std::size_t seconds) {
     for (std::size_t i = 0; i < seconds; ++i) {
       rig.RunFor(std::chrono::milliseconds(500 + random_() % 1000));
@@ -146,7 +145,7 @@ TEST_P(RandomLag, NothingWrongIsEverGood) {
               GetParam().name().c_str(), runs, done, judged, excused, where.c_str());
 }
 
-/// Whatever went wrong, once it has stopped and the right devices are there, nothing stays bad.
+/// After any trouble has ended and the right devices are back, no point stays bad.
 TEST_P(RandomLag, LeavesNothingBehindForLong) {
   const std::size_t first = FirstSeed(GetParam());
   const std::size_t runs = Setting("BAUDGATE_LAG_RUNS", LongRun(kRecoveries));
@@ -165,7 +164,6 @@ INSTANTIATE_TEST_SUITE_P(Lines, RandomLag, ::testing::ValuesIn(LagCases()), LagC
 
 // ---------------------------------------------------------------- availability
 
-/// The share of readings that are good while the server has these faults.
 double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration time) {
   LagRig rig(which, 1);
   rig.Open();
@@ -178,9 +176,9 @@ double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration ti
 
 class LagAvailability : public ::testing::TestWithParam<LagCase> {};
 
-/// A rule that makes everything uncertain is no rule.
+/// A rule that makes everything uncertain would be useless.
 TEST_P(LagAvailability, MostIsGood) {
-  constexpr double kToday = 1.0;  // undisturbed, before there was a rule for order
+  constexpr double kToday = 1.0;  // the share without disturbance
   const double undisturbed = ShareOfGood(GetParam(), {}, 10min);
   const double lost = ShareOfGood(GetParam(), {.drop = 100}, 30min);
   std::array<double, 3> behind{};
@@ -195,14 +193,14 @@ TEST_P(LagAvailability, MostIsGood) {
   EXPECT_GE(lost, 0.95 * kToday);
   const std::string_view protocol = GetParam().setup.protocol->name;
   if (protocol == "spabus" || protocol.starts_with("modbus")) {
-    // Replies name their device. One of two devices that stays offline would leave a half.
+    // Replies contain their device. If one of two stayed offline, the share would be a half.
     for (const double share : behind) EXPECT_GE(share, 0.9 * kToday);
   }
-  if (GetParam().proof != Proof::answered) return;  // nothing is promised
+  if (GetParam().proof != Proof::answered) return;  // no share is guaranteed
   for (const double share : behind) EXPECT_GE(share, 0.5 * kToday);
 }
 
-/// Minutes behind, and then in step again: half a minute later all is as it was.
+/// Half a minute after the server is in step again, all points are good.
 TEST_P(LagAvailability, AllIsGoodAgainBehindAServerInStep) {
   for (const std::size_t behind : {1U, 2U, 3U}) {
     LagRig rig(GetParam(), 1);
@@ -220,14 +218,14 @@ TEST_P(LagAvailability, AllIsGoodAgainBehindAServerInStep) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, LagAvailability, ::testing::ValuesIn(LagCases()), LagCaseName);
 
-// ---------------- The lagging server by itself: what arrives of replies 1, 2, 3 … and when.
+// ---------------- The lagging server alone: which of the replies 1, 2, 3 … arrive, and when.
 
 class Queue {
  public:
   explicit Queue(unsigned seed = 1) : server({{}, false, 5ms}, seed) {}
 
-  /// What arrives after request `number`, a second behind the one before: "2+5 3+5" are replies 2
-  /// and 3 after 5 ms each.
+  /// Returns what arrives after request `number`, which is sent a second after the one before: "2+5
+  /// 3+5" are replies 2 and 3, after 5 ms each.
   std::string Ask(int number, bool answered = true) {
     const Instant at = kStart + number * 1s;
     Bytes reply;

@@ -1,4 +1,4 @@
-// What goes wrong behind a lagging server, in random runs: names, and the faults of each.
+// The faults of a lagging server in random runs: names and parameters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@ namespace baudgate::protocols {
 enum class Trouble : std::uint8_t {
   lost,
   late,       ///< within the ceiling
-  very_late,  ///< beyond it
+  very_late,  ///< beyond the ceiling
   growing,
   held,  ///< a few requests behind, then in step again
   one_behind,
@@ -41,13 +41,13 @@ inline bool IsCopied(Trouble trouble) {
   return trouble >= Trouble::copied && trouble <= Trouble::copied_in_place;
 }
 
-/// What a line without any proof of order cannot find out (docs/timeouts.md, "The limit").
+/// True for faults that need a proof of order (docs/timeouts.md, "The limit").
 inline bool IsBeyondProof(Trouble trouble) {
   return (trouble >= Trouble::very_late && trouble <= Trouble::three_behind) ||
          trouble == Trouble::mixed;
 }
 
-/// `ceiling`: of an answer that begins now; longer by the time of its characters.
+/// `ceiling`: the longest time until an answer begins; the time of its characters is added.
 inline ServerFaults FaultsOf(Trouble trouble, Duration ceiling) {
   switch (trouble) {
     case Trouble::lost:

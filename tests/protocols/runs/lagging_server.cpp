@@ -8,9 +8,9 @@
 namespace baudgate::protocols {
 namespace {
 
-/// What the transport makes of a character whose parity is wrong (transports/serial_port.h).
+/// The transport's byte for a character with wrong parity (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
-constexpr unsigned kSteps = 10;  // of a growing delay
+constexpr unsigned kSteps = 10;  // steps of a growing delay
 constexpr Duration kLongestPause = 500ms;
 
 template <typename T>
@@ -64,7 +64,7 @@ std::vector<tools::TimedPiece> LaggingServer::OnRequest(View request, Bytes repl
   return pieces;
 }
 
-/// The reply goes into the queue; `comes`: what leaves it, in this order.
+/// Puts the reply into the queue. `comes`: the replies that leave the queue, in this order.
 void LaggingServer::Enqueue(Reply reply, Instant end_of_request, std::vector<Reply>& comes) {
   if (OneIn(faults.overtake)) {
     ++counts_.late;
@@ -93,7 +93,7 @@ void LaggingServer::Enqueue(Reply reply, Instant end_of_request, std::vector<Rep
   Release(comes);
 }
 
-/// What was put aside comes in front of what it should follow, or behind it.
+/// Releases a reply that was put aside, before or after the next one.
 void LaggingServer::Release(std::vector<Reply>& comes) {
   if (aside_.empty() || comes.empty() || random_() % 2 == 0) return;
   const bool in_front = random_() % 2 == 0;
@@ -128,7 +128,7 @@ LaggingServer::Reply LaggingServer::Spoil(Bytes reply) {
     const auto bits = static_cast<std::uint8_t>(flips[i] & ((1U << data_bits) - 1));
     reply[i] = odd ? kParityError : static_cast<std::uint8_t>(reply[i] ^ bits);
   }
-  if (reply == intact) return {std::move(reply), {}};  // a bit may be flipped twice
+  if (reply == intact) return {std::move(reply), {}};  // a bit was flipped twice
   return {std::move(reply), intact};
 }
 

@@ -1,9 +1,9 @@
-// A serial server, a radio or a repeater before all devices of a line: one queue of replies that it
-// holds, delays, loses, doubles, damages or hands on too late. Sans-I/O, and the same faults for
-// the same seed: told of each request and of what the devices say to it, it gives what arrives at
-// the master, and when.
+// LaggingServer simulates a serial server, a radio or a repeater before all devices of a line: a
+// queue that holds, delays, loses, doubles or damages replies, or releases them too late. It does
+// no I/O and needs no clock; the same seed gives the same faults. Input: each request with the
+// reply of the devices. Output: what arrives at the master, and when.
 //
-//   behind = 1:   request 1 2 3 4        replies, in one queue: the first is kept back for ever
+//   behind = 1:   request 1 2 3 4        the first reply stays in the queue for ever
 //                 arrives - 1 2 3        "-": nothing
 //
 // SPDX-License-Identifier: Apache-2.0
@@ -20,34 +20,35 @@
 
 namespace baudgate::protocols {
 
-/// What goes wrong, and how often: one reply in so many; 0: none.
+/// The frequency of each fault: one in this many replies; 0: never.
 struct ServerFaults {
   unsigned drop = 0;
-  unsigned delay = 0;  ///< by up to `longest_delay`; what comes behind it waits in the queue
+  unsigned delay = 0;  ///< by up to `longest_delay`; later replies wait in the queue
   Duration longest_delay = 1s;
-  bool growing = false;  ///< each delay a tenth of `longest_delay` longer, then from the beginning
-  unsigned hold = 0;     ///< behind by 1…3 for up to eight replies, then all at once, or all lost
-  std::size_t behind = 0;  ///< every reply releases the one so many before it, at once and for ever
-  unsigned overtake = 0;   ///< a reply is put aside and comes behind or in front of a later one
-  Duration aside = 500ms;  ///< at most for so long: then it is thrown away
+  bool growing = false;  ///< delays grow by a tenth of `longest_delay`, then start again
+  /// 1…3 replies behind for up to eight replies, then all are released at once or lost.
+  unsigned hold = 0;
+  std::size_t behind = 0;  ///< each reply releases the reply this many requests before, permanently
+  unsigned overtake = 0;   ///< a reply is put aside and comes before or after a later one
+  Duration aside = 500ms;  ///< a reply that was put aside longer is dropped
   unsigned copy = 0;       ///< a reply comes twice
   enum class Copy : std::uint8_t {
     at_once,
-    after_a_pause,  ///< of up to half a second
-    in_place,       ///< at once when the next request comes; the answer to that comes behind it
+    after_a_pause,  ///< the pause is up to half a second
+    in_place,       ///< at once after the next request; the answer to that request follows
   } copy_comes = Copy::at_once;
   unsigned cut = 0;     ///< the end of a reply is lost
-  unsigned damage = 0;  ///< a few bits of it are wrong
+  unsigned damage = 0;  ///< a few bits of a reply are wrong
 };
 
 class LaggingServer {
  public:
-  /// `wire.paced`: replies take the time of their characters, one behind the other.
+  /// `wire.paced`: replies take the time of their characters, one after the other.
   LaggingServer(const tools::TwinWire& wire, unsigned seed) : wire_(wire), random_(seed) {}
 
   ServerFaults faults;  ///< may change at any time
 
-  /// `reply`: of the device that was asked; empty: it is silent.
+  /// `reply`: from the device that was asked; empty: silence.
   std::vector<tools::TimedPiece> OnRequest(View request, Bytes reply, Instant end_of_request);
 
   struct Counts {
@@ -59,8 +60,8 @@ class LaggingServer {
   };
   const Counts& counts() const { return counts_; }
 
-  /// The latest of all that it was told and has handed on, for a judge of damage that nobody can
-  /// detect: a frame with a good check value that no device has said.
+  /// The latest requests, replies and arrivals, so that an oracle can recognise undetectable
+  /// damage: a frame with a valid check value that no device has sent.
   struct Arrival {
     Instant at;
     Bytes bytes;
@@ -93,13 +94,14 @@ class LaggingServer {
   tools::TwinWire wire_;
   std::mt19937 random_;
   Counts counts_;
-  std::deque<Reply> queue_;  // kept back: behind by so many
-  std::size_t holding_ = 0;  // replies behind by `held_behind_` until the queue is emptied
+  std::deque<Reply> queue_;  // held back because of `behind`
+  // Replies that are still `held_behind_` behind, before the queue is emptied.
+  std::size_t holding_ = 0;
   std::size_t held_behind_ = 0;
   std::deque<Aside> aside_;
   std::vector<Reply> next_time_;  // copies that wait for the next request
   unsigned delays_ = 0;
-  Instant free_at_{};  // the last character of what has been handed on
+  Instant free_at_{};  // the end of the last released character
   std::deque<Bytes> requests_;
   std::deque<Bytes> said_;
   std::deque<Arrival> arrivals_;

@@ -1,5 +1,5 @@
-// A line of two real devices of which one has a fault for a minute: how its exchanges and those of
-// its neighbour ended.
+// MisbehavingTwin runs a line of two real devices, one of which has a fault for a minute, and
+// counts how the exchanges of both devices ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,6 @@ namespace baudgate::protocols {
 inline constexpr std::uint32_t kTroubled = 0;
 inline constexpr std::uint32_t kNeighbour = 1;
 
-/// How many exchanges of one device ended how.
 class Tally {
  public:
   Tally() = default;
@@ -57,12 +56,12 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   MisbehavingTwin() : rig_(GetParam()) {
     rig_.LearnTruth();
     rig_.Watch();
-    // In pieces, as the FIFO of a UART hands them over.
+    // In pieces, as the FIFO of a UART delivers them.
     for (std::uint32_t device = 0; device < rig_.devices(); ++device)
       rig_->twin(device).manner.fragment = 16;
   }
 
-  /// One device misbehaves for a minute as `text` says; own_ and neighbour_ are of that minute.
+  /// One device has the fault `text` for a minute. own_ and neighbour_ count this minute.
   void Misbehave(const std::string& text) {
     const std::string separator = text.find(':') == std::string::npos ? ":" : ",";
     const auto fault = tools::ParseFault(text + separator + "after=10s,for=1min");
@@ -93,7 +92,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
       const auto online = [&] { return rig_->StatusOf(device).state == bus::DeviceState::online; };
       EXPECT_TRUE(rig_->RunUntil(online, 3min)) << "device " << device << " is not online";
     }
-    rig_->RunFor(2min);  // whatever was read wrong has been read again
+    rig_->RunFor(2min);  // wrong readings have been replaced by now
     rig_.Watch();
     Begin();
     rig_->RunFor(1min);
@@ -103,13 +102,13 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     EXPECT_EQ(faults_->Counts()[0].struck, struck_);
   }
 
-  /// Its own exchanges all ended as one of these.
+  /// Expects that all exchanges of the device ended with one of these outcomes.
   void OnlyThese(std::initializer_list<Outcome> outcomes) {
     std::uint32_t sum = 0;
     for (const Outcome outcome : outcomes) sum += own_[outcome];
     EXPECT_EQ(sum, own_.all()) << ::testing::PrintToString(own_);
   }
-  /// `failed`: how many of its exchanges may have met what the other one said out of turn.
+  /// `failed`: the most exchanges that may have collided with untimely bytes of the device.
   void TheNeighbourWasServed(std::uint32_t failed = 0) {
     EXPECT_GT(neighbour_[Outcome::ok], 20U);
     EXPECT_LE(neighbour_.failed(), failed) << ::testing::PrintToString(neighbour_);
@@ -126,9 +125,9 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   bus::DeviceState end_state_ = bus::DeviceState::never_seen;
   std::uint64_t struck_ = 0;
   // Requests whose replies …
-  std::size_t untagged_ = 0;        // … do not say whose they are
-  std::size_t echo_hides_ = 0;      // … are hidden by an echo in front of them
-  std::size_t zeros_harmless_ = 0;  // … hold zeros, and a zero alone is no sign of damage
+  std::size_t untagged_ = 0;        // … do not contain their device
+  std::size_t echo_hides_ = 0;      // … are hidden by an echo before them
+  std::size_t zeros_harmless_ = 0;  // … contain zeros, so a single zero is no sign of damage
 
   void Begin() {
     own_before_ = rig_->StatusOf(kTroubled);
@@ -139,7 +138,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     neighbour_ = Tally(neighbour_before_, rig_->StatusOf(kNeighbour));
   }
 
-  /// Another device of the kind, which measures what the neighbour measures.
+  /// Another device of the same kind, with the same values as the neighbour.
   tools::TwinFaults::Stranger MeetStranger() {
     const Protocol& protocol = *GetParam().protocol;
     const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};
@@ -148,7 +147,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     return [this](View request, Instant now) { return stranger_->Answer(request, now); };
   }
 
-  /// What it knew of sessions is gone.
+  /// The twin loses the state of its sessions.
   void PowerOff() {
     auto& twin = rig_->twin(kTroubled);
     twin.twin = GetParam().protocol->make_twin(rig_.device(kTroubled), twin.values);

@@ -1,4 +1,4 @@
-// What goes wrong in a run, and when. All of it follows from the seed.
+// Mishaps decides which faults happen in a run, and when. All depends only on the seed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +11,8 @@ namespace baudgate::protocols {
 
 struct Troubles {
   unsigned wire_one_in = 0;  ///< replies are damaged or lost
-  unsigned late_one_in = 0;  ///< replies come after the device has been given up
-  bool kills = false;        ///< of the program
+  unsigned late_one_in = 0;  ///< replies come after the timeout
+  bool kills = false;        ///< the program is killed
   bool power_cuts = false;
 };
 
@@ -20,7 +20,6 @@ class Mishaps {
  public:
   Mishaps(unsigned seed, Troubles troubles) : random_(seed), troubles_(troubles) {}
 
-  /// From now on nothing goes wrong.
   void End() { troubles_ = {}; }
 
   std::mt19937& random() { return random_; }
@@ -31,7 +30,7 @@ class Mishaps {
   bool StrikesLate() { return OneIn(troubles_.late_one_in); }
   Bytes Carry(Bytes reply) { return StrikesWire() ? Spoiled(std::move(reply), random_) : reply; }
   bool Kills(unsigned one_in) { return troubles_.kills && OneIn(one_in); }
-  /// Writes of the disk, from a start of the program on, see EventKeeper::Begin.
+  /// The number of disk writes after a program start until the power fails, see EventKeeper::Begin.
   int PowerLeft(unsigned most) {
     return troubles_.power_cuts ? static_cast<int>(1 + Below(most)) : -1;
   }

@@ -1,7 +1,7 @@
-// Faults of every kind on every protocol, on one device beside a healthy one and on all devices of
-// a line, always and now and then: what `baudgate status` says of them after half a minute. The
-// first sentence has to name cause and remedy, and nothing else may be blamed. BAUDGATE_SHOW=1
-// prints all sentences.
+// Tests the sentences of `baudgate status` after half a minute of a fault: every kind of fault on
+// every protocol, on one device beside a healthy one or on all devices of a line, permanent or now
+// and then. The first sentence must name cause and remedy, and no sentence may blame anything else.
+// BAUDGATE_SHOW=1 prints all sentences.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -24,16 +24,16 @@ struct Stage {
   const Setup& setup;
   VirtualLine::WireTwin& twin;
   std::uint32_t device;
-  std::function<bool()> strikes;  ///< whether this exchange is one of those that fail
+  std::function<bool()> strikes;  ///< true if this exchange fails
 };
 
 struct FaultRow {
   const char* name;
   void (*apply)(Stage);
-  /// A regular expression for the sentence of the device or its line; of rare faults as well.
+  /// A regular expression for the sentence of the device or its line.
   const char* says;
-  const char* never = "$^";  ///< what no sentence may say
-  bool often_only = false;   ///< makes no sense now and then
+  const char* never = "$^";  ///< no sentence may match this
+  bool often_only = false;   ///< the fault makes no sense now and then
   bool (*fits)(const Setup&) = [](const Setup&) { return true; };
 };
 
@@ -58,7 +58,7 @@ Bytes Random(std::size_t size, std::uint32_t seed) {
   return bytes;
 }
 
-/// The reply, with its answer moved in time; `at` counts from the end of the request.
+/// Delivers the reply at this time, counted from the end of the request.
 void DeliverAt(Stage stage, Duration at) {
   stage.twin.manner.deliver = [stage, at](View, Bytes reply, Instant) {
     if (reply.empty()) return std::vector<tools::TimedPiece>{};
@@ -345,7 +345,7 @@ std::string Text(const std::vector<std::string>& said) {
   return text;
 }
 
-/// The devices of `setup` with a few points, polled every second.
+/// Returns a function that gives the devices of `setup` a few points, polled every second.
 std::function<void(config::Line&)> Small(const Setup& setup) {
   return [&setup](config::Line& line) {
     for (config::Device& device : line.devices) {
@@ -391,7 +391,7 @@ TEST_P(NamedFaults, AreNamed) {
   }
 }
 
-/// At every look, from the first on: a start is no trouble.
+/// Also at the first look: a start is not a fault.
 TEST_P(NamedFaults, HealthyLinesAreNotTalkedAbout) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, Small(setup));
@@ -408,7 +408,7 @@ TEST_P(NamedFaults, HealthyLinesAreNotTalkedAbout) {
   }
 }
 
-/// Somebody else asks a device that the gateway does not know, and is answered.
+/// Another master asks a device that is not configured, and gets an answer.
 TEST_P(NamedFaults, ASecondMasterIsNamed) {
   const auto& setup = SetupOf(GetParam());
   if (setup.protocol->carrier == nullptr && setup.protocol->name != "spabus") return;
@@ -427,7 +427,7 @@ TEST_P(NamedFaults, ASecondMasterIsNamed) {
       << text;
 }
 
-/// A device of 350 ms beside a fast one, on a line that has no time for both.
+/// A device that takes 350 ms beside a fast one, on a line without time for both.
 TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, [&setup](config::Line& line) {
@@ -442,7 +442,7 @@ TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   rig->Open();
   rig->RunFor(90s);
   const std::string text = Text(SentencesOf(rig, 1));
-  if (rig->StatusOf(1).missed < 10) return;  // this line has the time
+  if (rig->StatusOf(1).missed < 10) return;  // this line has enough time
   EXPECT_TRUE(std::regex_search(
       text, std::regex(rig.device(0).name + " takes [0-9]+ % of the "
                                             "line's time, [0-9]+ ms an exchange: raise its poll")))

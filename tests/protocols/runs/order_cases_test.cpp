@@ -1,5 +1,4 @@
-// Seven ways in which a reply was taken for what it is not, each as it was seen from outside, with
-// default times: what must not happen any more.
+// Seven cases in which a reply was attributed to the wrong request: none may happen again.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -20,7 +19,7 @@
 namespace baudgate::protocols {
 namespace {
 
-/// What goes wrong depends on the moment: a tenth of these in ctest.
+/// A failure depends on the phase, so many phases are tested; ctest runs a tenth of them.
 constexpr std::size_t kPhases = 100;
 
 void ForPhases(const std::function<void(Duration phase)>& run) {
@@ -40,8 +39,8 @@ void OneDeviceEverySecond(config::Line& line) {
 
 // ---------------------------------------------------------------- 1: two points exchanged
 
-/// A slave that is silent to function 08, and two blocks of one register. A server holds one reply
-/// back once and from then on answers each request with the reply to the one before.
+/// A slave that does not answer function 08, with two blocks of one register. The server holds one
+/// reply back once, and from then on answers each request with the reply to the one before.
 TEST(OrderCases, TwoPointsAreNeverExchanged) {
   ForPhases([](Duration phase) {
     LagRig rig(LagCaseOf("ModbusRtu19200", Queries::two, Proof::silent), 1, [](config::Line& line) {
@@ -59,7 +58,7 @@ TEST(OrderCases, TwoPointsAreNeverExchanged) {
   });
 }
 
-// ---------------------------------------------------------------- 2: an old value, a young age
+// ---------------------------------------------------------------- 2: an old value, a new time
 
 struct LateByCount {
   LagCase which;
@@ -73,8 +72,7 @@ void PrintTo(const LateByCount& late, std::ostream* out) {
 
 class OneQuery : public ::testing::TestWithParam<LateByCount> {};
 
-/// One query, which is asked again and again: the reply to an earlier one is whole, good, and from
-/// the right point.
+/// With one query, the reply to an earlier request is valid and from the right point.
 TEST_P(OneQuery, ShowsNoOldValueUnderAYoungAge) {
   const LateByCount& late = GetParam();
   ForPhases([&](Duration phase) {
@@ -138,12 +136,12 @@ class AnotherDevice : public ::testing::TestWithParam<Exchanged> {
   }
 };
 
-/// `serial_number` is configured. The channel is not open at the new meter: it says so (status 05).
+/// `serial_number` is configured. The new meter's channel is not open (status 05).
 TEST_P(AnotherDevice, IsNeverBelievedInSpiteOfTheSerialNumber) {
   Replace(LagCaseOf("Set4tm9600", Queries::many, Proof::answered));
 }
 
-/// Points of group `once` of the relay that was replaced beside values of the new one.
+/// Points of group `once` were read from the replaced relay, other values come from the new one.
 TEST_P(AnotherDevice, NeverStandsBesideWhatWasReadOnceOfTheOldOne) {
   Replace(LagCaseOf("Spa9600", Queries::many, Proof::answered));
 }
@@ -161,8 +159,8 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, AnotherDevice,
 
 class ConfirmedWrite : public ::testing::TestWithParam<LagCase> {};
 
-/// The device confirms and restarts, as devices do after a parameter: 1.4 s of silence, and the
-/// value is not read back.
+/// The device confirms the write and restarts, as devices do after a change of a parameter: it is
+/// silent for 1.4 s, and the value is not read back.
 TEST_P(ConfirmedWrite, IsNotFollowedByTheOldValueAsGood) {
   LagRig rig(GetParam(), 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1s;
@@ -187,8 +185,8 @@ INSTANTIATE_TEST_SUITE_P(
 
 // ---------------------------------------------------------------- 5: two tries, both late
 
-/// Module 0 answers a first try and its retry so late, both within the ceiling (679 ms), and with
-/// the same number of values as its neighbour: neither answer may become the neighbour's value.
+/// Module 0 answers a request and its retry late, both within the ceiling (679 ms), with the same
+/// number of values as its neighbour. Neither answer may become a value of the neighbour.
 void AnswerLate(LagRig& rig, Duration first, Duration retry) {
   auto late = std::make_shared<std::deque<Duration>>();
   rig->server = [&rig, late](View request, Bytes reply, Instant end) {
@@ -222,8 +220,8 @@ TEST(OrderCases, ARetryMayBeAnsweredLaterThanItsFirstTry) {
 
 class NamedNeighbour : public ::testing::TestWithParam<Setup> {};
 
-/// A client writes without a pause to a point whose writes the device ignores. Replies carry the
-/// address: the neighbour may wait for the tries of a write, but not for what might follow them.
+/// A client writes continuously to a point whose writes the device ignores. Replies contain the
+/// address, so the neighbour waits only for the tries of the write.
 TEST_P(NamedNeighbour, DoesNotStarveBesideWritesThatAreIgnored) {
   LagRig rig({GetParam(), Queries::many, Proof::answered}, 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 100ms;
@@ -258,8 +256,8 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, NamedNeighbour,
 
 class EarlyDamage : public ::testing::TestWithParam<Setup> {};
 
-/// On a pty or behind a network a reply may come before the request can have been sent. A damaged
-/// one is damage, not silence.
+/// On a pty or behind a network a reply may come before the computed end of its request. A damaged
+/// reply must count as damaged, not as silence.
 TEST_P(EarlyDamage, IsCorruptAndNoSilence) {
   LagRig rig({GetParam(), Queries::one, Proof::answered}, 1, OneDeviceEverySecond);
   rig->keeps_bit_rate = false;
@@ -280,7 +278,7 @@ TEST_P(EarlyDamage, IsCorruptAndNoSilence) {
 
 INSTANTIATE_TEST_SUITE_P(OrderCases, EarlyDamage, ::testing::ValuesIn(RealLines()), SetupName);
 
-// ---------------------------------------------------------------- owed to somebody else
+// ---------------------------------------------------------------- replies to an earlier program
 
 struct BehindBefore {
   LagCase which;
@@ -293,8 +291,7 @@ void PrintTo(const BehindBefore& before, std::ostream* out) {
 
 class Predecessor : public ::testing::TestWithParam<BehindBefore> {};
 
-/// A server that is behind goes on while the program is started again: what it owes answers
-/// requests of which nobody knows any more.
+/// The server stays behind while the program restarts, so it answers requests of the old one.
 TEST_P(Predecessor, LeavesNoReplyThatIsBelieved) {
   const BehindBefore& before = GetParam();
   LagRig rig(before.which, 1, [](config::Line& line) {
@@ -326,12 +323,12 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, Predecessor, ::testing::ValuesIn(Predecesso
                                   "Behind";
                          });
 
-// ---------------- Devices that answer late, whole and right: once in three times, once in ten.
-// What they say is used, inside the ceiling; beyond it nothing wrong is good, and that is all.
+// ---------------- Devices that answer late but well: one in three times, one in ten. Within the
+// ceiling the answers are used; beyond it no wrong value may be good.
 
 class LateReplies : public ::testing::TestWithParam<LagCase> {
  protected:
-  /// The share of good readings while every `nth` reply takes as long as `think`.
+  /// The share of good readings if every `nth` reply takes the time `think`.
   double Share(unsigned nth, Duration think) {
     LagRig rig(GetParam(), 1, [](config::Line& line) {
       line.timing.reply = kReply;
@@ -345,7 +342,7 @@ class LateReplies : public ::testing::TestWithParam<LagCase> {
       const bool is_late = late && !reply.empty() && ++count % nth == 0;
       auto pieces = rig.server().OnRequest(request, std::move(reply), end);
       if (pieces.empty()) return pieces;
-      // No reply overtakes another.
+      // A reply does not overtake another.
       Duration& after = pieces.front().after;
       if (is_late) after = std::max(after, think);
       free_at = std::max(free_at, end + after);
@@ -372,10 +369,10 @@ TEST_P(LateReplies, AreUsed) {
   EXPECT_GE(tenth, 0.85);
 }
 
-/// The latest that is still inside: the reply has to be whole by then.
+/// The latest possible begin: the reply must be complete at the ceiling.
 TEST_P(LateReplies, AreUsedUpToTheCeiling) {
   const config::Timing times = GetParam().setup.protocol->timing(GetParam().setup.serial);
-  const Duration whole = *times.ceiling - *times.reply;  // its characters and gaps
+  const Duration whole = *times.ceiling - *times.reply;  // characters and gaps of a reply
   EXPECT_GE(Share(3, kReply + whole / 2), 0.60);
 }
 
@@ -391,8 +388,7 @@ std::vector<LagCase> LateCases() {
 
 INSTANTIATE_TEST_SUITE_P(Lines, LateReplies, ::testing::ValuesIn(LateCases()), LagCaseName);
 
-// ---------------- One device of a line fails, in every way that there is; its neighbour keeps its
-// polls.
+// ---------------- One device of a line fails in different ways; its neighbour keeps its polls.
 
 enum class Failure : std::uint8_t { dead, refuses, corrupt, late, slow, misnamed };
 
@@ -401,7 +397,6 @@ std::string NameOf(Failure failure) {
   return kNames[static_cast<std::size_t>(failure)];
 }
 
-/// As the device at `address` says no to `request`.
 Bytes RefusalOf(const Protocol& protocol, View request, const std::string& address) {
   if (protocol.name == "spabus") {
     const std::string said = "<" + address + "N:6:";
@@ -424,7 +419,7 @@ TEST_P(Neighbour, KeepsItsPolls) {
   const auto& setup = RealLine(name);
   Rig rig(setup, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1s;
-    // What it can do alone in half of the time.
+    // As many points as the device can answer alone in half of the time.
     auto& points = line.devices[1].points;
     points.resize(std::min<std::size_t>(points.size(), 8));
   });

@@ -1,5 +1,5 @@
-// Relay cards, displays, set points: devices that are only written to, answer their writes and
-// know no request that looks for them. A write shows that they are there.
+// Tests devices that are only written to, such as relay cards, displays and set points: they answer
+// writes and no probe. An answered write shows that the device is present.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -18,13 +18,13 @@ namespace {
 struct Card {
   const char* name;
   const Protocol* protocol;
-  const char* write;  ///< of its point
+  const char* write;  ///< `write` of the point
   config::Type type;
   Value value;
-  /// The reply to a write; to anything else it is silent.
+  /// Returns the reply to a write, and silence for other requests.
   std::optional<Bytes> (*answers)(View request);
   Settable options{};
-  const char* read_once = nullptr;  ///< of a second point
+  const char* read_once = nullptr;  ///< `read` of a second point, which is read once
 };
 
 void PrintTo(const Card& card, std::ostream* out) { *out << card.name; }
@@ -141,7 +141,7 @@ INSTANTIATE_TEST_SUITE_P(
                            Value(4.5), AnswersDconWrites}),
     [](const auto& info) { return std::string(info.param.name); });
 
-/// A DCON card whose checksum is configured as `checksum`, with one relay to write.
+/// A DCON card with one writable relay, whose configuration has this `checksum` option.
 std::unique_ptr<VirtualLine> DconRelay(bool checksum) {
   config::Line line;
   line.name = "line";
@@ -164,8 +164,8 @@ bool WasWritten(const VirtualLine& line) {
                              [](const auto& sent) { return sent.text.starts_with("#"); });
 }
 
-/// The checksum is on in the configuration and off in the module: the questions before the write
-/// show it, and no write goes out.
+/// The checksum is on in the configuration and off in the module. The requests before the write
+/// show this, and the write is not sent.
 TEST(OutputsOfDcon, AWriteThatWasNotSentIsNotConfirmed) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -179,7 +179,7 @@ TEST(OutputsOfDcon, AWriteThatWasNotSentIsNotConfirmed) {
   EXPECT_FALSE(WasWritten(*line));
 }
 
-/// Silent to each question, so that a command without its checksum might be another write.
+/// The module is silent, so a command without its checksum might be another write.
 TEST(OutputsOfDcon, AModuleThatDoesNotTellItsModeIsNotWrittenToAndThatIsSaid) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View) { return std::optional(Bytes()); };

@@ -24,34 +24,32 @@ config::SerialSettings Serial(int baud, int data_bits, config::Parity parity) {
   return serial;
 }
 
-/// Where a point's value stands: its address without the decoder, so that two points that show one
-/// register in two ways agree about it.
+/// The address of a point without the decoder: two points of one register get the same value.
 std::string PlaceOf(const std::string& read) {
   const auto at = read.rfind('@');
   if (at == std::string::npos || at == 0) return read;
   return read.substr(0, read.rfind(' ')) + read.substr(at);
 }
 
-/// Another number for every place and device wherever the profile simulates a range.
+/// A different number for every address and device, if the profile simulates a range.
 double NumberOf(const config::Point& point, std::size_t device) {
   const config::Simulate& range = *point.simulate;
   const std::uint16_t share = Crc16(ToBytes(PlaceOf(point.read) + " " + std::to_string(device)));
   return range.low + (range.high - range.low) * share / 65536.0;
 }
 
-/// Points that follow from others, or from the configuration of the twin.
+/// True for points that depend on other points or on the configuration of the twin.
 bool IsDerived(const config::Point& point) {
   return point.read.ends_with("alarm@0") || point.read.starts_with("08 0A u") ||
          point.read == "$B" || point.read.starts_with("08 00 u32") ||
          point.read.starts_with("08 05 u8");
 }
 
-/// What the twin's value should look like in the store.
 bool Matches(const config::Point& point, const Value& shown, const Value& raw) {
   if (point.type == config::Type::string) return ToText(shown) == ToText(raw);
   const double expected = (ToDouble(raw) * point.scale + point.offset).ToDouble();
   const bool register_count = point.read.find(" energy@") != std::string::npos;
-  const double step = register_count ? 0.1 : 0.001;  // kWh of one count, ratios included
+  const double step = register_count ? 0.1 : 0.001;  // kWh of one count, including ratios
   return std::abs(ToDouble(shown) - expected) <= std::abs(expected) * 1e-4 + step;
 }
 
@@ -86,7 +84,7 @@ bool LrcGood(View frame) {
   return bytes && Sum8(*bytes) == 0;
 }
 
-/// Modbus TCP has no check value: its header is true.
+/// Modbus TCP has no check value, so only its header is checked.
 bool HeaderGood(View frame) {
   return frame.size() > 7 && ByteReader(frame).U16Be(2) == 0 &&
          ByteReader(frame).U16Be(4) == frame.size() - 6;
@@ -188,7 +186,7 @@ bool EchoHides(const Protocol& protocol, const config::Options& options, View re
          Hear(protocol, options, request, reply).frame;
 }
 
-/// A hundred requests that are sent once a day show no more than these.
+/// Limits the number of requests that are sent once a day; more would not improve the test.
 void KeepFewDaily(std::vector<config::Point>& points) {
   constexpr int kMost = 40;
   int daily = 0;
@@ -201,7 +199,7 @@ config::Line LineOf(const Setup& setup) {
   config::Catalog catalog;
   const std::string protocol(setup.protocol->name);
   catalog.protocols[protocol] = setup.protocol;
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
   const auto loaded = config::LoadProfile(setup.profile, *setup.protocol, catalog);
   for (const config::Problem& problem : loaded.problems) ADD_FAILURE() << ToString(problem);
   config::Line line;
@@ -255,7 +253,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
     Value raw = line_->twin(device).values.Get(i, {});
     const config::Options& options = this->device(device).options;
     if (points[i].read == "$2" && options.Flag("checksum")) {
-      raw = ToText(raw).replace(4, 2, "40");  // a DCON module's format byte tells its checksum
+      raw = ToText(raw).replace(4, 2, "40");  // contains the checksum mode of the module
     }
     EXPECT_TRUE(Matches(points[i], truth_[device][i], raw))
         << points[i].name << " shows " << ToText(truth_[device][i]) << ", the twin has "
@@ -266,7 +264,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
 bool Rig::IsRight(const config::Point& point, const bus::PointRecord& shown, const Value& truth) {
   if (IsBad(shown.reported) || shown.value == truth) return true;
   if (point.recheck == config::Recheck::off) return false;
-  // What a reading may differ by without a second one is damage that nobody can tell from change.
+  // A small difference needs no second reading, so damage looks like a change.
   if (!IsGood(shown.reported)) return true;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return false;
   return std::abs(ToDouble(shown.value) - ToDouble(truth)) <= std::abs(ToDouble(truth)) * 0.12;

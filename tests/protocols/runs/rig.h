@@ -1,5 +1,5 @@
-// A line of real devices in a test: shipped profile, real plugin, its twins, virtual time, and an
-// oracle that knows what the twins measure. Profiles come from config/profiles.
+// Rig is a line of real devices for tests: shipped profile (from config/profiles), real plugin,
+// twins, virtual time, and an oracle that compares the store with the twins.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,11 +21,11 @@ namespace baudgate::protocols {
 struct Setup {
   std::string name;  ///< letters and digits only
   const Protocol* protocol = nullptr;
-  /// Whether the check value in a frame is right, worked out by the test and not by the plugin.
+  /// True if the check value of a frame is valid, as computed by the test and not by the plugin.
   bool (*good_checksum)(View frame) = nullptr;
   std::string profile;
   config::SerialSettings serial;
-  std::vector<std::string> addresses;  ///< one device each
+  std::vector<std::string> addresses;  ///< one device for each
   std::vector<std::pair<std::string, config::OptionValue>> options;
 };
 
@@ -34,37 +34,35 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
   return info.param.name;
 }
 
-/// The lines that are tested: each protocol at the bit rate and in the character format that its
-/// reference gives, with two devices of one kind.
+/// Each protocol with the bit rate and character format of its reference, and two equal devices.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
-/// A connection: nothing of it is damaged, as TCP sees to that.
+/// A connection: its bytes are never damaged, because TCP protects them.
 const Setup& TcpLine();
 
-/// What the reply rule makes of `bytes` that come after `request`, and silence behind them.
+/// The result of the reply rule for `bytes` that come after `request` and are followed by silence.
 struct HeardReply {
-  std::optional<Bytes> frame;  ///< the first whole one
+  std::optional<Bytes> frame;  ///< the first whole frame
   Outcome blame = Outcome::none;
 };
 HeardReply Hear(const Protocol& protocol, const config::Options& options, View request, View bytes);
 
-/// An echo in front of `reply` hides it: bytes of the request are taken for the reply's.
+/// True if an echo before `reply` hides it, because bytes of the request are taken for the reply.
 bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply);
 
-/// The devices of `setup`, every point of the profile in them.
 config::Line LineOf(const Setup& setup);
 
 class Rig {
  public:
-  /// `change` may alter the line before it is built.
+  /// `change` may modify the line before it is built.
   explicit Rig(const Setup& setup, const std::function<void(config::Line&)>& change = {});
 
-  /// Opens the line and runs it until every point of every device is Good. What the store shows
-  /// then is what the oracle holds for true; it is compared with the twins' values first.
+  /// Opens the line and runs it until every point is good. The values of the store are compared
+  /// with those of the twins and become the truth for the oracle.
   void LearnTruth();
 
-  /// From now on every value that is stored as anything but bad has to be the truth. `excuse` is
-  /// asked about each that is not, with the device that it came from; without one it is a failure.
+  /// From now on every stored value that is not bad must be the truth. `excuse` is called for each
+  /// wrong value with its device; without an excuse a wrong value is a failure.
   void Watch(std::function<bool(std::uint32_t device)> excuse = {});
 
   VirtualLine& line() { return *line_; }
@@ -75,11 +73,11 @@ class Rig {
 
   bool AllGood(std::uint32_t device);
   bool AllGood();
-  /// Fast points alone: those that are asked again and again.
+  /// Fast points only.
   bool FastGood(std::uint32_t device);
-  /// None of them is bad, though some may be uncertain by their age.
+  /// True if no fast point is bad; some may be uncertain.
   bool FastUsable(std::uint32_t device);
-  /// Any point that is Good or uncertain.
+  /// True if any point is good or uncertain.
   bool AnyUsable(std::uint32_t device);
 
   std::size_t wrong() const { return wrong_; }
@@ -88,7 +86,7 @@ class Rig {
   using Pick = std::function<bool(config::Group group)>;
   using Demand = std::function<bool(Quality quality)>;
 
-  /// Whether all points of the groups that are picked have a quality that is demanded.
+  /// True if all points of the picked groups have a demanded quality.
   bool All(std::uint32_t device, const Pick& pick, const Demand& demand);
   void SetValues(std::uint32_t device);
   void CompareWithTwin(std::uint32_t device);
@@ -99,8 +97,8 @@ class Rig {
   Setup setup_;
   std::unique_ptr<VirtualLine> line_;
   std::vector<std::vector<Value>> truth_;
-  std::vector<std::vector<std::uint64_t>> seen_;  // seq of each point at the last check
-  std::vector<std::uint32_t> exchanges_;          // of each device at the last check
+  std::vector<std::vector<std::uint64_t>> seen_;  // sequence number of each point at the last check
+  std::vector<std::uint32_t> exchanges_;          // exchanges of each device at the last check
   std::function<bool(std::uint32_t)> excuse_;
   std::size_t wrong_ = 0;
 };

@@ -1,7 +1,6 @@
-// Random hours in which somebody changes the settings of devices and the devices themselves under
-// the gateway. What is there after each change is a twin of its own; the test knows what that one
-// means. No reading may be good that it does not mean, from one slow period after the change on,
-// and by then a contradiction has to be named.
+// Random hours in which the settings of devices, and the devices themselves, are changed. After
+// each change another twin answers, and the test has its true values. From one slow period after
+// the change on, no good reading may be wrong, and a contradiction must be reported.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -36,18 +35,18 @@ constexpr Duration kSlow = 10s;
 constexpr std::int64_t kMeterSerial = 9020001;
 constexpr std::int64_t kWrongSerial = 7654321;
 
-/// A device that may be there, as it differs from the right one.
+/// A device that may be present, as its differences from the right one.
 struct Oddity {
   std::string name;
   std::function<void(config::Device&)> options = [](config::Device&) {};
   std::function<void(Twin&)> settings = [](Twin&) {};
-  std::vector<std::pair<std::string, std::string>> says{};  ///< text points by name
-  /// What a number of the point means, times what the right device means; nothing: no such thing.
+  std::vector<std::pair<std::string, std::string>> says{};  ///< the values of text points by name
+  /// The true value of the point, as a factor of the right device's; nothing: there is none.
   std::function<std::optional<double>(const config::Point& point)> means =
       [](const config::Point&) { return std::nullopt; };
-  bool is_named = true;    ///< state or trouble tell of it
-  bool in_place = true;    ///< may happen without a silence: a setting, not another device
-  Duration shows = kSlow;  ///< by when
+  bool is_named = true;    ///< state or trouble must report the difference
+  bool in_place = true;    ///< the change may happen without an outage, because it is a setting
+  Duration shows = kSlow;  ///< how soon it must be reported
 };
 
 struct Case {
@@ -62,7 +61,7 @@ std::function<void(config::Device&)> Option(const std::string& key, config::Opti
   return [=](config::Device& device) { device.options.Set(key, value); };
 }
 
-/// Factor 1 for all points but one input.
+/// The factor is 1 for all points except one input.
 std::function<std::optional<double>(const config::Point&)> AllBut(const std::string& input) {
   return [=](const config::Point& point) {
     return point.read == input ? std::nullopt : std::optional(1.0);
@@ -160,7 +159,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
   const config::Device& device() { return *line_->store().device(0); }
   const Oddity& OddityOf(std::size_t twin) { return GetParam().oddities[twin - 1]; }
 
-  /// All measure the same numbers, whatever they mean by them.
+  /// All twins return the same numbers, whatever the numbers mean.
   void SetUp(std::size_t twin) {
     VirtualLine::WireTwin& wired = line_->twin(twin);
     for (std::size_t i = 0; i < device().points.size(); ++i) {
@@ -199,7 +198,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
     });
   }
 
-  /// Another one is there from now on, after a silence where it is another device.
+  /// Switches to another twin, after an outage if the device was replaced.
   void Change(std::size_t twin) {
     const bool in_place = (twin == 0 || OddityOf(twin).in_place) &&
                           (there_ == 0 || OddityOf(there_).in_place) && random_() % 2 == 0;
@@ -212,7 +211,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
   }
   Duration ShowsOf(std::size_t twin) { return twin == 0 ? kSlow : OddityOf(twin).shows; }
 
-  /// Readings that were taken when the change must have been seen.
+  /// Checks the readings that were taken after the change must have been detected.
   void Look() {
     const Instant due = since_ + shows_ + kPoll;
     if (line_->now().instant < due || line_->twin(there_).manner.dead) return;
@@ -247,14 +246,14 @@ class RightValues : public ::testing::TestWithParam<Case> {
         reason = reason || why == Reason::other_module || why == Reason::swapped;
       }
     });
-    // One that answers in the other checksum mode only may count as offline.
+    // A device that answers only in the other checksum mode may be offline.
     reason = reason || line_->StatusOf(0).state == bus::DeviceState::offline;
     EXPECT_TRUE(reason) << Name() << ": '" << trouble << "', state "
                         << static_cast<int>(line_->StatusOf(0).state) << ", "
                         << baudgate::Name(line_->QualityOf(0, 0));
   }
 
-  static constexpr Duration kPoll = 6s;  // a poll, its repetitions and the questions before it
+  static constexpr Duration kPoll = 6s;  // a poll, its retries and the requests before it
 
   std::mt19937 random_;
   std::unique_ptr<VirtualLine> line_;
@@ -290,30 +289,30 @@ TEST_P(RightValues, NothingIsGoodThatTheDeviceDidNotMean) {
 INSTANTIATE_TEST_SUITE_P(Lines, RightValues, ::testing::ValuesIn(Cases()),
                          [](const auto& info) { return info.param.name; });
 
-// ---------------- Points that always read the same, behind a server that falls one or two replies
-// behind and stays so: identical replies tell nothing of their order, and one point must never show
-// another's value. Each kind of device lacks something that would prove the order.
+// ---------------- Points with constant values, behind a server that falls one or two replies
+// behind permanently. Identical replies prove nothing about their order, and a point must never
+// show the value of another. Each kind of device lacks something that would prove the order.
 
 using protocols::modbus::Framing;
 
 constexpr std::size_t kRuns = 3000;
 constexpr std::uint8_t kDiagnostics = 0x08;
-constexpr std::size_t kUnit = 6;  // its place in the header of Modbus TCP
+constexpr std::size_t kUnit = 6;  // index in the header of Modbus TCP
 
-/// What the server does once it has fallen behind.
+/// The behaviour of the server after it has fallen behind.
 enum class Falls : std::uint8_t {
   keeps_a_queue,     ///< a reply releases the one before it
   answers_silence,   ///< a request releases the reply to the one before it, even an empty one
-  answers_anything,  ///< the same, but where the device was silent nothing is put in its place
+  answers_anything,  ///< as answers_silence, but silence of a device is skipped
 };
 
 enum class Kind : std::uint8_t {
-  no_loopback,         ///< Modbus RTU, silent to function 08
-  one_register,        ///< Modbus RTU, answers every read with one register, as its polls want
-  two_registers,       ///< the same with two
+  no_loopback,         ///< Modbus RTU, does not answer function 08
+  one_register,        ///< Modbus RTU, answers every read with one register
+  two_registers,       ///< Modbus RTU, answers every read with two registers
   name_is_value,       ///< SPA: its name equals the value of its first point
-  converter,           ///< Modbus TCP to RTU, puts the present number before whatever comes
-  converter_of_units,  ///< the same, with a unit for each of two devices, and the present unit
+  converter,           ///< Modbus TCP to RTU, puts the current transaction before replies
+  converter_of_units,  ///< as converter, with a unit for each of two devices, and the current unit
 };
 
 struct Constant {
@@ -351,7 +350,7 @@ config::Line LineOf(const Constant& constant) {
   return line;
 }
 
-/// Every read is answered with so many registers, from where it begins.
+/// Replaces the reply to a read by `count` registers, from the first requested register on.
 Bytes SayRegisters(View request, Bytes reply, std::size_t count) {
   const auto asked = protocols::modbus::Unwrap(Framing::rtu, request);
   if (reply.empty() || !asked || asked->pdu.size() < 5) return reply;
@@ -377,7 +376,6 @@ Bytes SayName(View request, Bytes reply) {
 
 class ConstantValues : public ::testing::TestWithParam<Constant> {
  protected:
-  /// What the devices behind the server say.
   static Bytes Say(View request, Bytes reply) {
     switch (GetParam().kind) {
       case Kind::no_loopback:
@@ -395,8 +393,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
     return reply;
   }
 
-  /// A converter gives what comes the number of the present request, and says so where nothing
-  /// does.
+  /// Writes the number of the current request into each piece, or adds an exception if none came.
   void Stamp(View request, std::vector<tools::TimedPiece>& pieces) const {
     if (!GetParam().tcp()) return;
     const bool units = GetParam().kind == Kind::converter_of_units;
@@ -411,8 +408,8 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
         {200ms, protocols::modbus::Wrap(Framing::tcp, asked->slave, pdu, asked->transaction)});
   }
 
-  /// How often a point was good with another's value, and how often it was not good. `falls`: the
-  /// server falls behind after a few seconds.
+  /// Counts how often a point was good with the value of another point, and how often it was not
+  /// good. `falls`: the server falls behind after a few seconds.
   void Run(std::mt19937& random, bool falls, Duration time) {
     constexpr std::uint8_t kSilences[] = {0, 0x0A, 0x0B};
     says_nothing_ = kSilences[random() % 3];
@@ -468,7 +465,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
   }
 
   const config::Line line_ = LineOf(GetParam());
-  std::uint8_t says_nothing_ = 0;  // exception where nothing comes; 0: none
+  std::uint8_t says_nothing_ = 0;  // the exception code if nothing comes; 0: silence
   std::size_t seen_ = 0;
   std::size_t not_good_ = 0;
   std::size_t wrong_ = 0;
@@ -482,7 +479,7 @@ TEST_P(ConstantValues, AreNeverExchanged) {
   }
 }
 
-/// A rule that doubts who has no proof, and answers well, is no rule.
+/// Without a server that falls behind, points without proof of order must be good.
 TEST_P(ConstantValues, AreGoodWhereNothingFallsBehind) {
   std::mt19937 random(20261126);
   Run(random, false, 10min);

@@ -1,7 +1,7 @@
-// Days of bad luck under virtual time: damaged and lost replies, devices that die and return, a bus
-// that echoes and whose echo is damaged as well. Six virtual minutes a line here; packaging/soak.sh
-// runs 24 hours (BAUDGATE_SOAK_HOURS). The oracle of bad_wire.h counts damage that carries a
-// good check value; nothing else may become a wrong value that is Good.
+// Days of faults in virtual time: damaged and lost replies, absent devices, a bus that echoes,
+// damaged echoes. ctest runs six virtual minutes for each line, packaging/soak.sh 24 hours
+// (BAUDGATE_SOAK_HOURS). A wrong value may be good only if damage produced a valid check value,
+// which the oracle of bad_wire.h counts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -16,14 +16,15 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr std::size_t kFlat = 256 * 1024;  // of the heap, between one hour and the next
+// Bytes by which the heap may grow from one hour to the next.
+constexpr std::size_t kFlat = 256 * 1024;
 
 std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
 
-/// How many minutes of an hour are run.
+/// How many minutes of each hour are run.
 std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
 
-/// Devices die as often in a short hour as in a long one.
+/// A short hour has as many outages as a long one.
 Duration OfAnHour(int parts) { return static_cast<std::int64_t>(Minutes()) * 1min / parts; }
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
@@ -50,7 +51,7 @@ class Soak : public ::testing::TestWithParam<Setup> {
                        random_() % static_cast<std::uint64_t>((most - least).count())));
   }
 
-  /// One echo in a hundred comes back with a wrong bit.
+  /// One echo in a hundred has a wrong bit.
   void LetTheBusEcho() {
     rig_->echo = [this](View request) {
       Bytes echo(request.begin(), request.end());
@@ -74,7 +75,7 @@ class Soak : public ::testing::TestWithParam<Setup> {
     }
   }
 
-  /// A minute in which nothing was sent is a line that is stuck.
+  /// A minute without a request means that the line is stuck.
   void RunOneHour() {
     for (std::size_t minute = 0; minute < Minutes(); ++minute) {
       LetDevicesDieAndReturn();
@@ -116,7 +117,7 @@ TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
   if (Rechecks() != config::Recheck::off) {
     EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
   }
-  // One a minute with an hour and more; a tenth of an hour has a few of each.
+  // About one per minute in a full hour; a short hour has a few.
   const bool is_short = Minutes() < 60;
   EXPECT_GT(wire.damaged(), is_short ? 1 : 5 * Minutes() / 6);
   EXPECT_GT(wire.lost(), is_short ? 1 : 5 * Minutes() / 6);

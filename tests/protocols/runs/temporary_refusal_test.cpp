@@ -1,5 +1,5 @@
-// A device that refuses everything for a while, as while it starts: what it has answered before is
-// soon read again, with as few requests as before.
+// Tests a device that refuses all requests for a while, for example while it starts: points that
+// were answered before are read again soon, with as few requests as before.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace baudgate::protocols {
 namespace {
 
-/// How `setup` says "I do not have it" to a request.
+/// The reply of `setup` for an unsupported request.
 Bytes RefusalOf(const Setup& setup, View request) {
   const std::string_view protocol = setup.protocol->name;
   if (protocol == "spabus") {
@@ -97,8 +97,8 @@ TEST_P(TemporaryRefusal, IsSoonOver) {
   }
 }
 
-/// A device that starts again and again: it refuses everything, is silent, in every second round
-/// refuses again, and answers for a while.
+/// A device that restarts repeatedly: it refuses all requests, is silent, refuses again in every
+/// second round, and then answers for a while.
 TEST_P(TemporaryRefusal, AmongSilencesIsSoonOver) {
   struct Cycle {
     Duration refused{};
@@ -128,7 +128,7 @@ TEST_P(TemporaryRefusal, AmongSilencesIsSoonOver) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, TemporaryRefusal, ::testing::ValuesIn(RealLines()), SetupName);
 
-// ---------------- A slave that is silent to what it does not know, where nothing else of it is
+// ---------------- A slave that does not answer unsupported requests, and no other points are
 // polled: its answered probes show that the silence is a refusal.
 
 constexpr std::size_t kPoints = 8;
@@ -152,7 +152,7 @@ class SilentRefusal : public ::testing::Test {
       line_->twin(0).values.Set(i, static_cast<std::int64_t>(10 * i));
     }
   }
-  /// It is silent to reads that these are true of: first register, count.
+  /// The slave is silent to reads for which `to` is true. Arguments: first register, count.
   void SilentTo(std::function<bool(unsigned first, unsigned count)> to) {
     line_->server = [to = std::move(to)](View request, Bytes reply, Instant) {
       const bool reads = request.size() == 8 && request[1] == 3;
@@ -187,12 +187,11 @@ TEST_F(SilentRefusal, OfOneRegisterIsNotFitted) {
   }
 }
 
-// ---------------- A device starts that refuses much of what its profile asks for; its neighbour
-// keeps its polls.
+// ---------------- A device that refuses much while it starts; its neighbour keeps its polls.
 
 constexpr Duration kTime = 90s;
 
-/// ">1RI3/6:" of a relay that has I1 to I5, its name and its events.
+/// True for requests that a relay with I1 to I5, name and events answers: ">1RI3/6:".
 bool HasIt(std::string_view request) {
   const std::string_view item = request.substr(3, request.rfind(':') - 3);
   if (item == "F" || item == "L" || item == "B") return true;
@@ -207,7 +206,7 @@ std::optional<Bytes> SmallRelay(View request) {
   return said;
 }
 
-/// It does not tell its serial number.
+/// The meter does not return its serial number.
 std::optional<Bytes> ShyMeter(View request) {
   if (request.size() != 5 || request[1] != 0x08 || request[2] != 0x00) return std::nullopt;
   Bytes said = {request[0], 0x01};
@@ -217,7 +216,7 @@ std::optional<Bytes> ShyMeter(View request) {
 
 class RefusingStart : public ::testing::Test {
  protected:
-  /// Its first device says `instead`. The neighbour has one point, so that each poll is a reading.
+  /// The first device answers with `instead`; the neighbour has one point, a reading per poll.
   void Start(const std::string& setup, std::optional<Bytes> (*instead)(View request),
              std::optional<std::int64_t> serial_number = {}) {
     rig_ = std::make_unique<Rig>(RealLine(setup), [&](config::Line& line) {
@@ -268,10 +267,10 @@ TEST_F(RefusingStart, OfAMeterThatShouldTellItsSerialNumberAndDoesNot) {
   EXPECT_FALSE(IsGood(line().QualityOf(0, 0)));
 }
 
-/// What noise looks like: it is answered again when the noise is over.
+/// A single refusal looks like noise: the request is answered again afterwards.
 class OneRefusal : public ::testing::TestWithParam<std::string> {
  protected:
-  /// How many requests a minute has, with one refusal in it or none.
+  /// The number of requests in a minute, with this many refusals.
   static std::size_t Requests(int refusals) {
     Rig rig(RealLine(GetParam()), [](config::Line& line) {
       for (config::Device& device : line.devices) device.poll = 1s;

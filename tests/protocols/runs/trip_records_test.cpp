@@ -1,6 +1,6 @@
-// What a relay has recorded of a trip is kept with that trip, whole, and never with another: over a
-// line that damages and loses, kills of the program and power cuts. The registers of the relays
-// show the number of their latest trip.
+// Tests that the recorded data of a trip is stored with this trip, completely, and never with
+// another: with damaged and lost replies, killed programs and power cuts. The registers of the
+// relays contain the number of their latest trip.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -29,7 +29,7 @@ using events::RecordState;
 
 constexpr std::uint32_t kTripped = 3;
 
-/// V6 and V11…V58.
+/// True for the points of a record: V6 and V11…V58.
 bool IsOfRecord(const config::Point& point) {
   return point.name == "trip_phases" || point.name.starts_with("record");
 }
@@ -77,7 +77,7 @@ class TripStation {
     }
   }
 
-  /// In peace, until all is told and read.
+  /// Runs without disturbances until all trips are reported and read.
   void End() {
     mishaps_.End();
     Restart();
@@ -137,7 +137,7 @@ class TripStation {
     }
   }
 
-  /// What the service wanted while the poller was at work.
+  /// Executes the requests of the service that came during the last run.
   void Work() {
     for (bus::WriteCommand& command : std::exchange(asked_, {})) {
       const std::uint32_t device = command.device;
@@ -183,7 +183,7 @@ class TripStation {
   Rig rig_;
   EventKeeper keeper_;
   std::vector<std::unique_ptr<events::RecordService>>
-      services_;  // of before, too: what they asked may end late
+      services_;  // includes services of earlier starts, whose requests may end late
   events::RecordService* service_ = nullptr;
   std::vector<bus::WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
@@ -218,8 +218,8 @@ TEST(TripRecords, AreNeverThoseOfAnotherTripOverABadLineKillsAndPowerCuts) {
   EXPECT_GT(restarts, 2 * seeds);
 }
 
-// ---------------- What a reader answers behind a tag is kept with that tag as one, and never with
-// another: through kills, with tags that come at any time, also between the command and its answer.
+// ---------------- The answer of a reader after a tag is stored with this tag, and never with
+// another: with killed programs and tags at any time, also between the command and its answer.
 
 const std::string kNoTag = "0000000000";
 
@@ -315,7 +315,7 @@ class Gate {
   std::mt19937 random_;
 
  private:
-  /// What the service wanted while the poller was at work.
+  /// Executes the requests of the service that came during the last run.
   void Work() {
     for (bus::WriteCommand& command : std::exchange(asked_, {})) line_.Submit(std::move(command));
     std::erase_if(kept_, [this](const KeptRecord& record) { return keeper_.Keep(record); });
@@ -345,7 +345,7 @@ class Gate {
   VirtualLine line_;
   EventKeeper keeper_{{"gate"}};
   std::vector<std::unique_ptr<events::RecordService>>
-      services_;  // of before, too: what they asked may end late
+      services_;  // includes services of earlier starts, whose requests may end late
   events::RecordService* service_ = nullptr;
   std::vector<bus::WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
@@ -412,7 +412,7 @@ TEST(ReaderRecords, AreNeverThoseOfAnotherTag) {
   EXPECT_GT(superseded, seeds);
 }
 
-/// The reader was unplugged behind the tag, while the program was stopped.
+/// The reader was unplugged after the tag, while the program was stopped.
 TEST(StoppedReader, ShowsATagAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(GateLine(), {&ReaderProtocol()});
@@ -429,8 +429,8 @@ TEST(StoppedReader, ShowsATagAsOldAsTheStop) {
   }
 }
 
-// ---------------- Relays that are told the time by a line that works: what T and D say is the time
-// at which their last character is through, and polls do not suffer.
+// ---------------- Clock messages to relays on a working line: T and D contain the time at which
+// their last character is sent, and polls are not delayed.
 
 class ClockRun : public ::testing::Test {
  protected:
@@ -443,7 +443,7 @@ class ClockRun : public ::testing::Test {
              }
            }};
 
-  /// How far what it says is from the time when its last character is through.
+  /// The difference between the time in the message and the time when its last character was sent.
   Duration Error(const Sent& sent) const {
     constexpr Duration kCharacter = Duration(1s) / 960;  // 9600 bit/s, ten bits
     const std::size_t at = sent.text.rfind(':', sent.text.size() - 4) - 6;
@@ -484,7 +484,7 @@ TEST_F(ClockRun, TellsItWhenTheClockIsRightAndAtTheMomentOfSending) {
   EXPECT_EQ(rig_->CountSent(">900W"), 0U);
 }
 
-/// A relay that is late holds the line up before the message is sent, not behind its stamp.
+/// A late relay delays the message before its time stamp is made, not after.
 TEST_F(ClockRun, IsRightBehindSilenceAndLateReplies) {
   rig_.LearnTruth();
   rig_->poller().OnHostClock(true);

@@ -1,6 +1,6 @@
-// Every fault of `baudgate simulate --fault` on the line of every protocol: what the gateway makes
-// of it, what it calls it, that the neighbour is served meanwhile, and that all is well afterwards.
-// tests/gateway/tools/simulate/twin_faults_test.cpp has the faults by themselves.
+// Tests every fault of `baudgate simulate --fault` on the line of every protocol: the outcomes, the
+// readings, the service of the neighbour, and the recovery.
+// tests/gateway/tools/simulate/twin_faults_test.cpp tests the faults alone.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/twin_faults.h"
 
@@ -32,7 +32,7 @@ TEST_P(MisbehavingTwin, LostRepliesAreNoReply) {
 
 TEST_P(MisbehavingTwin, SomeLostRepliesAreMadeUpForByRetries) {
   Misbehave("loss:rate=0.15,seed=3");
-  // Within a task a reply behind a lost one may be anybody's where none says whose it is.
+  // Within a task, a reply after a lost one may belong to any request if it contains no tag.
   OnlyThese({Outcome::ok, Outcome::no_reply, Outcome::unexpected});
   EXPECT_EQ(own_[Outcome::no_reply], struck_);
   EXPECT_TRUE(rig_.FastUsable(kTroubled));
@@ -40,18 +40,17 @@ TEST_P(MisbehavingTwin, SomeLostRepliesAreMadeUpForByRetries) {
   EverythingComesBack();
 }
 
-/// One bit: no checksum lets that through, nor does any let it pass for another frame.
+/// Every checksum detects a single wrong bit.
 TEST_P(MisbehavingTwin, BitErrorsAreCorrupt) {
   Misbehave("bits");
-  // A damaged identification with a good check value is no identification.
+  // A damaged identification with a valid check value is not accepted.
   OnlyThese({Outcome::ok, Outcome::corrupt, Outcome::partial, Outcome::unexpected});
   EXPECT_GT(own_[Outcome::corrupt], own_.all() / 2);
   TheNeighbourWasServed();
   EverythingComesBack();
 }
 
-/// Text begins with a start character; where nothing but the length tells what is a reply, some
-/// requests look like one.
+/// If only the length identifies a reply (not a start character), some requests look like replies.
 TEST_P(MisbehavingTwin, AnEchoIsNeverAValue) {
   Misbehave("echo");
   if (echo_hides_ > 0) {
@@ -68,9 +67,9 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   Misbehave("stall:pause=300ms");
   OnlyThese({Outcome::ok, Outcome::partial, Outcome::corrupt});
   EXPECT_GT(own_[Outcome::partial], 10U);
-  // Short replies come whole before the stall: who it is, it may tell.
+  // Short replies are complete before the stall, so the identification may succeed.
   EXPECT_NE(end_state_, bus::DeviceState::online);
-  // It has its turn before the retries, and may meet the rest of what had stalled.
+  // The neighbour is polled before the retries and may collide with the rest of a stalled reply.
   TheNeighbourWasServed(4);
   EverythingComesBack();
 }
@@ -89,10 +88,10 @@ TEST_P(MisbehavingTwin, DribbleWithinTheGapIsASlowReply) {
   EverythingComesBack();
 }
 
-/// What a dribbling device still says when its neighbour is asked meets the neighbour's replies.
+/// Late bytes of the dribbling device collide with replies of the neighbour.
 TEST_P(MisbehavingTwin, DribbleBeyondTheGapIsPartial) {
   Misbehave("dribble:pause=80ms");
-  // A zero that comes alone may pass for a driver that is switched on.
+  // A single zero may be caused by a driver that is switched on.
   if (zeros_harmless_ > 0) {
     OnlyThese({Outcome::ok, Outcome::partial, Outcome::no_reply});
   } else {
@@ -121,8 +120,7 @@ TEST_P(MisbehavingTwin, GarbageAfterSpoilsNoOther) {
 
 TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
   Misbehave("double");
-  // The second copy of a probe's answer can meet the next request, and a number that does not say
-  // whose it is passes for its answer.
+  // The second copy of a probe's answer may be accepted for the next request, if it has no tag.
   if (untagged_ > 0) {
     OnlyThese({Outcome::ok, Outcome::unexpected});
   } else {
@@ -130,7 +128,7 @@ TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
   }
   EXPECT_GT(own_[Outcome::ok], own_.all() / 2);
   EXPECT_GT(rig_->poller().accounts().line.counters().stray_bytes, struck_);
-  // A second copy in bursts 16 ms apart can pass for the beginning of the neighbour's reply.
+  // A second copy in pieces 16 ms apart may look like the beginning of the neighbour's reply.
   TheNeighbourWasServed(neighbour_.all() / 2);
   EverythingComesBack();
 }
@@ -144,18 +142,18 @@ TEST_P(MisbehavingTwin, LateRepliesAreWaitedForAndTheUserIsTold) {
   EverythingComesBack();
 }
 
-/// A device that answers each request with the reply to the one before. No silence, however long,
-/// makes it catch up; its probe shows it. shifted_test.cpp has more of them.
+/// The device answers each request with the reply to the one before. It does not catch up after any
+/// silence; the probe shows the lag. See Shifted below for more cases.
 TEST_P(MisbehavingTwin, RepliesThatAreOneBehind) {
   Misbehave("late:exchanges=1");
   EXPECT_GT(own_[Outcome::no_reply], 0U) << "the first";
   EXPECT_EQ(rig_.wrong(), 0U);
-  TheNeighbourWasServed(1);  // what is owed in the end may meet its reply
+  TheNeighbourWasServed(1);  // the last late reply may collide with a reply of the neighbour
   EverythingComesBack();
 }
 
-/// Numbers of DCON modules say nothing about who sends them: if a module answers with the address
-/// of another, no master can know. Where the reply carries an address, it is unexpected.
+/// Numbers of DCON modules contain no address, so a wrong address is undetectable there. If the
+/// reply contains the address, the reply is unexpected.
 TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedWhereTheReplyCarriesOne) {
   rig_.Watch([this](std::uint32_t device) { return device == kTroubled && untagged_ > 0; });
   Misbehave("wrong_address");
@@ -178,8 +176,8 @@ TEST_P(MisbehavingTwin, DeathAndReturn) {
   EverythingComesBack();
 }
 
-/// Its frames are valid ones of another device, and of the form that was asked for. With the same
-/// values they differ by the address alone, wherever the protocol says that they carry one.
+/// The stranger's frames are valid frames of another device with the awaited form. With equal
+/// values they differ only by the address, if the protocol has one in its replies.
 TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
   const tools::TwinFaults::Stranger stranger = MeetStranger();
   const Protocol& protocol = *GetParam().protocol;
@@ -213,8 +211,8 @@ std::vector<Setup> FaultyLines() {
 }
 INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(FaultyLines()), SetupName);
 
-// ---------------- `~**` on a line that has all it can do: modules that are polled and written to,
-// one that is dead, and host watchdogs that trip where the host is not heard of in time.
+// ---------------- `~**` on a fully loaded line: modules that are polled and written to, an absent
+// one, and host watchdogs that trip if `~**` comes too late.
 
 constexpr Duration kPeriod = 500ms;
 constexpr std::uint32_t kWritten = 0;
@@ -239,14 +237,14 @@ class HostWatchdog : public ::testing::Test {
           for (config::Device& device : line.devices) device.poll = 300ms;
         }) {}
 
-  /// "~04310F": 1.5 s, on; "~040": whether it has tripped.
+  /// Sends a watchdog command: "~04310F" sets 1.5 s and on; "~040" reads whether it has tripped.
   std::string Tell(std::uint32_t module, const std::string& command) {
     const std::string address = "0" + std::to_string(module + 1);
     const Bytes request = ToBytes("~" + address + command + "\r");
     return std::string(AsText(rig_->twin(module).twin->Answer(request, rig_->now().instant)));
   }
 
-  /// A minute in which the line never rests.
+  /// Runs a minute in which the line is never idle.
   void RunUnderLoad() {
     rig_.LearnTruth();
     for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
@@ -276,7 +274,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalWhateverElseTheLineHasToDo) {
   ASSERT_GT(sent.size(), 1000U) << "it was a busy minute";
   std::optional<Instant> told;
   std::size_t times = 0;
-  std::size_t late = 0;  // requests since it was due
+  std::size_t late = 0;  // requests since `~**` was due
   for (const Sent& one : sent) {
     if (one.text != "~**\r") {
       if (told && one.at - *told >= kPeriod) ++late;
@@ -292,7 +290,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalWhateverElseTheLineHasToDo) {
   }
   EXPECT_GE(times, 60U);
   for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
-    if (module == kDead) continue;  // it hears nothing
+    if (module == kDead) continue;  // the module receives nothing
     EXPECT_EQ(Tell(module, "0").substr(3, 2), "00") << module << " has tripped";
     EXPECT_TRUE(rig_.FastUsable(module)) << module;
   }
@@ -304,19 +302,17 @@ class NoHostWatchdog : public HostWatchdog {
   NoHostWatchdog() : HostWatchdog(Duration::zero()) {}
 };
 
-/// So that the test above can fail.
+/// Shows that the test above can fail.
 TEST_F(NoHostWatchdog, LetsThemTrip) {
   RunUnderLoad();
   EXPECT_EQ(rig_->CountSent("~**"), 0U);
   EXPECT_EQ(Tell(1, "0").substr(3, 2), "04");
 }
 
-// ---------------- Devices that answer every request with the reply to an earlier one: k exchanges
-// late by count, at once and for ever. Each reply is good in itself; none may become the value of
-// another point.
+// ---------------- Devices that answer every request with the reply to the request k exchanges
+// before. Each reply is valid; none may become the value of another point.
 
-/// What the devices say comes so many requests late: of one device alone, or of all in one queue,
-/// as a serial server before them has it.
+/// Delays the replies of these devices, in one common queue, by this many requests.
 class Shifted {
  public:
   Shifted(Rig& rig, std::vector<std::uint32_t> devices, std::size_t requests)

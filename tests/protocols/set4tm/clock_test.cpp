@@ -1,4 +1,4 @@
-// The clock of a meter as a number.
+// Tests the clock of a meter as a number.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/clock.h"
 
@@ -29,7 +29,6 @@ Decoded ReadClock(std::string_view data, std::string_view zone,
   return DecodeField(ParseField(read).value(), ParseHex(data).value(), In(zone));
 }
 
-/// "2002-09-02T12:30:31".
 std::string ShownUtc(const Decoded& decoded) {
   EXPECT_EQ(decoded.quality, Quality::good);
   const auto* seconds = std::get_if<std::uint64_t>(&decoded.value);
@@ -82,8 +81,7 @@ TEST(MeterClock, StandsInTheAnswerToItsOwnRequestOnly) {
   EXPECT_FALSE(ParseField("04 00 clock@1"));
 }
 
-// ---------------- The drift of a meter's clock, and its correction: golden bytes, and a whole
-// line.
+// ---------------- The drift of a meter's clock and its correction: golden bytes, and a whole line.
 
 constexpr Duration kCharacter = 1146us;  // 11 bits at 9600
 
@@ -119,7 +117,7 @@ TEST(ClockDrift, AnExchangeThatTookLongSaysNothingCertain) {
   drift.OnHostClock(true);
   drift.OnAsked();
   drift.OnSent({Instant(1h), WallTime(1'000'000'000s)}, kCharacter);
-  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);  // once more
+  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);  // sent again
   const Decoded decoded =
       drift.Of(Hex("31 30 15 01 02 09 02 00"), 11, InZone("+00:00"), Instant(1h + 2100ms));
   EXPECT_TRUE(IsUncertain(decoded.quality));
@@ -140,8 +138,7 @@ TEST(ClockDrift, CorrectionOfTheReference) {
   EXPECT_FALSE(ClockCorrection(Value(false), drift, Instant(1h)));
 }
 
-/// What the gateway needs to correct it by itself is refused by `baudgate check` where it is
-/// missing.
+/// `baudgate check` rejects a configuration without the points that the correction needs.
 TEST(ClockCare, IsCheckedWithItsPoints) {
   config::Device right = MakeDevice("5", {MakePoint("04 00 drift@0")});
   right.points[0].name = "clock_drift";
@@ -258,7 +255,7 @@ TEST_F(ClockLine, IsCorrectedOnceADay) {
   EXPECT_NE(line->ends[0], line->ends[1]);
 }
 
-/// A meter that answers the first write by this status, and does nothing.
+/// A meter that answers the first write with this status and does not execute it.
 class Reluctant : public Twin {
  public:
   Reluctant(std::unique_ptr<Twin> twin, std::uint8_t status)
@@ -277,7 +274,7 @@ class Reluctant : public Twin {
   bool said_ = false;
 };
 
-/// 05: the channel was closed meanwhile; 06: once more, please. It has done nothing yet.
+/// 05: the channel was closed meanwhile; 06: repeat the request. The write has not been executed.
 TEST_F(ClockLine, WhatTheMeterWantsOnceMoreIsSentOnceMore) {
   for (const int status : {5, 6}) {
     Make();

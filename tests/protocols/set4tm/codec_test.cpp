@@ -1,4 +1,4 @@
-// SET-4TM addresses, passwords, checksum and lengths, against the reference's worked examples.
+// Tests SET-4TM addresses, passwords, checksums and lengths with examples of the reference.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/codec.h"
 
@@ -60,7 +60,7 @@ struct Vector {
   const char* reply;
 };
 
-/// Worked examples 1 to 18 of the reference; an empty reply is not printed there.
+/// Worked examples 1 to 18 of the reference; empty: the reference does not print the reply.
 constexpr Vector kVectors[] = {
     {"1", "00", "01 00 00 20", "01 00 00 20"},
     {"200", "01 30 30 30 30 30 30", "C8 01 30 30 30 30 30 30 03 D2", "C8 00 56 70"},
@@ -178,8 +178,7 @@ TEST(Set4tmProtocolTest, DescriptorIsComplete) {
   EXPECT_FALSE(protocol.canonical_address("254"));
 }
 
-// ---------------- What is made of captured replies, whose values belong to no point, and of random
-// ones.
+// ---------------- Decoding of captured replies without points, and of random bytes.
 
 using config::Group;
 using config::Type;
@@ -230,7 +229,7 @@ TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
   }
 }
 
-// ---------------- Integers in place of floats, for meters that have none.
+// ---------------- Integers instead of floats, for meters without floats.
 
 std::string IntegerOf(std::string_view read) {
   const auto field = ParseField(read);
@@ -239,7 +238,7 @@ std::string IntegerOf(std::string_view read) {
   return integer ? FieldText(*integer) : "";
 }
 
-/// Reference, 9.5 to 9.7: the same parameter byte, four values of three bytes in place of four.
+/// Reference, 9.5 to 9.7: the same parameter byte; four values of three bytes instead of four.
 TEST(Set4tmIntegers, StandAtTheSameParameter) {
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");
@@ -260,7 +259,7 @@ TEST(Set4tmIntegers, WhatIsNoLiveFloatStays) {
   EXPECT_EQ(IntegerOf("05 00 00 energy@0"), "");
 }
 
-// ---------------- Constants of a SET-4TM meter, without which its counts are no energy.
+// ---------------- Constants of a SET-4TM meter, which convert its counts to energy.
 
 using ::testing::ElementsAre;
 

@@ -1,5 +1,5 @@
-// What the type of a SET-4TM meter (08 12) decides: whether its profile fits, and what the bits of
-// its status word are called.
+// Tests what the type of a SET-4TM meter (08 12) determines: whether its profile fits, and the
+// names of the bits in its status word.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -78,12 +78,12 @@ TEST(Set4tmType, AnotherOneIsNamedAndLeftInPeaceUntilItIsRight) {
 }
 
 TEST(Set4tmType, BitsOfAnotherTypeAreNeverCalledByTheTableOfDotZeroThreeM) {
-  // Each type that the reference has, and one that it has not: only 8 has a table.
+  // Each type of the reference and an unknown one. Only type 8 has a table.
   for (unsigned type = 0; type < 16; ++type) {
     const std::string code(1, "0123456789ABCDEF"[type]);
     Talk talk = OpenTalk(OfTypes({code}));
     Answer answer = talk.Run(Poll(1), Script({"10 40 " + code + "0", "FF FF FF FF FF"}));
-    // Without floats its points are read otherwise.
+    // Points of a type without floats are read in another way.
     if (answer.then == Then::restart) answer = talk.Run(Poll(1), Script({"FF FF FF FF FF"}));
     ASSERT_EQ(answer.readings.size(), 2U) << code;
     for (const Reading& reading : answer.readings) {
@@ -180,8 +180,7 @@ TEST(Set4tmPace, TheMultiplierStretchesSilenceAndReply) {
   EXPECT_FALSE(talk->LeastTimes(character).reply);
 }
 
-// ---------------- The one-byte checksum KS of old SET-4TM meters: FF xor all bytes, frames one
-// byte shorter.
+// ---------------- The one-byte checksum KS of old SET-4TM meters: FF xor all bytes.
 
 config::Options WithKs() {
   config::Options options = DefaultOptions();
@@ -225,11 +224,11 @@ TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
   const Bytes whole = MakeFrame(Hex("05"), Hex("00 89 A2 61 06 09 02"), Checksum::ks);
   EXPECT_EQ(ReplyRule(whole, expect, false).size, whole.size());
   Bytes lengthened = status;
-  lengthened.resize(whole.size());  // zeros keep KS good
+  lengthened.resize(whole.size());  // zeros keep KS valid
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
 }
 
-/// What it answers is for the status alone: the other checksum fits some damaged replies, too.
+/// The reply proves only that the meter is there: some damaged replies fit the other checksum too.
 TEST(Set4tmKs, ASilentMeterIsAskedInTheOtherChecksumNowAndThen) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
   device.options.Set("checksum", std::string("ks"));
@@ -295,8 +294,7 @@ TEST(Set4tmKs, AMeterWithTheOtherChecksumIsSilentOrCorrupt) {
   EXPECT_NE(talk.Run(Poll(0), with_crc).outcome, Outcome::ok);
 }
 
-// ---------------- The shipped SET-4TM profiles: every point can be asked, and comes back from the
-// twin as simulated.
+// ---------------- The shipped SET-4TM profiles: all points are read from the twin.
 
 config::Profile Load(const std::string& name) {
   config::Catalog catalog;
@@ -307,7 +305,7 @@ config::Profile Load(const std::string& name) {
   return loaded.profile;
 }
 
-/// What the profile simulates: the low end of a range, or the text.
+/// The simulated value of the profile: the lower end of a range, or the text.
 FixedValues Simulated(const std::vector<config::Point>& points) {
   FixedValues values;
   for (std::size_t i = 0; i < points.size(); ++i) {

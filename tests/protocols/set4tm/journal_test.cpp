@@ -1,3 +1,4 @@
+// Tests the journals of a SET-4TM meter: records, and sessions that read them.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -24,7 +25,7 @@ const Journal& Numbered(std::uint8_t number) {
   return Journals().front();
 }
 
-/// "E71 2002-09-02T12:30:31.000Z text".
+/// The events of a record as text: "E71 2002-09-02T12:30:31.000Z text".
 std::vector<std::string> Told(const JournalReader& reader, std::uint8_t journal,
                               std::string_view record, std::string_view before = {}) {
   std::vector<std::string> told;
@@ -100,7 +101,7 @@ TEST(Journal, WithoutAZoneTheMetersTimeIsAText) {
   EXPECT_EQ(Told({}, 0x02, kEnded), Events{"E22 2002-09-02T15:32:12 by its clock, by +101 s"});
 }
 
-/// 25.10.2026, Sunday: 02:00 to 03:00 comes twice; 29.03.2026: never.
+/// 25.10.2026, Sunday: 02:00 to 03:00 comes twice. 29.03.2026: 02:00 to 03:00 does not exist.
 TEST(Journal, BordersOfSummerTime) {
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 01 07 25 10 26"), Events{"E51 2026-10-24T23:59:59"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 30 02 07 25 10 26"),
@@ -113,19 +114,19 @@ TEST(Journal, BordersOfSummerTime) {
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 23 04 31 12 26"), Events{"E51 2026-12-31T22:59:59"});
 }
 
-// ---------------- Journals that are read while they grow and wrap, over replies that come to the
-// wrong request, batches that are not kept, and restarts: each record is told once and in order.
+// ---------------- Journals that are read while they grow and wrap, with replies to wrong requests,
+// batches that are not stored, and restarts: each record is reported once and in order.
 
 constexpr std::size_t kRecords = 10;
 
-/// What was raised or told, by journal: code and time.
+/// Raised or reported events by journal: code and time.
 using History = std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::int64_t>>>;
 
 class JournalBench {
  public:
   JournalBench() { Restart(); }
 
-  /// The program is killed and started again; `said` is what was kept.
+  /// The program is killed and restarted; only `said` is left.
   void Restart() {
     session_ = std::make_unique<JournalSession>(true, kRecords);
     EXPECT_FALSE(session_->has_events()) << "nobody knows what was told";
@@ -139,7 +140,6 @@ class JournalBench {
     raised[code / 10].emplace_back(code, wall().time_since_epoch() / 1s);
   }
 
-  /// Whole tasks of events.
   void Run(int tasks) {
     for (int i = 0; i < tasks; ++i) Task();
   }
@@ -175,11 +175,11 @@ class JournalBench {
   History raised;
   History told;
   std::vector<std::string> asked;
-  int asks = 1;                   // how often each request is asked for
-  std::string said;               // of what is kept
-  std::function<bool()> late;     // the reply to the request before comes in place of this one's
-  std::function<bool()> dropped;  // the batch is not kept
-  std::set<unsigned> deaf;        // journals that this meter refuses
+  int asks = 1;                   // how often each request is sent
+  std::string said;               // the stored state of the session
+  std::function<bool()> late;     // the reply is that of the request before
+  std::function<bool()> dropped;  // the batch is not stored
+  std::set<unsigned> deaf;        // journals that the meter refuses
   std::vector<std::string> gaps;
 
  private:
@@ -296,7 +296,7 @@ TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
   bench.Raise(71);
   bench.Run(500);
   EXPECT_EQ(bench.told[7].size(), 1U);
-  bench.meter = kMeter + 1;  // that happens to hold the same record
+  bench.meter = kMeter + 1;  // another meter, with the same record by chance
   bench.Restart();
   bench.Run(500);
   EXPECT_EQ(bench.told[7].size(), 2U);
@@ -325,7 +325,7 @@ TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
   EXPECT_TRUE(bench.session().has_refused());
 }
 
-/// A damaged reply may look like one.
+/// A damaged reply may look like a refusal.
 TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
   JournalBench bench;
   bench.Raise(11);
@@ -362,7 +362,7 @@ TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
   }
 }
 
-/// Against everything at once.
+/// All disturbances at once.
 TEST(JournalSession, EachRecordIsToldOnceWhateverHappens) {
   std::size_t told = 0;
   for (unsigned seed = 1; seed <= 60 && !testing::Test::HasFailure(); ++seed) {

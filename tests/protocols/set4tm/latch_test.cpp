@@ -1,5 +1,4 @@
-// The broadcast latch: when it is sent, how a meter is known to have heard it, and two meters on a
-// whole line.
+// Tests the broadcast latch: when it is sent, how its receipt is checked, and two meters on a line.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/latch.h"
 
@@ -15,7 +14,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// 12:00:20 of some day; the instants beside it have another zero.
+/// 12:00:20 of some day. Instants have a different zero.
 constexpr WallTime kWall = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 3 / 1)) + 12h;
 Now SinceNoon(Duration since_noon) { return {Instant(1h) + since_noon, kWall + since_noon}; }
 
@@ -131,7 +130,6 @@ TEST(Latch, IsChecked) {
   EXPECT_FALSE(ParseField("08 14 50 latched@1"));
 }
 
-/// A meter that does not hear broadcasts while it is `deaf`.
 class Deaf : public Twin {
  public:
   Deaf(std::unique_ptr<Twin> twin, const bool& deaf) : twin_(std::move(twin)), deaf_(deaf) {}
@@ -225,7 +223,7 @@ TEST_F(LatchLine, BothMetersShowTheSameMoment) {
   EXPECT_EQ(Said(1, kLatched), 201);
 }
 
-/// `08 14 50` tells of the new moment at once, the power would be read a minute later.
+/// `08 14 50` returns the new moment at once, but the power would be read a minute later.
 TEST_F(LatchLine, NoValueStandsBesideTheMomentOfAnother) {
   for (int second = 0; second < 200; ++second) {
     Show(second < 45 ? 100 : second < 105 ? 200 : 300);
@@ -255,7 +253,7 @@ TEST_F(LatchLine, AMeterThatHasNotHeardItShowsNothing) {
   EXPECT_EQ(line->StatusOf(1).learned, "");
 }
 
-/// It may be another one since, and has missed a broadcast.
+/// The meter may have been replaced, and has missed a broadcast.
 TEST_F(LatchLine, AMeterThatWasAwayWaitsForTheNextOne) {
   line->RunFor(45s);
   line->twin(1).manner.dead = true;
@@ -271,7 +269,7 @@ TEST_F(LatchLine, AMeterThatWasAwayWaitsForTheNextOne) {
   EXPECT_TRUE(Good(1, kLatched));
 }
 
-/// One that refuses 08 14 50 is not believed; it is asked for the rest as before.
+/// A meter that refuses 08 14 50 has no proven latch; its other requests continue.
 TEST_F(LatchLine, AMeterThatDoesNotTellIsNotBelieved) {
   line->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
     const auto parts = SplitFrame(request);
@@ -285,7 +283,7 @@ TEST_F(LatchLine, AMeterThatDoesNotTellIsNotBelieved) {
   EXPECT_NE(line->StatusOf(1).learned.find("does not tell when"), std::string::npos);
 }
 
-/// Nothing else of what it says is taken for the answer.
+/// No other reply is accepted for the missing one.
 TEST_F(LatchLine, SilenceToTheTimeIsNoLatch) {
   line->twin(1).manner.distort = [](Bytes reply) { return reply.size() == 10 ? Bytes() : reply; };
   line->RunFor(70s);

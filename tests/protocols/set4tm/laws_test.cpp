@@ -1,4 +1,4 @@
-// The frame rule laws, for SET-4TM requests and for replies of every shape and address form.
+// Tests the laws of frame rules for SET-4TM: requests, and replies of every shape and address form.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/base/bytes.h"
 #include "protocols/set4tm/meter/codec.h"
@@ -75,7 +75,7 @@ std::vector<LawSubject> Subjects() {
   for (std::size_t i = 0; i < snapshot.size(); ++i) snapshot[i] = static_cast<std::uint8_t>(i * 7);
   subjects.push_back(Replies("Snapshot", "05 08 23 A5 00 00 00 10 00 0E 0E FF FF 3C 2C",
                              {protocols::set4tm::MakeFrame(Bytes{5}, snapshot)}));
-  // KS is weak: one of 256 runs of noise ends in it, so that no frame behind noise is promised.
+  // KS is weak: one of 256 runs of noise ends in a valid KS.
   config::Options ks = protocols::set4tm::DefaultOptions();
   ks.Set("checksum", std::string("ks"));
   LawSubject old;
@@ -116,14 +116,14 @@ TEST(Set4tmReplyRule, StatusToAWriteIsWholeAtOnce) {
 
 TEST(Set4tmReplyRule, StatusFollowedByABreakIsNoValue) {
   Bytes lengthened = protocols::set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
-  lengthened.resize(7);  // zeros keep the CRC good
+  lengthened.resize(7);  // zeros keep the CRC valid
   ASSERT_TRUE(EndsInCrc16(lengthened));
   const Cut cut = protocols::set4tm::ReplyRule(lengthened, AwaitFloat(), true);
   EXPECT_EQ(cut.kind, Cut::Kind::discard);
   EXPECT_EQ(cut.blame, Outcome::corrupt);
 }
 
-/// A meter that answers late: what it says is for the conversation to tell.
+/// A late reply may have another length; the conversation judges it.
 TEST(Set4tmReplyRule, AReplyOfAnotherLengthIsAFrameBeforeSilence) {
   for (const char* body : {"12 34", "00 89 A2 61 06 09 02", "00 00 27 11 00 00 00 00"}) {
     const Bytes reply = protocols::set4tm::MakeFrame(Bytes{0xC8}, Hex(body));

@@ -1,5 +1,5 @@
-// A SET-4TM meter on a whole line under virtual time: what is tried, learned and read daily, and
-// what that costs.
+// Tests a SET-4TM meter on a line in virtual time: trials, learned properties, daily readings,
+// cost.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -80,7 +80,7 @@ TEST(Set4tmLine, SilenceToATrialCostsOneExchangeAndNoState) {
   EXPECT_EQ(line.StatusOf(0).state, bus::DeviceState::online);
 }
 
-/// The answer to the trial comes when something else is asked already.
+/// The answer to the trial comes after the next request was sent.
 TEST(Set4tmLine, ALateAnswerToATrialIsNobodysValue) {
   VirtualLine line = LineOf(Meter());
   Measure(line);
@@ -169,7 +169,7 @@ TEST(Set4tmLine, AStretchedMeterIsGivenItsTime) {
   line.Open();
   line.RunFor(10s);
   EXPECT_THAT(line.StatusOf(0).learned, HasSubstr("multiplier 5"));
-  // Later than the 300 ms that a meter has, within five times its silence and 500 ms.
+  // Later than the meter's 300 ms, but within five times its silence plus 500 ms.
   line.twin(0).manner.think = 550ms;
   line.sent.clear();
   line.RunFor(20s);

@@ -1,4 +1,4 @@
-// The bytes of load profiles: golden ones of the manufacturer's description, seasons, powers.
+// Tests the bytes of load profiles: examples of the manufacturer's description, seasons, powers.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/archive/load_profile.h"
 
@@ -131,8 +131,8 @@ TEST(LoadPlace, IsTheSameAsText) {
   }
 }
 
-// ---------------- Load profiles on a whole line under virtual time: polls are as punctual as
-// without them, and each record is kept once over kills, dead meters and a disk that takes nothing.
+// ---------------- Load profiles on a whole line in virtual time: polls stay as punctual as without
+// them, and each record is stored once, with killed programs, absent meters and a failing disk.
 
 using Utc = CivilZone::Utc;
 
@@ -176,7 +176,6 @@ class Station {
   }
 
   MeterTwin& twin(std::size_t i) { return dynamic_cast<MeterTwin&>(*line.twin(i).twin); }
-  /// The ring has filled since.
   void Fill(Utc begin) {
     for (std::size_t i = 0; i < 2; ++i) {
       *twin(i).load(1) = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, begin);
@@ -187,11 +186,11 @@ class Station {
   VirtualLine line;
   std::map<std::uint32_t, std::string> said;
   std::map<std::uint32_t, std::vector<PastRecord>> told;
-  std::map<std::uint32_t, Instant> read_at;  // the last of a hundred days but one
+  std::map<std::uint32_t, Instant> read_at;  // the last read before a hundred days were complete
   std::function<bool()> disk_fails;
 };
 
-/// When each float request was sent, from then on.
+/// The times at which each float request was sent, from `begin` on.
 using Polls = std::map<std::string, std::vector<Instant>>;
 Polls PollsSince(Instant begin, const VirtualLine& line) {
   Polls polls;
@@ -202,7 +201,7 @@ Polls PollsSince(Instant begin, const VirtualLine& line) {
   return polls;
 }
 
-/// How much later than the same poll of the other run, in that up to `end`.
+/// For each poll up to `end`: how much later it was sent than the same poll of the other run.
 std::vector<Duration> Later(const Polls& with, const Polls& without, Instant end) {
   std::vector<Duration> later;
   for (const auto& [text, times] : without) {
@@ -219,14 +218,14 @@ std::size_t MemoryReads(const VirtualLine& line) {
       line.sent, [](const Sent& sent) { return sent.text.size() > 1 && sent.text[1] == 0x0C; }));
 }
 
-/// Journals have a rhythm of their own, which is not looked at here.
+/// Journals are read at other times and are excluded here.
 std::optional<Bytes> NoJournals(View request) {
   if (request[1] != kJournal && request[1] != kJournalExtended) return std::nullopt;
   return MakeFrame(request.first(1), Bytes{0x01});
 }
 
-/// A meter answers 7 to 108 ms behind a request (reference, chapter 4): by request and how often
-/// that came, so that a poll takes the same time in both runs.
+/// A meter answers 7 to 108 ms after a request (reference, chapter 4). The time depends only on the
+/// request and on how often it was sent, so a poll takes the same time in both runs.
 std::function<std::optional<Bytes>(View)> Thinks(Manner& manner, bool journals) {
   auto times = std::make_shared<std::map<Bytes, std::uint32_t>>();
   return [&manner, times, journals](View request) {
@@ -249,7 +248,7 @@ class LoadPace : public testing::TestWithParam<Pace> {
  protected:
   static constexpr Duration kLearns = 2min;
 
-  /// A backlog that is there when all is known that is learned at the start.
+  /// Runs a station whose meters have a backlog, which is read after the start.
   std::unique_ptr<Station> Run(std::chrono::days backlog, Duration time) const {
     const Pace& pace = GetParam();
     auto station = std::make_unique<Station>(true, pace.poll);
@@ -278,7 +277,7 @@ TEST_P(LoadPace, ABacklogOfAHundredDaysMakesNoPollLater) {
   const Polls alone = PollsSince(begin, without->line);
   ASSERT_EQ(beside.size(), 6U);
   ASSERT_GE(alone.begin()->second.size(), 895U);
-  // Behind it each meter still proves once a minute who it is, but in another second of it.
+  // After the backlog each meter is still identified once a minute, but at another second.
   const Instant end = std::min(with->read_at[0], with->read_at[1]);
   EXPECT_GT(end, begin + 8min) << "there is something to compare";
   EXPECT_EQ(Later(beside, alone, end), std::vector<Duration>());
@@ -289,7 +288,7 @@ INSTANTIATE_TEST_SUITE_P(, LoadPace,
                                          Pace{"journals", 1s, false, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-/// No gap is ever long enough: polls are asked for faster than they can be answered.
+/// The pauses are too short: polls are due faster than they can be answered.
 TEST(LoadLine, ALineThatIsNeverIdleGivesABacklogOneExchangeAMinute) {
   const auto run = [](std::chrono::days backlog) {
     auto station = std::make_unique<Station>(true, 100ms);

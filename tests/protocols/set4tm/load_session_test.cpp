@@ -1,5 +1,6 @@
-// Load profiles that are read while they grow and wrap, with outages of the gateway and the meter,
-// batches that are not kept, restarts and other meters: each record once, and what the twin had.
+// Tests load profiles that are read while they grow and wrap, with outages of the gateway and the
+// meter, batches that are not stored, restarts and replaced meters: each record is reported once,
+// with the value of the twin.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -58,10 +59,9 @@ class LoadDesk {
     session_->OnType(ways.type);
   }
 
-  /// The gateway is away, the meter goes on.
+  /// The gateway is away while the meter measures.
   void Pass(Duration time) { now_ += time; }
 
-  /// Whole tasks, as they come due, for so long.
   void Run(Duration time) {
     const Instant end = now_ + time;
     while (true) {
@@ -93,7 +93,7 @@ class LoadDesk {
   }
   LoadSession& session() { return *session_; }
 
-  /// All that the twin has measured since, without a gap, up to the last look.
+  /// Expects all records of the twin from `from` up to the last look, without a gap.
   void ExpectAll(Utc from = kBegin) const {
     const std::chrono::minutes span(ways.minutes);
     Utc next = from;
@@ -108,7 +108,7 @@ class LoadDesk {
       }
       next += span;
     }
-    // An hour's slices show when its first is over; a slice when the meter is looked at.
+    // The slices of an hour are there when its first slice is over; each waits for the next look.
     EXPECT_GE(next, utc() - span - LoadSession::kLook - 1min);
     EXPECT_LE(next, utc());
   }
@@ -124,11 +124,11 @@ class LoadDesk {
   std::vector<PastRecord> gaps;
   std::vector<std::string> asked;
   std::function<bool()> lost;      // the exchange fails
-  std::function<bool()> dropped;   // the batch is not kept, and the program killed
-  bool deaf = false;               // to 0C
-  bool odd = false;                // two bytes behind the id
-  std::optional<Bytes> unwritten;  // stands where the header of the hour under way belongs
-  std::optional<Bytes> pointer;    // said in place of the twin's
+  std::function<bool()> dropped;   // the batch is not stored, and the program is killed
+  bool deaf = false;               // the meter refuses 0C
+  bool odd = false;                // the reply has two extra bytes after the id
+  std::optional<Bytes> unwritten;  // replaces the header of the current hour
+  std::optional<Bytes> pointer;    // replaces the twin's pointer
 
  private:
   Bytes Reply(const Bytes& pdu) {
@@ -152,7 +152,7 @@ class LoadDesk {
     return data;
   }
 
-  /// The meter has moved its pointer on, and not written the header yet.
+  /// The meter has advanced its pointer but not yet written the header.
   void HideHeader(std::size_t address, Bytes& memory) const {
     const auto pointer = ParseLoadPointer(twin.Pointer());
     const std::size_t hour = LoadRing{ways.bytes, ways.minutes}.HourOf(*pointer)->address;
@@ -238,7 +238,7 @@ TEST(LoadSession, ARingThatWentRoundIsAGap) {
   service.ExpectAll(found);
 }
 
-/// Exactly one hour is overwritten, or none.
+/// In this case exactly one hour is overwritten, or none.
 TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
   for (const int hours : {168, 169, 170, 171}) {
     SCOPED_TRACE(hours);
@@ -310,7 +310,6 @@ TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
   service.Restart();
   service.Run(20h);
   service.ExpectAll();
-  // One that was never there before.
   service.meter = kMeter + 2;
   service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, service.utc() + 10h);
   service.Pass(12h);
@@ -333,7 +332,7 @@ TEST(LoadSession, AMemoryThatWasClearedIsAGapAndNothingTwice) {
   service.ExpectAll(kBegin + 55h);
 }
 
-/// What may stand where a header is not written yet.
+/// Bytes that may be found where a header has not been written yet.
 class LoadHeaderMissing : public testing::TestWithParam<const char*> {
  protected:
   static Bytes Unwritten() { return *ParseHex(GetParam()); }
@@ -363,7 +362,7 @@ INSTANTIATE_TEST_SUITE_P(, LoadHeaderMissing,
                                          "14 14 08 35 00 1E 83 00",    // a later clock
                                          "00 64 00 00 80 0A 00 00"));  // a slice
 
-/// The pointer names the place behind the last record, as long as an hour has no header.
+/// While an hour has no header, the pointer contains the place after the last record.
 TEST(LoadSession, APointerBehindTheLastRecordIsUnderstood) {
   for (const unsigned minutes : {30U, 15U, 60U}) {
     for (const std::size_t bytes : {65536U, 4096U, 120U * 24}) {
@@ -387,12 +386,12 @@ TEST(LoadSession, APointerBehindTheLastRecordIsUnderstood) {
 
 TEST(LoadSession, AMemoryThatIsNotUnderstoodIsSaid) {
   LoadDesk service;
-  service.pointer = *ParseHex("10 15 03 09 26 05 A4");  // no place of a record
+  service.pointer = *ParseHex("10 15 03 09 26 05 A4");  // not the place of a record
   service.Pass(60h);
   service.Run(1min);
   EXPECT_NE(service.session().Shown().find("05 A4"), std::string::npos)
       << service.session().Shown();
-  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // neither of the two
+  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // a wrong place
   service.Run(6min);
   EXPECT_NE(service.session().Shown().find("0598"), std::string::npos) << service.session().Shown();
   EXPECT_TRUE(service.told.empty());
@@ -413,7 +412,7 @@ TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
   }
 }
 
-/// Against everything at once: an oracle over weeks.
+/// All disturbances at once, checked over weeks.
 TEST(LoadSession, EachHalfHourIsToldOnceWhateverHappens) {
   std::size_t told = 0;
   for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {

@@ -1,4 +1,4 @@
-// The `read` grammar and the decoders of SET-4TM, with the values of the reference's examples.
+// Tests the `read` grammar and the decoders of SET-4TM with the examples of the reference.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/points.h"
 
@@ -140,7 +140,7 @@ TEST(Set4tmFields, TroubleIsNeverANumber) {
   EXPECT_FALSE(HasValue(Read("08 03 version@0", "03 0A 30").value));
   EXPECT_FALSE(HasValue(Read("04 00 time@0", "31 30 25 01 02 09 02 00").value));
   EXPECT_FALSE(HasValue(Read("04 00 time@0", "31 30 15 01 02 13 02 00").value));
-  // An open journal record has no end yet: that is a text, an empty one.
+  // An open journal record has no end yet: its value is an empty text.
   const Decoded open = Read("09 01 09 time@7", "31 30 15 01 02 09 02 00 00 00 00 00 00 00");
   EXPECT_EQ(std::get<std::string>(open.value), "");
 }
@@ -210,7 +210,7 @@ TEST(Set4tmSnapshot, MaskBitsAsTheReferenceLists) {
 TEST(Set4tmSnapshot, SlotsOfGroupReads) {
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 00"), 0), 0x00);
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 30"), 12), 0x33);
-  EXPECT_EQ(ParameterAt(Hex("08 1B 02 10"), 0), 0x11);  // no sum: phase 1 stands in its place
+  EXPECT_EQ(ParameterAt(Hex("08 1B 02 10"), 0), 0x11);  // there is no sum, so phase 1 comes first
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 14"), 12), 0x17);
   EXPECT_EQ(ParameterAt(Hex("08 1B 00 41"), 0), 0x40);
   EXPECT_EQ(ParameterAt(Hex("08 1B 00 19"), 0), 0x18);
@@ -219,13 +219,11 @@ TEST(Set4tmSnapshot, SlotsOfGroupReads) {
   EXPECT_FALSE(ParameterAt(Hex("08 1B 00 00"), 4));
 }
 
-// ---------------- Transformer ratios of a SET-4TM meter: those in the meter, and those of the
-// configuration in their place, for floats, integers and energy alike.
+// ---------------- Transformer ratios of the meter or of the configuration.
 
 using ::testing::ElementsAre;
 
-/// What the meter is programmed with, what the configuration says (0: nothing), what the floats
-/// are.
+/// A meter with its programmed ratios, the configured ratios (0: none) and the kind of its floats.
 struct Site {
   const char* name;
   int kn_in_meter;
@@ -235,7 +233,7 @@ struct Site {
   const char* floats;
 };
 
-/// On its terminals each meter sees 57.7 V and 2.5 A: 144.25 W a phase.
+/// At its terminals each meter measures 57.7 V and 2.5 A: 144.25 W per phase.
 constexpr double kVolts = 57.7;
 constexpr double kAmperes = 2.5;
 
@@ -271,7 +269,7 @@ class Set4tmRatios : public ::testing::TestWithParam<Site> {
     return device;
   }
 
-  /// The meter's float of what is `secondary` on its terminals.
+  /// The meter's float for `secondary`, the value at its terminals.
   std::string Float(double secondary, bool voltage, bool current) const {
     double value = secondary;
     if (std::string(GetParam().floats) == "primary") {
@@ -284,7 +282,7 @@ class Set4tmRatios : public ::testing::TestWithParam<Site> {
     return ToHex(bytes);
   }
 
-  /// What the point reads; the meter has answered 08 12 and 08 02 where it was asked.
+  /// Returns the value of the point. The meter answers 08 12 and 08 02.
   double Read(const std::string& read, const std::string& data) const {
     Talk talk = OpenTalk(Meter({MakePoint(read)}));
     const Site& site = GetParam();
@@ -376,7 +374,7 @@ TEST(Set4tmRatiosAsked, AScaleBesideThemIsDoubted) {
   EXPECT_EQ(doubts[0].point, 0U);
 }
 
-/// What it has multiplied its floats with already, nobody knows then.
+/// Without its ratios it is unknown which factors its floats already contain.
 TEST(Set4tmRatiosAsked, AMeterThatDoesNotTellThemHasNoGoodFloatsThen) {
   config::Device device = MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0")});
   device.options.Set("voltage_ratio", 100.0);
@@ -386,9 +384,9 @@ TEST(Set4tmRatiosAsked, AMeterThatDoesNotTellThemHasNoGoodFloatsThen) {
   EXPECT_FALSE(HasValue(answer.readings.at(0).value));
 }
 
-// ---------------- What becomes of a request that a SET-4TM meter answers with a status code.
+// ---------------- Requests that a SET-4TM meter answers with a status code.
 
-/// A float that is refused asks for the type, which may have no floats.
+/// After a refused float the type is read, because the meter may have no floats.
 TEST(Set4tmStatus, UnsupportedPointIsNotAskedAgain) {
   Talk talk =
       OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));
@@ -440,7 +438,7 @@ TEST(Set4tmStatus, ASerialNumberThatIsNotToldIsAskedForOnce) {
   }
 }
 
-/// A meter of whom nothing was known before, with a memory of its own.
+/// The meter was not known before and has its own memory.
 TEST(Set4tmStatus, WhoDoesNotTellItsSerialNumberContradictsNothing) {
   for (const char* status : {"01", "02", "03", "04", "0A"}) {
     Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint(kOneFloat),
@@ -459,7 +457,7 @@ TEST(Set4tmStatus, WhoDoesNotTellItsSerialNumberContradictsNothing) {
   }
 }
 
-/// Its values may be another meter's.
+/// The values may belong to another meter.
 TEST(Set4tmStatus, WhoShouldTellItsSerialNumberAndDoesNotIsAskedRarely) {
   for (const char* status : {"01", "02", "0A"}) {
     config::Device device = OneFloat();

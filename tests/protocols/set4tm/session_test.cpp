@@ -1,4 +1,4 @@
-// The channel of a SET-4TM meter: opened first, opened again, and what is forgotten with it.
+// Tests the channel of a SET-4TM meter: opened first, opened again, and state cleared with it.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -107,7 +107,7 @@ TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
-/// 08 1B 00 41 would be 8.0 as a float.
+/// 08 1B 00 41 read as a float would be 8.0.
 TEST(Set4tmSession, TheQuestionOfAnotherMasterIsNoFloat) {
   for (const char* question : {"08 1B 00 41", "08 1B 02 00", "08 1B 00 11"}) {
     Talk talk = OpenTalk(OneFloat());
@@ -277,8 +277,7 @@ TEST(Set4tmSnapshotTrial, NoTrialWhereItSavesNothingOrTheTypeHasNone) {
   EXPECT_THAT(TakeAsked(second), ElementsAre("08 12")) << "integers from now on";
 }
 
-/// Every float of the reference has a value of its own: read by mask, by group and one by one, each
-/// is where it belongs.
+/// Every float has a different value; read by mask, by group or alone, each is at its place.
 TEST(Set4tmSnapshotRead, NoValueComesFromAnotherPlace) {
   config::Device device = MakeDevice("5", {});
   FixedValues values;
@@ -304,7 +303,7 @@ TEST(Set4tmSnapshotRead, NoValueComesFromAnotherPlace) {
   EXPECT_LE(talk->Queries().size(), 3U);
 }
 
-// ---------------- What the gateway asks a SET-4TM meter, and which frames are its answers.
+// ---------------- The requests to a SET-4TM meter, and the frames that are accepted as replies.
 
 TEST(Set4tmPlan, PointsOfOnePduShareAnExchange) {
   const Talk talk(
@@ -341,7 +340,7 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
   EXPECT_EQ(poll("9020001", 0, Hex("07")), Outcome::unexpected);
 }
 
-/// C8 03 09 30 C8 and a zero: two bytes of data, or three: C8 00 is the CRC of 03 09 30 too.
+/// C8 03 09 30 C8 00 has two bytes of data or three: C8 00 is also the CRC of 03 09 30.
 TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerWhoAwaitsOneByteMore) {
   const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
   MeterBus bus;
@@ -363,7 +362,7 @@ TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_THAT(answer.reason, HasSubstr("9020001"));
   EXPECT_EQ(talk->trouble().reason, Reason::swapped) << "of all points";
-  // The right one is asked once.
+  // The next meter is asked once whether it is the right one.
   talk->OnReconnect();
   EXPECT_TRUE(talk->trouble()) << "until it is known to be right";
   TakeAsked(talk);

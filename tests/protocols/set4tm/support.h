@@ -1,4 +1,4 @@
-// SET-4TM meters in tests, what they answer, and PDUs in hex.
+// Builds SET-4TM meters, their replies, and PDUs in hex for tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,6 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// The serial number of a meter.
 inline constexpr std::uint32_t kMeter = 9020001;
 
 inline Bytes Hex(std::string_view text) { return *ParseHex(text); }
@@ -31,7 +30,7 @@ inline config::Point MakePoint(const std::string& read, config::Group group = co
   return ReadPoint("p", read, type, group);
 }
 
-/// Its floats are read by 08 1B, unless the test says otherwise.
+/// The device reads floats with 08 1B, unless the test sets another option.
 inline config::Device MakeDevice(const std::string& address, std::vector<config::Point> points,
                                  const Settable& options = {}) {
   config::Device device = DeviceOf(Set4tmProtocol(), address, std::move(points), options);
@@ -39,7 +38,7 @@ inline config::Device MakeDevice(const std::string& address, std::vector<config:
   return device;
 }
 
-/// The PDUs asked since the last call, in hex; a password shows as "01".
+/// Returns and clears the requested PDUs in hex; a password is shown as "01".
 inline std::vector<std::string> TakeAsked(Talk& talk) {
   std::vector<std::string> pdus;
   for (const Bytes& frame : std::exchange(talk.asked, {})) {
@@ -52,7 +51,7 @@ inline std::vector<std::string> TakeAsked(Talk& talk) {
 
 inline constexpr const char* kOneFloat = "08 1B 00 11 float_le@0";
 
-/// A wire that gives these reply bodies, one for each request, to the address that was asked.
+/// A wire that answers each request with the next of these bodies, from the requested address.
 inline Wire Script(std::vector<std::string> bodies) {
   auto rest = std::make_shared<std::vector<std::string>>(std::move(bodies));
   return [rest](View request) {
@@ -66,7 +65,6 @@ inline Wire Script(std::vector<std::string> bodies) {
 
 inline config::Device OneFloat() { return MakeDevice("200", {MakePoint(kOneFloat)}); }
 
-/// A meter whose channel is open already.
 inline Talk OpenTalk(const config::Device& device) {
   Talk talk(Set4tmProtocol(), device);
   talk.Run(Probe(), Script({"00"}));

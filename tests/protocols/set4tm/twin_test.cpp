@@ -1,4 +1,4 @@
-// The simulated SET-4TM: answers what a meter answers, and is silent where a meter is silent.
+// Tests the simulated SET-4TM: it answers and is silent as a meter.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/twin/twin.h"
 
@@ -55,13 +55,13 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
   EXPECT_EQ(Ask("06", "00"), "");
   EXPECT_EQ(Ask("FE", "03 08 55 AA 33 CC"), "");
   EXPECT_EQ(Ask("FC 00 89 A2 62", "00"), "");
-  EXPECT_EQ(Ask("05", "08 00 00 00"), "");  // a length that no meter takes
+  EXPECT_EQ(Ask("05", "08 00 00 00"), "");  // no meter accepts this length
   EXPECT_EQ(Ask("00", "03 0B 00 0A"), "");  // no writes at the common address
   EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
 }
 
 TEST_F(Set4tmTwin, IsNotCorrectedAcrossAnHourOfItsOwnZone) {
-  // 10:00:04 UTC is 15:45:04 there.
+  // 10:00:04 UTC is 15:45:04 in this zone.
   device_.options.Set("time_zone", std::string("+05:45"));
   twin_ = std::make_unique<MeterTwin>(device_, values_);
   const auto day = std::chrono::sys_days(std::chrono::year(2026) / 1 / 27);
@@ -160,13 +160,13 @@ TEST_F(Set4tmTwin, KnowsOnlyItsOwnParameters) {
   EXPECT_EQ(Ask("05", "0B 01"), Frame("05", "01"));
 }
 
-// ---------------- Serial numbers and refused passwords over restarts.
+// ---------------- Serial numbers and refused passwords across restarts.
 
 const Bytes kPassword = ToBytes("000000");
 
 Now Earlier(Duration since) { return {Instant(5h) + since, WallTime(1'790'000'000s) + since}; }
 
-/// Another process: its monotonic clock has nothing to do with the one before.
+/// Another process: its monotonic clock is unrelated to the one before.
 Now Later(Duration since) { return {Instant(7min) + since, WallTime(1'790'000'000s) + since}; }
 
 TEST(MeterMemory, TheFirstMeterIsTheMeter) {

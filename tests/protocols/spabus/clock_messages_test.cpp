@@ -1,4 +1,4 @@
-// The text of T and D, and when they are due. Source of the texts: spa-bus reference, 5 and 13.
+// Tests the text of the messages T and D, and when they are due (spa-bus reference, 5 and 13).
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <ctime>
@@ -16,7 +16,7 @@ WallTime At(std::int64_t seconds, Duration rest = {}) {
 }
 constexpr std::int64_t kLeapDay = 1709251198;  // 2024-02-29 23:59:58 UTC
 
-/// The machine's zone while it lives.
+/// Sets the time zone of the process during its lifetime.
 class Zoned {
  public:
   explicit Zoned(const char* zone) {
@@ -79,7 +79,7 @@ TEST(SpaClock, IsDueByItsPeriodsAndOnlyWithARightClock) {
   EXPECT_EQ(clock.Due(both, start + 2min), kDate) << "at once, when it is right again";
 }
 
-// ---------------- How far a relay's clock is: the middle of what is known, and how sure that is.
+// ---------------- The offset of a relay's clock and its uncertainty.
 
 constexpr Instant kSent{1h};
 /// 12:00:00 of some day.
@@ -95,7 +95,7 @@ ClockOffset::Offset OffsetOf(const std::string& said, WallTime arrives, Duration
 }
 
 TEST(SpaClockOffset, IsAgainstTheMiddleOfTheTurnaround) {
-  // The reply of 16 ms begins 20 ms behind the request.
+  // The reply of 16 ms begins 20 ms after the request.
   const auto ahead = OffsetOf("01.510", kNoon, 36ms);
   EXPECT_NEAR(ToDouble(ahead.value), 1.5, 1e-9);
   EXPECT_EQ(ahead.quality, Quality::good);
@@ -161,9 +161,8 @@ TEST(SpaClockOffset, IsReadOnlyAndANumber) {
       MakePoint("T offset", Type::float32, Group::fast, Access::read_write)));
 }
 
-// ---------------- A relay that calls itself what another profile is for serves no good value;
-// clones and variants with names of their own do. Source of the texts: SPA reference, F of SPCJ
-// 4D29 and SPAU 130 C.
+// ---------------- A relay with the designation of another profile has no good value; clones and
+// variants with other names have. Texts: SPA reference, F of SPCJ 4D29 and SPAU 130 C.
 
 config::Device Relay() {
   config::Device device = MakeDevice({MakePoint("I1"), MakePoint("S1")}, "1");
@@ -218,7 +217,7 @@ TEST(SpaDesignation, SilenceAndRefusalContradictNothing) {
   }
 }
 
-/// The question waits behind a probe, or is parked, while the relay is asked for something else.
+/// The request for the designation waits behind a probe, or is parked.
 TEST(SpaDesignation, AFailureOfAnotherTaskIsNoAnswerToIt) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");

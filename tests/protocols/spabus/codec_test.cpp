@@ -1,4 +1,4 @@
-// Requests and replies against the worked examples of the SPA Bus reference, and what is refused.
+// Tests requests and replies with examples of the SPA Bus reference, and rejected frames.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/codec.h"
 
@@ -226,7 +226,7 @@ TEST(SpaAddress, RefusesWithWhatWouldBeRight) {
   }
 }
 
-// ---------------- What values look like on the SPA Bus, and what is never taken for a value.
+// ---------------- Formats of values on the SPA Bus, and texts that are not values.
 
 Decoded DecodedAs(const std::string& text, Type type, double scale = 1) {
   config::Point point = MakePoint("V1", type);
@@ -290,7 +290,7 @@ TEST(SpaValue, EncodesWithoutNeedlessDigits) {
   EXPECT_EQ(Encoded(std::string("SUB 7"), Type::string), "SUB 7");
 }
 
-/// "30.3" of 3030, with whole numbers and text alone.
+/// 3030 becomes "30.3"; computed with integers and text only.
 std::string HundredthsText(int hundredths) {
   std::string text = std::to_string(hundredths / 100);
   const int rest = hundredths % 100;
@@ -300,9 +300,9 @@ std::string HundredthsText(int hundredths) {
   return text;
 }
 
-/// A register that is written as 30.3 carries 30.299999237. All values of 0.05…300 in steps of
-/// 0.01, those of 0.5…40 in steps of 0.1 among them: as the register has them, as 64 bits have
-/// them, with the point's decimals and without.
+/// A register that is written as 30.3 contains 30.299999237. Tests all values of 0.05…300 in steps
+/// of 0.01 (including 0.5…40 in steps of 0.1): as float, as double, with the decimals of the point
+/// and without.
 TEST(SpaValue, EncodesTheDecimalsThatWereMeant) {
   config::Point settled = MakePoint("S23");
   settled.writing.decimals = 2;
@@ -326,7 +326,7 @@ TEST(SpaValue, TheTextOfAFloatReadsBackAsTheSameFloat) {
     const float number = std::ldexp(static_cast<float>(random() >> 8U), -18);
     const std::string text = Encoded(static_cast<double>(number), Type::float32);
     ASSERT_EQ(text.find_first_not_of("0123456789."), std::string::npos) << text;
-    if (number < 1) continue;  // which may need more than nine decimals
+    if (number < 1) continue;  // a smaller number may need more than nine decimals
     ASSERT_EQ(std::strtof(text.c_str(), nullptr), number) << text;
   }
 }
@@ -413,8 +413,7 @@ TEST(SpaValue, PrintsAsARelayDoes) {
   EXPECT_EQ(PrintValue(std::string("a:b"), MakePoint("F", Type::string)), "a-b");
 }
 
-// ---------------- The same item of consecutive channels in one request, and devices that do not
-// understand it.
+// ---------------- Ranges of channels in one request, and devices that do not support them.
 
 std::vector<config::Point> ThreeChannels() {
   return {MakePoint("1I1"), MakePoint("2I1"), MakePoint("3I1")};

@@ -1,5 +1,4 @@
-// What a device is asked and what its answers mean: values, refusals, strangers, and what is
-// learned.
+// Tests the requests to a device and its replies: values, refusals, foreign and learned ones.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/conversation.h"
 
@@ -49,7 +48,7 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   Asked(talk, Poll(0));
   for (const char* reply : {"<1D:0.52/0.49/0.51/0.00:",      // one value too few
                             "<1D:0.52/0.49/0.51/0.00/0/1:",  // one too many
-                            "<1D::",                         // none
+                            "<1D::",                         // no value
                             "<1A:",                          // an acknowledge
                             "<1N::"}) {                      // a refusal without its code
     const Answer answer = Hear(talk, Poll(0), reply);
@@ -59,7 +58,7 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   }
 }
 
-/// "<1D:SPAJ 140 C:" answers RF. For a number it is taken only where nothing else is owed.
+/// "<1D:SPAJ 140 C:" answers RF. It is accepted for a number only if no other reply is awaited.
 TEST(SpaConversation, ATextInPlaceOfANumberMayAnswerAnotherRequest) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   const Bytes request = talk->Ask(Poll(0), Instant{})->bytes;
@@ -181,7 +180,7 @@ TEST(SpaConversation, TellsWhichChecksumsItHasLearned) {
   EXPECT_EQ(talk->WhatIsLearned(), "");
 }
 
-/// An XOR lets pairs of bit errors through: NACK 5 is what noise looks like.
+/// An XOR does not detect some pairs of bit errors, so noise may look like NACK 5.
 TEST(SpaConversation, ARefusalOfWhatWasAnsweredIsAFailureLikeAnyOther) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   const auto say = [&](const std::string& reply) {
@@ -201,7 +200,7 @@ TEST(SpaConversation, ARefusalOfWhatWasAnsweredIsAFailureLikeAnyOther) {
 
 TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
-  // The device lacks I4: halves are tried until it stands alone, and three times then.
+  // The device lacks I4: requests are halved until I4 is read alone, and is refused three times.
   std::vector<Reading> bad;
   for (int round = 0; round < 10 && bad.empty(); ++round) {
     bool refused = false;

@@ -1,4 +1,4 @@
-// Events: their text, both ways, and the twin's register.
+// Tests events: their text in both directions, and the event register of the twin.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/events.h"
 
@@ -18,7 +18,7 @@ TEST(SpaEventText, IsRead) {
     std::optional<Duration> time;
     const char* rest;
   };
-  // The first is the reference's; of the others it says that they may come.
+  // The first case is an example of the reference; the others are forms that it allows.
   const Case cases[] = {
       {"12.345 0E1", 0, 1, 12'345ms, ""},
       {"12.345 E51", 0, 51, 12'345ms, ""},
@@ -28,7 +28,7 @@ TEST(SpaEventText, IsRead) {
       {"1.000 0E3", 0, 3, 1s, ""},
       {" 59.999 999E999999 ", 999, 999'999, 59'999ms, ""},
       {"00.000 0E1 0.52", 0, 1, 0ms, "0.52"},
-      // What does not fit is kept as it is.
+      // Text that does not fit is stored unchanged.
       {"12.345 0Q1 0.52", 0, 0, 12'345ms, "12.345 0Q1 0.52"},
       {"60.000 0E1", 0, 0, std::nullopt, "60.000 0E1"},
       {"12.34 0E1", 0, 0, std::nullopt, "12.34 0E1"},
@@ -122,15 +122,14 @@ TEST_F(SpaTwinEvents, ComeFiveAtATimeAndOverflow) {
   EXPECT_EQ(Heard(">1RC:XX"), "<1D:0:");
 }
 
-// ---------------- The steps of taking events out of a relay, where it refuses or is not
-// understood.
+// ---------------- Fetching events from a relay that refuses or sends garbled replies.
 
 using ::testing::HasSubstr;
 
 constexpr unsigned kSlave = 1;
 constexpr int kUnknownItem = 5;
 
-/// What stands for B, C and L, answered alike.
+/// A session with the requests B, C and L, which are answered in the same way.
 class EventSessionTest : public ::testing::Test {
  protected:
   char Ask() { return session_.Next(kSlave).category; }
@@ -193,12 +192,12 @@ TEST_F(EventSessionTest, SaysThatItsEventsCanNotBeRead) {
 }
 
 constexpr const char* kOne = "12.345 1E100";
-constexpr const char* kOther = "12.345 2E103";  // the same check value
+constexpr const char* kOther = "12.345 2E103";  // has the same check value
 
-/// Where damage may look whole, and where the same may be said twice.
+/// Damaged replies may look whole, and events may be repeated.
 class HeldEvents : public ::testing::Test {
  protected:
-  /// What is asked, which has to be `wanted`, is answered so.
+  /// Answers the next request, which must have the category `wanted`.
   Answer Say(char wanted, const std::string& data) {
     EXPECT_EQ(session_->Next(kSlave).category, wanted);
     Exchange exchange;
@@ -244,7 +243,7 @@ TEST_F(HeldEvents, AreNotLostWhileTheBackupIsSilent) {
   EXPECT_EQ(SaidIn(Say('B', kOne)), kOne) << "it has answered B before";
 }
 
-/// L takes events out of the relay: what the lost reply held is in B alone.
+/// L removes events from the relay, so the events of a lost reply are only in the backup B.
 TEST_F(HeldEvents, OfALostReplyComeFromTheBackup) {
   Begin(false);
   Fail('L');

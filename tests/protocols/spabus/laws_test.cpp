@@ -1,4 +1,4 @@
-// The laws of frame rules, for replies under every reading of the checksum and for requests.
+// Tests the laws of frame rules for requests, and for replies with every variant of the checksum.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/reply.h"
 #include "protocols/spabus/rules.h"
@@ -14,15 +14,14 @@ Bytes WithoutLeadingLf(const std::optional<Bytes>& reply) {
   return Bytes(reply->begin() + 1, reply->end());
 }
 
-/// 330 characters of values: two lines.
+/// 330 characters of values, which fill two lines.
 std::string LongData() {
   std::string data = "10.25";
   for (int i = 0; i < 54; ++i) data += "/" + std::to_string(1000 + 37 * i % 613) + ".5"[i % 2];
   return data;
 }
 
-/// Everything from `<` to the last colon; the checksum's spelling and the line end carry no
-/// meaning.
+/// The bytes from `<` to the last colon; checksum and line end may be spelled differently.
 Bytes ReplyEssence(View frame) {
   const std::string_view text = AsText(frame);
   return ToBytes(text.substr(0, text.rfind(':') + 1));
@@ -84,7 +83,7 @@ LawSubject Wildcard() {
   return subject;
 }
 
-/// A damaged request is delivered: the device itself answers it with NACK 0.
+/// A damaged request is delivered, because the device answers it with NACK 0.
 LawSubject Requests() {
   LawSubject subject;
   subject.name = "requests";
@@ -118,7 +117,7 @@ std::vector<LawSubject> Subjects() {
       Wildcard(),
       Requests()};
   for (LawSubject& subject : subjects) {
-    // The last line is all that this reading protects, whoever receives it.
+    // In this variant the checksum covers only the last line.
     if (subject.name == "continued_d") subject.checksum = false;
     std::erase(subject.name, '_');
   }

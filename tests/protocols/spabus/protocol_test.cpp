@@ -1,4 +1,4 @@
-// What the plugin tells the configuration: addresses, points, options and times.
+// Tests the descriptor of the plugin: addresses, points, options and times.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/protocol.h"
 
@@ -116,8 +116,7 @@ TEST(SpaProtocol, DecodersAreAddressesThatParse) {
   }
 }
 
-// ---------------- How points are gathered into requests, and how requests are split when a device
-// refuses them.
+// ---------------- Joining points into requests, and splitting refused requests.
 
 std::string Shown(const Block<Row>& block) {
   const Command command = ReadOf(1, block);
@@ -220,8 +219,7 @@ TEST(SpaPlan, WriteOnlyPointsAreNotRead) {
   EXPECT_TRUE(TextsOf({MakePoint("V101", Type::uint16, Group::fast, Access::write)}).empty());
 }
 
-// ---------------- The shipped profiles: they load, and every point of theirs survives a round trip
-// with its twin.
+// ---------------- The shipped profiles: they load, and every point is read from its twin.
 
 constexpr char kProfiles[] = "config/profiles";
 
@@ -309,9 +307,9 @@ TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {
   EXPECT_GT(written, 0U);
 }
 
-// ---------------------------------------------------------------- what may be written
+// ---------------------------------------------------------------- writable values
 
-/// Chapters 15.1 and 15.2 of the SPA reference. No decimals: whole numbers.
+/// Chapters 15.1 and 15.2 of the SPA reference. Without decimals: whole numbers.
 struct Allowed {
   std::string item;
   std::optional<double> min;

@@ -1,4 +1,4 @@
-// SPA Bus texts in tests: points by their item, requests and replies as the reference prints them.
+// Helpers for tests of SPA Bus: points by their item, requests and replies as text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,7 +32,7 @@ inline config::Device MakeDevice(std::vector<config::Point> points,
   return DeviceOf(SpabusProtocol(), address, std::move(points));
 }
 
-/// Whole frames out of a stream that ends in silence.
+/// Returns the whole frames of a stream that ends in silence.
 inline std::vector<Bytes> Cut(FrameRule rule, const Expectation& expect, View stream) {
   Assembler assembler;
   assembler.Begin(rule, expect);
@@ -42,25 +42,24 @@ inline std::vector<Bytes> Cut(FrameRule rule, const Expectation& expect, View st
   return frames;
 }
 
-/// A reply around `covered` ("<1D:0.52:"), with its checksum and line ends.
+/// A reply: `covered` ("<1D:0.52:") with its checksum and line ends.
 inline Bytes ReplyText(const std::string& covered) {
   Bytes frame = ToBytes(covered);
   const std::string checksum = HexByte(Xor8(frame));
   Append(frame, checksum + "\r\n");
   return frame;
 }
-/// `covered` with CR LF at its end and the two characters given as checksum.
+/// `covered` with the given two characters as checksum, and CR LF.
 inline Bytes Sealed(const std::string& covered, const std::string& checksum) {
   return ToBytes(covered + checksum + "\r\n");
 }
 
-/// The request as text, without its CR; the error where there is none.
 inline std::string Asked(Talk& talk, const Task& task) {
   const auto request = talk.Ask(task);
   if (!request) return "error: " + request.error();
   return std::string(AsText(View(request->bytes).first(request->bytes.size() - 1)));
 }
-/// What polls all queries, without check values.
+/// The requests of all queries, without check values.
 inline std::vector<std::string> AllRequests(Talk& talk) {
   std::vector<std::string> requests;
   for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
@@ -69,12 +68,12 @@ inline std::vector<std::string> AllRequests(Talk& talk) {
   }
   return requests;
 }
-/// The answer to the latest request, around `covered`.
+/// The answer to the latest request; the reply is made of `covered`.
 inline Answer Hear(Talk& talk, const Task& task, const std::string& covered) {
   return talk.Reply(task, ReplyText(covered));
 }
 
-/// Without its check value: ">1WV150:1" of ">1WV150:1:7A".
+/// The text without its check value: ">1WV150:1" of ">1WV150:1:7A".
 inline std::string Body(const std::string& request) {
   return request.substr(0, request.rfind(':'));
 }

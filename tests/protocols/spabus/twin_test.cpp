@@ -1,4 +1,4 @@
-// The twin as the wire sees it: when it answers, what, and when it keeps silent.
+// Tests the twin on the wire: its answers and its silence.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/twin.h"
 
@@ -187,7 +187,7 @@ TEST(SpaRoundTrip, ItemsThatTheDeviceLacksAreFoundWithoutLosingTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(std::move(wanted)));
   std::map<std::size_t, Quality> seen;
   std::size_t exchanges = 0;
-  for (int round = 0; round < 3; ++round) {  // three refusals are a verdict
+  for (int round = 0; round < 3; ++round) {  // a request counts as refused after three refusals
     for (std::size_t query = 0; query < talk->Queries().size();) {
       ASSERT_LT(++exchanges, 90U) << "the plan does not settle";
       const Answer answer = talk.Exchange(Poll(query), *twin);

@@ -1,4 +1,4 @@
-// Several values in one write request: which go together, and what a refusal says of them.
+// Tests several values in one write request: which values are joined, and the meaning of a refusal.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
@@ -125,7 +125,7 @@ TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
   EXPECT_EQ(values.Get(0, {}), Value(0.5));
   EXPECT_EQ(values.Get(1, {}), Value(1.2));
   EXPECT_EQ(values.Get(2, {}), Value(3.0));
-  config::Device free = SeveralSettings(8, 345);  // knows nothing of the decimals
+  config::Device free = SeveralSettings(8, 345);  // without the number of decimals
   Talk careless(SpabusProtocol(), free);
   Task task = ThreeSettings();
   task.value = Value(0.7);
@@ -137,8 +137,7 @@ TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
   EXPECT_EQ(values.Get(2, {}), Value(3.0)) << "not looked at";
 }
 
-// ---------------- Writes to a relay on a line under virtual time: what the client is told,
-// whatever is lost on the way.
+// ---------------- Writes to a relay on a line: the client's result, whatever is lost.
 
 config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
   std::vector<config::Point> points;
@@ -159,11 +158,11 @@ config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
 
 class SpaWriteLine : public ::testing::Test {
  protected:
-  /// The relay says `reply` to requests that begin so, as long as the test likes; empty: silence.
+  /// The relay answers requests that begin with `start` with `reply`; empty: silence.
   void Says(const std::string& start, const std::string& reply) {
     replies_[start] = reply.empty() ? Bytes() : ReplyText(reply);
   }
-  /// Requests that cannot be sent are written nowhere.
+  /// Runs the write on a new line and returns its result. Sets sent_ and first_.
   WriteResult Write(config::Line relay, std::vector<bus::PointWrite> writes) {
     VirtualLine line(std::move(relay), {&SpabusProtocol()});
     for (std::size_t point = 0; point < 3; ++point) line.twin(0).values.Set(point, 1.0);
@@ -192,7 +191,7 @@ class SpaWriteLine : public ::testing::Test {
 
   std::map<std::string, Bytes> replies_;
   std::vector<std::string> sent_;  ///< write requests without checksum
-  Value first_;                    ///< of S21, in the relay
+  Value first_;                    ///< the value of S21 in the relay
 };
 
 TEST_F(SpaWriteLine, ConfirmedAndReadBack) {
@@ -220,7 +219,7 @@ TEST_F(SpaWriteLine, AClosingThatNobodyAnswersTakesNothingBack) {
 TEST_F(SpaWriteLine, WithoutAnAnswerToThePasswordNothingWasSent) {
   Says(">1WV160:", "");
   EXPECT_EQ(Write(Relay(345), {{0, Value(0.9)}}).end, WriteEnd::not_sent);
-  // The first reply to a closing may be the late one to the opening.
+  // The first reply to the closing request may be the late reply to the opening one.
   EXPECT_EQ(sent_, (Texts{">1WV160:345:", ">1WV161:345:", ">1WV161:345:"}));
   EXPECT_EQ(first_, Value(1.0));
 }

@@ -1,4 +1,4 @@
-// Writes: one exchange without a password, three with one, and what happens when a step fails.
+// Tests writes: one exchange without a password, three with a password, and failing steps.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 
@@ -186,15 +186,15 @@ TEST(SpaWrite, OnlyTheClosingHasToBeSentWhateverHappens) {
   EXPECT_FALSE(open.request().closes);
 }
 
-// ---------------------------------------------------------------- what became of it
+// ---------------------------------------------------------------- results
 
-/// What is heard to each request in turn ("" is silence), and what the write comes to.
+/// The replies to each request in turn (empty: silence), and the result of the write.
 struct Course {
   const char* name;
   std::int64_t password;
   std::vector<std::string> heard;
   Outcome outcome;
-  bool sent;  ///< a request that may have written
+  bool sent;  ///< a request that may have written was sent
 };
 
 class SpaWriteEnd : public ::testing::TestWithParam<Course> {};
@@ -211,7 +211,7 @@ TEST_P(SpaWriteEnd, IsTold) {
     ASSERT_LT(step, course.heard.size()) << "one request too many: " << ToHex(request->bytes);
     Then then = Then::done;
     const std::string& heard = course.heard[step];
-    // As the poller does: what proves no life has failed.
+    // As in the poller: a reply that proves no life is a failure.
     const Outcome first =
         heard.empty() ? Outcome::no_reply : talk->Check(request->bytes, ReplyText(heard));
     if (ProvesLife(first)) {
@@ -261,11 +261,11 @@ const Course kCourses[] = {
 INSTANTIATE_TEST_SUITE_P(Each, SpaWriteEnd, ::testing::ValuesIn(kCourses),
                          [](const auto& info) { return info.param.name; });
 
-// ---------------------------------------------------------------- left open
+// ---------------------------------------------------------------- a password left open
 
 const Task kPoll = Poll(0);
 
-/// A relay that asks for a password, behind a line that is lost after so many steps of a write.
+/// A relay that needs a password, on a line that is lost after this many steps of a write.
 struct Interrupted {
   explicit Interrupted(int steps) {
     values.fallback = std::int64_t{0};
@@ -345,7 +345,7 @@ TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
   EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
-/// A closing that waits, behind a probe or parked, is asked for again without having been sent.
+/// A closing request that waits behind a probe, or is parked, is asked for again.
 TEST(SpaWrite, AClosingThatWasNotSentIsOwedAsBefore) {
   Interrupted relay(1);
   for (int asked = 0; asked < 5; ++asked) {
@@ -358,7 +358,7 @@ TEST(SpaWrite, AClosingThatWasNotSentIsOwedAsBefore) {
   EXPECT_FALSE(relay.is_open());
 }
 
-/// It was forbidden in the last moment, and the conversation is not told so.
+/// The write was forbidden at the last moment, and the conversation does not notice.
 TEST(SpaWrite, AWriteThatWasNotSentLeavesNothingOpen) {
   Interrupted relay(1);
   Asked(relay.talk, kWrite);
@@ -387,7 +387,7 @@ TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
   EXPECT_EQ(again.Exchange(kPoll, *relay.twin).readings.size(), 1U);
 }
 
-/// The audit tells it at the first start only.
+/// The audit reports the open write only at the first start.
 TEST(SpaWrite, ADeviceThatIsSilentOverASecondRestartIsClosedAfterIt) {
   Interrupted relay(1);
   ASSERT_TRUE(relay.is_open());

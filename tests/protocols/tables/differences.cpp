@@ -1,4 +1,4 @@
-// Compares a loaded profile with the table of its device.
+// Compares a profile with the table of its device (see table.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <optional>
@@ -18,14 +18,14 @@ std::string TypeOf(const config::Point& point) {
   return name + "(" + std::to_string(point.text_length) + ")";
 }
 
-/// A profile's text may be longer than the reference asks for.
+/// A text of the profile may be longer than required.
 bool TypeFits(const config::Point& point, const std::string& demanded) {
   if (point.type != config::Type::string || !demanded.starts_with("string")) {
     return TypeOf(point) == demanded;
   }
   if (demanded == "string") return true;
   const auto least = ParseInteger<std::size_t>(
-      std::string_view(demanded).substr(7, demanded.size() - 8));  // between the brackets
+      std::string_view(demanded).substr(7, demanded.size() - 8));  // between the parentheses
   return least && point.text_length >= *least;
 }
 
@@ -53,7 +53,7 @@ std::vector<std::string> ItemsOf(const config::OptionValue& value) {
     for (const auto& [word, text] : *pairs) items.push_back(word + "=" + text);
     return items;
   }
-  // What a description says is held against transcripts.
+  // Descriptions are tested with transcripts.
   if (std::holds_alternative<config::DescriptionRef>(value)) return {"described"};
   return std::get<std::vector<std::string>>(value);
 }

@@ -19,7 +19,6 @@ std::optional<Standing> StandingOf(std::string_view name) {
   return static_cast<Standing>(at - kStandings.begin());
 }
 
-/// The cells between the bars; '-' is an empty one.
 std::vector<std::string> Cells(std::string_view line) {
   std::vector<std::string> cells;
   for (const std::string_view cell : Split(line, '|')) {

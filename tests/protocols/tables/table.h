@@ -1,15 +1,16 @@
-// Tables of what the references say of a device: test data in <protocol>/<profile>.table, typed in
-// from the references and never from the profiles. A twin and a conversation both read the profile,
-// so a profile row that names the wrong item agrees with itself; here it disagrees with the table.
+// Reads tables with the facts about a device from its reference: test data in
+// <protocol>/<profile>.table, typed in from the reference and never from the profile. A twin and a
+// conversation both read the profile, so a wrong item in a profile row agrees with itself; the
+// table shows the difference.
 //
 //   # comment
 //   option | over | +999999 | certain | 7.2, own command table      an option that the profile sets
 //   # point | read | write | type | unit | scale | offset | sentinels | access | standing | source
 //   current_l1 | I1 | - | float32 | xIn | 1 | 0 | - | r | certain | 15.1: current L1, 0...63 x In
 //
-// '-' stands for nothing. `type` string(9) asks for a text of at least 9 bytes, string for any
-// text. `standing`: certain; inferred, where the reference marks a part of the row so or leaves it
-// to a conclusion; unsourced, where it is silent or contradicts itself.
+// '-' is an empty cell. `type` string(9) requires a text of at least 9 bytes, string any text.
+// `standing`: certain; inferred, if the reference marks a part of the row as inferred or only
+// implies it; unsourced, if the reference does not mention it or contradicts itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +27,7 @@ enum class Standing { certain, inferred, unsourced };
 struct TableRow {
   std::string point;
   std::string read;
-  std::string write;  ///< empty: nothing, or as read
+  std::string write;  ///< empty: not writable, or equal to `read`
   std::string type;
   std::string unit;
   double scale = 1;
@@ -38,7 +39,8 @@ struct TableRow {
 
 struct TableOption {
   std::string name;
-  std::string value;  ///< of lists: the items, "a, b"; a profile's item may go on behind a blank
+  std::string value;  ///< a list is written as "a, b"; an item in a profile may have more text
+                      ///< after a blank
   Standing standing = Standing::certain;
 };
 
@@ -46,15 +48,15 @@ struct Table {
   std::vector<TableRow> rows;
   std::vector<TableOption> options;
 
-  /// Rows and options of that standing.
+  /// The number of rows and options with this standing.
   int Count(Standing standing) const;
 };
 
-/// Reads a table's text. What it does not understand, and a point named twice, is added to
-/// `problems` as a sentence that names `file` and the line.
+/// Parses the text of a table. Unreadable lines and points that are named twice are added to
+/// `problems`, as sentences with `file` and the line number.
 Table ReadTable(std::string_view text, const std::string& file, std::vector<std::string>& problems);
 
-/// Every difference as a sentence that names the profile, the point (or option) and the field.
+/// Returns each difference as a sentence with the profile, the point or option, and the field.
 std::vector<std::string> Differences(const config::Profile& profile, const Table& table);
 
 }  // namespace baudgate::testing

@@ -1,4 +1,4 @@
-// Every row of every shipped profile against the table of its device (table.h).
+// Compares every row of every shipped profile with the table of its device (table.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -22,14 +22,13 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Pointwise;
 
-constexpr char kFolder[] = "tests/protocols/tables";  // tests run at the root of the source tree
+constexpr char kFolder[] = "tests/protocols/tables";  // tests run in the root of the source tree
 
 std::string TextOf(const std::string& file) {
   std::ifstream stream(file);
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// "spabus/spaj140c"
 std::string NameOf(const config::ProfileFile& file) { return file.protocol + "/" + file.name; }
 
 config::Profile LoadShipped(const config::ProfileFile& file) {
@@ -55,7 +54,7 @@ TEST_P(ShippedProfile, SaysWhatItsTableSays) {
   EXPECT_THAT(Differences(LoadShipped(GetParam()), table), IsEmpty());
 }
 
-/// One field of every row is turned: each row must be named with that field, and no other.
+/// Changes one field of every row: exactly that field of each row must be reported.
 TEST_P(ShippedProfile, AnyTurnedFieldIsFound) {
   const Table table = TableOf(NameOf(GetParam()));
   const config::Profile profile = LoadShipped(GetParam());
@@ -111,7 +110,7 @@ TEST(Tables, EveryTableHasAProfile) {
   EXPECT_EQ(tables, profiles);
 }
 
-/// What no reference vouches for: a new row of that kind changes a number here.
+/// Rows that no reference confirms. A new row of that kind changes a number here.
 TEST(Tables, SoManyRowsAreNotCertain) {
   struct Doubt {
     int inferred;

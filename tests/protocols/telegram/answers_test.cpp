@@ -1,5 +1,5 @@
-// What passes for an answer, and what a twin says: telegrams with little that is fixed, bytes that
-// are a status, telegrams that look alike.
+// Tests which texts are accepted as answers, and the answers of twins: telegrams with few fixed
+// characters, bytes that are a status, telegrams that look alike.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <fstream>
@@ -12,7 +12,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// As Eurotherm's EI-Bisync: a letter pair names the parameter, one byte confirms or refuses.
+/// Like Eurotherm's EI-Bisync: two letters name the parameter, one byte confirms or refuses.
 constexpr char kBisync[] = R"(
 device: controller
 parameters: { g: "1", u: "2" }
@@ -68,7 +68,7 @@ TEST(TelegramAnswers, AByteInTheWreckOfAnotherTelegramConfirmsAndRefusesNothing)
   }
   EXPECT_EQ(OutcomeOfAnswer(device, read, good), Outcome::ok);
   EXPECT_EQ(OutcomeOfAnswer(device, read, "\x04"), Outcome::unsupported);
-  const std::string ends_so = "\x02PV10\x03\x04";  // its check value is 04
+  const std::string ends_so = "\x02PV10\x03\x04";  // the check value is 04
   for (std::size_t at = 0; at < ends_so.size() - 1; ++at) {
     for (const char damage : {'\0', '\x7F', ' '}) {
       std::string damaged = ends_so;
@@ -221,7 +221,7 @@ TEST(TelegramTwin, AnswersEachParameterByItsOwnExampleAndShowsWhatWasWritten) {
                   .starts_with("\x02PV21.123\x03"));
 }
 
-/// The value is bad, and the answer says what stands there.
+/// The value is bad, and the finding quotes the text in its place.
 TEST(TelegramAnswers, WhyANumberIsNone) {
   const struct {
     std::string format;
@@ -273,9 +273,9 @@ TEST(TelegramCodes, AnOverloadIsOneHoweverFarBeyondItLies) {
       {"-9.91000000E+37", "bad: sensor failure, under range"},
       {"-1.0E+38", "bad: sensor failure, under range"},
       {"+9.91000000E+37", "bad"},           // not a number
-      {"+9.91E37", "bad: sensor failure"},  // its exponent lacks the sign
+      {"+9.91E37", "bad: sensor failure"},  // the exponent lacks the sign
       {"+9.89999999E+37", "98999999000000000000000000000000000000 good"},
-      {"+1.25000000", "bad: sensor failure"},  // its exponent is lost
+      {"+1.25000000", "bad: sensor failure"},  // the exponent is lost
   };
   for (const auto& [answer, said] : kRows) {
     const std::string value = Read(device, "READ?\n", answer + std::string("\r\n"));
@@ -299,7 +299,7 @@ config::LoadedProfile WithCodes(const std::string& format, const std::string& co
                   ", v: 1 }\npoints: [ { name: v, read: a.v, type: float64 } ]\n");
 }
 
-/// "123 " may be "1234", unless the device writes at the left.
+/// "123 " may be a damaged "1234", unless an example is aligned to the left.
 TEST(TelegramAnswers, BlanksBehindANumberNeedAnExample) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"1234", "123 ", "v bad: sensor failure"}, {"1234", " 123", "v 123 good"},
@@ -386,7 +386,6 @@ TEST(TelegramTwin, SaysTheCodeOfAValueThatIsNone) {
   }
 }
 
-/// The first profile of the README, word for word.
 std::string ProfileOfTheReadme() {
   std::ifstream file("protocols/telegram/README.md");
   const std::string text{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
@@ -410,7 +409,7 @@ config::LoadedProfile WithReceive(const std::string& receive, const std::string&
                   " ]\npoints: [ { name: w, read: w.w, type: float32, unit: g } ]\n");
 }
 
-/// Without codes the unit is that of the first example; another one needs a word.
+/// Without codes the unit must be that of the first example; other units need a code.
 TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
   const std::string first = "{ send: 'W\\r', receive: '12.5 g\\r', w: 12.5 }";
   const auto loaded = WithReceive("{w:decimal} {unit:word}", first);
@@ -429,8 +428,8 @@ TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
 struct UnitRow {
   const char* receive;
   const char* came;
-  const char* codes;  ///< of `unit`; empty: the unit of the example
-  const char* point;  ///< behind its type
+  const char* codes;  ///< codes of `unit`; empty: the unit of the example
+  const char* point;  ///< the options of the point after its type
   bool wrong;
 };
 
@@ -449,7 +448,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{w:decimal} {unit:word}", "12.5 MBAR", "", "unit: mbar", false},
     {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kn", false},
     {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kN", true},
-    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a number of a unit
+    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a pure number of a unit
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: kg", false},
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: t", true},
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': bad }", "unit: kg", true},
@@ -460,7 +459,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{unit:word} {w:decimal}", "g 12.5", "", "unit: kg", true},
 };
 
-/// A point that names another unit than that which is good would show 99 g as 99 kg.
+/// A point with another unit than the good code would show 99 g as 99 kg.
 TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
   for (const UnitRow& row : kUnitRows) {
     const std::string codes =
@@ -478,7 +477,7 @@ TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
   }
 }
 
-/// A device overrides units and parameters of its profile.
+/// The device overrides units and parameters of its profile.
 TEST(TelegramUnits, ADeviceThatOverridesTheUnitIsAskedToCorrectIt) {
   const auto faults = [](const char* profile, const char* point, const char* unit,
                          const config::Pairs& parameters) {

@@ -1,4 +1,4 @@
-// Described devices in talk: several telegrams make an exchange, writes, echoes, names, twins.
+// Tests conversations of described devices: several telegrams, writes, echoes, names, twins.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
@@ -77,7 +77,7 @@ using Texts = std::vector<std::string>;
 const std::string kWake(2, '\0');
 const std::string kLogin = "LOGIN P1 S3CRET  \r";
 
-/// One task, with these answers in turn; broadcasts take none.
+/// Runs one task with these answers in turn; broadcasts use no answer.
 Answer Play(Talk& talk, const Task& task, Texts answers) {
   Answer answer;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -101,7 +101,7 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
   EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
   EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "?E\r", "\x06"}));
   talk.asked.clear();
-  // Logged in is logged in, until something fails.
+  // The login stays valid until an exchange fails.
   Play(talk, Poll(0), {"SEL 3\r", ""});
   EXPECT_EQ(Shown(talk.asked), (Texts{kWake, "/0103\r", "?E\r", "\x06"}));
   talk.asked.clear();
@@ -188,7 +188,7 @@ TEST(TelegramParameters, AreNamedWhereTheyAreMissing) {
   EXPECT_NE(said.find("has a parameter 'usr', which no telegram has"), std::string::npos) << said;
 }
 
-// ---------------------------------------------------------------- numbers that were cut out
+// ---------------------------------------------------------------- numbers at fixed columns
 
 constexpr char kPlaced[] = R"(
 device: indicator
@@ -208,7 +208,7 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
       {"ST,G 12.50 kg \r", "weight 12.5 good"},
       {"ST,G-12.50 kg \r", "weight -12.5 good"},
       {"ST,112.500 kg \r", "weight bad: sensor failure"},  // a digit in front
-      {"ST,-12.500 kg \r", "weight bad: sensor failure"},  // its sign in front
+      {"ST,-12.500 kg \r", "weight bad: sensor failure"},  // a sign in front
       {"ST,(12.500 kg \r", "weight bad: sensor failure"},
       {"ST,G 12.505kg \r", "weight bad: sensor failure"},  // a digit behind
       {"ST,G 12.50-kg \r", "weight bad: sensor failure"},  // a sign behind
@@ -276,7 +276,7 @@ TEST(TelegramFields, StandWhereTheirPlaceSays) {
   EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC"), "partial");
 }
 
-// ---------------------------------------------------------------- who it is
+// ---------------------------------------------------------------- identification
 
 constexpr char kNamed[] = R"(
 device: named
@@ -310,7 +310,7 @@ TEST(TelegramIdentity, ADeviceThatDoesNotTellItIsPolledAllTheSame) {
 config::Catalog Installed() {
   config::Catalog catalog;
   catalog.protocols["telegram"] = &TelegramProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
   return catalog;
 }
 

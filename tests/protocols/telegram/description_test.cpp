@@ -1,5 +1,4 @@
-// What `check` says of a description: each error with its place, and a sentence for whatever a
-// damaged one holds.
+// Tests the errors that `check` reports for a description: the place of each, and damaged texts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -78,8 +77,7 @@ TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
   }
 }
 
-/// A device may leave the check value out of its answers, if its description says so; an answer
-/// of fixed bytes has none to lose.
+/// An answer without check value needs the permission of the description, or fixed bytes.
 TEST(TelegramDescription, AnAnswerHasNoCheckValueOnlyIfThatIsSaid) {
   const auto said = [](const std::string& checksum, const std::string& receive) {
     return Sentences(LoadText(
@@ -136,8 +134,7 @@ TEST(TelegramDescription, AllErrorsAreSaidAtOnce) {
   EXPECT_GE(LoadText(text).problems.size(), 3U);
 }
 
-/// Five hundred texts that somebody has damaged: none brings the program down, none is taken for
-/// good without being one, and each error is one line of words.
+/// Damaged texts: none crashes the program or is accepted wrongly; each error is one line.
 TEST(TelegramDescription, EveryMutationGivesSentencesAndNeverACrash) {
   std::vector<std::string> sources = {kGood};
   for (const auto& entry : std::filesystem::directory_iterator("config/profiles/telegram")) {
@@ -241,8 +238,7 @@ TEST(TelegramConfig, ASameDescriptionIsTheSameDevice) {
   EXPECT_FALSE(options(sics) == options("name: a, address: 1, profile: lauda-thermostat"));
 }
 
-// ---------------- Fields: a number is taken whole or not at all, and what is written reads back as
-// the same.
+// ---------------- Fields: a number is read completely or not at all, and reads back as written.
 
 Format FormatOf(const std::string& text) {
   const auto format = ParseFormat(text);
@@ -253,7 +249,7 @@ Format FormatOf(const std::string& text) {
 struct TextRow {
   const char* format;
   const char* text;
-  const char* value;  ///< empty: no number
+  const char* value;  ///< empty: not a number
 };
 
 constexpr TextRow kTexts[] = {
@@ -267,7 +263,7 @@ constexpr TextRow kTexts[] = {
     {"4decimal", "5   ", "5"},
     {"4decimal", " 5  ", ""},
     {"4integer", "-5  ", "-5"},
-    {"4decimal", "12. ", ""},  // a blank in place of a digit
+    {"4decimal", "12. ", ""},  // a blank instead of a digit
     {"05integer", "  123", ""},
     {"05integer", "123  ", ""},
     {"05integer", "00123", "123"},
@@ -318,14 +314,14 @@ constexpr TextRow kTexts[] = {
     {"scientific", "+1.25E+01", "12.5"},
     {"scientific", "-1e-3", "-0.001"},
     {"scientific", "1E5", "100000"},
-    {"scientific", "12.5", ""},  // it has lost its exponent
+    {"scientific", "12.5", ""},  // the exponent is lost
     {"scientific", "1.25E+", ""},
     {"scientific", ".25E+01", ""},
     {"scientific", "1.E+01", ""},
     {"9scientific", "1.25E+0  ", ""},
     {"9scientific", "  1.25E+0", "1.25"},
     {"+.scientific", "+1.25", ""},
-    {"+.scientific", "+1.25E03", ""},  // and the sign of its exponent
+    {"+.scientific", "+1.25E03", ""},  // the sign of the exponent is lost
     {"+.scientific", "+1E+03", ""},
     {"+.scientific", "+1.25E-3", "0.00125"},
     {"scientific", "1E", ""},
@@ -386,7 +382,7 @@ TEST(TelegramField, BytesAreNumbersInEitherOrder) {
 struct WrittenRow {
   const char* format;
   Value value;
-  const char* text;  ///< empty: it cannot be written so
+  const char* text;  ///< empty: the format cannot represent the value
 };
 
 TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {

@@ -1,3 +1,4 @@
+// Tests the identification of described devices, and findings about unexpected texts.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/identification.h"
 
@@ -41,7 +42,7 @@ TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainBehindSilence) {
   EXPECT_FALSE(identification.IsDue(kStart));
 }
 
-/// Many devices of a kind do not know the question.
+/// Many devices of a kind do not support the request.
 TEST_F(TelegramIdentification, WhoDoesNotTellItsNameIsAskedLessAndLessOften) {
   Identification identification(description_, identity_);
   int asked = 0;
@@ -93,11 +94,10 @@ TEST(TelegramIdentity, AnotherDeviceIsNotWrittenTo) {
   EXPECT_EQ(talk.asked, std::vector<Bytes>{ToBytes("N\r")});
 }
 
-// ---------------- Texts that came in place of an awaited telegram: what is said of them.
+// ---------------- Findings about texts that came instead of an awaited telegram.
 
 using enum Symptom;
 
-/// What comes on a line of telegrams in place of an awaited one.
 Finding LookAtTelegram(const std::string& profile, const std::string& request,
                        const std::string& heard) {
   const Protocol& protocol = TelegramProtocol();
@@ -160,7 +160,7 @@ TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
   }
 }
 
-/// Of damage it would be another one each time.
+/// Damage would give a different difference each time.
 TEST(TelegramRecognise, ByHowMuchACheckValueIsWrong) {
   const std::string remedy =
       "it differs from xor8 always by 27: does the profile fit the firmware of the device?";

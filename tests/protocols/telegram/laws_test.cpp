@@ -1,5 +1,5 @@
-// The laws of frame rules, for the telegrams of the shipped profiles and of descriptions that use
-// what those do not: sizes in the telegram, bytes, check values in binary.
+// Tests the laws of frame rules for telegrams of the shipped profiles, and for descriptions with
+// other features: sizes in the telegram, bytes, binary check values.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/rules.h"
@@ -28,7 +28,7 @@ telegrams:
 points: []
 )";
 
-/// A profile of telegrams with almost nothing fixed.
+/// A profile of telegrams with almost no fixed characters.
 constexpr char kSparse[] = R"(
 device: d
 telegrams:
@@ -59,7 +59,7 @@ telegrams:
 points: []
 )";
 
-/// Texts of parts of the profile, and noise, without the characters that end a telegram.
+/// Parts of the profile's texts, and noise, without the characters that end a telegram.
 Bytes Noise(std::mt19937& random) {
   constexpr std::string_view kText = "0123456789.+- SDIgW$,*>#\x02\x80";
   Bytes bytes(random() % 40);
@@ -67,7 +67,7 @@ Bytes Noise(std::mt19937& random) {
   return bytes;
 }
 
-/// What the fields say: a check value in small letters has done no harm.
+/// The contents of the fields; the check value may have small letters.
 std::function<Bytes(View)> EssenceOf(const Expectation& expect) {
   const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
   return [awaited](View frame) {

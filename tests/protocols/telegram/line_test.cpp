@@ -1,5 +1,4 @@
-// Described devices on their lines, under virtual time: what they cost, writes, values that grow
-// old.
+// Tests described devices on lines in virtual time: cost, writes, and values that get old.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <deque>
@@ -29,11 +28,10 @@ config::Line LineWith(const Protocol& protocol, config::Device device, int baud)
 }
 
 struct Used {
-  double exchanges = 0;  ///< of a minute
-  double age = 0;        ///< of the first point at each millisecond, on average
+  double exchanges = 0;  ///< per minute
+  double age = 0;        ///< the average age of the first point
 };
 
-/// Polled as fast as the line allows.
 Used UseOf(const Protocol& protocol, const std::string& profile, int baud) {
   config::Device device = ShippedDevice(protocol, profile);
   device.poll = 5ms;
@@ -94,7 +92,7 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
   EXPECT_EQ(line.CountSent("T\r\n"), 2U) << "and it is not repeated";
 }
 
-/// Its only telegram is a write that is answered, so nothing proves whose its answers are.
+/// The only telegram is a write, so nothing proves to which request an answer belongs.
 TEST(TelegramLine, ADeviceThatIsOnlyWrittenIsWrittenTo) {
   const config::Device device = Described(R"(
 device: d
@@ -161,8 +159,8 @@ points: [ { name: value, read: value.value, type: float32 } ]
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// One value for each channel, told apart only by the telegram before: answers that are lost, late
-/// or one behind for ever exchange no points.
+/// One value for each channel; only the telegram before selects the channel. Answers that are lost,
+/// late or one behind must not exchange the points.
 TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
   for (const char* answer : {"", ", receive: 'OK\\r'"}) {
     const std::string receives(answer);
@@ -211,7 +209,7 @@ TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
   }
 }
 
-/// A scale that does not tell its serial number. The number is unknown, and the weight is good.
+/// A scale that does not return its serial number: the number is unknown, but the weight is good.
 TEST(TelegramLine, AScaleThatRefusesItsSerialNumberIsWeighedOn) {
   for (const std::string refusal : {"I4 I\r\n", "ES\r\n", ""}) {
     SCOPED_TRACE(refusal);
@@ -240,12 +238,11 @@ TEST(TelegramLine, AScaleThatRefusesItsSerialNumberIsWeighedOn) {
   }
 }
 
-// ---------------- The OWEN MV110-8A written as telegrams against the plugin `dcon`: the same
-// readings from every answer of its transcripts and tests, whole or damaged.
+// ---------------- The OWEN MV110-8A described as telegrams, compared with the plugin `dcon`: both
+// must give the same readings from every answer of the transcripts and tests, whole or damaged.
 
 const std::string kRequest = "#0184\r";
 
-/// Every answer that stands in a transcript of DCON.
 std::set<std::string> RecordedAnswers() {
   std::set<std::string> answers;
   for (const auto& entry : std::filesystem::directory_iterator("tests/transcripts")) {
@@ -270,7 +267,7 @@ std::string Sealed(std::string line) {
   return line + HexByte(Sum8(ToBytes(line))) + "\r";
 }
 
-/// The same with another checksum in place of its own.
+/// Returns the line with its checksum replaced by a correct one.
 std::string Resealed(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   return line.size() < 3 ? line : Sealed(line.substr(0, line.size() - 2));
@@ -290,7 +287,6 @@ class BothPlugins : public ::testing::Test {
     ASSERT_EQ(Points(own), Points(dcon)) << Printable(ToBytes(stream));
   }
 
-  /// Those of a point: value and quality.
   static std::vector<std::tuple<std::size_t, std::string, std::uint16_t>> Points(
       const Answer& answer) {
     std::vector<std::tuple<std::size_t, std::string, std::uint16_t>> points;
@@ -336,8 +332,8 @@ TEST_F(BothPlugins, ReadTheSameFromEveryRecordedAnswer) {
   EXPECT_GT(good_, 2);
 }
 
-/// Each byte of every answer is replaced, lost or sent twice, with the wrong checksum that this
-/// leaves and with a right one, as no damage of the line gives it.
+/// Each byte of every answer is replaced, lost or sent twice, with the old checksum and with a
+/// correct one, which no damage of the line would give.
 TEST_F(BothPlugins, ReadTheSameFromEveryDamagedAnswer) {
   constexpr std::string_view kOthers = "09.+- >!?A\r\xFF";
   for (const std::string& answer : RecordedAnswers()) {
@@ -367,7 +363,7 @@ TEST_F(BothPlugins, ReadTheSameFromEveryDamagedAnswer) {
   EXPECT_GT(good_, 1000);
 }
 
-/// Numbers, codes and what is neither, in any order and number.
+/// Numbers, codes and other words, in any order and number.
 TEST_F(BothPlugins, ReadTheSameFromAnyNumbers) {
   const std::vector<std::string> words = {
       "+100.23", "-00.000", "+99999.", "-9.9999", "+.99999", "+9999.9", "-9999.9", "+888888",

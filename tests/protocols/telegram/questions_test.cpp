@@ -1,5 +1,5 @@
-// Which point an answer belongs to: the question is all that was sent for it. Selections that go
-// before a read, parameters of points and of the device, repetitions, twins.
+// Tests to which point an answer belongs. A question is the list of all telegrams that were sent
+// for the answer: selections before a read, parameters of points and of the device, retries, twins.
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
 
@@ -8,7 +8,6 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// A device whose read is always "READ".
 std::string Selecting(const std::string& telegrams, const std::string& val,
                       const std::string& points, const std::string& parameters = "n: 1") {
   return "device: d\nparameters: { " + parameters + " }\ntelegrams:\n" + telegrams + "  val: { " +
@@ -28,8 +27,7 @@ const std::string kBoth =
     "  - { name: one, read: val(n=1).v, type: float32 }\n"
     "  - { name: two, read: val(n=2).v, type: float32 }\n";
 
-/// A device whose channels 1 to 9 hold 10, 20, …, times the range that was selected; "NO" to a
-/// channel above.
+/// Channels 1 to 9 return 10, 20, …, times the selected range, others "NO".
 struct Selectable {
   int channel = 7;
   int range = 1;
@@ -44,7 +42,7 @@ struct Selectable {
   }
 };
 
-/// All polls twice, in both orders: what each point was last said to be.
+/// Runs all polls twice, in both orders, and returns the last reading of each point.
 std::map<std::string, std::string> Readings(const config::Device& device, const Wire& wire) {
   std::map<std::string, std::string> said;
   Talk talk(TelegramProtocol(), device);
@@ -114,7 +112,7 @@ TEST(TelegramQuestions, AValueIsThatOfTheChannelThatWasSelectedForIt) {
   }
 }
 
-/// The answer to another channel's selection, to a parameter of its own, and what its status says.
+/// The selection is answered as for another channel, with another parameter, or with a bad status.
 TEST(TelegramQuestions, ASelectionThatFailedGivesNoValue) {
   const config::Device device = Described(Selecting(kAnsweredSel, kVal + ", before: sel", kBoth));
   for (const char* refusal : {"", "NO\r", "OK E\r", "??\r"}) {

@@ -4,7 +4,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
-//   kind `point`, version 7, 92 bytes follow | the sample in the wire form of published_types.h
+//   kind `point`, version 7, 92 bytes follow | the sample (gateway/outputs/dds/published_types.h)
 //
 // All numbers are little-endian.
 #pragma once

@@ -9,7 +9,7 @@
 
 namespace baudgate::dds {
 
-/// docs/status.md describes the fields. `advice` contains a sentence for each fault.
+/// docs/status-reference.md describes the fields. `advice` contains a sentence for each fault.
 nlohmann::ordered_json DdsJson(int domain, const dds::LinkState& state, Instant now);
 
 }  // namespace baudgate::dds

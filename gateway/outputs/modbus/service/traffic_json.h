@@ -1,7 +1,7 @@
 // `TrafficJson` returns Modbus clients, serial masters and transparent routes as JSON, a part of
-// the answer to `baudgate status`. docs/status.md describes every field; fields are only ever
-// added. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem in one
-// sentence. Pure.
+// the answer to `baudgate status`. docs/status-reference.md describes every field; fields
+// are only ever added. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem
+// in one sentence. Pure.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

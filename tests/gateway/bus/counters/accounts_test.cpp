@@ -1,4 +1,4 @@
-// What a line makes known of itself: what is told, and what the point store then shows.
+// Tests of `Accounts`: the news for the listener, and the status in the point store.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/counters/accounts.h"
 
@@ -52,7 +52,7 @@ class AccountsTest : public ::testing::Test, protected PollerListener {
   std::vector<std::pair<News::What, bool>> news_;
 };
 
-/// One echo that differs may be noise.
+/// One or two echoes that differ may be noise, so three are needed.
 TEST_F(AccountsTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
   const std::pair<News::What, bool> began{News::What::collisions, false};
   const std::pair<News::What, bool> ended{News::What::collisions, true};

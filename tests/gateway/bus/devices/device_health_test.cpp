@@ -1,4 +1,4 @@
-// Online, degraded, offline: by count and by time.
+// Tests of `DeviceHealth`, `HeardPoints`, `Roster` and `DeviceStates`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/devices/device_health.h"
 
@@ -116,7 +116,8 @@ TEST_F(DeviceHealthTest, TwoRefusalsInARowAreNoChance) {
   }
 }
 
-// ---------------- Whether silence to a request tells of the device, or of what was asked.
+// ---------------- Whether silence means that the device is gone, or only that it does not answer
+// this query.
 
 const std::vector<std::size_t> kHeard = {0, 1};
 const std::vector<std::size_t> kNever = {2, 3};
@@ -160,8 +161,6 @@ TEST(HeardPoints, BehindAReconnectItMayBeAnotherDevice) {
   EXPECT_FALSE(points.TellsOfDevice(kHeard, kStart)) << "and has not answered these";
 }
 
-// ---------------- Who can be asked on a line.
-
 TEST(Roster, DevicesStandInTheOrderOfTheFile) {
   config::Line line = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   line.retries = 5;
@@ -193,10 +192,10 @@ TEST(Roster, EntriesOfOneNameAreTheSameOnTheWire) {
   EXPECT_TRUE(toys.a.IsSame(toys.b));
 }
 
-// ---------------- Times that a device has asked for itself: the longer of configured and learned
+// ---------------- Times that the protocol of a device needs: the longer of needed and configured
 // counts.
 
-/// Says what times it needs, and nothing else.
+/// A conversation that only returns the least times that its device needs.
 class Slow : public protocols::Conversation {
  public:
   explicit Slow(config::Timing least) : least_(least) {}
@@ -244,13 +243,12 @@ TEST(RosterTimes, TheLongerOneCounts) {
   EXPECT_EQ(device.times.ceiling, configured.ceiling);
 }
 
-// ---------------- The state of a device that is shown and told: out of use from the start,
-// troubles and remarks.
+// ---------------- The public state of a device: disabled devices, troubles and remarks.
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// A device that says what the test says.
+/// A conversation that returns the trouble that the test has set.
 class Saying final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return {}; }
@@ -311,7 +309,7 @@ TEST_F(DeviceStatesTest, ADeviceThatTheConfigurationDoesNotUseIsTakenIntoUse) {
   EXPECT_EQ(Status().state, DeviceState::never_seen);
 }
 
-/// A remark is shown, and said once in the log. Values are good meanwhile, so it is no event.
+/// A remark is shown in the status and logged once. The values stay good, so no event is reported.
 TEST_F(DeviceStatesTest, ARemarkIsNoTrouble) {
   const std::string wrong = "type 0D, the profile says 08";
   const std::string remark = "gives no events";
@@ -330,7 +328,7 @@ TEST_F(DeviceStatesTest, ARemarkIsNoTrouble) {
       {{Reason::other_module, "type 0E"}, {"type 0E"}, {"type 0E"}},
       {{Reason::none, ""}, {"over: "}, {"it is the configured device again"}},
       {{Reason::none, wrong}, {}, {wrong}},
-      {{Reason::other_module, wrong}, {wrong}, {wrong}},  // the same words, and serious now
+      {{Reason::other_module, wrong}, {wrong}, {wrong}},  // the same text, now a trouble
       {{Reason::none, wrong}, {"over: "}, {"it is the configured device again; " + wrong}},
   };
   auto conversation = std::make_unique<Saying>();

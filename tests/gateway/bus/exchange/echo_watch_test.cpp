@@ -1,4 +1,4 @@
-// What is told of echoes, by the mode that the configuration gives.
+// Tests of `EchoWatch` and `EchoFilter` in each configured echo mode.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -121,7 +121,7 @@ TEST_F(EchoWatchTest, OnlyVerifyKnowsOfARing) {
   }
 }
 
-// ---------------- The echo filter in all modes, over every fragmentation of what comes back.
+// ---------------- The echo filter in all modes, with every fragmentation of the received bytes.
 
 struct Seen {
   Bytes bytes;
@@ -136,7 +136,7 @@ struct Seen {
   bool operator==(const Seen&) const = default;
 };
 
-/// One exchange, in every fragmentation; all of them have to give `expected`.
+/// Runs one exchange in every fragmentation of `received`. Each fragmentation must give `expected`.
 void Check(Echo mode, std::string_view request, std::string_view received, const Seen& expected) {
   test::EachFragmentation(ToBytes(received), [&](const std::vector<Bytes>& pieces) {
     EchoFilter filter(mode);

@@ -1,5 +1,5 @@
-// Bytes that come before the computed end of transmission: a reply, or not, by what keeps the bit
-// rate.
+// Tests of `Line` with replies that are early, late, damaged or doubled. An early reply counts only
+// if the port does not keep its bit rate (for example, a serial server).
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 
@@ -44,7 +44,7 @@ TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
 TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.Feed(ToyReply("A1=4"), At(1002ms));  // the second copy of an earlier reply
+  line_.Feed(ToyReply("A1=4"), At(1002ms));  // a late copy of an earlier reply
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
   line_.Feed(reply_, At(1020ms));
@@ -55,7 +55,6 @@ TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
   EXPECT_EQ(before_, ToyReply("A1=4").size());
 }
 
-/// It could be the echo.
 TEST_F(LineTest, WhatMayBeAnEchoIsNoEarlyReply) {
   line_.OnOpened(At(0ms), true);
   mirrors_ = true;
@@ -89,7 +88,7 @@ TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
   line_.Feed(reply_, At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
-  line_.OnTimer(At(1104ms));  // nothing else has come in the reply time
+  line_.OnTimer(At(1104ms));  // the reply time ends, and no other bytes have come
   ASSERT_EQ(frames_.size(), 1U);
   EXPECT_EQ(ends_.back().outcome, Outcome::ok);
   Start(2s);
@@ -98,7 +97,7 @@ TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
-/// The program was stopped meanwhile: nobody knows how old the reply is.
+/// The program was stopped until 5 s, so the age of the reply is not known.
 TEST_F(LineTest, AnEarlyReplyThatHasWaitedIsNoReply) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -126,7 +125,7 @@ TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
   ASSERT_EQ(frames_.size(), 1U);
 }
 
-// ---------------- Replies that waited while nobody ran: nobody knows when they came.
+// ---------------- Replies that waited while the program was stopped: their age is not known.
 
 TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   Reach(State::await_first);
@@ -137,7 +136,7 @@ TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
   EXPECT_EQ(strays_.size(), 1U);
 }
 
-/// The program was busy for a moment.
+/// The program was busy for less than 100 ms.
 TEST_F(LineTest, AReplyUpToATenthOfASecondBehindItsTimeIsTaken) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1104ms + 99ms));
@@ -164,7 +163,7 @@ TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
   EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
 }
 
-// ---------------- Damage and noise in place of a reply, or before it.
+// ---------------- Damage and noise instead of a reply, or before it.
 
 TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {
   Reach(State::await_first);
@@ -223,8 +222,8 @@ TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
   EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
 }
 
-// ---------------- What the line does about a second reply; which bytes are one:
-// second_reply_test.cpp.
+// ---------------- How the line reacts to a second reply. second_reply_test.cpp tests which bytes
+// are a second reply.
 
 TEST_F(LineTest, BytesBehindAFrameAreStrayAndDrained) {
   Reach(State::await_first);
@@ -261,7 +260,7 @@ TEST_F(LineTest, TheSameReplyTwiceIsOne) {
   EXPECT_EQ(second_, 0);
 }
 
-/// "5\r" and a console's empty line, at once and later.
+/// A console answers "5\r" and then an empty line "\r", in the same read or later.
 TEST_F(LineTest, AnEmptyLineBehindAReplyIsNoSecondOne) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     const auto end = std::find(held.begin(), held.end(), '\r');
@@ -285,8 +284,8 @@ TEST_F(LineTest, BehindAReplyThatWasNotTakenNoneIsTheSecond) {
   EXPECT_EQ(second_, 0);
 }
 
-/// Copies pass for no other reply where the reply is true whichever request it answers, or carries
-/// the number of its request.
+/// A copy is harmless if the reply is true for any request (`any_order`), or carries the number of
+/// its request (`numbered`). Then the line goes idle without a drain.
 TEST_F(LineTest, NobodyWaitsBehindHarmlessCopies) {
   struct Case {
     bool any_order;
@@ -325,8 +324,7 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
-/// The port keeps its bit rate, so the bytes that come while a request is sent are none of its
-/// reply.
+/// The port keeps its bit rate, so bytes during the sending of a request are not its reply.
 TEST_F(LineTest, AnotherReplyIsToldIfItComesWhileTheNextRequestIsSent) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -347,10 +345,9 @@ TEST_F(LineTest, AnotherReplyIsToldIfItComesWhileTheNextRequestIsSent) {
   EXPECT_EQ(second_, 1) << "a copy is no second reply";
 }
 
-// ---------------- Every kind of fault in every state of the line: loss, babble, timers too early
-// and too late.
+// ---------------- Every kind of fault in every state of the line.
 
-/// What a line may hold of all that comes.
+/// The heap memory, in bytes, that a line may hold at most, however much comes in.
 constexpr std::size_t kLittle = 16'384;
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
@@ -417,7 +414,7 @@ TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
     while (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
     idle_again = idle_again || line_.idle();
     line_.Feed(noise, At(at));
-    strays_.clear();  // the test keeps these
+    strays_.clear();  // the test itself holds these bytes, so they must not be counted
     ASSERT_LE(HeapInUse(), before + kLittle);
   }
   EXPECT_EQ(idle_again, under_way || GetParam() == State::idle);
@@ -427,7 +424,7 @@ TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
 TEST_P(EveryState, AVeryLateTimerIsAsGoodAsOneInTime) {
   Reach(GetParam());
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(At(1h));
-  // Times that count from the late event itself (a drain) come due in turn.
+  // A timer that counts from the late call itself (a drain) fires afterwards.
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(*line_.Deadline());
   EXPECT_EQ(line_.state(), GetParam() == State::closed ? State::closed : State::idle);
 }

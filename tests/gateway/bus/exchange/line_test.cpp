@@ -1,5 +1,5 @@
-// The line discipline, one test per row of the state table at the head of
-// gateway/bus/exchange/line.cpp. Time and bytes are arguments; no poller, no protocol.
+// Tests of `Line`, one for each row of the state table at the head of
+// gateway/bus/exchange/line.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/exchange/line.h"
 
@@ -80,7 +80,7 @@ TEST_F(LineTest, AnEndOfTheConnectionInPlaceOfAReplyIsSilenceAtOnce) {
 
 TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   Reach(State::sending);
-  line_.OnTimer(At(1006ms));  // a late timer: the reply time counts from the computed end
+  line_.OnTimer(At(1006ms));  // late: the reply time still counts from the computed end
   EXPECT_EQ(line_.state(), State::await_first);
   EXPECT_EQ(DeadlineIn(), 1104ms);
 }
@@ -146,7 +146,8 @@ TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-/// Example: 1D… that comes late from relay 1 is never taken for an answer of relay 2.
+/// Example: a late reply of relay 1 must not be taken for that of relay 2. Replies that contain
+/// their address cannot be mistaken.
 TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody) {
   aftermath_ = 200ms;
   for (const bool named : {false, true}) {
@@ -164,7 +165,7 @@ TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody)
   }
 }
 
-/// Another device's reply: this one's may still come, unless it is known to lag by requests.
+/// The own reply may still come, unless the device is known to answer late by requests (`lags`).
 TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     return protocols::Cut::Discard(held.size(), Outcome::unexpected,
@@ -182,7 +183,7 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
   }
 }
 
-/// The program was stopped meanwhile: the reply is as old as its last byte.
+/// The program was stopped between the last byte and the timer.
 TEST_F(LineTest, AReplyThatSilenceEndsHasTheTimeOfItsLastByte) {
   rule_ = [](View held, const protocols::Expectation&, bool idle) {
     return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
@@ -231,7 +232,7 @@ TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
   exchange.times = kTimes;
   exchange.reply_rule = [](View held, const protocols::Expectation&, bool idle) {
     return idle ? protocols::Cut::Frame(held.size())
-                : protocols::Cut::NeedMore();  // a frame that ends by silence only
+                : protocols::Cut::NeedMore();  // a frame that only silence ends
   };
   line_.Start(std::move(exchange), At(1s));
   line_.OnTimer(At(1001ms));

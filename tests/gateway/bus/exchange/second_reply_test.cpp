@@ -1,5 +1,4 @@
-// What comes behind a reply that was taken: copies, a different reply, noise; at once or later, in
-// pieces.
+// Tests of `SecondReply`: copies, other replies and noise behind a reply that was taken.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -23,16 +22,16 @@ Bytes Joined(const std::vector<Bytes>& parts) {
 
 struct Behind {
   std::string name;
-  Bytes at_once;  // behind the reply, in the same read
+  Bytes at_once;  // comes behind the reply in the same read
   Bytes later;
   bool alone = true;
-  bool only_copies = true;  // at once
-  int told = 0;             // later
+  bool only_copies = true;  // `at_once` contains only copies of the reply
+  int told = 0;             // how many second replies are found in `later`
 };
 
 class SecondReplyTest : public ::testing::TestWithParam<Behind> {
  protected:
-  /// Cuts the first reply out of what comes at once. True: it is alone.
+  /// Feeds the reply and `behind` in one read. True if no different reply follows the reply.
   bool Come(View behind) {
     protocols::Assembler assembler;
     assembler.Begin(ToyProtocol().reply_rule, ToyProtocol().expect(ToBytes("?A1\r"), {}));

@@ -1,4 +1,4 @@
-// What is heard of bytes that nobody asked for: a table of streams.
+// Tests of `UnaskedReceiver`, which cuts messages out of bytes that a device sends unasked.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr Instant kOpened = Instant() + 1h;
 
-/// "<abc>"
+/// Cuts messages of the form "<abc>".
 protocols::Cut Bracketed(View held, const protocols::Expectation& expect, bool) {
   if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::partial, "noise");
   const auto end = std::find(held.begin(), held.end(), '>');
@@ -26,20 +26,20 @@ protocols::Cut Bracketed(View held, const protocols::Expectation& expect, bool) 
   return protocols::Cut::Frame(size);
 }
 
-/// "abc\r"
+/// Cuts messages of the form "abc\r".
 protocols::Cut Ended(View held, const protocols::Expectation&, bool) {
   const auto end = std::find(held.begin(), held.end(), '\r');
   if (end == held.end()) return protocols::Cut::NeedMore();
   return protocols::Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
 }
 
-/// "abc", until silence
+/// Cuts messages of the form "abc" that only silence ends.
 protocols::Cut Silent(View held, const protocols::Expectation&, bool idle) {
   return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
 }
 
 struct Piece {
-  Duration at;  ///< since the port opened
+  Duration at;  ///< time since the port was opened
   std::string bytes;
 };
 
@@ -47,7 +47,7 @@ struct Case {
   std::string name;
   protocols::FrameRule rule;
   std::vector<Piece> pieces;
-  std::string messages;  ///< each with when its last byte came: "<a>@1000"
+  std::string messages;  ///< each message with the time of its last byte in ms: "<a>@1000"
   std::size_t damaged = 0;
   std::string rest{};
 };
@@ -71,7 +71,7 @@ class EarTest : public ::testing::TestWithParam<Case> {
     EXPECT_EQ(heard.why.empty(), heard.damaged == 0);
     Append(rest_, heard.rest);
   }
-  /// Timers run when they are due, then the bytes come.
+  /// Calls OnTimer for each deadline before a piece, then feeds the piece.
   void Play(const std::vector<Piece>& pieces, protocols::FrameRule rule) {
     const protocols::Standing standing = StandingOf(rule);
     UnaskedReceiver ear(standing);
@@ -177,7 +177,7 @@ TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
   }
 }
 
-/// The bytes come before the timer that was due.
+/// "34" comes before the timer that was due earlier is called.
 TEST_F(EarCutTest, ALateTimerJoinsNothing) {
   const protocols::Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
@@ -198,9 +198,9 @@ TEST_F(EarCutTest, MemoryIsBounded) {
   }
 }
 
-// ---------------- A line on which a device speaks unasked, with and without exchanges.
+// ---------------- A line on which a device sends unasked, with and without exchanges.
 
-/// "<abc>"
+/// Cuts messages of the form "<abc>".
 protocols::Cut Message(View held, const protocols::Expectation&, bool) {
   if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::none, "no message");
   const auto end = std::find(held.begin(), held.end(), '>');
@@ -282,7 +282,7 @@ TEST_F(LineUnaskedTest, WhatComesInIdleIsTheSpeakersAndNoStray) {
 TEST_F(LineUnaskedTest, AReplyDoesNotGoOnAfterTheProgramWasStopped) {
   Start(1s);
   Bytes_(reply_.substr(0, 3), 1020ms);
-  Bytes_(reply_.substr(3), 1150ms);  // before the ceiling
+  Bytes_(reply_.substr(3), 1150ms);  // comes before the ceiling of the exchange
   EXPECT_THAT(frames_, ::testing::IsEmpty());
   EXPECT_EQ(ends_, std::vector{Outcome::partial});
 }
@@ -294,7 +294,7 @@ TEST_F(LineUnaskedTest, AMessageThatStopsIsDamagedAndTheLineIsFreeAgain) {
   EXPECT_EQ(damaged_, 1U);
 }
 
-/// Every place of the message in the bytes of the reply: neither is taken for the other.
+/// The message begins after each byte of the reply in turn. Both must arrive whole.
 TEST_F(LineUnaskedTest, AMessageInsideAReplyIsTakenOutOfIt) {
   Duration at = 1s;
   for (std::size_t place = 0; place <= reply_.size(); ++place) {
@@ -354,7 +354,6 @@ TEST_F(LineUnaskedTest, MessagesInDrainAndBeforeARequestAreHeard) {
   EXPECT_EQ(said_, (Said{"<a>", "<b>", "<c>"}));
 }
 
-/// Babble: a request goes out all the same, after the ceiling at the latest.
 TEST_F(LineUnaskedTest, BabbleKeepsNobodyFromAskingForEver) {
   Duration at = 1s;
   Bytes_("<", at);
@@ -386,7 +385,7 @@ TEST_F(LineUnaskedTest, ALostPortLosesWhatHasBegun) {
   EXPECT_EQ(said_, Said{"<c>"});
 }
 
-// ---------------- Bytes that come while a request goes out.
+// ---------------- Bytes that come while a request is being sent.
 
 TEST(Transmission, KeepsEarlyBytesOnlyWhereCharactersTakeTheirTime) {
   Transmission sent;

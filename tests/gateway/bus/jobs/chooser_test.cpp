@@ -1,4 +1,4 @@
-// Which job a line does next, from what waits.
+// Tests of `Chooser` and `RoutedJobs`: which job a line does next.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/chooser.h"
 
@@ -125,8 +125,6 @@ TEST_F(ChooserTest, OthersWaitForAProbeFromTheMomentTheyAreDue) {
   writes_.Push(To(1));
   EXPECT_EQ(chooser_.Waited(kStart, kStart + 50ms), 50ms);
 }
-
-// ---------------- Requests of routes become jobs in the right order.
 
 class RoutedJobsTest : public ::testing::Test {
  protected:

@@ -1,4 +1,4 @@
-// What follows when a device comes, goes, or may be another one.
+// Tests of `DeviceTracker`: what follows when a device appears, disappears, or is replaced.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/device_tracker.h"
 
@@ -42,7 +42,7 @@ class DeviceTrackerTest : public ::testing::Test, protected ToyMembers, protecte
                 [&](const DeviceRecord& record) { quality = QualityAt(record, 0, kStart); });
     return quality;
   }
-  /// Devices whose polls are due, in the order in which they are served.
+  /// Returns the names of the devices with due polls, in the order in which they are served.
   std::string Due(Duration at) {
     std::string due;
     while (const auto pick = schedule_.Next(kStart + at)) due += pick->device == 0 ? 'a' : 'b';
@@ -71,7 +71,7 @@ TEST_F(DeviceTrackerTest, AtTheOpeningADeviceOutOfUseIsLeftAlone) {
   EXPECT_EQ(Due(0s), "b");
 }
 
-/// The reply to what it was asked before the port closed may still come.
+/// The reply to a request from before the port was closed may still come.
 TEST_F(DeviceTrackerTest, AtTheOpeningALateReplyKeepsItsDeviceWaitingOnly) {
   owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();
@@ -111,7 +111,7 @@ TEST_F(DeviceTrackerTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
   EXPECT_NE(QualityOf(a), Quality::good);
 }
 
-/// The exchange under way was sent before.
+/// The request was sent before the device was taken out of use.
 TEST_F(DeviceTrackerTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
   const protocols::Task poll;
   const protocols::Request request = AskFor("?A1\r");

@@ -1,4 +1,4 @@
-// What a job says of itself: how urgent it is, and until when it may be sent.
+// Tests of `Job`: how urgent a job is, until when it may be sent, and what its end leads to.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/job.h"
 
@@ -122,11 +122,11 @@ TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
   EXPECT_FALSE(before.asked().lone_probe);
 }
 
-// ---------------- What the end of a job leads to: one table for each kind of job.
+// ---------------- The effects of the end of a job: one table for each kind of job.
 
 using Next = EndEffects::Write::Next;
 
-/// Device a has a point of the fast group and one of the slow group.
+/// Device a has one point of the fast group and one of the slow group.
 class JobEndTest : public JobTest {
  protected:
   static EndEffects End(Job& job, Outcome outcome) {
@@ -187,7 +187,7 @@ TEST_F(JobEndTest, OfAReadBack) {
   EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
-/// Others may have taken its number: which points it has read is not known.
+/// Another query may have its number now, so the points that were read are not known.
 TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
   EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
@@ -211,13 +211,13 @@ TEST_F(JobEndTest, OfABackgroundTask) {
 TEST_F(JobEndTest, OfAWrite) {
   struct Row {
     const char* what;
-    std::size_t points;  // of the command
-    std::size_t next;    // one was under way before this
-    bool sent;           // a request that may have written
+    std::size_t points;  // points in the command
+    std::size_t next;    // the point that is under way, counted from 1
+    bool sent;           // the request that may have written has been sent
     Outcome outcome;
     Next follows;
-    WriteEnd end;         // if it is answered
-    std::size_t unknown;  // points
+    WriteEnd end;         // only for Next::answer
+    std::size_t unknown;  // the number of points with unknown values afterwards
     bool polls_first;
     bool unfit = false;
   };
@@ -254,13 +254,13 @@ TEST_F(JobEndTest, OfAWrite) {
   }
 }
 
-/// A write that was told how its request ended.
+/// Lets the test call NoteTold.
 struct Told : WriteJob {
   using WriteJob::NoteTold;
   using WriteJob::WriteJob;
 };
 
-/// The first step may have written.
+/// The first step was sent and may have written.
 TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
   const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
       {std::nullopt, WriteEnd::unknown},

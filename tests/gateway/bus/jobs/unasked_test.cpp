@@ -1,4 +1,4 @@
-// What the device that speaks unasked says, and what of its events may wait for the disk.
+// Tests of `Speaker` and `EventBacklog`, for a device that sends unasked.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/unasked.h"
 
@@ -12,8 +12,8 @@ namespace {
 
 constexpr Now kNow{Instant() + 1h, WallTime(1'790'000'000s)};
 
-/// "7" is a value, "E" an event, "7E" both, "9" a value of no point, "?" is damaged. 2 s behind the
-/// last message its value is 0 again.
+/// Messages: "7" is a value of point 0, "9" a value of a point that does not exist, "E" an event,
+/// "?" is damaged. 2 s after the last message the value of point 0 becomes 0.
 class Talker final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return {}; }
@@ -66,7 +66,7 @@ const protocols::Protocol& TalkerProtocol() {
   return protocol;
 }
 
-/// Device a is asked; b speaks, and has one point.
+/// Device a is polled. Device b sends unasked and has one point.
 class SpeakerTest : public ::testing::Test {
  protected:
   SpeakerTest() { line_.devices[1].protocol = "talker"; }
@@ -177,7 +177,7 @@ TEST_F(SpeakerTest, WhatDoesNotFitIsLostAndToldWithTheNextThatDoes) {
   for (std::size_t i = 0; i < EventBacklog::kMost; ++i) ASSERT_TRUE(Say("E").events);
   struct Row {
     const char* text;
-    bool kept_before;  // one batch is on the disk
+    bool kept_before;  // one batch has been written to the disk before this message
     std::size_t events;
     std::size_t lost;
     bool warns;

@@ -1,4 +1,4 @@
-// What is said of a write, from what was heard and what the point shows then.
+// Tests of `WriteEndOf`, `VerdictOn` and `Compare`: the result of a write.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
   }
 }
 
-/// An analog output that refuses a value beyond its range has gone to its limit.
+/// Example: an analog output refuses a value beyond its range, but has moved to its limit.
 TEST(WriteEndOf, ARefusalOfADeviceThatMayHaveActedLeavesItUnknown) {
   EXPECT_EQ(WriteEndOf(Outcome::refused, true, true), WriteEnd::unknown);
   EXPECT_EQ(WriteEndOf(Outcome::ok, true, true), WriteEnd::ok);
@@ -71,7 +71,7 @@ TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
   EXPECT_FALSE(Of(0).lost);
 }
 
-/// A slewing output, or a device that limits what it takes: nobody can tell yet.
+/// An output that slews, or a device that limits the value: the write neither succeeded nor failed.
 TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
   Show(3.0, 1s);
   const ReadBackVerdict verdict = Of(0);
@@ -81,7 +81,7 @@ TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
   EXPECT_FALSE(verdict.lost);
 }
 
-/// A command such as "reset": nothing can be read back, and nothing is missing.
+/// The point is a command such as "reset": nothing can be read back, so nothing is lost.
 TEST_F(Verdicts, APointThatIsOnlyWrittenMissesNothing) {
   EXPECT_EQ(Of(1).result.end, WriteEnd::ok);
   EXPECT_FALSE(Of(1).result.read_back);
@@ -145,7 +145,7 @@ TEST(Comparison, ADeviceRoundsToItsStepAndDecimals) {
   EXPECT_EQ(Compare(point, write, 0.1), Comparison::written);
 }
 
-/// Two decimals of xIn are steps of 4 A where xIn is 400 A.
+/// Decimals count in units of the device: with a scale of 400 A, two decimals are steps of 4 A.
 TEST(Comparison, DecimalsAreTheDevices) {
   config::Point point;
   point.type = Type::float32;
@@ -156,7 +156,7 @@ TEST(Comparison, DecimalsAreTheDevices) {
   EXPECT_EQ(Compare(point, write, 344.0), Comparison::another) << "0.86";
 }
 
-/// Scale 0.1: 25 is written as 250, and 25 is shown.
+/// With a scale of 0.1, the value 25 is written as 250, and the point shows 25 again.
 TEST(Comparison, InUnitsOfTheValue) {
   config::Point point;
   point.type = Type::int16;

@@ -1,4 +1,4 @@
-// What the latest exchanges of a device looked like, and what can be read off them together.
+// Tests of `Findings`, `FailureRuns`, `RoundTrips` and `LastHour`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/points/findings.h"
 
@@ -87,7 +87,7 @@ TEST(Findings, SilenceBehindAShortPauseOnly) {
   EXPECT_EQ(findings.ShortPause(), Duration());
 }
 
-/// A serial server with a smaller buffer was put in between.
+/// Example: a serial server with a smaller buffer has been put in between.
 TEST(Findings, LongRepliesThatComeDamagedSinceLaterAreKnown) {
   Findings findings;
   const Finding whole{.symptom = clean, .bytes = 49, .expected = 49};
@@ -112,12 +112,11 @@ TEST(Findings, AShortRefusalIsNoLongReply) {
   EXPECT_EQ(findings.lengths().longest_good(), 4U);
 }
 
-// ---------------- When the failures of a device began and ended, and what stood between.
+// ---------------- `FailureRuns`: when the failures of a device began and ended.
 
 constexpr Instant kFirst{1000s};
 
-/// 'o' is answered, 'x' fails, each a second behind the other; '-' is a minute in which nothing is
-/// asked.
+/// Plays exchanges, one per second: 'o' is answered, 'x' fails. '-' is a minute without exchanges.
 FailureRuns After(std::string_view exchanges) {
   FailureRuns failures;
   Instant now = kFirst;
@@ -131,7 +130,7 @@ FailureRuns After(std::string_view exchanges) {
   return failures;
 }
 
-/// "2x3": three that failed, behind two that were answered; "2x3." is not over yet.
+/// "2x3": two answered exchanges, then three failures. "2x3.": the run has not ended.
 std::string ShownRuns(const FailureRuns& failures) {
   std::string text;
   for (const FailureRuns::Run& run : failures.runs()) {
@@ -174,7 +173,7 @@ TEST(FailureRuns, KnowTheirTimes) {
   EXPECT_EQ(run.after, kFirst + 6s);
 }
 
-// ---------------- The histogram of round trips: bounded, and true within a quarter of an octave.
+// ---------------- The histogram of round trips: exact within a quarter of an octave.
 
 TEST(RoundTrips, EmptyIsZero) {
   const RoundTrips trips;
@@ -226,7 +225,7 @@ TEST(Names, AreThePublishedOnes) {
   EXPECT_EQ(Name(DeviceState::never_seen), "never seen");
 }
 
-// ---------------- The last hour of a device: counted in minutes, and what is older is forgotten.
+// ---------------- The last hour of a device in counts per minute. Older minutes are forgotten.
 
 TEST(LastHour, ForgetsWhatIsOlder) {
   LastHour hour;

@@ -1,4 +1,4 @@
-// Readings of one point one after the other, and what users see of each.
+// Tests of `JumpCheck`: readings of one point in succession, and what users see of each.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -27,8 +27,8 @@ class JumpCheckTest : public ::testing::Test {
     check_.emplace(points_);
   }
 
-  /// "counts", "uncertain", or "-": it does not count; with " again" where it is to be read again
-  /// and " doubt" where the last value becomes uncertain.
+  /// Returns "counts", "uncertain" or "-" (is not stored), with " again" if the point must be read
+  /// again, and " doubt" if the stored value becomes uncertain.
   std::string Read(const Value& value, Quality quality = Quality::good) {
     std::vector<Sample> samples = {{0, value, quality}};
     const JumpCheck::Result result = check_->Check(samples);
@@ -54,7 +54,7 @@ TEST_F(JumpCheckTest, TheFirstReadingWaitsForASecondOne) {
   EXPECT_EQ(Read(21.9), "counts") << "within a tenth";
 }
 
-/// A balance whose weight is not stable says so in another bit of the same reply.
+/// Example: a balance reports in another bit of the same reply that its weight is not stable.
 TEST_F(JumpCheckTest, WhatTheDeviceItselfSaysToChangeIsNoDamage) {
   Use(PointOf(Recheck::jump, Type::boolean));
   const auto read = [this](bool stable, bool certain) {

@@ -1,5 +1,4 @@
-// The point store: precedence of qualities as the design gives it, ageing, feeds, and two threads
-// that never see half an update.
+// Tests of `PointStore` and `ChangeFeed`, also with two threads.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/points/point_store.h"
 
@@ -17,8 +16,7 @@
 namespace baudgate::bus {
 namespace {
 
-/// One device with the points fast, slow, once and daily; polled every 1 s, 10 s and day. And a
-/// disabled one.
+/// Points that are polled every 1 s, every 10 s, once and daily. A second device is disabled.
 class PointStoreTest : public ::testing::Test {
  protected:
   enum PointIndex : std::uint32_t { kFast, kSlow, kOnce, kDaily };
@@ -56,7 +54,7 @@ class PointStoreTest : public ::testing::Test {
     store_.Read(0, [&](const DeviceRecord& record) { copy = record.points[point]; });
     return copy;
   }
-  /// Points of device 0 that the feed was told of since the last call.
+  /// Returns the points of device 0 that the feed has reported since the last call.
   std::vector<std::uint32_t> Told() {
     Changes changes;
     feed_->Drain(Instant(), changes);
@@ -88,7 +86,7 @@ TEST_F(PointStoreTest, PointsAreBornWaiting) {
 }
 
 TEST_F(PointStoreTest, PrecedenceOfQualities) {
-  // From the strongest to the weakest; each holds although all below it hold as well.
+  // From the strongest to the weakest: each quality hides all that follow below.
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
   store_.SetOverride(0, Quality::bad_out_of_service);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_out_of_service);
@@ -164,7 +162,7 @@ TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
   });
 }
 
-/// As a reload does it: the line goes on, and so does the age of its values.
+/// A reload does this: the line and the age of its values go on.
 TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   store_.SetLineCycle(0, 10s, kStart);
   Update(kFast, 1.0, 0s);
@@ -318,7 +316,7 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
   EXPECT_EQ(RecordOf(kFast).seq, 20'000U);
 }
 
-// ---------------- The feed of changes: coalescing, bounded, and woken at once.
+// ---------------- The feed of changes: merged, bounded, and woken at once.
 
 class ChangeFeedTest : public ::testing::Test {
  protected:
@@ -389,7 +387,7 @@ TEST_F(ChangeFeedTest, AWaitingDrainHearsOfAChange) {
 TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   std::thread producer([this] {
     for (std::uint32_t i = 0; i < 20'000; ++i) Mark(0, {i % 3});
-    Mark(1, {0});  // the last word
+    Mark(1, {0});  // the last change, after which the reader stops
   });
   bool last_seen = false;
   while (!last_seen) {
@@ -401,8 +399,7 @@ TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   producer.join();
 }
 
-// ---------------- A store that gets and loses lines while others use it: numbers stay, and so does
-// what is known.
+// ---------------- Lines are added and removed while others use the store: numbers and values stay.
 
 config::Line LineOf(const std::string& device, std::size_t points = 1) {
   std::vector<std::string> names;
@@ -519,7 +516,7 @@ TEST_F(GrowingStore, ALineThatIsForgottenIsFreedOnceNobodyHoldsIt) {
   EXPECT_EQ(store().device(1)->name, "b");
 }
 
-/// Its driver returns after a reload.
+/// The driver of the abandoned line returns after a reload.
 TEST_F(GrowingStore, AnAbandonedLineTellsOfAForgottenDeviceInVain) {
   store().Retire(0);
   store().Forget(0);

@@ -1,4 +1,4 @@
-// One job from its first request to its end: the rows of the table in gateway/bus/jobs/job.cpp.
+// Tests of `JobRunner`: the rows of the table in gateway/bus/jobs/job.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/poller/job_runner.h"
 
@@ -16,17 +16,17 @@ namespace {
 
 using ::testing::StartsWith;
 
-/// Device A reads one point as the test says and then "2"; B reads "1". All was answered a moment
-/// ago: A has proven who it is, and nothing is owed.
+/// Device A has the points `read` and "2", B has "1". All were answered a moment ago: the name of A
+/// is proven, and no reply is outstanding.
 class Rig : private PollerListener, private RequestPort {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     Pass({});
     runner_.OnOpened(false);
     context_.tracker.OnOpened(now_.instant);
-    while (context_.agenda.schedule.Next(now_.instant)) continue;  // nothing is due for a second
+    while (context_.agenda.schedule.Next(now_.instant)) continue;  // no poll is due for 1 s
     Poll(1);
-    // Another master may have asked it before: one probe is not enough.
+    // Another master may have used the line before, so more than one probe is needed.
     for (Turn(); runner_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
   }
 
@@ -46,10 +46,9 @@ class Rig : private PollerListener, private RequestPort {
     Begin(std::make_unique<WriteJob>(a(), std::move(command), now_.instant));
   }
 
-  /// "silence", "damage", "sent" (of a broadcast), "late" (an hour passes), "a while" (its proof
-  /// has become old), "disabled", "left" (its client), "forbidden" (by an interlock), "lost" (the
-  /// port), or a reply:
-  /// "!A1=5".
+  /// Plays one input: a reply such as "!A1=5", or "silence", "damage", "sent" (a broadcast is out),
+  /// "late" (an hour passes), "a while" (the proof becomes too old), "disabled", "left" (the client
+  /// disconnects), "forbidden" (by an interlock), "lost" (the port).
   void Hear(const std::string& what) {
     if (what == "late") return Pass(1h);
     if (what == "a while") return Pass(2min);
@@ -70,7 +69,7 @@ class Rig : private PollerListener, private RequestPort {
     }
   }
   void Answer(const std::string& reply) { Receive(ToyReply(reply)); }
-  /// Until its request is out. False: it may not go, and "next" has happened to it.
+  /// Takes a turn and sends the request of the job. False if the job has ended instead.
   bool Go() {
     Turn();
     if (runner_.job() == nullptr) return false;
@@ -79,7 +78,6 @@ class Rig : private PollerListener, private RequestPort {
     WaitUntilSent();
     return true;
   }
-  /// Its request is with the line, which is not quiet yet.
   void StartOnALineThatIsNotQuiet() {
     Turn();
     runner_.Receive(ToBytes("?"));
@@ -89,13 +87,12 @@ class Rig : private PollerListener, private RequestPort {
   void WaitUntilSent() {
     while (!sent_) PassTimer();
   }
-  /// Until its request may go, or waits for late replies.
   void Turn() {
     Pass(10ms);
     while (runner_.job() != nullptr && runner_.TakeTurn() == JobRunner::Turn::next) continue;
   }
 
-  /// The request that waits, or what has become of the job.
+  /// Returns the request that is to be sent next, or "parked" or "ended".
   std::string Next() {
     if (runner_.job() == nullptr) return context_.agenda.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(runner_.job()->step.request.bytes));
@@ -142,7 +139,6 @@ class Rig : private PollerListener, private RequestPort {
     runner_.Receive(bytes);
     EndInSilence();
   }
-  /// Until the exchange has ended, and the line is quiet.
   void EndInSilence() {
     while (!runner_.idle()) {
       PassTimer();
@@ -283,7 +279,7 @@ TEST(JobRunnerTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYe
   EXPECT_TRUE(rig.writes().read_backs().empty()) << "nothing was written";
 }
 
-/// It may have been carried out, so it was not denied.
+/// The write may have been carried out, so its end is unknown and not denied.
 TEST(JobRunnerTest, WhatIsForbiddenMeanwhileIsNotRepeated) {
   Rig rig("1");
   rig.Write({0});
@@ -312,7 +308,7 @@ TEST(JobRunnerTest, AReplyThatCountsIsStored) {
   EXPECT_EQ(rig.Value(1), "5");
 }
 
-/// One of the two belongs to another request; which one is not known.
+/// One of the two replies answers another request, so neither counts.
 TEST(JobRunnerTest, WhatWaitsForAProbeDoesNotCountBehindASecondReply) {
   for (const bool second : {false, true}) {
     Rig rig("1");
@@ -350,7 +346,7 @@ TEST(JobRunnerTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
 
 TEST(JobRunnerTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
   Rig rig("1");
-  rig.schedule().Hold(0, rig.now() + 1h);  // the device wants to be left in peace
+  rig.schedule().Hold(0, rig.now() + 1h);  // as a device does that has asked for a pause
   rig.Write({0});
   for (const char* what : {"a while", "!A0~refused"}) rig.Hear(what);
   EXPECT_EQ(rig.Next(), "ended");
@@ -358,8 +354,7 @@ TEST(JobRunnerTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
   EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
-/// "L1" was dropped, so "2" is the only query. While it is asked, "L1" comes back, and "2" is the
-/// second one.
+/// "L1" was dropped, so "2" is query 0. While it is read, "L1" comes back, so "2" is query 1.
 TEST(JobRunnerTest, AReplyGoesToThePointThatWasAskedThoughTheQueriesHaveOtherNumbers) {
   Rig rig("L1");
   rig.Poll(0);

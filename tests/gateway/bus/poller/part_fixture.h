@@ -1,4 +1,4 @@
-// The members of a toy line, for tests of single parts of the poller.
+// `ToyMembers`: the members of a toy line, for tests of single parts of the poller.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,7 @@
 
 namespace baudgate::bus {
 
-/// Toy times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s. Behind a serial
-/// server, unless the test says otherwise.
+/// Device times: reply 200 ms, gap 20 ms, ceiling 1 s, drain 50 ms; 8N1 at 9600 bit/s.
 struct ToyMembers {
   explicit ToyMembers(const std::string& port = "tcp://server:4001") { line.port = port; }
 
@@ -22,14 +21,14 @@ struct ToyMembers {
   Device& b = roster.device(1);
 };
 
-/// For a point store of the same line.
+/// The configuration of the same line, for a point store.
 inline config::Config ToyConfig() {
   config::Config config;
   config.lines.push_back(ToyMembers().line);
   return config;
 }
 
-/// The request of an exchange; named: its reply says whose it is.
+/// Makes the request of an exchange. `named`: its reply contains the address of its device.
 inline protocols::Request AskFor(std::string_view bytes, bool named = true) {
   protocols::Request request;
   request.bytes = ToBytes(bytes);

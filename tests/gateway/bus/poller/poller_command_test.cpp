@@ -1,4 +1,4 @@
-// Writes through a line's queue: confirmed, refused, late, or never sent.
+// Tests of writes through the queue of a line: confirmed, refused, late, or never sent.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ class PollerCommand : public ::testing::Test {
  protected:
   void Open() {
     line_.Open();
-    line_.RunFor(1500ms);  // between two polls
+    line_.RunFor(1500ms);  // to a moment between two polls
     line_.sent.clear();
   }
   WriteCommand Command(std::vector<PointWrite> writes, Duration within = 1h) {
@@ -32,7 +32,7 @@ class PollerCommand : public ::testing::Test {
     return command;
   }
 
-  // Points: 0 plain, 1 plain, 2 in a session, 3 not askable, 4 written without a reply.
+  // Points: 0 and 1 plain, 2 in a session, 3 cannot be asked, 4 is written without a reply.
   VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3", "E4", "Q5"})}), {&ToyProtocol()}};
   std::vector<std::string> reasons_;
 };
@@ -136,7 +136,7 @@ TEST_F(PollerCommand, NothingToWriteIsDone) {
 TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
   Open();
   line_.twin(0).manner.dead = true;
-  line_.RunFor(1400ms);  // a poll has failed, retries and all
+  line_.RunFor(1400ms);  // a poll has failed with all its retries
   ASSERT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
   const auto last_ok = line_.StatusOf(0).last_ok;
   line_.Write(0, 4, 1.0);
@@ -154,7 +154,7 @@ TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
   line_.RunFor(1min);
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
-  line_.RunFor(150ms);  // its drain is over, and the next probe is not due
+  line_.RunFor(150ms);  // the drain is over, and the next probe is not due
   line_.Write(0, 0, 1.0);
   EXPECT_EQ(line_.ends, (Ends{WriteEnd::not_sent, WriteEnd::not_sent}));
   EXPECT_EQ(line_.CountSent("W"), 0U);
@@ -163,7 +163,7 @@ TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
 TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   Open();
   line_.twin(0).manner.dead = true;
-  line_.RunFor(510ms);  // a poll is under way, unanswered
+  line_.RunFor(510ms);  // a poll is waiting for its reply
   ASSERT_TRUE(line_.asking());
   const Instant submitted = line_.now().instant;
   line_.Write(0, 0, 1.0, 20ms);
@@ -175,7 +175,7 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   EXPECT_EQ(line_.ends.size(), 1U);
 }
 
-/// The command waits for a quiet line when the program is stopped.
+/// The program is stopped while the command waits for a quiet line.
 TEST_F(PollerCommand, IsNotSentBehindItsDeadlineWhenTheProgramGoesOn) {
   Open();
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
@@ -203,8 +203,7 @@ TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
   EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
 }
 
-// The password was opened in time; the value would go out after the client was told that it did
-// not.
+// The password is accepted in time, but the value would be sent after the answer "not sent".
 TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClosed) {
   line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const Duration think = request[0] == 'O' ? 190ms : 5ms;
@@ -305,7 +304,7 @@ TEST_F(PollerCommand, AnEndlessStreamOfWritesDoesNotStarvePolls) {
   EXPECT_EQ(line_.QualityOf(0, 1), Quality::good);
 }
 
-/// Another device is polled between two writes to this one.
+/// Another device is polled between two writes to this device.
 TEST(PollerCommands, AnEndlessStreamOfWritesThatADeviceIgnoresDoesNotStarveItsPolls) {
   config::Device device = ToyDevice("a", "A", {"1", "2", "3", "4"});
   VirtualLine line(ToyLine({device, ToyDevice("b", "B", {"1", "2"})}), {&ToyProtocol()});
@@ -353,7 +352,7 @@ TEST(PollerSync, AWriteIsNotConfirmedByTheProbeBeforeIt) {
   int polls = 0;
   line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
     if (request[0] != '?' || polls++ > 1) return std::nullopt;
-    return polls == 1 ? Bytes() : ToyReply("A1~busy");  // lost, then answered: not now
+    return polls == 1 ? Bytes() : ToyReply("A1~busy");  // lost, then "busy"
   };
   ASSERT_TRUE(line.RunUntil([&] { return polls == 2; }, 2s));
   line.RunFor(50ms);

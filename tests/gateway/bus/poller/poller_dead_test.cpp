@@ -1,5 +1,4 @@
-// Dead devices on one line under virtual time: what they cost the living, and how soon one that
-// returns is noticed.
+// Tests of dead devices under virtual time: what they cost, and how soon a return is noticed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -21,7 +20,7 @@ struct Crowd {
   std::size_t points = 4;
 };
 
-/// 9600 7E1: a character takes a little over a millisecond. The living come first.
+/// 9600 7E1: a character takes a little over a millisecond. The living devices come first.
 std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   std::vector<std::string> reads;
   for (std::size_t i = 0; i < crowd.points; ++i) reads.push_back(std::to_string(i));
@@ -42,7 +41,7 @@ std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   return made;
 }
 
-/// Answered exchanges of the living in some virtual minutes, once the dead are known.
+/// Returns how many exchanges of the living are answered in some virtual minutes.
 std::uint64_t RateBesideDead(int dead, Duration poll) {
   const auto line = MakeCrowd({.dead = dead, .poll = poll});
   line->Open();
@@ -67,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Polls, BesideDead, ::testing::Values(10ms, 600ms, 1s, 5
 
 class Return : public ::testing::TestWithParam<Crowd> {};
 
-/// Each dead device in its turn comes back at a bad moment: just after its probe has failed.
+/// Each dead device comes back at the worst moment: right after its probe has failed.
 TEST_P(Return, IsNoticedWithinTheBoundThatIsShown) {
   const auto line = MakeCrowd(GetParam());
   line->Open();
@@ -118,7 +117,7 @@ TEST(PollerDead, WithoutALivingNeighbourProbesGoAtFullRate) {
   EXPECT_GE(line->store().ReadLine(0).probes - before, 60U);
 }
 
-/// A stub of the bus is cut: ten devices fall silent at one moment.
+/// A branch of the bus is cut, so ten devices fall silent at one moment.
 TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
   const auto line = MakeCrowd({.living = 1, .dead = 10, .points = 1});
   for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = false;
@@ -144,8 +143,7 @@ TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
   EXPECT_LE(line->store().ReadLine(0).notice_bound, 1min);
 }
 
-/// A module that does not hear a request within 150 ms of other telegrams, beside neighbours that
-/// leave no such pause.
+/// Device D ignores a request within 150 ms of other telegrams.
 TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
   const auto line = MakeCrowd({.living = 3, .dead = 1, .poll = 30ms, .points = 1});
   Instant latest{};
@@ -195,7 +193,6 @@ TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {
   EXPECT_GE(among_dead * 100, alone * 94) << among_dead << " of " << alone;
 }
 
-/// The second device is dead; the first leaves the line no idle time.
 std::unique_ptr<VirtualLine> DeadBesideBusy() {
   auto line =
       std::make_unique<VirtualLine>(ToyLine({Polled(ToyDevice("a", "A", {"1", "2", "3"}), 10ms),
@@ -205,7 +202,7 @@ std::unique_ptr<VirtualLine> DeadBesideBusy() {
   return line;
 }
 
-/// A radio link loses the first two requests to a device.
+/// A radio link loses the first two requests to device b.
 TEST(PollerDead, ALossAtTheStartIsNoLongAbsence) {
   const auto line_of_two = DeadBesideBusy();
   VirtualLine& line = *line_of_two;
@@ -227,8 +224,7 @@ TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 30s));
 }
 
-// ---------------- One dead device under virtual time: when it is given up, how it is probed, and
-// its return.
+// ---------------- One dead device under virtual time: offline, probes, and its return.
 
 TEST(Poller, OfflineByCountAndByTime) {
   VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1"}), 100ms)}), {&ToyProtocol()});
@@ -265,28 +261,28 @@ TEST(Poller, ReturnIsPolledAtOnce) {
   line.twin(0).manner.dead = false;
   ASSERT_TRUE(line.RunUntil([&] { return line.twin(0).answered == 1; }, 2s))
       << "probed on an idle line";
-  line.RunFor(1200ms);  // the ceiling of an exchange: the probes before might still be answered
+  line.RunFor(1200ms);  // the ceiling: an earlier probe may be answered until then
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good) << "the slow group as well";
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
   ASSERT_FALSE(line.states.empty());
   EXPECT_EQ(line.states.back().to, DeviceState::online);
 }
 
-// ---------------- Replies that come twice, under virtual time: the second may pass for the answer
-// to the next request.
+// ---------------- Replies that come twice, under virtual time: the second may be taken for the
+// next reply.
 
 TEST(PollerFaults, DoubledRepliesDoNoHarm) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
   SetTruth(line, 1, 2);
   line.always = [&] { ExpectOnlyTruth(line, 1, 2); };
-  line.twin(0).manner.copies = 2;  // glued
+  line.twin(0).manner.copies = 2;  // back to back
   line.Open();
   line.RunFor(10s);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// The last reading of the slow device may be wrong as well. After a rest that is longer than the
-/// reply time of the fast device, a reply of the slow one may still come.
+/// The last reading of the slow device may be wrong, too: the line rested longer than the reply
+/// time of the fast device, but not of the slow one.
 TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   bus.devices[0].poll = 300ms;
@@ -311,7 +307,7 @@ TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
   EXPECT_GT(line.StatusOf(1).exchanges, before) << "read again, long before its period is over";
 }
 
-/// A device that answers one request in a form that was not asked for, for good.
+/// The device always answers one request in another form than asked for.
 TEST(PollerFaults, AnOddFormOfOneReplyLeavesTheOtherValuesGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "2", "U3"})}), {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -343,8 +339,8 @@ TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
   EXPECT_NE(line.QualityOf(0, 0), Quality::good);
 }
 
-/// A copy that comes after the next request has been sent passes for its answer. The true one comes
-/// behind it: then what was read last is doubted at once, and read again.
+/// A copy is taken for the reply to the next request. The true reply comes behind the copy, so the
+/// last reading becomes uncertain and is read again at once.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {

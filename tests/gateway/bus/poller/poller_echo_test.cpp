@@ -1,4 +1,4 @@
-// Buses that echo, under virtual time: in every mode of `echo:`, in any chunking, with collisions.
+// Tests of buses that echo, of faulty devices and of late replies, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -171,8 +171,7 @@ TEST(PollerEcho, ARingThatStopsEchoingIsAStateOfTheLine) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Faults of devices and wires, under virtual time: damaged, broken and foreign
-// replies, noise, babble. Above all: a wrong value is never Good.
+// ---------------- Faults of devices and wires, under virtual time: a wrong value is never good.
 
 TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
@@ -196,7 +195,7 @@ TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
   EXPECT_GE(rate(), clean - clean / 50);
 }
 
-/// One of two says that it is another; the line does not wait for what it may still say.
+/// Device a answers with a wrong address. The line does not wait for further replies of it.
 TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
   const auto answered_in_a_minute = [](bool wrong) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
@@ -225,7 +224,7 @@ TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
   EXPECT_GE(answered_in_a_minute(true), 0.95 * answered_in_a_minute(false));
 }
 
-/// Each of its replies takes the line for longer than a reply time.
+/// Each reply of device a takes the line for longer than a reply time.
 TEST(PollerFaults, ADribblingDeviceIsGivenUpBeforeItsNeighbourIs) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
                    {&ToyProtocol()});
@@ -342,18 +341,16 @@ TEST(PollerFaults, AnEndlessStreamIsSurvived) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Answers that come late, under virtual time: never taken for others, and the user
-// is told.
+// ---------------- Late replies, under virtual time.
 
-/// Replies without any tag (as DCON's), and a device that is too slow by anything up to the ceiling
-/// of an exchange: an answer to one query may never be stored as that of another.
+/// Replies without a tag (as in DCON), from a device as slow as the ceiling allows.
 TEST(PollerLate, LateAnswersAreNeverTakenForOthers) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2", "U3"})}), {&ToyProtocol()});
     SetTruth(line, 1, 3);
     line.always = [&] { ExpectOnlyTruth(line, 1, 3); };
     line.Open();
-    line.RunFor(3s);  // in time
+    line.RunFor(3s);  // the replies come in time
     line.twin(0).manner.think = think;
     line.RunFor(30s);
     if (::testing::Test::HasFatalFailure()) FAIL() << "think time " << FormatDuration(think);
@@ -377,8 +374,8 @@ TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
   }
 }
 
-/// The late answer to the first try is taken for that to its retry: the same value, but the user
-/// has to know that the device is slower than its setting.
+/// The late reply to the first try is taken for that to the retry: the value is right, but the user
+/// must see that the device is slow.
 TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
@@ -392,7 +389,7 @@ TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// The program was stopped while the reply waited in the system: it may have come at any time.
+/// The program was stopped while the reply waited, so its age is not known.
 TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
@@ -406,7 +403,7 @@ TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
   }
 }
 
-/// Replies carry a name, so the line asks b meanwhile, and the reply of a meets that exchange.
+/// Replies contain the address, so b is asked meanwhile. The reply of a comes then.
 TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   config::Device a = ToyDevice("a", "A", {"1"});
   a.retries = 0;
@@ -476,7 +473,7 @@ TEST(PollerLate, ARecoveredRetryIsFollowedByTheSilenceThatItsTwinNeeds) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
-  int late = 2;  // both the request and its retry are answered after 300 ms
+  int late = 2;  // the request and its retry are answered after 300 ms
   const std::size_t before = line.sent.size();
   line.twin(0).manner.distort = [&](Bytes reply) {
     line.twin(0).manner.think = late-- > 0 ? 300ms : 5ms;

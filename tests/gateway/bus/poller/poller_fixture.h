@@ -1,6 +1,4 @@
-// Toy devices of several tests of the poller: with a poll period, or with a word in place of
-// values.
-// SPDX-License-Identifier: Apache-2.0
+// Toy devices with a poll period, or with a word instead of values.
 #pragma once
 
 #include <string>
@@ -15,7 +13,7 @@ inline config::Device Polled(config::Device device, Duration poll) {
   return device;
 }
 
-/// Says `word` in place of any value.
+/// Makes the twin answer all reads with `word` instead of a value.
 inline void Say(VirtualLine::WireTwin& twin, const std::string& word) {
   twin.manner.instead = [word](View request) -> std::optional<Bytes> {
     const std::string_view text = AsText(request);

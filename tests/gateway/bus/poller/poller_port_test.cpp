@@ -1,4 +1,4 @@
-// A port that closes, is lost at any moment and opens again, under virtual time.
+// Tests of a port that closes and opens, of sessions, and of the status, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -24,7 +24,7 @@ TEST(Poller, NothingIsOnlineBehindAClosedPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
 }
 
-/// The port goes away at every millisecond of a second's work, in whatever state that is.
+/// The port is lost in every state of the line.
 TEST(Poller, PortLostAtAnyMomentAndReopened) {
   for (Duration lost = 0ms; lost < 700ms; lost += 7ms) {
     config::Device slow = ToyDevice("c", "C", {"1"});
@@ -139,8 +139,8 @@ TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
   EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
 }
 
-/// Silence to one request of a task, and to those behind it answers another device: what it says
-/// never stands beside what the first one has said.
+/// The requests behind a lost one are answered by another device. Its value must never be good
+/// beside the value of the first.
 TEST(Poller, WhoAnswersBehindALostRequestIsAskedForItsName) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1", "2"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 1001.0);
@@ -229,8 +229,7 @@ TEST(Poller, ABroadcastOfADeviceThatIsAwayEndsNothing) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- What the poller tells of its line and devices: counters, use, lateness, the
-// in-use switch, a port that is lent. Under virtual time.
+// ---------------- The status of a line and its devices, under virtual time.
 
 config::Line TwoDevices() {
   return ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
@@ -255,7 +254,7 @@ TEST(LineStatusTest, CountsWhatTheDevicesOfTheLineCount) {
   EXPECT_EQ(status.late, 0U);
 }
 
-/// Five milliseconds are shorter than many times of a line: the grid has to hold all the same.
+/// A period of 5 ms is shorter than many times of a line, but must be kept.
 TEST(FastPoll, FiveMillisecondsAreKeptWhereTheLineHasTheTime) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
   config.serial.baud = 921'600;
@@ -275,7 +274,7 @@ TEST(FastPoll, FiveMillisecondsAreKeptWhereTheLineHasTheTime) {
   EXPECT_EQ(after.missed, before.missed);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good) << "it ages by its own interval";
-  line.twin(0).manner.think = 12ms;  // of three periods one is kept
+  line.twin(0).manner.think = 12ms;  // now only one of three periods can be kept
   line.RunFor(10s);
   const DeviceStatus slow = line.StatusOf(0);
   const auto asked = slow.Count(Outcome::ok) - after.Count(Outcome::ok);
@@ -293,7 +292,7 @@ TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
   line.RunFor(25s);
   EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02) << "of the first half minute";
   line.RunFor(95s);
-  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);  // 90 ms and the characters a second
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);  // 90 ms and the characters, each second
   line.Close();
   EXPECT_EQ(line.store().ReadLine(0).use, 0);
 }

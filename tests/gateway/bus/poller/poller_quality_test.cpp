@@ -1,4 +1,4 @@
-// What qualities and ages the values of a device have along its life, under virtual time.
+// Tests of the qualities and ages of a device's values, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -81,7 +81,7 @@ std::uint64_t SeqOf(VirtualLine& line, std::uint32_t point) {
   return seq;
 }
 
-/// What contradicts the profile concerns all points, those that are read once too.
+/// A device that contradicts its profile makes all points bad, also those that are read once.
 TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
   config::Device device = Polled(ToyDevice("a", "A", {"1", "2", "3"}), 1s);
   device.points[2].group = config::Group::once;
@@ -109,7 +109,6 @@ TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
 
   const std::uint64_t read_before = SeqOf(line, 2);
   line.always = [&] {
-    // Good again only when it has been read again.
     const bool again = SeqOf(line, 2) > read_before;
     EXPECT_TRUE(again || !IsGood(line.QualityOf(0, 2)));
   };
@@ -119,8 +118,8 @@ TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
   EXPECT_EQ(line.StatusOf(0).trouble, "");
 }
 
-// ---------------- What the gateway has changed in a device is outdated at every point that shows
-// it, until that is read again: after writes to points, of routes and by hand.
+// ---------------- A write makes each point that shows the written register outdated until its next
+// reading.
 
 config::Point Once(std::string name, std::string read, config::Type type) {
   config::Point point;
@@ -149,7 +148,7 @@ config::Device Entry(const std::string& name, const std::string& address) {
   return device;
 }
 
-/// Two entries of slave 20, one of 21. The slaves themselves have 120 registers and eight coils.
+/// Devices 0 and 1 are slave 20, device 2 is slave 21: 120 registers and eight coils each.
 struct OutdatedLine : RoutedLine {
   enum : std::uint32_t { whole, bit, next, coil, pair, input, apart };
 
@@ -207,7 +206,7 @@ TEST(PollerOutdated, WhatARouteHasWrittenIsReadAgain) {
       {"0F 00 00 00 08 01 FF", {L::coil}},
       {"06 00 32 00 02", {}},
       {"03 00 05 00 02", {}},
-      {"06 03 E7 00 02", {}},  // refused: 02
+      {"06 03 E7 00 02", {}},  // refused with code 02
   };
   for (const Case& one : cases) {
     L line;
@@ -310,7 +309,7 @@ class RecheckTest : public ::testing::Test {
     line_->Open();
     line_->RunFor(500ms);
   }
-  /// The next reply says `word` in place of the value.
+  /// The next reply contains `word` instead of the value.
   void Damage(const std::string& word) {
     line_->twin(0).manner.instead = [word,
                                      once = true](View request) mutable -> std::optional<Bytes> {

@@ -1,7 +1,5 @@
-// Transparent routes on a line with faults, under virtual time: noise, late replies and odd
-// requests. Nobody may get what belongs to another request, and no write may count as done that the
-// slave never heard.
-// SPDX-License-Identifier: Apache-2.0
+// Tests of transparent routes on a line with faults, under virtual time: no client may get the
+// reply to another request, and no write may end ok that the slave did not receive.
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
@@ -14,16 +12,16 @@ namespace {
 
 using Pieces = std::vector<tools::TimedPiece>;
 
-// Function 16 for one register: unlike that of function 6, its reply does not name the value.
+// Function 16 for one register: its reply does not contain the value.
 constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
 constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
-// A function of a manufacturer's own, which other slaves ignore.
+// A function of one manufacturer, which other slaves ignore.
 constexpr const char* kOdd = "41 00 00";
 
-/// The start of a reply of slave 20 that never goes on: the exchange ends as damaged.
+/// The start of a reply of slave 20 without its end, so the exchange ends as damaged.
 const Bytes kNoise = {0x14, 0x55};
 
-// The read is repeated, so a slow slave answers twice: the second reply is nobody's.
+// The read is repeated, so a slow slave answers twice. The second reply belongs to no request.
 TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
   RoutedLine line;
   line.Number(0, 1);
@@ -61,8 +59,8 @@ TEST(PollerRoutedFaults, OneByteBehindAReplyDoesNotSlowTheNextReads) {
 TEST(PollerRoutedFaults, ADamagedReplyIsNotAskedForAgainIfItsClientHasLeft) {
   struct Row {
     const char* what;
-    Bytes noise;  // before the reply
-    bool stays;   // another client that has asked the same
+    Bytes noise;  // comes before the reply
+    bool stays;   // a second client has asked for the same
   };
   const Bytes corrupt = {0x14, 0x03, 0x02, 0x00, 0x07, 0x00, 0x00};
   const std::vector<Row> rows = {{"partial, nobody waits", kNoise, false},
@@ -86,7 +84,7 @@ TEST(PollerRoutedFaults, ADamagedReplyIsNotAskedForAgainIfItsClientHasLeft) {
   }
 }
 
-// Replies to function 16 look alike, and the PLC would take a running motor for a stopped one.
+// Replies to function 16 look alike, so a PLC could take a running motor for a stopped one.
 TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -101,7 +99,7 @@ TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   EXPECT_NE(line.Of("stop").outcome, Outcome::ok) << "the slave never heard it";
 }
 
-// A write is not repeated, so what another slave says late must not end it.
+// A write is not repeated, so the late reply of another slave must not end it.
 TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   RoutedLine line;
   line.Ask("warm", kRead, 20);
@@ -117,7 +115,7 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
 
-// Without any damage: one slave that is late and one that is slow would do to shift replies.
+// No reply is damaged here: one late slave and one slow slave are enough to shift replies.
 TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
   RoutedLine line;
   line.Number(1, 1);
@@ -134,7 +132,7 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
-// A serial server keeps what came while nobody was connected.
+// A serial server stores bytes that come while no client is connected.
 TEST(PollerRoutedFaults, TheReplyFromBeforeAReconnectIsNotTaken) {
   RoutedLine line;
   line.Number(0, 1);
@@ -153,18 +151,18 @@ TEST(PollerRoutedFaults, TheReplyFromBeforeAReconnectIsNotTaken) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
-/// `{request, reply}`: what a slave says in place of its twin.
+/// `{request, reply}`: the reply that a slave sends instead of its twin.
 using Odd = std::pair<std::string, std::string>;
 constexpr const char* kEnron = "03 13 89 00 01";
 constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
 
 const Odd kOddReplies[] = {
     {kEnron, "03 04 00 01 00 02"},         // Enron: one register of 32 bits
-    {"06 00 0D 00 6C", "06 00 0D 00 64"},  // it limits what is written
-    {kWhole, kWhole},                      // repeated whole
+    {"06 00 0D 00 6C", "06 00 0D 00 64"},  // the slave limits the value
+    {kWhole, kWhole},                      // the reply repeats the whole request
     {"0F 00 00 00 01 01 01", "0F 00 00 00 01 01 01"},
     {"08 00 00 12 34", "08 00 00 12 35"},
-    {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},  // of a length that nobody knows
+    {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},  // a reply of unknown length
 };
 
 void AnswerOddly(Manner& manner, const std::string& request, const std::string& reply,
@@ -203,7 +201,7 @@ TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
   }
 }
 
-/// The same without anything else ever asked: nobody knows yet that this bus does not echo.
+/// The same before any other request: the bus may echo, as far as is known.
 TEST(PollerRoutedFaults, AWriteThatComesBackWholeIsNoReplyWhereTheBusMayEcho) {
   RoutedLine line(DriveLine(), {"20"});
   AnswerOddly(line.twin(0).manner, kWhole, kWhole);
@@ -241,7 +239,6 @@ TEST(PollerRoutedFaults, TheEchoOfABlockOnADeadSlaveIsNoReply) {
   EXPECT_NE(line.Of("vain").outcome, Outcome::ok);
 }
 
-/// The late reply to another request has another form, too.
 TEST(PollerRoutedFaults, ALateReplyOfAnotherFormIsNoOddReply) {
   for (const bool device : {false, true}) {
     RoutedLine line(
@@ -269,7 +266,6 @@ Pieces IgnoreOdd(View request, Bytes reply, Instant) {
   return {{5ms, std::move(reply)}};
 }
 
-// One client's curiosity must not spoil the store.
 TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
   RoutedLine line(DriveLine({Polled("20", 2, 60s)}), {});
   line.RunFor(5s);
@@ -283,7 +279,7 @@ TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// Nor may it take the slave from other clients, whose second read would be told that it is absent.
+// Otherwise the reads of other clients would be refused because the slave is absent.
 TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
   RoutedLine line;
   line.twin(0).manner.deliver = IgnoreOdd;
@@ -300,7 +296,7 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A busy client of another slave leaves the probes two percent; a stop does not wait for them.
+// A busy client of another slave leaves 2 % of the time for probes.
 TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt) {
   RoutedLine line;
   BusyClients clients(line);
@@ -313,7 +309,7 @@ TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFou
     line.RunFor(1s);
   }
   line.twin(1).manner.dead = false;
-  line.RunFor(10s);  // nobody asks it: the client waits, too
+  line.RunFor(10s);  // no client asks the slave meanwhile
   const int before = clients.answered(0);
   line.Ask("stop", kStartDrive, 21, 2);
   line.RunFor(3s);
@@ -336,7 +332,7 @@ TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
 }
 
 TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
-  config::Device device = Polled("20", 4, 500ms);  // four requests
+  config::Device device = Polled("20", 4, 500ms);  // needs four requests
   device.points[1].read = "holding 1000";
   device.points[2].read = "holding 2000";
   device.points[3].read = "holding 3000";
@@ -354,13 +350,13 @@ TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
     for (std::uint32_t point = 1; point < device.points.size(); ++point) {
       EXPECT_EQ(line.QualityOf(0, point), Quality::good) << second << " " << point;
     }
-    // A write that got no reply may have been carried out.
+    // A write without a reply may have been carried out, so point 0 is read again at once.
     EXPECT_LT(*line.AgeOf(0, 0), 1500ms) << second;
   }
   EXPECT_GE(clients.failed(0), 15);
 }
 
-/// Two points in one register block: what the write did to the other nobody knows.
+/// Both points are in one register block, so the value of the second point is not known either.
 TEST(PollerReadBack, WhatItsRequestReadsIsUncertainWhenItFails) {
   RoutedLine line(DriveLine({Polled("20", 2, 10s)}), {});
   line.Open();
@@ -394,7 +390,7 @@ TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothin
   EXPECT_GT(clients.answered(0) - alone, alone * 17 / 20) << "the first silence, then probes";
 }
 
-// A slave that answers two of three requests is there: its clients must not be told otherwise.
+// A slave that answers two of three requests is present.
 TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
   RoutedLine line;
   int asked = 0;
@@ -420,7 +416,7 @@ TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
   EXPECT_NEAR(failed, lost, 1) << "one may be under way";
 }
 
-// Whoever takes silence for a serial server that hangs would reconnect an idle line for ever.
+// If an idle line counted as silent, a serial server would be reconnected again and again.
 TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -433,15 +429,14 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
       << "nothing was asked since";
 }
 
-// Two entries of one slave, such as two profiles. Every fifth reply is late, and a reply to a read
-// does not say which register it is of.
+// Two entries of one slave. Every fifth reply is late, and no reply contains its register.
 TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
   for (Duration late = 100ms; late < 1050ms; late += 37ms) {
     SCOPED_TRACE(FormatDuration(late));
     config::Device second = Polled("20", 6, 400ms);
     second.points.erase(second.points.begin(), second.points.begin() + 5);
     RoutedLine line(DriveLine({Polled("20", 1, 300ms), second}), {"20"});
-    line.twin(0).manner.dead = line.twin(1).manner.dead = true;  // one slave answers both
+    line.twin(0).manner.dead = line.twin(1).manner.dead = true;  // twin 2 answers for both entries
     line.Number(2, 1000);
     int asked = 0;
     line.twin(2).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {

@@ -1,5 +1,4 @@
-// Transparent routes on a line where something goes wrong, under virtual time: what a start or stop
-// waits for, and what is not sent at all any more.
+// Tests of transparent routes with faults, under virtual time: how long a start or stop waits.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +18,7 @@ using ::testing::ElementsAre;
 constexpr const char* kStartOnWire = "14 06 00 00 00 02";
 constexpr const char* kStopOnWire = "14 06 00 00 00 00";
 
-/// What is sent after the first `count` requests.
+/// Returns the requests that were sent after the first `count` requests.
 std::vector<std::string> OnWireAfter(const RoutedLine& line, std::size_t count) {
   std::vector<std::string> wire = line.OnWire();
   wire.erase(wire.begin(), wire.begin() + static_cast<std::ptrdiff_t>(count));
@@ -32,7 +31,7 @@ config::Line WrittenDrive() {
   return settings;
 }
 
-/// A long read of another slave is on the wire. Returns how many requests went out before it.
+/// Sends a long read of another slave. Returns how many requests went out before it.
 std::size_t StartBlock(RoutedLine& line) {
   line.RunFor(5s);
   const std::size_t before = line.sent.size();
@@ -41,8 +40,7 @@ std::size_t StartBlock(RoutedLine& line) {
   return before;
 }
 
-// A start of the cached side that goes out after a routed stop would leave the motor running. The
-// poll that reads the written point back comes last.
+// If the start went out after the routed stop, the motor would keep running.
 TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -53,7 +51,7 @@ TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
               ElementsAre("15 03 00 00 00 78", kStartOnWire, kStopOnWire, _));
 }
 
-// A long write has no haste, and a command has: yet it does not pass an earlier write to its slave.
+// A command is urgent, a long write is not.
 TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -66,7 +64,7 @@ TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
               ElementsAre("15 03 00 00 00 78", "14 " + preset, kStartOnWire, _));
 }
 
-// A block of 120 registers takes 150 ms each time it is repeated.
+// A block of 120 registers takes 150 ms for each try.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfADamagedBlock) {
   RoutedLine line;
   line.twin(0).manner.distort = [](Bytes reply) {
@@ -80,7 +78,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfADamagedBlock) {
   EXPECT_EQ(line.OnWire()[1], kStartOnWire);
 }
 
-// A silent device that is polled costs its reply time again with every retry.
+// Each retry to a silent device costs its reply time.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   RoutedLine line(DriveLine({Polled("21", 2)}), {"20"});
   line.Ask("warm", kRead);
@@ -95,7 +93,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   EXPECT_EQ(line.OnWire()[before + 1], kStartOnWire);
 }
 
-// It waits for nothing but a probe of its slave.
+// The start waits only for a probe of its slave.
 TEST(PollerRoutedOrder, AStartForAnAbsentSlaveTakesNoRetriesFromTheOthers) {
   RoutedLine line(DriveLine({Polled("21", 2, 200ms)}), {});
   std::uint32_t replies = 0;
@@ -116,7 +114,6 @@ TEST(PollerRoutedOrder, AStartForAnAbsentSlaveTakesNoRetriesFromTheOthers) {
   EXPECT_GT(clients.failed(0), 10) << "it does wait all the time";
 }
 
-// What is destroyed by reading is read again by another request only, start or no start.
 TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   config::Device counter = ToyDevice("counter", "A", {"L7"});
   counter.protocol = ToyProtocol().name;
@@ -133,7 +130,7 @@ TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   EXPECT_GT(line.CountSent("BA7"), 0U);
 }
 
-// The poll waits until no late reply can come any more: that is no reason for others to wait.
+// The poll waits until no late reply can come.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   config::Line settings = DriveLine({Polled("21", 2, 100ms)});
   settings.devices[0].retries = 0;
@@ -153,7 +150,7 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   EXPECT_LT(line.sent[before].at - asked, 20ms);
 }
 
-// One lost reply happens on any wire; the other slaves must not be served more slowly ever after.
+// One lost reply happens on any wire.
 TEST(PollerRoutedOrder, AStartDoesNotWaitBecauseAnotherSlaveOnceLostAReply) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -174,7 +171,6 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitBecauseAnotherSlaveOnceLostAReply) {
   EXPECT_LT(line.sent[before].at - asked, 50ms);
 }
 
-// Until its late reply can no longer come, a slave is not asked again; the others are.
 TEST(PollerRoutedOrder, AReadDoesNotWaitForTheLateReplyOfAnotherSlave) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -190,7 +186,7 @@ TEST(PollerRoutedOrder, AReadDoesNotWaitForTheLateReplyOfAnotherSlave) {
   EXPECT_EQ(line.OnWire()[3], "15 03 00 00 00 01");
 }
 
-// A start that goes out when nobody expects it any more is dangerous: noise must not cause one.
+// A start that is sent long after its request is dangerous.
 TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -206,7 +202,6 @@ TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   EXPECT_LE(line.replies.back().at, deadline);
 }
 
-// A retry takes the line from others, so somebody must still want it.
 TEST(PollerRoutedOrder, NoRetryIsSentForAClientThatHasLeft) {
   RoutedLine line;
   line.twin(0).manner.distort = Damaged;
@@ -230,7 +225,6 @@ TEST(PollerRoutedOrder, NoRetryIsSentBeyondTheDeadline) {
   EXPECT_TRUE(line.Of("read").sent) << "once";
 }
 
-// One reply answers both reads: the client that leaves must not take it away from the other.
 TEST(PollerRoutedOrder, WhoLeavesASharedExchangeDoesNotTakeItFromTheOthers) {
   RoutedLine line;
   line.Ask("under way", kRead, 20, 1);
@@ -244,7 +238,7 @@ TEST(PollerRoutedOrder, WhoLeavesASharedExchangeDoesNotTakeItFromTheOthers) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A route to a device that is not polled has no poll that would find it again.
+// A disabled device is not polled, so no poll would notice its return.
 TEST(PollerRoutedOrder, ADisabledDeviceThatWasAbsentIsReachedAgain) {
   config::Line settings = DriveLine({Polled("20", 2)});
   settings.devices[0].enabled = false;
@@ -260,7 +254,6 @@ TEST(PollerRoutedOrder, ADisabledDeviceThatWasAbsentIsReachedAgain) {
   EXPECT_GT(clients.answered(0), 100);
 }
 
-// The same for one that an operator takes out of use because it does not answer.
 TEST(PollerRoutedOrder, ADeviceTakenOutOfUseWhileOfflineIsReachedAgain) {
   RoutedLine line(DriveLine({Polled("20", 2)}), {});
   line.RunFor(5s);
@@ -275,7 +268,7 @@ TEST(PollerRoutedOrder, ADeviceTakenOutOfUseWhileOfflineIsReachedAgain) {
   EXPECT_GT(clients.answered(0), 100);
 }
 
-// The writer is back before the line has been silent long enough for the read.
+// The next write comes before the line has been silent long enough for the read.
 TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStillQuiet) {
   RoutedLine line;
   line.Ask("read", kRead, 21, 2, Priority::normal, 1min);
@@ -292,7 +285,7 @@ TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStil
   EXPECT_GE(read, 10) << "writes go first";
 }
 
-// A client that asks one slave after the other, and for none that is not there for long.
+// A client asks the slaves in turn, and waits only 900 ms for each.
 class AskedInTurn : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(AskedInTurn, ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt) {
@@ -337,7 +330,7 @@ TEST(PollerRoutedOrder, ARequestThatASlaveIgnoresDoesNotMakeItAbsent) {
   EXPECT_EQ(line.Of("read").outcome, Outcome::ok);
 }
 
-// Nothing else happens on this line that could wake it.
+// Nothing else happens on this line that would wake it.
 TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
   RoutedLine line;
   line.twin(1).manner.dead = true;
@@ -351,7 +344,7 @@ TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
   EXPECT_EQ(line.Of("probe").outcome, Outcome::ok);
 }
 
-// Probes get a fiftieth of a busy line: with a reply time of half a second, one in 25 seconds.
+// Probes get 2 % of a busy line: with a reply time of 500 ms, one probe in 25 s.
 TEST(PollerRoutedOrder, ASlaveThatReturnsBesideABusyOneIsServedWithinHalfAMinute) {
   RoutedLine line;
   BusyClients clients(line);
@@ -390,7 +383,7 @@ TEST(PollerRoutedOrder, ALookThatLetsAStartPassIsCountedWhenItIsSent) {
     line.Ask("read", kRead);
     line.Ask("look", kRead, 21, 2, config::Priority::normal, 3s);
     ASSERT_TRUE(line.RunUntil([&] { return line.Names().back() == "read"; }, 1s));
-    line.RunFor(10ms);  // it waits for a quiet line
+    line.RunFor(10ms);  // the look waits for a quiet line
     line.Ask("start", kStartDrive);
     line.RunFor(4s);
   }

@@ -1,5 +1,4 @@
-// Transparent routes on a line where slaves, clients and the port do what they like, under virtual
-// time and from fixed seeds: what must hold whatever happens.
+// Tests of transparent routes with random faults, and on a bus that echoes, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -32,7 +31,7 @@ class Dice {
   std::mt19937 random_;
 };
 
-/// Something goes wrong with one of the slaves or on its wire, or is good again.
+/// Lets a random fault of a slave or its wire begin or end.
 void Disturb(RoutedLine& line, std::size_t slaves, Dice& dice) {
   Manner& manner = line.twin(dice.Below(slaves)).manner;
   switch (dice.Below(4)) {
@@ -51,8 +50,7 @@ void Disturb(RoutedLine& line, std::size_t slaves, Dice& dice) {
   }
 }
 
-/// Five clients of two routed slaves, of a polled device in every other run, and of an address
-/// where nobody is.
+/// Clients of two routed slaves, of a polled device in every second run, and of a missing slave.
 class RandomRun {
  public:
   explicit RandomRun(unsigned seed)
@@ -125,8 +123,7 @@ class RandomRun {
   std::size_t asked_ = 0;
 };
 
-// A request without an answer keeps a place of its client for ever; a second answer would be taken
-// for that of another request.
+// A second answer would be taken for the answer to another request.
 TEST(PollerRoutedRandom, EveryRequestIsAnsweredOnce) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -144,7 +141,7 @@ struct Tally {
   int wrong = 0;
 };
 
-/// Every request is named after the value of the one register that it reads.
+/// The name of each request is the value of the register that it reads.
 Tally TallyOf(const RoutedLine& line) {
   Tally tally;
   for (const RoutedLine::Reply& reply : line.replies) {
@@ -176,7 +173,7 @@ Tally ReadAtRandom(unsigned seed) {
   return TallyOf(line);
 }
 
-// Nothing in a Modbus RTU reply names its register: only the order of replies does.
+// A Modbus RTU reply does not contain its register: only the order of replies shows it.
 TEST(PollerRoutedRandom, NobodyGetsAValueOfAnotherRegister) {
   int ok = 0;
   for (unsigned seed = 1; seed <= 150; ++seed) {
@@ -187,7 +184,7 @@ TEST(PollerRoutedRandom, NobodyGetsAValueOfAnotherRegister) {
   EXPECT_GT(ok, 1400);
 }
 
-/// A slave that answers one request after the other, one of `every` later than any wait lasts.
+/// Reads from a slave that answers requests in order. One of `every` replies is late by `late`.
 Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   const std::size_t devices = settings.devices.size();
   RoutedLine line(std::move(settings),
@@ -212,7 +209,7 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   return TallyOf(line);
 }
 
-// Later than the ceiling: the reply meets another client's request, or the gateway's own probe.
+// `late` is longer than the ceiling: the reply comes during another request, or a probe.
 TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
   for (const bool polled : {false, true}) {
     for (const Duration late : {800ms, 900ms, 1000ms, 1500ms, 3000ms}) {
@@ -229,12 +226,11 @@ TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
   }
 }
 
-// ---------------- Transparent routes on a bus that echoes, under virtual time: an echo must not
-// confirm a write that the slave never heard.
+// ---------------- Transparent routes on a bus that echoes, under virtual time.
 
 using Pieces = std::vector<tools::TimedPiece>;
 
-// The confirmation of a write equals its request, and so does an echo: a dead slave would obey.
+// The confirmation of a write equals its request, and so does its echo.
 TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent) {
   RoutedLine line(DriveLine(), {"20"});
   line.echo = [](View request) { return Bytes(request.begin(), request.end()); };
@@ -244,7 +240,7 @@ TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent) 
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// A reply before the end of its request can be no reply.
+// Bytes that come before the end of a request cannot be its reply.
 TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
   RoutedLine line(DriveLine(), {"20"});
   line.twin(0).manner.deliver = [](View request, const Bytes&, Instant) -> Pieces {
@@ -255,8 +251,8 @@ TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// An echo in one piece after the request is not early: only a read, whose reply differs from its
-// request, tells that the bus echoes. From then on no write is believed.
+// An echo in one piece after the request is not early. Only the reply to a read differs from its
+// request, and so shows that the bus echoes.
 TEST(PollerRoutedEcho, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece) {
   RoutedLine line(DriveLine(), {"20"});
   bool dead = false;

@@ -1,5 +1,4 @@
-// Transparent routes on a line, under virtual time, with Modbus RTU slaves on the wire: what
-// passes, what is never sent, who goes first, and what a dead slave costs the others.
+// Tests of transparent routes with Modbus RTU slaves, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -34,7 +33,7 @@ TEST(PollerRouted, TheSlavesOwnExceptionPasses) {
   EXPECT_EQ(ToHex(line.Of("beyond").pdu), "83 02");
 }
 
-/// Whoever asked is told; the device has what its profile wants.
+/// The client gets the exception. The device itself is not counted as refusing.
 TEST(PollerRouted, WhatAClientIsRefusedSaysNothingAboutTheDevice) {
   RoutedLine line(DriveLine({Polled("20", 1)}), {});
   line.RunFor(100ms);
@@ -286,7 +285,7 @@ TEST(PollerRouted, ADeadSlaveIsToldQuicklyAndCostsTheLivingNextToNothing) {
     line.RunFor(10s);
     const int before = clients.answered(0);
     line.RunFor(60s);
-    // The second read of a dead slave waits for nothing.
+    // A second read of a dead slave fails at once.
     if (dead) {
       EXPECT_GT(clients.failed(2), 1000);
     }

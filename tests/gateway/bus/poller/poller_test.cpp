@@ -1,4 +1,4 @@
-// Polls of a whole line under virtual time: on the grid, in any chunking, or of nothing at all.
+// Tests of polls of a whole line, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/poller/poller.h"
 
@@ -95,8 +95,7 @@ TEST(Poller, SilenceOfTheWholeLineShows) {
   EXPECT_TRUE(line.poller().accounts().line.SilentSince(line.now().instant - 20s));
 }
 
-// ---------------- Devices that are busy, under virtual time: they get the pause that they ask for,
-// and nobody pays for it.
+// ---------------- Busy devices, under virtual time: they get the pause that they ask for.
 
 TEST(Poller, BusyParksTheQueryAndResumesIt) {
   config::Device device = ToyDevice("a", "A", {"1"});
@@ -140,7 +139,7 @@ TEST(Poller, ADeviceThatAsksForPeaceInItsProbeIsLeftInPeace) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
-// A meter that is busy asks for 15 s of peace, twice: none of that is the line's.
+// A busy meter asks twice for a pause of 15 s, which must not make the line count as slow.
 TEST(Poller, WaitingMakesNoValueLastLonger) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options = ToyOptions();
@@ -163,10 +162,8 @@ TEST(Poller, WaitingMakesNoValueLastLonger) {
   EXPECT_LT(busy, 0);
 }
 
-// ---------------- What is read once or daily, and what is known of a device that may be another
-// one, under virtual time.
+// ---------------- Points that are read once or daily, and devices that may have been replaced.
 
-/// Point 1 is read once, point 2 every second.
 VirtualLine OneOnce() {
   config::Device device = ToyDevice("a", "A", {"1", "2"});
   device.points[0].group = config::Group::once;
@@ -174,7 +171,7 @@ VirtualLine OneOnce() {
   return {ToyLine({device}), {&ToyProtocol()}};
 }
 
-/// Silence in place of the answer to what begins with `start`, as long as `times` lasts.
+/// Makes the twin ignore the first `times` requests that begin with `start`.
 void Swallow(VirtualLine::WireTwin& twin, std::string start, int times) {
   twin.manner.instead = [start = std::move(start), times](View request) mutable {
     if (!AsText(request).starts_with(start) || times == 0) return std::optional<Bytes>();
@@ -218,7 +215,7 @@ TEST(PollerOnce, WhatIsNeverAnsweredIsAskedForOnceInASlowPeriod) {
   EXPECT_LE(tasks, 61U);
 }
 
-// A device that is swapped while the port is lent, and does not tell its number at once.
+// The device is replaced while the port is closed, and ignores the first reads of its number.
 TEST(PollerOnce, WhatTheDeviceBeforeHasSaidIsNotGoodAgainUnread) {
   VirtualLine line = OneOnce();
   line.twin(0).values.Set(0, 1001.0);
@@ -272,7 +269,6 @@ TEST(PollerOnce, NorAfterItWasTakenOutOfUse) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// Point 1 is read daily, point 2 every second.
 VirtualLine OneDaily() {
   config::Device device = ToyDevice("a", "A", {"1", "2"});
   device.points[0].group = config::Group::daily;
@@ -298,7 +294,7 @@ TEST(PollerDaily, WhatIsNeverAnsweredIsAskedForEveryFiveMinutes) {
   EXPECT_LE(tasks, 121U);
 }
 
-// It has been silent for one poll: the value of this morning may be another device's.
+// The device was silent for one poll, so the daily value may be of another device.
 TEST(PollerDaily, IsReadAnewAfterSilence) {
   VirtualLine line = OneDaily();
   line.Open();
@@ -313,7 +309,8 @@ TEST(PollerDaily, IsReadAnewAfterSilence) {
   EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
-/// A second, different reply of B comes at `doubled`: what A has refused is asked again.
+/// B sends a second, different reply when `doubled` is set. The refusal of A may have been such a
+/// reply, so refused queries are asked again.
 struct Doubled {
   explicit Doubled(config::Device a)
       : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {
@@ -347,7 +344,7 @@ TEST(PollerOnce, WhatIsParkedIsAskedForAgainWhenItsQueriesChange) {
   at.line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
     if (AsText(request) == "?A3\r" && !std::exchange(refused, true)) return ToyReply("A3~replan");
     if (AsText(request) != "?A1\r") return std::nullopt;
-    if (!refused) return Bytes();  // so it is the last to be read
+    if (!refused) return Bytes();  // so this query is the last to be read
     return std::exchange(busy, true) ? std::nullopt : std::optional(ToyReply("A1~busy"));
   };
   ASSERT_TRUE(at.line.RunUntil([&] { return busy; }, 20s));
@@ -371,7 +368,7 @@ TEST(PollerOnce, WhatWasRefusedIsAskedForAgainWhereThatMayHaveBeenAnothersReply)
   EXPECT_EQ(at.line.QualityOf(0, 1), Quality::good);
 }
 
-// ---------------- Plans of a device that change or cannot be carried out, under virtual time.
+// ---------------- Plans of a device that change or cannot be carried out.
 
 TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
@@ -387,8 +384,8 @@ TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// Four reads in a row are urgent, then a poll has its turn. Its reply takes query 0 out of the
-/// plan, and all others have other numbers.
+/// Four urgent reads are followed by a poll, whose reply removes query 0 from the plan: all other
+/// queries get new numbers.
 TEST(Poller, AReadThatWaitsGoesByItsPointWhenThePlanChanges) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5", "6"})}),
                    {&ToyProtocol()});
@@ -410,7 +407,7 @@ TEST(Poller, AReadThatWaitsGoesByItsPointWhenThePlanChanges) {
   EXPECT_TRUE(result->read_back) << result->reason;
 }
 
-/// The toy throws when it is asked for a query that it does not have.
+/// The toy throws if it is asked for a query that does not exist.
 TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
@@ -425,7 +422,7 @@ TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
-/// Many devices are silent to what they do not have.
+/// Many devices do not answer requests for points that they do not have.
 TEST(Poller, SilenceToWhatWasNeverAnsweredTellsNothingOfTheDevice) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5"})}), {&ToyProtocol()});
   const std::string_view answered = "?A1\r";
@@ -467,7 +464,7 @@ TEST(Poller, APointThatCanNotBeAskedHarmsNobodyAndProvesNothing) {
   EXPECT_EQ(line.CountSent("?B1"), 11U);
 }
 
-// ---------------- Requests that are repeated, or replaced, after a failure, under virtual time.
+// ---------------- Requests that are repeated or replaced after a failure.
 
 TEST(PollerRetries, AreBoundedAndCounted) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});

@@ -1,6 +1,4 @@
-// Devices that cannot be asked what the poller wants of them, under virtual time: that is no sign
-// of life, and time goes on.
-// SPDX-License-Identifier: Apache-2.0
+// Tests of tasks for which a device has no request, of `TurnLimit`, and of replies.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -58,7 +56,7 @@ TEST_F(PollerUnasked, ItsSilenceIsNoLifeAndItsNextWriteIsSentAgain) {
   EXPECT_TRUE(line_.warnings.empty());
 }
 
-/// The second reply may be to the first write, which was never answered.
+/// The second reply may be that to the first write, which was never answered.
 TEST_F(PollerUnasked, WithoutAProofAReplyThatMayBeToAnEarlierWriteConfirmsNone) {
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 0, 7.0));
@@ -72,7 +70,7 @@ TEST_F(PollerUnasked, WithoutAProofAReplyThatMayBeToAnEarlierWriteConfirmsNone) 
   EXPECT_EQ(line_.ends, (std::vector{WriteEnd::ok, WriteEnd::unknown, WriteEnd::unknown}));
 }
 
-/// Wants a task in the background since ever, and refuses it.
+/// Always has a background task due, and refuses to make a request for it.
 class Stubborn final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return queries_; }
@@ -91,7 +89,7 @@ class Stubborn final : public protocols::Conversation {
   std::vector<protocols::Query> queries_;
 };
 
-/// Breaks its promise: its queries are gone as soon as it is asked for one.
+/// Breaks its contract: its queries disappear when it is asked for one.
 class Forgetful final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return queries_; }
@@ -110,7 +108,7 @@ class Forgetful final : public protocols::Conversation {
   std::vector<protocols::Query> queries_{{config::Group::once, {0}}, {config::Group::once, {1}}};
 };
 
-/// A toy with a conversation of its own.
+/// Makes a toy protocol with the conversation `Talk`.
 template <typename Talk>
 protocols::Protocol Talking(const char* name) {
   protocols::Protocol protocol = ToyProtocol();
@@ -168,7 +166,7 @@ TEST(TurnLimitTest, TheNextMomentHasAsManyAgain) {
   }
 }
 
-// ---------------- What comes back for a request.
+// ---------------- The replies to a request.
 
 class ReplyTest : public ::testing::Test, protected PollerListener {
  protected:
@@ -203,7 +201,7 @@ TEST_F(ReplyTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
   }
 }
 
-/// Another device may answer the probe of one that is away; only its name tells.
+/// The probe of an absent device may be answered by another device. Only the name shows which one.
 TEST_F(ReplyTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
   const EchoWatch echo(config::Echo::off);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {

@@ -1,4 +1,4 @@
-// How writes end: what the client is told is what the device has done, as far as that can be known.
+// Tests of how writes end: the client gets what the device has done, if this can be known.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -14,7 +14,7 @@ class PollerWriteEnd : public ::testing::Test {
  protected:
   void SetUp() override {
     line_.Open();
-    line_.RunFor(1500ms);  // between two polls
+    line_.RunFor(1500ms);  // to a moment between two polls
     line_.sent.clear();
   }
   WriteCommand Command(std::vector<PointWrite> writes) {
@@ -29,7 +29,7 @@ class PollerWriteEnd : public ::testing::Test {
     command.kind = Reads{std::move(points)};
     return command;
   }
-  /// To requests of this kind the device says that, whatever its values.
+  /// Makes the device answer requests of this kind with `reply`, whatever its values.
   void Say(char kind, Bytes reply) {
     line_.twin(0).manner.instead = [kind, reply](View request) -> std::optional<Bytes> {
       return request[0] == kind ? std::optional(reply) : std::nullopt;
@@ -39,7 +39,7 @@ class PollerWriteEnd : public ::testing::Test {
     return line_.StatusOf(0).writes.ends[static_cast<std::size_t>(end)];
   }
 
-  // Points: 0 plain, 1 plain, 2 in a session.
+  // Points: 0 and 1 plain, 2 in a session.
   VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3"})}), {&ToyProtocol()}};
   std::vector<WriteResult> results_;
 };
@@ -55,7 +55,6 @@ TEST_F(PollerWriteEnd, ConfirmedAndReadBack) {
   EXPECT_EQ(line_.StatusOf(0).writes.not_read_back, 0U);
 }
 
-/// The module says '>', and its output stays where it was.
 TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
   line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[2] != '1') return std::nullopt;
@@ -70,7 +69,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
   EXPECT_EQ(line_.ValueOf(0, 0), Value(0.0)) << "the store shows what is";
 }
 
-/// "Busy" is no reading, and the next one shows that the output stays where it was.
+/// The reply "busy" is no reading. The next reading shows that the output has not changed.
 TEST_F(PollerWriteEnd, ConfirmedAndBusyWhenItIsReadBack) {
   int busy = 2;
   line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
@@ -83,7 +82,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndBusyWhenItIsReadBack) {
   EXPECT_EQ(results_[0].end, WriteEnd::differs);
 }
 
-/// A poll of the device is parked already.
+/// A poll of the device is parked before the write.
 TEST_F(PollerWriteEnd, BothAPollAndAReadBackWaitForADeviceThatIsBusy) {
   bool busy = true;
   line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
@@ -120,7 +119,7 @@ TEST_F(PollerWriteEnd, SilenceToTheWriteLeavesItUnknown) {
   EXPECT_EQ(line_.CountSent("W"), 1U) << "not repeated, and the second not begun";
 }
 
-/// Nobody has opened the session, so nothing can have been written in it.
+/// The session was never opened, so nothing can have been written.
 TEST_F(PollerWriteEnd, SilenceToWhatOnlyPreparesItIsNotSent) {
   line_.Close();
   Say('O', {});
@@ -145,7 +144,7 @@ TEST_F(PollerWriteEnd, OfSeveralTheClientLearnsWhichWereDone) {
   EXPECT_EQ(results_[0].written, 1U);
 }
 
-/// A set point every few milliseconds: each is confirmed, and what is read back is the last.
+/// A set point every few milliseconds: the read-back shows only the last.
 TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointDiffersFromNothing) {
   for (int i = 1; i <= 12; ++i) line_.Submit(Command({{0, i * 1.0}}));
   ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 12; }, 10s));
@@ -201,7 +200,7 @@ TEST_F(PollerWriteEnd, ReadNowOfWhatIsNotThere) {
   EXPECT_FALSE(results_[1].read_back);
 }
 
-/// A is silent to its write, and its read-back waits for a late reply.
+/// A does not answer its write, so its read-back waits for a late reply.
 TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});

@@ -1,4 +1,3 @@
-// See routed_line.h.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/bus/poller/routed_line.h"
 

@@ -1,5 +1,5 @@
-// A line with Modbus RTU slaves for the tests of transparent routes: requests go in, their replies
-// are collected, and the twins of tests/support/virtual_line.h answer on the wire.
+// `RoutedLine`: a line with Modbus RTU slaves on the wire (tests/support/virtual_line.h), for tests
+// of transparent routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,21 +12,21 @@ namespace baudgate::bus {
 
 // PDUs of requests.
 inline constexpr const char* kRead = "03 00 00 00 01";   // one register
-inline constexpr const char* kOther = "03 00 01 00 01";  // the one behind it
+inline constexpr const char* kOther = "03 00 01 00 01";  // the next register
 inline constexpr const char* kBlock = "03 00 00 00 78";  // 120 registers
 inline constexpr const char* kStartDrive = "06 00 00 00 02";
 inline constexpr const char* kStop = "06 00 00 00 00";
 
-/// One register.
+/// Returns the PDU that reads register `reg`.
 std::string ReadOf(std::uint8_t reg);
 
-/// 120 holding registers from 0 on.
+/// Makes a device with 120 holding registers from 0 on.
 config::Device Slave(const std::string& address);
 config::Device Polled(const std::string& address, std::size_t points, Duration poll = 1s);
-/// 19200 8E1.
+/// Makes a line with 19200 8E1.
 config::Line DriveLine(std::vector<config::Device> devices = {});
 
-/// With a wrong check.
+/// Returns the frame with a wrong CRC.
 Bytes Damaged(Bytes frame);
 
 struct RoutedLine : VirtualLine {
@@ -36,37 +36,37 @@ struct RoutedLine : VirtualLine {
     RoutedReply reply;
   };
 
-  /// `slaves`: on the wire without being devices of the line.
+  /// `slaves` are on the wire, but are no devices of the line.
   explicit RoutedLine(config::Line line = DriveLine(),
                       const std::vector<std::string>& slaves = {"20", "21"});
 
-  /// The same with slaves of any kind.
+  /// Puts any devices on the wire as slaves.
   RoutedLine(std::vector<config::Device> slaves, config::Line line);
 
-  /// Twin `twin` tells registers apart: register i holds `base` + i.
+  /// Sets register i of the twin to `base` + i.
   void Number(std::size_t twin, std::uint64_t base);
 
   void Ask(std::string name, const std::string& pdu, std::uint8_t slave = 20,
            std::uint64_t client = 1, config::Priority priority = config::Priority::normal,
            Duration within = 2500ms);
 
-  /// Whose requests have been answered, in the order of the answers.
+  /// Returns the names of the requests that were answered, in the order of the answers.
   std::vector<std::string> Names() const;
   const RoutedReply& Of(const std::string& name) const;
-  /// Requests on the wire so far: slave and PDU, without the CRC.
+  /// Returns the requests on the wire so far: slave and PDU, without the CRC.
   std::vector<std::string> OnWire() const;
 
   std::vector<Reply> replies;
 };
 
-/// Clients that send the same request again as soon as it is answered.
+/// Clients that send the same request again as soon as they get an answer.
 class BusyClients {
  public:
   explicit BusyClients(RoutedLine& line);
 
   void Add(const std::string& pdu, std::uint8_t slave,
            config::Priority priority = config::Priority::normal);
-  /// Replies that the client with this index has got.
+  /// Returns how many replies the client has got; `client` counts in the order of Add.
   int answered(std::size_t client) const { return clients_[client].answered; }
   int failed(std::size_t client) const { return clients_[client].failed; }
 

@@ -1,5 +1,4 @@
-// The values that a toy line's devices have, and that its store may show: nothing else is the
-// truth.
+// The true values of the devices of a toy line: the store may show no other values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -9,7 +8,7 @@
 
 namespace baudgate::bus {
 
-/// Truth that differs from point to point, so that a value at the wrong place is seen.
+/// Returns a value that differs for each device and point, so a value at the wrong place is found.
 inline double TruthOf(std::size_t device, std::size_t point) {
   return static_cast<double>(1000 * (device + 1) + point);
 }
@@ -22,7 +21,7 @@ inline void SetTruth(VirtualLine& line, std::size_t devices, std::size_t points)
   }
 }
 
-/// Every value in the store is nothing or the truth, whatever its quality.
+/// Expects that each point has either no value or its true value, whatever its quality.
 inline void ExpectOnlyTruth(VirtualLine& line, std::uint32_t devices, std::uint32_t points) {
   for (std::uint32_t device = 0; device < devices; ++device) {
     for (std::uint32_t point = 0; point < points; ++point) {

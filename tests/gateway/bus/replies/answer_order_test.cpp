@@ -1,5 +1,5 @@
-// Which request a reply may belong to, against a device of known lag. Requests are single letters;
-// 'P' is a proof, and replies are told apart only from its own: "a" may answer any other.
+// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are single letters. Only the reply
+// to 'P' (a proof) can be distinguished from the replies to all other letters.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -15,12 +15,12 @@ namespace {
 
 class Order {
  public:
-  /// Nothing comes.
+  /// Sends a request that gets no reply.
   void Send(char request) {
     order.OnSent({0, {static_cast<std::uint8_t>(request)}, kStart + ++sent_ * 1s, request == 'P'});
     latest_ = request;
   }
-  /// `to`: the request that it really answers.
+  /// A reply comes. `to` is the request that it really answers.
   void Reply(char to) {
     known =
         order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent, std::size_t) {
@@ -34,7 +34,7 @@ class Order {
   bool IsOnly(char request) const { return order.IsAnswerTo({static_cast<std::uint8_t>(request)}); }
 
   AnswerOrder order;
-  bool known = false;  ///< what the last reply belongs to
+  bool known = false;  ///< OnAnswer has found the request of the last reply
 
  private:
   int sent_ = 0;
@@ -59,7 +59,7 @@ TEST(AnswerOrderTest, AfterSilenceNothingIsUntilAProofWasAnswered) {
   EXPECT_TRUE(order.order.IsInStep()) << "a lag would have answered the proof otherwise";
 }
 
-/// "READ" behind "channel 1", then behind "channel 2".
+/// The request "READ" has another meaning behind "channel 1" than behind "channel 2".
 TEST(AnswerOrderTest, EqualRequestsOfOtherContextsAreOtherQuestions) {
   AnswerOrder order;
   const Bytes read = {'R'};
@@ -115,7 +115,7 @@ TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
   Order order;
   order.Answered('a');
   order.Send('a');
-  order.Reply('P');  // no P was sent
+  order.Reply('P');  // no P was sent, so no request fits
   EXPECT_FALSE(order.known);
   EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
   order.order.OnLost();
@@ -126,7 +126,7 @@ TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// P a P a …, each answered one request late: three requests late would look the same.
+/// Each is answered one request late. With three requests late, the replies would look the same.
 TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
   Order order;
   for (int i = 0; i < 3; ++i) {
@@ -150,7 +150,7 @@ TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
 TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
   Order order;
   order.Send('b');
-  order.Send('b');  // two replies are owed
+  order.Send('b');  // two replies are outstanding
   order.Answered('a');
   EXPECT_FALSE(order.IsOnly('a'));
   order.Answered('a');
@@ -160,7 +160,7 @@ TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
   EXPECT_EQ(order.order.Older(), 2s);
 }
 
-/// The device knows no P: it is not owed, and what was owed before it comes.
+/// The device does not know P and never answers it. The replies to all other requests still come.
 TEST(AnswerOrderTest, WhatIsNeverAnsweredShiftsNothing) {
   Order order;
   order.Send('a');
@@ -182,8 +182,7 @@ TEST(AnswerOrderTest, ACopyMayTakeThePlaceOfTheNextReply) {
   EXPECT_FALSE(order.order.IsSafe());
 }
 
-/// A device that answers every request with the reply to the one `lag` before it. Whatever is sent
-/// as the order allows, no reply to b is taken for one to a.
+/// Each reply answers the request `lag` before the latest one.
 TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   for (std::size_t lag = 0; lag < 12; ++lag) {
     Order order;
@@ -208,7 +207,7 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
-/// What is older than the oldest that is remembered may be owed as well.
+/// Replies to requests that are not remembered any more may still come.
 TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
   Order order;
   for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
@@ -217,7 +216,7 @@ TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
   EXPECT_FALSE(order.IsOnly('b'));
 }
 
-/// Three are owed at most: from the fourth reply on what comes answers a request of ours.
+/// At most three replies to strangers (other masters) come: the fourth answers this gateway.
 TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   Order order;
   order.order.OnStranger(kStart);
@@ -231,7 +230,6 @@ TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// A port that comes and goes thirty times before anybody answers.
 TEST(AnswerOrderTest, StrangersAreOwedThreeRepliesHoweverOftenTheyMayHaveAsked) {
   Order order;
   for (int opening = 0; opening < 30; ++opening) order.order.OnStranger(kStart);
@@ -253,8 +251,8 @@ TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
   EXPECT_TRUE(other.order.IsInStep());
 }
 
-// ---------------- Which orders count for a request: that of its device, and that of the line if
-// replies carry no address.
+// ---------------- The order of the device counts, and the order of the line if replies carry no
+// address.
 
 class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -292,8 +290,8 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
   }
 }
 
-/// A reply that is lost keeps in doubt what comes next: of its own device always, of a neighbour
-/// where replies name nobody.
+/// A lost reply puts the next one in doubt: of the same device, and of a neighbour if replies carry
+/// no address.
 TEST_F(ReplyOrdersTest, BothOrdersMustAgreeWhereRepliesNameNobody) {
   for (const bool named : {true, false}) {
     for (const Device* lost : {&a, &b}) {
@@ -301,7 +299,7 @@ TEST_F(ReplyOrdersTest, BothOrdersMustAgreeWhereRepliesNameNobody) {
       orders_.Reset(a);
       orders_.Reset(b);
       protocols::Request asked = AskFor("?A1\r");
-      asked.numbered = !named;  // a converter may have written the address
+      asked.numbered = !named;  // a converter may have written the address, so the number decides
       const bool doubted = lost == &a || !named;
       Send(*lost, AskFor("?A2\r", named));
       EXPECT_EQ(orders_.IsSafe(Of(a, asked)), !doubted);
@@ -344,8 +342,8 @@ TEST_F(ReplyOrdersTest, WhatIsKnownOfRepliesCountsForTheDeviceAndForTheLine) {
   }
 }
 
-/// Behind a server that lags, the replies to a device may have come while its neighbour was asked.
-/// They are counted as owed for ever, so how many are owed says nothing of the neighbour.
+/// If a server lags, replies of a may have come while b was asked. They count as outstanding for
+/// ever, so the number of a must not be compared with that of b.
 TEST_F(ReplyOrdersTest, ANeighbourMayOweWhereTheDeviceItselfOwesMore) {
   const protocols::Request theirs = AskFor("?B1\r");
   const protocols::Request asked = AskFor("?A1\r");
@@ -371,7 +369,7 @@ TEST_F(ReplyOrdersTest, EntriesOfOneAddressShareAnOrder) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-// ---------------- How long a device that answers late is waited for, reply by reply.
+// ---------------- How much longer than its reply time a late device is waited for.
 
 class PatienceTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -401,7 +399,7 @@ TEST_F(PatienceTest, TwoThatAreFarApartAreChanceAsWell) {
   EXPECT_EQ(patience_.More(a), 200ms) << "these two are not; what was before is forgotten";
 }
 
-/// A hundred in a row.
+/// One hundred replies in time in a row are needed.
 TEST_F(PatienceTest, LateRepliesAreForgottenOnlyIfNoneIsLateMeanwhile) {
   for (const bool taken : {false, true}) {
     patience_ = {};

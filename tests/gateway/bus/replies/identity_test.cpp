@@ -1,4 +1,4 @@
-// What a device answers to the request that identifies it.
+// Tests of how the identity of a device is learned from its replies to the identification request.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Until when answers may be late, and whom that keeps waiting: one exchange after the other.
+// Tests of `LateReplies`: until when replies may come, and which devices wait meanwhile.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
 
@@ -12,7 +12,7 @@ namespace {
 
 class LateRepliesTest : public ::testing::Test, protected ToyMembers {
  protected:
-  /// An exchange of `member` that began at `began` and ended so at `ended`.
+  /// Runs an exchange of `member` from `began` to `ended`, with `outcome`.
   void Exchange(const Member& member, Duration began, Duration ended, Outcome outcome,
                 bool retry = false) {
     asked_ = {.member = &member,
@@ -67,13 +67,13 @@ TEST_F(LateRepliesTest, ABroadcastEndsNoWaiting) {
   EXPECT_EQ(LateUntil(a), 1000ms);
 }
 
-/// A client of a serial server, or a telegram by hand.
+/// The request came from a client of the serial server, or is a telegram by hand.
 TEST_F(LateRepliesTest, TheReplyToARequestOfSomebodyElseMayComeUntilTheCeiling) {
   late_.OnUnknownRequest(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
 }
 
-// A serial server gives it to the next connection.
+// A serial server sends the late reply to the next connection.
 TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
   Exchange(a, 0ms, 10ms, Outcome::no_reply);
   EXPECT_GE(LateUntil(a), 1000ms);
@@ -122,7 +122,7 @@ TEST_F(LateRepliesTest, EntriesOfOneAddressWaitTogether) {
   EXPECT_EQ(LateUntil(b), 1000ms);
 }
 
-/// Tare of a scale, which may take seconds.
+/// Example: the tare command of a scale may take seconds.
 TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   request_.reply = 3s;
   asked_ = {.member = &a, .request = &request_, .sent = kStart};
@@ -134,8 +134,8 @@ TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   EXPECT_LT(late_.OnStray({9, 100ms}, kStart + 3100ms).lateness, 200ms);
 }
 
-/// R1 at 0 ms and R2 at 300 ms stayed unanswered; the reply at 650 ms may be R1's, so that R2's may
-/// come for another 650 ms.
+/// The reply at 650 ms may be that to the request at 0 ms. So the reply to the request at 300 ms
+/// may come up to 650 ms later.
 TEST_F(LateRepliesTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
@@ -194,7 +194,7 @@ TEST_F(LateRepliesTest, FourBytesMayBeAReplyWhereItsLengthIsUnknown) {
   EXPECT_EQ(late_.OnStray({3, 10ms}, kStart + 2210ms).late_member, nullptr) << "counted anew";
 }
 
-/// The reply time of the next requests grows, but not that of probes of an absent device.
+/// The reply time of the next requests grows, but not the reply time of probes of an absent device.
 TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   for (const Duration began : {0s, 10s}) {
     EXPECT_EQ(late_.PatienceFor(a), 0ms);
@@ -210,8 +210,8 @@ TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// It came 60 ms after its reply time, while the line was still waiting. A repetition may have got
-/// the reply to its first try: it tells nothing.
+/// The line still waited when the reply came. If the request was a retry, the reply may be that to
+/// the first try, so its lateness is not known.
 TEST_F(LateRepliesTest, AReplyThatWasAwaitedLongerShowsHowLongIsEnough) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .retry = true};
   const Duration characters = 4 * a.times.character;
@@ -243,7 +243,7 @@ TEST_F(LateRepliesTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
   EXPECT_EQ(late_.ExtraDrain(a), 230ms) << "260 ms and a gap, less the drain";
 }
 
-/// Its own reply is not due yet, so only that to the first try was late: once is chance.
+/// The reply to the retry is not due yet. One late reply, to the first try, may be chance.
 TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 250ms, 300ms, Outcome::ok, true);
@@ -256,7 +256,7 @@ TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "but it has been counted";
 }
 
-/// Nothing came behind the repetition. What comes behind the next request is a copy of its reply.
+/// Bytes behind the next request are a copy of its reply.
 TEST_F(LateRepliesTest, WhatComesBehindTheNextRequestIsNoAnswerToARetry) {
   for (const Duration began : {0s, 10s}) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
@@ -281,20 +281,20 @@ TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTryThatMetSilence) {
   };
   struct Case {
     std::vector<Try> tries;
-    Duration late;  // of bytes 980 ms after the first try began, at least; zero: they are none
+    Duration late;  // the least, of bytes 980 ms after `began`; 0: no late reply
   };
   const Case cases[] = {
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}, {600ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::no_reply}, {300ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 170ms},
-      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}}, 0ms},  // bytes are the rest of it
+      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}}, 0ms},  // the bytes are its rest
       {{{0ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 0ms},
-      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // asked again, whosever the first was
+      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // the first reply was not taken
   };
   Duration began = 2s;
   for (const Case& one : cases) {
     SCOPED_TRACE(std::to_string(&one - cases));
-    Exchange(a, began - 2s, began - 1800ms, Outcome::no_reply);  // of an earlier request
+    Exchange(a, began - 2s, began - 1800ms, Outcome::no_reply);  // an earlier request
     Duration ended{};
     for (const Try& each : one.tries) {
       ended = began + each.began + (each.outcome == Outcome::no_reply ? 200ms : 50ms);
@@ -318,7 +318,7 @@ TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// The request was lost, its repetition was answered in time, and then the bus was released.
+/// The bytes behind the answered retry are noise from the release of the bus.
 TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
   request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
   const auto repeat = [this](Duration began, std::size_t bytes) {
@@ -333,7 +333,6 @@ TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "five bytes may be a refusal";
 }
 
-/// The reply of a is due when that of b has come.
 TEST_F(LateRepliesTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(b, 250ms, 270ms, Outcome::ok);
@@ -376,7 +375,7 @@ TEST_F(LateRepliesTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
   EXPECT_EQ(late_.ExtraDrain(a), 30ms) << "that was no copy";
 }
 
-/// 256 characters at most: a longer silence is none between a reply and its copy.
+/// Bytes that come later than the drain time and 256 characters after a reply are no copy of it.
 TEST_F(LateRepliesTest, WhatComesLongBehindAGoodAnswerIsNoCopyOfIt) {
   const Duration longest = a.times.drain + 256 * a.times.character;
   Exchange(a, 0ms, 20ms, Outcome::ok);
@@ -465,7 +464,7 @@ TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
   EXPECT_EQ(late.LateUntil(members.a), kStart + 250ms);
 }
 
-// ---------------- Replies of others, by their address.
+// ---------------- Late replies of other devices, found by their address.
 
 TEST_F(LateRepliesTest, ALateReplyThatComesWhileAnotherIsAskedIsFoundOnce) {
   request_.expect = ToyProtocol().expect(request_.bytes, {});

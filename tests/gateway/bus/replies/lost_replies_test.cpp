@@ -1,6 +1,4 @@
-// Replies that never came from a slave that only routes reach: which of them a reply may be, and
-// from which reply to the same request on there is no doubt. Requests are single letters.
-// SPDX-License-Identifier: Apache-2.0
+// Tests of `LostReplies`, for slaves that only routes reach. Requests are single letters.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -18,8 +16,8 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
   void Lose(std::string_view requests, Instant at = kStart) {
     for (const char request : requests) lost_.OnLost(a, Request(request), at);
   }
-  /// Asks `request` until a reply is its own; how many replies that takes. Every lost request of
-  /// `like` would be answered in the same form.
+  /// Returns how often `request` must be repeated until a reply is certainly its own. The replies
+  /// to the lost requests in `like` have the same form.
   std::size_t RepliesUntilOwn(char request, std::string_view like, Instant began = kStart) {
     for (std::size_t count = 1; count < 20; ++count) {
       const LostReplies::Older older =
@@ -38,7 +36,7 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
 TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayBeThose) {
   struct Case {
     const char* lost;
-    const char* like;  // answered in the form of the reply to 'x'
+    const char* like;  // lost requests whose reply has the form of the reply to 'x'
     std::size_t replies;
   };
   for (const Case& one : {Case{"", "", 1}, Case{"y", "", 1}, Case{"y", "y", 2}, Case{"x", "x", 1},
@@ -52,7 +50,6 @@ TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayBeThose) {
   }
 }
 
-/// Each reply that is taken for an earlier one leaves the own one owed.
 TEST_F(LostRepliesTest, WhoseReplyWasTakenForAnEarlierOneIsOwedItsOwn) {
   Lose("x");
   EXPECT_EQ(RepliesUntilOwn('x', "x"), 1U) << "to the first x, or to the second";

@@ -1,6 +1,5 @@
-// What follows from the replies that are owed: the exchange that a request is given, which readings
-// are in doubt, and what a device owes that is only written.
-// SPDX-License-Identifier: Apache-2.0
+// Tests of `OwedReplies`: how outstanding replies change an exchange, and which readings are in
+// doubt.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -33,8 +32,8 @@ TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
   EXPECT_THAT(readings.TakeAll(), IsEmpty()) << "told once";
 }
 
-/// Replies that it may owe to another master are taken for lost, those to this gateway after ten
-/// seconds, or twice its ceiling.
+/// Replies to another master count as lost at once, replies to this gateway after ten seconds, or
+/// after twice the ceiling if that is longer.
 TEST(WhoseReplyOfAWriter, WhoIsOnlyWrittenAndCannotBeProbedOwesNothingForEver) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})});
   Roster roster(line, 0,
@@ -76,14 +75,14 @@ TEST(WhoseReplyOfAWriter, WhoIsOnlyWrittenAndCannotBeProbedOwesNothingForEver) {
   EXPECT_EQ(orders.Owed(read_probe), 0) << "it has no polls that are answered alike";
 }
 
-// ---------------- The exchange that a request is given, out of all that is owed.
+// ---------------- The exchange that a request gets while replies are outstanding.
 
 class OwedRepliesTest : public ::testing::Test, protected ToyMembers {
  protected:
   Exchange Give(bool trusted = false, Duration idle_for = 0s) {
     return owed_.ExchangeOf(asked_, trusted, kStart - idle_for, kStart);
   }
-  /// Silence to a first try; the reply comes so late.
+  /// A first try is not answered in time, and its reply comes late by `lateness`.
   void BeLate(Duration lateness) {
     asked_.sent = kStart - 10s;
     const Instant end = asked_.sent_out() + a.times.reply;
@@ -124,7 +123,7 @@ TEST_F(OwedRepliesTest, ADeviceThatIsLateGetsMoreTimeAndMoreSilence) {
   EXPECT_EQ(Give().times.reply, 200ms);
 }
 
-/// A first try has waited for late replies.
+/// Before a first try, the line has already waited for late replies.
 TEST_F(OwedRepliesTest, WhoseOrderIsTrustedOwesNothingBeforeAFirstTry) {
   for (const bool trusted : {false, true}) {
     for (const bool retry : {false, true}) {
@@ -137,7 +136,7 @@ TEST_F(OwedRepliesTest, WhoseOrderIsTrustedOwesNothingBeforeAFirstTry) {
   }
 }
 
-/// Its own reply comes only after the next request.
+/// The reply comes only after the next request, so waiting is useless.
 TEST_F(OwedRepliesTest, BehindADeviceThatLagsNoAftermathIsWaitedFor) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;

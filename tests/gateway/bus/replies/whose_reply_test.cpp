@@ -1,7 +1,5 @@
-// To which request a reply is taken to belong: the rows of the table in whose_reply.cpp, and what
-// follows for the next request. Requests named "?A…" are polls of device a, "PA…" asks for its
-// name. Replies "!=1*XX" are untagged: they answer any "U…".
-// SPDX-License-Identifier: Apache-2.0
+// Tests of `WhoseReply`, by the table in whose_reply.cpp. "?A…" polls device a, "PA…" asks for its
+// name. A reply "!=1*XX" carries no tag, so it answers any request "U…".
 #include "gateway/bus/replies/whose_reply.h"
 
 #include <gtest/gtest.h>
@@ -22,13 +20,13 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
         .member = &member, .request = &request, .first = !request.steady, .probe = request.steady};
   }
   void Send(const Asked& asked) { order_.OnSent(asked, kStart + ++sent_ * 1s); }
-  /// Sends it; nothing comes.
+  /// Sends a request that gets no reply.
   void Silence(const Member& member, const protocols::Request& request) {
     const Asked asked = Of(member, request);
     Send(asked);
     order_.NoteOutcome(asked, Outcome::no_reply, true, kStart + sent_ * 1s);
   }
-  /// Sends it; this comes.
+  /// Sends a request that gets the reply `body`.
   WhoseReply::Verdict Reply(const Member& member, const protocols::Request& request,
                             std::string_view body, Outcome outcome = Outcome::ok) {
     const Asked asked = Of(member, request);
@@ -38,9 +36,9 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
                        kStart + sent_ * 1s);
     return verdict;
   }
-  /// "PA0:A0" is a request and its reply, "UA1:" one without, "*UA1:=1" a probe by a read, "-UA1:="
-  /// one whose replies name nobody, "WA1:A1=1" a write, "open" the opening of the port, "back" that
-  /// another device may be connected. What the last one comes to.
+  /// Plays exchanges and returns what the last reply comes to. "PA0:A0" is a request and its reply,
+  /// "UA1:" has no reply, "*UA1:=1" is a probe by a read, "-UA1:=1" has a reply without an address,
+  /// "WA1:A1=1" is a write, "open" opens the port, "back": the device may have been replaced.
   std::string Run(const std::string& history) {
     std::istringstream words(history);
     std::string follows;
@@ -114,7 +112,7 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
 };
 
 struct WhoseReplyCase {
-  int row;  // of the table
+  int row;  // row of the table in whose_reply.cpp
   const char* history;
   const char* follows;
 };
@@ -235,8 +233,8 @@ TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// Its replies come one request late, as it is known: it is asked often enough in a row. One more
-/// is owed when somebody else has answered in its place.
+/// The device is known to be one request late, so each request is repeated. A reply of another
+/// device in between makes it later.
 TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
   Reply(a, name_, "A0");
   Silence(a, one_);
@@ -251,7 +249,7 @@ TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
   EXPECT_TRUE(NeedsProbe(a, one_));
 }
 
-/// "B0" comes in place of a reply of a: that of a is owed as before, and no more than that.
+/// "B0" comes instead of a reply of a, so one reply of a is outstanding.
 TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
   Reply(b, Identification("PB0\r"), "B0");
   Reply(a, name_, "A0");
@@ -336,8 +334,7 @@ TEST_F(WhoseReplyTest, NoReplyIsOwedToABroadcast) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// The port was lost, or the request was a broadcast: the device need not have changed. Damage
-/// shows that somebody is there.
+/// A lost port or a broadcast is no silence, and a damaged reply shows that the device is there.
 TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
   const Asked asked = Of(a, one_);
   const auto needs_probe_after = [&](Outcome outcome, bool silent) {
@@ -352,8 +349,7 @@ TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
   EXPECT_TRUE(NeedsProbe(a, two_)) << "nor was the probe answered";
 }
 
-/// Repeats of a request, writes, and what is known to be answered say nothing of a request that
-/// the device does not know.
+/// Other silence does not show that the device does not know the request.
 TEST_F(WhoseReplyTest, OnlyTasksThatMeetSilenceCount) {
   struct Case {
     bool retry = false;
@@ -378,7 +374,7 @@ TEST_F(WhoseReplyTest, OnlyTasksThatMeetSilenceCount) {
   }
 }
 
-/// Five repeats would be needed to reach its own reply.
+/// The device is five replies late: five repeats would be needed until its own reply comes.
 TEST_F(WhoseReplyTest, WhoLagsByMoreThanFourIsProbedBeforeEachTask) {
   Run("PA0:A0 UA1: UA1: UA1: UA1: UA1: PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:A0");
   EXPECT_FALSE(NeedsProbe(a, one_)) << "names are owed, and these are recognised";
@@ -408,7 +404,7 @@ TEST_F(WhoseReplyTest, AReconnectForgetsTheLag) {
   EXPECT_TRUE(order_.IsSettled(a));
 }
 
-/// How many replies stand before the own one, behind another's.
+/// RepliesBefore: how many replies come before the own reply, after a reply of another device.
 TEST_F(WhoseReplyTest, ARepeatComesNearerOnlyIfTheSenderOwesReplies) {
   const protocols::Request nameless = AskFor("UA1\r", false);
   Reply(a, name_, "A0");
@@ -481,7 +477,7 @@ TEST_F(WhoseReplyTest, ARequestWhoseReplyWasAnothersOrAProbesHasNoOddForm) {
   EXPECT_FALSE(NeedsProbe(a, one_)) << "a probe tells nothing of the poll";
 }
 
-/// It would be probed before each of its tasks for ever, and no probe would prove anything.
+/// A probe cannot prove anything here, so probes before each task would never end.
 TEST_F(WhoseReplyTest, WhoseProbesProveNothingIsNotProbedForAnOddForm) {
   Run("UA2:A9");
   ProbeWithARead(1);
@@ -508,7 +504,7 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
   EXPECT_FALSE(Reply(a, name_, "A0").replaced);
 }
 
-/// Twice in a row, and yet it may be the reply to ?A0, which came twice.
+/// A0=7 came twice, but the first one may be the reply to ?A0.
 TEST_F(WhoseReplyTest, WhatAnEarlierRequestIsAnsweredIsNoOtherName) {
   Run("PA0:A0 UA1:=1 ?A0:A0=7 PA0:A0=7");
   orders_.Reset(a);
@@ -525,14 +521,14 @@ TEST_F(WhoseReplyTest, ADeviceThatIsBusyHasNotSaidItsName) {
   EXPECT_FALSE(order_.HasName(b)) << "it has refused to say";
 }
 
-/// A refusal answers anything, so four of them do not show that nothing is owed to strangers.
+/// A refusal may answer any request.
 TEST_F(WhoseReplyTest, RefusalsDoNotEndWhatStrangersAreOwed) {
   order_.OnOpened(a, kStart);
   for (int i = 0; i < 4; ++i) Reply(a, name_, "A0~refused", Outcome::refused);
   EXPECT_EQ(orders_.Owed(Of(a, one_)), 3);
 }
 
-/// A probe by a read of an unusual length: a rare poll may be answered alike.
+/// A probe by a read of an unusual length: a rare poll may have a reply of the same length.
 TEST_F(WhoseReplyTest, BehindAReadOfUnusualLengthItsOtherTriesAreStillOwed) {
   protocols::Request longer = AskFor("UA9\r");
   longer.unlike_polls = true;
@@ -549,14 +545,14 @@ TEST_F(WhoseReplyTest, BehindAReadOfUnusualLengthItsOtherTriesAreStillOwed) {
   EXPECT_EQ(Run("UA2:=2 ?A1:A9 ?A1:A9"), "elsewhere") << "such a probe restores the order";
 }
 
-/// What is owed to strangers can be any reply, and nothing tells these from its own.
+/// Replies to strangers look like replies of this device, so no reply could prove more.
 TEST_F(WhoseReplyTest, WhoHasNoProofIsBelievedFromItsFirstReplyOn) {
   order_.OnOpened(a, kStart);
   ProbeWithARead(1);
   EXPECT_TRUE(Reply(a, one_, "=1").proven);
 }
 
-/// A text in place of a number may be another request's, unless nothing else is owed.
+/// A text instead of a number may be another reply, if one is outstanding.
 TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
   Reply(a, name_, "A0");
   Send(Of(a, one_));

@@ -1,4 +1,4 @@
-// Whose turn it is to be looked for, and when.
+// Tests of `Probes`, `ProbeBudget` and `Hold`: which absent device is probed next, and when.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/probes.h"
 
@@ -14,7 +14,7 @@ namespace {
 class ProbesTest : public ::testing::Test, protected ToyMembers {
  protected:
   static void PutOffline(Member& member) {
-    member.health.OnTask(Outcome::no_reply, kStart);  // it has never answered
+    member.health.OnTask(Outcome::no_reply, kStart);  // the device has never answered
   }
   Probes::Facts At(Duration at) const {
     Probes::Facts facts;
@@ -91,7 +91,7 @@ TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
   EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
 }
 
-/// It may have lost its first requests only: it is not left alone until 2 % of the time are earned.
+/// The device may have lost only its first requests: two probes do not wait for the budget.
 TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   PutOffline(a);
   PutOffline(b);
@@ -111,7 +111,7 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
   EXPECT_EQ(probes_.OnTaken(a, At(at)), Probes::Kind::look);
 }
 
-/// First with no other device wanting the line, then with one that wants it again at once.
+/// First no other device needs the line, then another device needs the line again at once.
 TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
   PutOffline(a);
   const auto look = [this](Duration at, Duration idle_for) {
@@ -136,7 +136,7 @@ TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
   EXPECT_EQ(look(80s, 0s), Probes::Kind::look);
 }
 
-/// Writes that come every 250 ms: no poll is due, and yet the line never rests.
+/// Writes come every 250 ms: no poll is due, but the line is never idle for long.
 TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
   PutOffline(a);
   for (const Duration at : {0s, 1s}) {
@@ -195,7 +195,8 @@ TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
   EXPECT_GT(probes_.NoticeBound(kStart), one);
 }
 
-// ---------------- Probes of dead devices: free in idle time, capped where the living wait.
+// ---------------- Probes of dead devices: free while the line is idle, otherwise limited to a
+// share.
 
 TEST(ProbeBudget, IdleLineProbesAfterThePause) {
   ProbeBudget budget;
@@ -234,7 +235,7 @@ TEST(ProbeBudget, ContendedProbesTakeTheCappedShareAtMost) {
   ProbeBudget budget;
   Duration spent{};
   for (Instant now = kStart; now < kStart + 1h;) {
-    // A poll is due all the time, and one has just ended.
+    // A poll is always due, and another one has just ended.
     const bool probe = budget.NextProbe(now, now, now, 600ms) == now;
     const Duration took = probe ? 600ms : 20ms;
     if (probe) budget.OnProbe(now, now + took, took);
@@ -251,8 +252,6 @@ TEST(ProbeBudget, TheIntervalIsThatOfThePauseOrOfTheShare) {
   EXPECT_EQ(ProbeBudget::Interval(600ms, 0ms), 850ms);
   EXPECT_EQ(ProbeBudget::Interval(600ms, 600ms), 30s);
 }
-
-// ---------------- What ends the hold of a line.
 
 TEST(HoldTest, APauseWaitsFourSecondsForLateReplies) {
   Hold hold;

@@ -1,4 +1,4 @@
-// The schedule alone: the grid of periods, fairness, missed periods, events, restart and hold.
+// Tests of `Schedule`: the grid of periods, fairness, missed periods, events, restart and hold.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/schedule.h"
 
@@ -110,7 +110,7 @@ TEST(Schedule, AnotherDeviceFailsIfItIsThere) {
   EXPECT_TRUE(schedule.AnotherFails(1));
   schedule.Suspend(0);
   EXPECT_FALSE(schedule.failing(0));
-  schedule.SetFailing(0, true);  // a probe
+  schedule.SetFailing(0, true);  // as after a failed probe
   EXPECT_FALSE(schedule.AnotherFails(1));
   EXPECT_TRUE(schedule.HealthyDue(kStart));
   schedule.Next(kStart);
@@ -150,8 +150,8 @@ TEST(Schedule, ASlowDeviceCostsItself) {
 
 TEST(Schedule, DevicesOfSimilarLineUseTakeTurns) {
   const struct {
-    std::vector<std::size_t> asked;  // so far
-    std::size_t busy;                // the one of these that takes time
+    std::vector<std::size_t> asked;  // devices that were asked before
+    std::size_t busy;                // the only device whose exchanges take time
     Duration used;
     std::size_t next;
   } kRows[] = {{{0, 1}, 0, 200ms, 0},
@@ -280,7 +280,7 @@ TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
       continue;
     }
     ++events[pick->device];
-    if (pick->device != 0) continue;  // they have none
+    if (pick->device != 0) continue;  // devices 1 and 2 have no events
     schedule.HoldEvents(0);
     schedule.ReleaseEvents(0, true, Brought::news, now);
   }
@@ -295,7 +295,7 @@ TEST(Schedule, ALineWithFewQueriesHasRoomForFourRequestsForEventsAtOnce) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
   schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(9, Group::fast));
-  schedule.Restart(0, kStart);  // the other one is offline
+  schedule.Restart(0, kStart);  // device 1 stays suspended
   for (int at_once = 0; at_once < 5; ++at_once) {
     while (schedule.Next(kStart)) {
     }
@@ -417,7 +417,7 @@ TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
   schedule.Restart(0, kStart);
   schedule.Restart(1, kStart);
   schedule.Hold(0, kStart + 300ms);
-  schedule.Hold(0, kStart + 100ms);  // a shorter one does not take it back
+  schedule.Hold(0, kStart + 100ms);  // a shorter hold does not end the longer one
   EXPECT_EQ(schedule.Next(kStart)->device, 1U);
   EXPECT_FALSE(schedule.Next(kStart + 299ms));
   EXPECT_EQ(schedule.NextDue(), kStart + 300ms);
@@ -446,8 +446,8 @@ TEST(Schedule, NewQueriesEndTheRound) {
   EXPECT_FALSE(schedule.NextDue());
 }
 
-/// Random devices on a line that is sometimes far too slow: nobody waits longer than its own period
-/// and one turn of everybody else's rounds, and NextDue never lies.
+/// Random devices on a line that may be far too slow: each waits at most for its own period and one
+/// turn of all others, and NextDue is always right.
 TEST(Schedule, NobodyStarvesWhateverThePeriods) {
   std::mt19937 random(4711);
   for (int round = 0; round < 60; ++round) {
@@ -535,8 +535,7 @@ TEST(Schedule, TheSecondHasteWaitsForTenSecondsAndNoneEndsABackOff) {
   EXPECT_EQ(schedule.NextDue(), kStart + 19s);
 }
 
-// ---------------- The schedule alone: groups that are read once or daily, and what a new plan
-// leaves of them.
+// ---------------- Groups that are read once or daily.
 
 TEST(Schedule, OnceIsAskedOnceUntilRestart) {
   Schedule schedule;
@@ -605,7 +604,7 @@ TEST(Schedule, WhatFailedOfTheDayIsRepeatedOnceAndTheDayBeginsThere) {
   schedule.Restart(0, kStart);
   ASSERT_TRUE(schedule.Next(kStart));
   schedule.Repeat(0, Group::daily, kStart + 1h);
-  schedule.Repeat(0, Group::daily, kStart + 1min);  // the first wish counts
+  schedule.Repeat(0, Group::daily, kStart + 1min);  // ignored: the first call counts
   EXPECT_FALSE(schedule.Next(kStart + 59min));
   EXPECT_TRUE(schedule.Next(kStart + 1h));
   EXPECT_FALSE(schedule.Next(kStart + 24h));
@@ -621,7 +620,7 @@ TEST(Schedule, ANewPlanPassesNothingOfTheDayOver) {
   schedule.SetQueries(0, std::vector(3, Group::daily));  // query 1 was refused
   schedule.RestartAsPlanned(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
-  schedule.SetQueries(0, std::vector(5, Group::daily));  // something was split
+  schedule.SetQueries(0, std::vector(5, Group::daily));  // a query was split
   schedule.RestartAsPlanned(0, kStart);
   for (std::size_t query = 0; query < 5; ++query) EXPECT_EQ(schedule.Next(kStart)->query, query);
   EXPECT_FALSE(schedule.Next(kStart + 23h));
@@ -634,13 +633,13 @@ TEST(Schedule, ARestartAsPlannedGoesOnWithTheDay) {
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(3, Group::daily));
   schedule.Restart(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
-  schedule.SetQueries(0, std::vector(2, Group::daily));  // that was refused
+  schedule.SetQueries(0, std::vector(2, Group::daily));  // query 0 was refused
   schedule.RestartAsPlanned(0, kStart);
   EXPECT_EQ(schedule.Next(kStart)->query, 0U);
   EXPECT_EQ(schedule.Next(kStart)->query, 1U);
   EXPECT_FALSE(schedule.Next(kStart));
   schedule.SetQueries(0, std::vector(2, Group::daily));
-  schedule.RestartAsPlanned(0, kStart + 9h);  // none is under way
+  schedule.RestartAsPlanned(0, kStart + 9h);  // no round is under way
   EXPECT_EQ(schedule.Next(kStart + 9h)->query, 0U);
 }
 
@@ -654,14 +653,14 @@ TEST(Schedule, ANewPlanGoesOnWhereItWas) {
     return pick ? std::optional(pick->query) : std::nullopt;
   };
   for (int i = 0; i < 3; ++i) next(kStart);
-  // The last of the fast ones was split; all else was asked.
+  // The second fast query is split in two. All queries have been asked already.
   ASSERT_EQ(next(kStart), 1U);
   schedule.SetQueries(0, {Group::fast, Group::fast, Group::fast, Group::slow, Group::once});
   schedule.GoOn(0, kStart);
   EXPECT_EQ(next(kStart), 1U);
   EXPECT_EQ(next(kStart), 2U);
   EXPECT_EQ(next(kStart), std::nullopt) << "neither the slow one nor that which is read once";
-  // The first one is set apart, so that it is asked daily.
+  // The first slow query is moved to the daily group.
   ASSERT_EQ(next(kStart + 1s), 0U);
   schedule.SetQueries(0, {Group::fast, Group::fast, Group::slow, Group::daily, Group::once});
   schedule.GoOn(0, kStart + 1s);
@@ -680,8 +679,8 @@ TEST(Schedule, ANewPlanGoesOnWhereItWas) {
 TEST(Schedule, ANewPlanLeavesOtherRoundsWhereTheyAre) {
   const struct {
     Group group;
-    std::size_t now;                 // of three queries before; the first of these was asked
-    std::vector<std::size_t> asked;  // among all, the first one is fast
+    std::size_t now;                 // queries in the new plan; three before, one of them asked
+    std::vector<std::size_t> asked;  // query numbers after the new plan; query 0 is fast
   } kRows[] = {{Group::slow, 3, {2, 3}},
                {Group::slow, 2, {2}},
                {Group::daily, 3, {2, 3}},

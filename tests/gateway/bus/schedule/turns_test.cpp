@@ -1,4 +1,4 @@
-// Who goes first on a line, one situation after the other.
+// Tests of `Turns`, `Round`, `IdleTime`, `Background` and `EventDelivery`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/turns.h"
 
@@ -16,7 +16,7 @@ namespace {
 using Choice = Turns::Choice;
 using ::testing::ElementsAre;
 
-/// What goes when everything of `has` always has something to send.
+/// Returns the first `count` choices, if every choice in `has` always has something to send.
 std::vector<Choice> Play(Turns& turns, const Turns::Waiting& waiting,
                          const std::vector<Choice>& has, std::size_t count) {
   std::vector<Choice> taken;
@@ -99,9 +99,9 @@ struct Spell {
 TEST(Turns, FailingDevicesGiveBackWhatTheyTook) {
   Turns turns;
   const Spell spells[] = {
-      {1s, false, false},  // an idle line owes nobody
+      {1s, false, false},  // an idle line: no time was taken from others
       {3s, true, true},   {2s, false, true},  {1s, false, false},
-      {1h, true, true},   {59s, false, true}, {1s, false, false},  // one minute at most
+      {1h, true, true},   {59s, false, true}, {1s, false, false},  // the debt is one minute at most
   };
   for (const Spell& spell : spells) {
     turns.OnTime(spell.passed, spell.failing);
@@ -111,13 +111,13 @@ TEST(Turns, FailingDevicesGiveBackWhatTheyTook) {
   EXPECT_TRUE(turns.HealthyFirst()) << "the first failure counts, too";
 }
 
-// ---------------- When the queries of one group are due, and which periods it has missed.
+// ---------------- When the queries of a group are due, and which periods it has missed.
 
 TEST(Round, BeginsOnItsGridAndSkipsPeriodsThatHavePassedWhole) {
   const struct {
     const char* what;
     Duration period;
-    Duration begun;  // after it was due
+    Duration begun;  // counted from the time it was due
     std::uint32_t missed;
     std::optional<Duration> next;
   } kRows[] = {{"not yet due", 5s, -1ms, 0, 0s},
@@ -147,11 +147,9 @@ TEST(Round, IsRepeatedOnceAndOnlyEarlier) {
   EXPECT_EQ(round.due, kStart + 5s);
 }
 
-// ---------------- Since when a line is idle.
-
 class IdleTimeTest : public ::testing::Test {
  protected:
-  /// An input: was the line idle before it, and is it afterwards?
+  /// One input at `at`. `before` and `after`: the line is idle before and after the input.
   Duration Input(Duration at, bool before, bool after) {
     const Duration passed = time_.OnInput({kStart + at, kWall + at}, before);
     time_.OnHandled(after);
@@ -181,7 +179,7 @@ TEST_F(IdleTimeTest, BeginsAnewWhenTheLineGoesOn) {
   EXPECT_EQ(Since(), 5s);
 }
 
-// ---------------- What can wait: it goes where it holds up no poll, and does not starve.
+// ---------------- Reads that can wait are sent where they delay no poll, but do not starve.
 
 using Which = Background::Which;
 
@@ -194,7 +192,6 @@ struct FakeLine {
       schedule.Restart(static_cast<std::size_t>(i), kStart);
     }
   }
-  /// All polls that are due.
   void Poll(Instant now) {
     while (schedule.Next(now)) {
     }
@@ -328,7 +325,7 @@ TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
   EXPECT_FALSE(line.background.NextAt(kStart));
 }
 
-// ---------------- Events from the reply that tells them to the disk.
+// ---------------- Events on their way from the reply to the disk.
 
 class EventDeliveryTest : public ::testing::Test, protected ToyMembers {
  protected:

@@ -1,4 +1,4 @@
-// Requests by client and number: what comes twice is answered twice and never done twice.
+// Tests of `RequestBook` and `CommandRoom`: a repeated request is carried out once.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/request_book.h"
 
@@ -26,7 +26,6 @@ class RequestBookTest : public ::testing::Test {
     last_ = book_.Begin(request, now_);
     return last_.what;
   }
-  /// Begun and done.
   void Do(std::uint64_t seq, const std::string& client = "plc-1") {
     ASSERT_EQ(Begin(RequestOf(seq, client)), What::fresh) << client << ' ' << seq;
     book_.End(client, seq, {WriteEnd::ok, "", 7us});
@@ -60,7 +59,7 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
 }
 
 TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
-  // The audit has them, the latest first.
+  // The audit returns the requests of earlier runs, the latest first.
   std::optional<PastRequests> past;
   book_ = RequestBook([&past] { return past; });
   EXPECT_EQ(Begin(RequestOf(40)), What::refused);
@@ -76,7 +75,7 @@ TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
   EXPECT_EQ(Begin(RequestOf(9)), What::answered);
   EXPECT_EQ(Begin(RequestOf(8)), What::refused) << "there was no room for it";
   EXPECT_EQ(Begin(RequestOf(41)), What::fresh);
-  // It is under way here, whatever the audit says of it.
+  // The request is under way in this run, whatever the audit contains about it.
   past->all = {{RequestOf(41), WriteEnd::unknown, "stopped"}};
   EXPECT_EQ(Begin(RequestOf(41)), What::under_way);
 }
@@ -93,7 +92,7 @@ TEST_F(RequestBookTest, WhatEarlierRunsWereAskedTakesNoMoreRoom) {
 
 TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
   for (std::uint64_t seq = 10; seq < 10 + RequestBook::kRemembered; ++seq) Do(seq);
-  Do(3);  // out of order, and pushes the lowest out
+  Do(3);  // below all remembered numbers: the lowest of them is forgotten
   EXPECT_EQ(Begin(RequestOf(10)), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::denied);
   EXPECT_THAT(last_.answer.reason, HasSubstr("only the last 32 requests are remembered"));
@@ -124,7 +123,7 @@ TEST_F(RequestBookTest, OneClientHasAFewUnderWay) {
   book_.End("plc-1", 4, {});
   EXPECT_EQ(Begin(RequestOf(9)), What::answered);
   EXPECT_EQ(Begin(RequestOf(10)), What::fresh);
-  // A flood of it forgets nothing that is under way.
+  // A flood of new requests does not make the book forget requests under way.
   for (std::uint64_t seq = 100; seq < 1000; ++seq) EXPECT_EQ(Begin(RequestOf(seq)), What::refused);
   EXPECT_EQ(Begin(RequestOf(1)), What::under_way);
 }
@@ -135,7 +134,7 @@ TEST_F(RequestBookTest, ClientsAreBoundedAndTheRecentOnesKept) {
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
   now_ += RequestBook::kKept - 1s;
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
-  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);  // and stays under way
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);  // begun, and never ended
   now_ += 1s;
   EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::fresh) << "who was silent has left";
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
@@ -157,7 +156,7 @@ TEST_F(RequestBookTest, AnEndOfNothingDoesNothing) {
   EXPECT_EQ(last_.answer.end, WriteEnd::ok);
 }
 
-// ---------------- Who may still wait for a line.
+// ---------------- `CommandRoom`: how many commands may wait for a line.
 
 using ::testing::SizeIs;
 
@@ -184,7 +183,7 @@ TEST(CommandRoom, IsGivenBack) {
   EXPECT_EQ(TakeAll(room, "b"), 4U);
 }
 
-/// A client that connects, writes and leaves, over and over, before the line could look at it.
+/// A client connects, writes and leaves repeatedly, before the line takes its commands.
 TEST(CommandRoom, ThoseWhoHaveLeftTakeNone) {
   CommandRoom room(4);
   for (std::size_t i = 0; i < CommandRoom::kMostAbandoned; ++i) {

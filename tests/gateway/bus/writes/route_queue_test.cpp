@@ -1,4 +1,4 @@
-// Which of the waiting routed requests goes next.
+// Tests of `RouteQueue`: which of the waiting routed requests goes next.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/route_queue.h"
 
@@ -24,7 +24,7 @@ constexpr const char* kBlock = "03 03 E7 00 78";
 constexpr const char* kWrite = "06 00 08 00 02";
 constexpr const char* kStop = "06 00 08 00 00";
 
-/// 40 registers: not a short write.
+/// A write of 40 registers, which is no short write.
 std::string BlockWrite() {
   std::string pdu = "10 03 E7 00 28 50";
   for (int i = 0; i < 80; ++i) pdu += " 00";
@@ -48,7 +48,7 @@ class RouteQueueTest : public ::testing::Test {
     queue.Push(std::move(request));
   }
 
-  /// "client:pdu" of every request in the batch.
+  /// Returns "client:pdu" for each request in the batch.
   static std::vector<std::string> Names(const RouteQueue::Batch& batch) {
     std::vector<std::string> names;
     for (const RoutedRequest& request : batch) {
@@ -77,7 +77,7 @@ TEST_F(RouteQueueTest, ClientsOfOnePriorityTakeTurns) {
   EXPECT_THAT(Take(), ElementsAre(Of(1, "03 00 00 00 01")));
   EXPECT_THAT(Take(), ElementsAre(Of(2, kRead)));
   EXPECT_THAT(Take(), ElementsAre(Of(3, kRead)));
-  Push(2, kRead, 21);  // behind the one who still waits
+  Push(2, kRead, 21);  // behind client 1, which still waits
   EXPECT_THAT(Take(), ElementsAre(Of(1, "03 00 01 00 01")));
   EXPECT_THAT(Take(), ElementsAre(Of(2, kRead)));
   EXPECT_THAT(Take(), ElementsAre(Of(1, "03 00 02 00 01")));
@@ -167,7 +167,7 @@ TEST_F(RouteQueueTest, IdenticalReadsShareOneExchange) {
   Push(2, kRead);
   Push(3, kRead, 21);
   Push(4, BlockWrite());
-  Push(4, kRead);  // behind its own write
+  Push(4, kRead);  // behind the write of the same client
   Push(5, "04 00 00 00 01");
   Push(6, kRead, 20, Priority::low);
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead), Of(2, kRead), Of(6, kRead)));
@@ -244,7 +244,7 @@ TEST_F(RouteQueueTest, WhatIsReturnedStandsInFrontAgain) {
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead)));
 }
 
-/// What waits, and what the rules say of it, word for word: slow, and easy to believe.
+/// A model of the queue that applies the rules word for word: slow, but easy to check.
 class Model {
  public:
   void Push(const RoutedRequest& request) { waiting_.push_back(request); }
@@ -259,7 +259,7 @@ class Model {
       return SameSlave(request, earlier) && (IsWrite(request) || request.client == earlier.client);
     });
   }
-  /// A short write, or a write that one waits for.
+  /// True for a short write, and for a write that a later short write to the same slave waits for.
   bool IsUrgent(const RoutedRequest& request) const {
     return IsWrite(request) && MayGo(request) &&
            std::ranges::any_of(waiting_, [&](const RoutedRequest& later) {

@@ -1,5 +1,4 @@
-// The rules in their order: what passes, what is refused and recorded, and that nothing of a
-// refused request is sent.
+// Tests of `WriteGate`: the rules in their order. Nothing of a refused request is sent.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_gate.h"
 
@@ -214,7 +213,7 @@ TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
   EXPECT_THAT(sink_.commands[0].why_not(now_), Optional(HasSubstr("is true, but must be false")));
 }
 
-/// A load that may be switched on only in remote may be switched off always.
+/// Example: a load may be switched on only in remote mode, but may always be switched off.
 TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
   Configure(kClosed, [](config::Writing& writing) { writing.allow_when[0].only = true; });
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked);
@@ -222,7 +221,7 @@ TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
   EXPECT_EQ(sink_.commands.at(0).why_not(now_), std::nullopt);
 }
 
-/// 0.9 comes as the float32 0.899999976.
+/// A client sends 0.9 as the float32 0.899999976.
 TEST_F(WriteGateTest, AnInterlockOfAFloatKnowsTheNumberThatWasMeant) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.allow_when = {{"line.feeder.local", Value(false), Value(0.9), 0, kLocal}};
@@ -238,7 +237,7 @@ TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked) << "read an hour ago, at a poll of a second";
 }
 
-/// The inverter does no more than 50 Hz, by its own parameter.
+/// Example: a parameter of the inverter limits its frequency to 50 Hz.
 TEST_F(WriteGateTest, APointCanBeTheLimitOfAnother) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.max.reset();
@@ -279,7 +278,8 @@ TEST_F(WriteGateTest, AFullQueueIsBusy) {
   EXPECT_THAT(sink_.denied, IsEmpty()) << "the sink knows itself";
 }
 
-// ---------------- Who has selected what, and until when.
+// ---------------- Selections before an operate: which client has selected which point, and until
+// when.
 
 using Taken = Selections::Verdict;
 
@@ -343,15 +343,14 @@ TEST(Selections, AreBounded) {
   EXPECT_EQ(selections.Take(kLast, {0, kLast}, kStart), Taken::selected) << "the last stay";
 }
 
-// ---------------- How a write may go on, and how it may end, from each of its states.
+// ---------------- Which states may follow a state of a write, and which ends are allowed in it.
 
 struct StateRow {
   WriteState state;
-  const char* next;  ///< numbers of states
+  const char* next;  ///< the numbers of the states that may follow
   const char* ends;
 };
 
-/// Nothing ends ok that was not sent, and nothing that was sent is said not to have been.
 TEST(WriteStates, LeadOnAndEndAsTheTableSays) {
   const StateRow kRows[] = {
       {WriteState::asked, "134", "busy not_sent denied "},

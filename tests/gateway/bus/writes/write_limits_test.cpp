@@ -1,4 +1,4 @@
-// Which numbers may be written, and which number a client meant.
+// Tests of the limits of writes, and of the decimal number that a float32 represents.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -33,7 +33,7 @@ TEST(WriteLimits, TheEndsBelongToTheRange) {
   EXPECT_TRUE(WhyOutside(point, HUGE_VAL));
 }
 
-/// 0.1 as float32 is 0.100000001490116; a limit of 0.1 is not passed by it.
+/// 0.1 as a float32 is 0.100000001490116, but does not exceed a limit of 0.1.
 TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
   config::Point point = SettingOf(Type::float32);
   point.writing.max = 0.1;
@@ -54,7 +54,7 @@ TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
   EXPECT_EQ(AsMeant(SettingOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
 }
 
-/// Their shortest text has an exponent: 5e-04.
+/// The shortest text of these numbers has an exponent, for example 5e-04.
 TEST(WriteLimits, SmallAndLargeFloat32AreMeantInDecimalsToo) {
   config::Point point = SettingOf(Type::float32);
   EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
@@ -69,7 +69,7 @@ std::string Inexact(const config::Point& point, const Value& value) {
   return WhyInexact(point, value, Convert(point, 0, value).value()).value_or("");
 }
 
-/// Scale 10: the device can be 40 or 50, and 46 would become 50, beyond a max of 46.
+/// Scale 10: the device accepts 40 or 50. 46 would become 50, which is beyond a maximum of 46.
 TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
@@ -88,7 +88,7 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
   }
 }
 
-/// What a value becomes on its way to the device, and what the point shows of it then.
+/// The raw value that is written for a value, and the value that the point shows then.
 TEST(Convert, OnceForTheDeviceAndForWhatIsShown) {
   struct Case {
     Type type;
@@ -166,7 +166,7 @@ TEST(WriteLimits, WholeNumbersToo) {
   EXPECT_TRUE(WhyOutside(point, std::uint64_t{1} << 63U));
 }
 
-/// 7.5 with its words exchanged.
+/// The number is 7.5 with its words exchanged.
 TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
   const config::Point point = SettingOf(Type::float32);
   EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41).value_or(""),
@@ -179,7 +179,7 @@ TEST(WriteLimits, TextsHaveNone) {
   EXPECT_EQ(WhyOutside(SettingOf(Type::string), std::string("anything")), std::nullopt);
 }
 
-// ---------------- What people type as a value.
+// ---------------- Values as people type them.
 
 config::Point ShortPoint(Type type) {
   config::Point point;

@@ -1,4 +1,4 @@
-// Writes of one line from their arrival to their answer.
+// Tests of `WriteQueue` and `RoutedSide`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_queue.h"
 
@@ -12,7 +12,7 @@
 namespace baudgate::bus {
 namespace {
 
-/// No read-back is under way.
+/// For the queue: no read-back is under way.
 bool Nobody(std::size_t /*device*/) { return false; }
 
 WriteCommand To(std::uint32_t device, Duration deadline = 10s) {
@@ -26,7 +26,7 @@ bool Any(const WriteCommand&) { return true; }
 
 TEST(WriteQueue, KeepsTheOrderOfArrivalAndNumbersIt) {
   WriteQueue queue;
-  EXPECT_EQ(queue.NextSequence(), 1U);  // a routed write came first
+  EXPECT_EQ(queue.NextSequence(), 1U);  // taken by a routed write
   queue.Push(To(5));
   queue.Push(To(6));
   const auto first = queue.Take(Any);
@@ -72,7 +72,7 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   EXPECT_TRUE(queue.TakeConfirmed(Nobody).empty());
 }
 
-/// A set point that is written every 30 ms: what is read back shows the latest.
+/// A set point is written every 30 ms, so the read-back shows the value of the latest write only.
 TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
   WriteQueue queue;
   WriteCommand command = To(1);
@@ -133,7 +133,7 @@ TEST(WriteQueue, AClosedPortEndsEverything) {
   EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U);
 }
 
-// ---------------- What is remembered of the clients of transparent routes.
+// ---------------- `RoutedSide`: what the line remembers of the clients of transparent routes.
 
 constexpr const char* kReadOne = "03 00 00 00 01";
 
@@ -198,7 +198,7 @@ TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart + 60s));
 }
 
-/// Silence to it would say nothing: `is_common` is true for function 3 only.
+/// `is_common` is true for function 3 only: function 4 may be ignored.
 TEST_F(RoutedSideTest, WhatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);

@@ -1,5 +1,4 @@
-// The gateway as a client that corrects clocks: when it may, what it sends, what it tells, and that
-// a restart is no reason to try once more.
+// Tests of `ClockCorrector`: when it may correct a clock, and what it sends and reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/clocks/clock_corrector.h"
 
@@ -21,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-/// 2026-07-01, 12:10:00 at +03:00.
+/// 2026-07-01, 12:10:00 at +03:00
 constexpr WallTime kTenPast{std::chrono::sys_days(std::chrono::year(2026) / 7 / 1) +
                             std::chrono::hours(9) + std::chrono::minutes(10)};
 
@@ -83,7 +82,7 @@ class ClockCorrectorTest : public ::testing::Test, private bus::CommandSink {
     now_.wall += time;
     corrector_->Tick(now_);
   }
-  /// It is read; the meter shows that.
+  /// Answers the read under way: the clock of the meter is off by `drift`.
   void AnswerRead(double drift) {
     ASSERT_THAT(asked_, SizeIs(1));
     ASSERT_THAT(asked_[0].reads(), ElementsAre(0U));
@@ -158,7 +157,7 @@ TEST_F(ClockCorrectorTest, ARestartIsNoReasonToTryAgain) {
   Pass(1s);
   AnswerRead(12.3);
   ASSERT_THAT(asked_, SizeIs(1));
-  asked_.clear();  // ended before there was an answer
+  asked_.clear();  // the gateway restarts before an answer comes
   Restart();
   Show(12.3);
   Pass(1s);

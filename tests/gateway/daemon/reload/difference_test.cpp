@@ -1,4 +1,4 @@
-// What a changed configuration does to which line, and what it needs a restart for.
+// Tests of what a changed configuration does, and when it needs a restart.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reload/difference.h"
 
@@ -28,7 +28,7 @@ Difference After(const std::function<void(Config&)>& change) {
 struct LineCase {
   const char* what;
   std::function<void(Config&)> change;
-  Action action;  // of line y
+  Action action;  // for line y
   const char* named;
 };
 
@@ -217,7 +217,7 @@ TEST(Difference, OfTheHistoryIsByNameAndNotByNumber) {
   EXPECT_THAT(Compare(running, next).settings, ElementsAre("history.keep", "history.points"));
 }
 
-/// What it looks at has another number and is the same.
+/// The point of the interlock is the same, but its device has another number.
 TEST(Difference, OfAnInterlockIsByName) {
   Config running = Sample();
   Config next = Sample();
@@ -230,7 +230,7 @@ TEST(Difference, OfAnInterlockIsByName) {
   EXPECT_EQ(Compare(running, next).lines[1].action, Action::restarted);
 }
 
-// ---------------- What a changed configuration does to which listener and which route.
+// ---------------- What a changed configuration does to listeners and routes.
 
 using config::Modbus;
 
@@ -432,7 +432,7 @@ TEST(ModbusDifference, OfAnOutputThatIsOffIsNone) {
   EXPECT_THAT(CompareModbus(SampleModbus(), off).routes, IsEmpty());
 }
 
-// ---------------- Who keeps which number over reloads.
+// ---------------- Which numbers devices and lines have after a reload.
 
 std::vector<std::string> Names(const Config& config) {
   std::vector<std::string> names;
@@ -498,7 +498,7 @@ TEST(Placement, NumbersOfDevicesAndLinesFollow) {
   const Config running = with_numbers(Sample(), 3, 1);  // y-b
   Config next = Sample();
   next.lines.erase(next.lines.begin());
-  next.lines[0].port = "/dev/other";  // y begins anew
+  next.lines[0].port = "/dev/other";  // y is restarted
   const Placement placed = Placed(running, with_numbers(next, 1, 0));
   EXPECT_THAT(Names(placed.config), ElementsAre("", "", "z", "y"));
   EXPECT_EQ(placed.config.history.points[0].device, 7U);

@@ -1,5 +1,4 @@
-// What a start takes, after every order of events; "again" is a restart, also by kill -9: nothing
-// but what is on the disk is known.
+// Tests of which configuration a start uses. "again" is a restart, also by kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -133,16 +132,16 @@ TEST_F(KeptConfigsTest, ADiskThatFailsIsToldAndChangesNothing) {
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
 }
 
-// ---------------- When a configuration on trial is given up.
+// ---------------- When a configuration on trial is rolled back.
 
 using ::testing::HasSubstr;
 
 struct TrialCase {
   const char* what;
   Health before;
-  Duration after;             // of a trial of 60 s
-  std::optional<Health> now;  // nothing: it is not configured any more
-  const char* gives_up;       // "": it does not
+  Duration after;             // into a trial of 60 s
+  std::optional<Health> now;  // nothing: not configured any more
+  const char* gives_up;       // the reason for the rollback; "": none
 };
 
 TEST(Probation, LooksAtTimeAndDevices) {
@@ -187,7 +186,7 @@ TEST(Probation, ADeviceWhosePortWasLentHasTimeToBeAskedAgain) {
   EXPECT_TRUE(probation.Look(kStart + 50s, {{"bay.a", Health::unknown}}));
 }
 
-// bay.a is asked again by the second, and its answer counts as that of the first would have.
+// The second trial asks bay.a again, so its state before the first trial counts.
 TEST(Probation, ThatTakesThePlaceOfAnotherKnowsWhatWasWellBeforeThat) {
   Probation probation;
   probation.Begin(kStart, 60s, {{"bay.a", Health::well}});

@@ -1,4 +1,4 @@
-// A configuration of three lines to be changed.
+// A configuration of three lines, which tests change.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,7 +31,6 @@ inline config::Line LineOf(const std::string& name) {
   return line;
 }
 
-/// Lines "x", "y" and "z" with two devices of two points each.
 inline config::Config Sample() {
   config::Config config;
   for (const char* name : {"x", "y", "z"}) config.lines.push_back(LineOf(name));

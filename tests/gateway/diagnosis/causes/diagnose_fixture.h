@@ -1,4 +1,4 @@
-// A device, its neighbour and their line as each test spoils them, and what is said of them.
+// `DiagnoseTest`: a device, its neighbour and their line, whose status each test changes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace baudgate::diagnosis {
 
-/// What an exchange with this outcome mostly looks like.
+/// Returns the symptom that is most frequent for an exchange with this outcome.
 inline Symptom SymptomOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::no_reply:
@@ -56,7 +56,7 @@ class DiagnoseTest : public ::testing::Test {
   }
 
   bus::DeviceStatus& device() { return record_.status; }
-  /// Each a second behind the one before.
+  /// Adds `count` exchanges with this symptom, one per second.
   void Looked(bus::DeviceStatus& status, Symptom symptom, std::uint32_t count,
               Finding finding = {}) {
     finding.symptom = symptom;
@@ -86,7 +86,7 @@ class DiagnoseTest : public ::testing::Test {
     device() = {};
     device().state = bus::DeviceState::never_seen;
   }
-  /// Nobody else answers either.
+  /// Removes all exchanges of the neighbour, so no other device answers.
   void Alone() { neighbour_.status.findings = {}; }
   bus::MinuteCounts& Minute() { return device().hour.At(status::kNow.instant); }
 

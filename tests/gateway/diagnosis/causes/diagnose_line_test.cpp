@@ -1,4 +1,4 @@
-// What is said of a line: its port, its bytes, and devices that share a trouble.
+// Tests of the diagnosis of a line: its port, its bytes, and troubles that several devices share.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -272,10 +272,9 @@ TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
                                  "nothing about the device"));
 }
 
-// ---------------- What is said of polls for which there is no time: a full line, a slow device,
-// one that fails.
+// ---------------- The diagnosis of missed polls: a full line, a slow device, a device that fails.
 
-/// Polled every second, it has missed 60 of the 200 or so of the last minutes.
+/// The device is polled every second, and has missed 60 of about 200 polls in the last minutes.
 class MissedTest : public DiagnoseTest {
  protected:
   MissedTest() {
@@ -348,11 +347,11 @@ TEST_F(MissedTest, ADeviceThatFailsItselfSaysWhyAndNoMore) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-// ---------------- Outages are told from single losses by how failures stand together.
+// ---------------- Outages differ from single losses in how the failures follow one another.
 
 constexpr Instant kStart{1000s};
 
-/// 'o' is answered, 'x' fails, each a second behind the other.
+/// Plays one exchange per second: 'o' is answered, 'x' fails.
 bus::FailureRuns After(std::string_view exchanges) {
   bus::FailureRuns failures;
   Instant now = kStart;
@@ -366,7 +365,7 @@ std::string Times(int times, std::string_view part) {
   return text;
 }
 
-/// "3.0 s every 15 s"; empty: losses.
+/// Returns "3.0 s every 15 s", or nothing if the failures are losses.
 std::string Shown(const bus::FailureRuns& failures) {
   const auto found = FindAbsences(failures);
   if (!found) return {};
@@ -383,13 +382,13 @@ TEST(Absences, AreToldFromLosses) {
       {Times(30, "o") + "x", ""},
       {Times(30, "o") + "xxo", ""},
       {Times(30, "o") + "xxxxo", "4.0 s"},
-      {Times(30, "o") + "xxxx", ""},  // nobody knows whether it comes back
+      {Times(30, "o") + "xxxx", ""},  // the device may stay away
       {Times(4, "oooooooooooooxxx") + "o", "3.0 s every 16 s"},
       {Times(4, "oooooxxxxx") + "o", "5.0 s every 10 s"},
       {"ooooooxxxxxooooooooxxxoooooooooooooooooooxxxxoooooo", "4.0 s"},
       {"x" + Times(40, "o") + "xxxxxooo", "5.0 s"},
       {Times(20, "o") + "x" + Times(20, "o") + "xxxxxooo", "5.0 s"},
-      // As chance or a rule has it, whatever their number.
+      // Failures at random or by a rule, however many.
       {Times(16, "oox"), ""},
       {Times(16, "oxx"), ""},
       {Times(16, "ox"), ""},
@@ -421,7 +420,7 @@ TEST(Absences, OfTwoDevicesAtTheSameTime) {
       {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},  // once may be chance
       {"ooooxxxooooxxxoooo", "oxxoooooxxooooooxx", false},
       {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},  // single losses
-      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},  // the other one was away all the time
+      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},  // the other device was always away
   };
   for (const auto& row : rows) {
     EXPECT_EQ(AreAwayTogether(After(row.one), After(row.other)), row.together) << row.other;
@@ -498,10 +497,10 @@ TEST(Absences, SilenceIsUsualWhereItHasEndedBefore) {
   } rows[] = {
       {"oooo", false},
       {"ooooxxx", false},
-      {"ooooxxxooooxxx", false},  // once is no habit
+      {"ooooxxxooooxxx", false},  // one return is too few
       {"ooooxxxooooxxxooooxxxx", true},
       {"ooooxxxooooxxxooooxxxxxxxxxxxx", false},
-      {"ooooxxxooooxxxoooo", false},  // it answers
+      {"ooooxxxooooxxxoooo", false},  // the device answers
   };
   for (const auto& row : rows) {
     const Instant now = kStart + std::chrono::seconds(row.exchanges.size());

@@ -1,4 +1,4 @@
-// What is said of a device that answers: failures now and then, late or second replies.
+// Tests of the diagnosis of a device: occasional failures, late replies, no answer at all.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/causes/diagnose.h"
 
@@ -113,7 +113,8 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
   }
 }
 
-/// While neighbours are silent as well, every request comes behind a rest.
+/// If the neighbours are silent, too, the line is idle before every request, so an idle line before
+/// a failure does not show that the device sleeps.
 TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;
@@ -356,7 +357,7 @@ TEST_F(DiagnoseTest, DegradedWithoutAnotherSentenceSaysTheLastTrouble) {
                  "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
 }
 
-// ---------------- Reasons, cut to what a first sentence has room for.
+// ---------------- Reasons, shortened to the length of a first sentence.
 
 TEST(Reason, IsShortened) {
   const struct {
@@ -375,7 +376,7 @@ TEST(Reason, IsShortened) {
   for (const auto& row : rows) EXPECT_EQ(Shortened(row.reason), row.text);
 }
 
-// ---------------- What is said of devices that do not answer, or are not asked.
+// ---------------- The diagnosis of devices that do not answer, or are not asked.
 
 TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
   line_.notice_bound = 9s;

@@ -1,4 +1,4 @@
-// Each cause that `baudgate status` knows: what supports it, what excludes it, and what is said.
+// Tests of each cause that `baudgate status` can name.
 // SPDX-License-Identifier: Apache-2.0
 #include <fstream>
 #include <iterator>
@@ -37,7 +37,7 @@ TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
   }
 }
 
-/// A request that is never answered may contain such a byte by chance.
+/// One request with a flow-control byte is not enough: the byte may be chance.
 TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
   constexpr std::uint8_t kXon = 0b00100;
   const bus::QueryCount good = {.first_point = 0, .points = 1};
@@ -45,7 +45,7 @@ TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
       .first_point = 1, .points = 1, .in_vain = 8, .symptom = silence, .asked = kXon};
   bus::QueryCount other = dead;
   other.asked = 0;
-  bus::QueryCount cut = other;  // the reply has such a byte
+  bus::QueryCount cut = other;  // the reply contains the flow-control byte
   cut.symptom = tail_lost;
   const std::string says =
       "requests fail that contain 11, and no others: switch XON/XOFF off at the converter or "
@@ -70,7 +70,7 @@ TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
   }
 }
 
-/// Noise on the line looks otherwise each time.
+/// Noise on the line damages replies in many ways. Then a bad wire of one device is no cause.
 TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
   const auto mixed = [this](bus::DeviceStatus& status) {
     Looked(status, clean, 25);
@@ -96,19 +96,18 @@ TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
                                              "answers, may have its address (2) as well"));
 }
 
-/// Each exchange hears a part of it.
 TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 30s;
   Looked(device(), noise, 20);
-  line_.babble = 3000;  // at 9600 bit/s
+  line_.babble = 3000;  // bytes, at 9600 bit/s
   line_.babble_since = status::kNow.instant - 30s;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("bytes come without an end"));
   line_.babble_since = status::kNow.instant - 10min;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged"));
 }
 
-/// It asks for the same as the gateway now and then.
+/// The other master sometimes sends the same requests, which look like late echoes.
 TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
   Looked(device(), late_echo, 5);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("the gateway's own requests come back late"));
@@ -116,7 +115,7 @@ TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("another master: one"));
 }
 
-/// Meters that answer at once damage each other.
+/// Meters that answer at the same time damage each other's replies.
 TEST_F(HypothesesTest, AllDevicesAnswerToACommonAddress) {
   config_.lines[0].devices[1].traits = &protocols::Set4tmProtocol().traits;
   Looked(device(), tail_lost, 12, {.bytes = 8, .expected = 16});
@@ -134,7 +133,7 @@ Symptom SymptomNamed(std::string_view name) {
   return static_cast<Symptom>(number);
 }
 
-/// "late 4 | time=380ms | cause=a text".
+/// Parses a line such as "late 4 | time=380ms | cause=a text".
 status::Seen SeenOf(const std::string& line) {
   const std::string between = " | ";
   std::size_t at = line.find(between);
@@ -189,7 +188,6 @@ TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
   }
 }
 
-/// A cause that one look sees most of the time is not replaced by the few failures of the next.
 TEST_F(HypothesesTest, TheCauseDoesNotChangeWithEachLook) {
   Looked(device(), damaged, 12);
   Looked(device(), clean, 30);
@@ -223,7 +221,6 @@ TEST_F(HypothesesTest, OfSeveralKindsTheCauseThatWasSaidStaysUntilAnotherIsClear
   EXPECT_EQ(say(28, 4), "damage");
 }
 
-/// docs/status.md has a row for each, and none besides.
 TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
   std::ifstream file("docs/status.md");
   const std::string docs{std::istreambuf_iterator<char>(file), {}};
@@ -239,10 +236,9 @@ TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
   EXPECT_EQ(rows, Hypotheses().size()) << "a row is a cause";
 }
 
-// ---------------- Causes that depend on how the device is configured, and of messages that come
-// unasked.
+// ---------------- Causes that depend on the configuration, and of messages that come unasked.
 
-/// What it says now and then of requests that are answered well at other times.
+/// Some replies do not fit their form, but at other times the same requests are answered well.
 TEST_F(HypothesesTest, MisfitsNowAndThen) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
   status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};

@@ -1,5 +1,5 @@
-// Replies that belong to an earlier exchange: the rows of
-// gateway/diagnosis/damage/earlier_replies.h.
+// Tests of `EarlierReplies`, by the table in gateway/diagnosis/damage/earlier_replies.h, and of
+// `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/earlier_replies.h"
 
@@ -19,8 +19,7 @@ namespace {
 
 class EarlierRepliesTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// An exchange of 1 s. `came`: in the order in which it comes; `own`: which of these is the
-  /// reply.
+  /// Plays an exchange of 1 s in which the replies `came` arrive. `own` is the one that is taken.
   void Exchange(const bus::Member& member, std::string_view asked,
                 const std::vector<std::string_view>& came = {}, std::string_view own = {}) {
     exchange_.Begin(member, bus::AskFor(asked), member.times, now_);
@@ -51,7 +50,7 @@ TEST_F(EarlierRepliesTest, ALateReplyOfAnotherIsToldOfThatExchange) {
   EXPECT_FALSE(earlier_.Take());
 }
 
-/// "!A1" comes late while "?A2" is out, and "!A2" while "?B1" is.
+/// "!A1" comes late during the exchange of "?A2", and "!A2" during that of "?B1".
 TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesIsToldOfItsOwnRequest) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A2\r", {"A1=5"});
@@ -95,7 +94,7 @@ TEST_F(EarlierRepliesTest, ARequestThatComesBackLateIsNoOtherMasters) {
   EXPECT_TRUE(earlier_.IsLateEcho(exchange_));
 }
 
-/// "A1" is silent and asked again; two replies follow, one of them to the first try.
+/// "?A1" is repeated. Two replies follow, and one of them answers the first try.
 TEST_F(EarlierRepliesTest, OfTwoRepliesBehindALostTryOneWasLate) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A1\r", {"A1=5"}, "A1=5");
@@ -107,7 +106,6 @@ TEST_F(EarlierRepliesTest, OfTwoRepliesBehindALostTryOneWasLate) {
   EXPECT_FALSE(earlier_.FindLostTry(a, now_)) << "each is taken once";
 }
 
-/// The rest of "!A1=5" comes in the exchange behind it.
 TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   const Bytes whole = ToyReply("A1=5");
   exchange_.Begin(a, bus::AskFor("?A1\r"), a.times, now_);
@@ -126,11 +124,11 @@ TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   EXPECT_FALSE(earlier_.FindRest(exchange_)) << "told once";
 }
 
-// ---------------- The table of same_again.h.
+// ---------------- `SameAgain`: the same reply to different requests.
 
 struct Run {
   std::string_view asked;
-  bool right = true;  // the first one
+  bool right = true;  // the first reply is right
   bool misfit = false;
   bool numbered = false;
 };
@@ -166,8 +164,7 @@ TEST(SameAgain, AnotherReplyBeginsANewCount) {
   EXPECT_FALSE(same.OnCame(ToBytes("1234"), ToBytes("F"), true, false, false));
 }
 
-// ---------------- The latest replies that were taken tell copies, and what is missing in a damaged
-// text.
+// ---------------- `TakenReplies`: the latest replies show copies, and what a damaged text lacks.
 
 TEST(TakenReplies, TellACopyForAnotherRequest) {
   TakenReplies taken;
@@ -194,7 +191,7 @@ TEST(TakenReplies, TellThatATextLacksCharacters) {
   EXPECT_FALSE(lacks(""));
 }
 
-// ---------------- A reply that comes behind other requests tells by its number how late it is.
+// ---------------- The number in a late reply shows how late the reply is.
 
 class NumberedRequestsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
@@ -254,7 +251,7 @@ TEST_F(NumberedRequestsTest, WithoutANumberTellNothing) {
   EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt);
 }
 
-// ---------------- The table of reply_lag.h.
+// ---------------- `ReplyLag`: replies that come late by requests, not by time.
 
 struct Late {
   Duration after;

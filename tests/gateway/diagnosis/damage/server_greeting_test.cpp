@@ -52,7 +52,7 @@ TEST_F(ServerGreetingTest, OneThatMeetsTheFirstRequestComesWithItsReply) {
   EXPECT_TRUE(greeting_.OnAnswered(reply_).empty());
 }
 
-// ---------------- What a damaged try lacks beside the good reply to its repeat.
+// ---------------- `LacksSome`: a damaged reply, compared with the good reply to the retry.
 
 TEST(ChangedBytes, OneOrTwoBytesAreLostInside) {
   const struct {
@@ -65,12 +65,12 @@ TEST(ChangedBytes, OneOrTwoBytesAreLostInside) {
       {">+0.4\r\n", ">+02.34\r", true},                          // line ends do not count
       {">+02.34\r", ">+02.34\r", false},                         // nothing is lost
       {">+.4\r", ">+02.34\r", false},                            // three are too many
-      {">+0.35\r", ">+02.34\r", true},                           // the value has moved
+      {">+0.35\r", ">+02.34\r", true},                           // the value has changed meanwhile
       {">+9.51\r", ">+02.34\r", false},                          // another text
-      {":0103043666F0\r\n", ":010304436643660866F0\r\n", true},  // a burst of them
-      {":0103043666F0", ":010304436643660866F0\r\n", false},     // it may break off
+      {":0103043666F0\r\n", ":010304436643660866F0\r\n", true},  // several lost in a row
+      {":0103043666F0", ":010304436643660866F0\r\n", false},     // the reply may break off
       {"<+0.34\r", ">+02.34\r", false},                          // another first byte
-      {">+4\r", ">+04\r", false},                                // too short to prove anything
+      {">+4\r", ">+04\r", false},                                // too short for a proof
       {"", ">+02.34\r", false},
   };
   for (const auto& row : rows) {
@@ -123,8 +123,9 @@ TEST_F(HeardExchangeTest, KeepsNoMoreThanALongReply) {
 
 // ---------------- Characters as a receiver with another bit rate reads them.
 
-/// Ten bits a character, without pauses; read `per_bit` times as fast. A character whose stop bit
-/// is missing is an FF, as of our ports; the bit is taken for the next start bit, as UARTs do.
+/// Returns `text` as a receiver with a bit rate `per_bit` times as high reads it: ten bits a
+/// character, no pauses. A character without its stop bit becomes FF, and that bit is taken for the
+/// next start bit, as UARTs do.
 Bytes Received(std::string_view text, double per_bit) {
   std::vector<bool> wire;
   for (const char character : text) {
@@ -185,11 +186,11 @@ TEST(OtherBitRate, NothingElseIsTakenForIt) {
   EXPECT_EQ(taken, 0);
 }
 
-// ---------------- How the replies of a device look in general.
+// ---------------- What the replies of a device usually look like.
 
 class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// `own`: the reply that is taken; empty: none.
+  /// `own` is the reply that is taken; empty: none.
   void Exchange(std::string_view asked, const std::vector<Bytes>& came, const Bytes& own = {}) {
     exchange_.Begin(a, bus::AskFor(asked), a.times, kStart);
     habits_.OnBegin(a);
@@ -231,7 +232,7 @@ TEST_F(ReplyHabitsTest, AReplyThatWasTakenForAnotherRequestIsACopy) {
   EXPECT_FALSE(habits_.IsCopy(exchange_)) << "it was not taken before";
 }
 
-/// The second time in a row it is no damage: the device sends that form.
+/// A second time in a row is no damage: the device sends that form.
 TEST_F(ReplyHabitsTest, ATextThatLacksTheSameCharacterAgainIsOfAnotherForm) {
   const Finding lacks{.symptom = Symptom::bytes_lost, .cause = "a character"};
   Exchange("?A1\r", {ToBytes("!A1=*C1\r")});

@@ -1,4 +1,4 @@
-// RFC 2217, command by command: what the port is told, and what the client is answered.
+// Tests of RFC 2217, command by command: the calls to the port and the answers to the client.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::IsEmpty;
 
-/// The values of one answer: what stands between "FF FA 2C" and "FF F0".
+/// Returns the values of one answer: the bytes between "FF FA 2C" and "FF F0".
 std::string Inner(const Bytes& answer) {
   const std::string text = ToHex(answer);
   constexpr std::size_t kAround = 9 + 6;
@@ -31,7 +31,7 @@ struct Step {
 
 class ComPortTest : public testing::Test {
  protected:
-  ComPortTest() { com_.On(*ParseHex("0B FF")); }  // it is told the modem state once
+  ComPortTest() { com_.On(*ParseHex("0B FF")); }  // the first answer is the modem state
   std::string On(const char* command) { return Inner(com_.On(*ParseHex(command))); }
   void Try(const Step& step) {
     port_.calls.clear();
@@ -142,7 +142,7 @@ TEST(ComPort, TellsChangesThatTheMasksLetThrough) {
   test::FakePort port;
   port.modem = ModemLines{.cts = true};
   ComPort com(port, {}, "");
-  EXPECT_THAT(com.Poll(), IsEmpty());  // it has said nothing yet
+  EXPECT_THAT(com.Poll(), IsEmpty());  // the client has set no mask yet
   com.On(*ParseHex("0A 1F"));
   EXPECT_THAT(com.Poll(), IsEmpty());
   port.modem = ModemLines{.dsr = true};
@@ -159,9 +159,10 @@ TEST(ComPort, TellsChangesThatTheMasksLetThrough) {
   EXPECT_THAT(com.Poll(), IsEmpty());
 }
 
-// ---------------- What a telnet client's bytes mean, however they are cut, and what is answered.
+// ---------------- `TelnetDecoder` and `TelnetOptions`: the bytes of a client, however they are
+// cut.
 
-/// "data 61 62", "FD 2C", "sub 2C 01 41"; data that lie side by side are one.
+/// Returns items such as "data 61 62", "FD 2C", "sub 2C 01 41". Adjacent data are one item.
 std::vector<std::string> Items(TelnetDecoder& decoder, const std::vector<Bytes>& pieces) {
   std::vector<std::string> items;
   bool data_last = false;
@@ -253,7 +254,7 @@ TEST(TelnetOptions, OffersWhatASerialPortNeeds) {
 
 struct Dialogue {
   const char* what;
-  std::vector<std::pair<const char*, const char*>> steps;  ///< verb and option; the answer
+  std::vector<std::pair<const char*, const char*>> steps;  ///< verb and option, and the answer
 };
 
 const Dialogue kDialogues[] = {

@@ -1,4 +1,4 @@
-// A port that remembers what was asked of it, for the tests of the server of a port.
+// A port that records all calls, for tests of the server of a port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -52,11 +52,11 @@ class FakePort final : public transports::Transport {
   std::string Describe() const override { return "fake"; }
 
   bool open = true;
-  bool takes = true;  ///< what it is sent
+  bool takes = true;  ///< false: sent bytes stay in `unsent`
   std::size_t unsent = 0;
   bool paused = false;
   bool no_switches = false;
-  std::string refused;  ///< a part of the settings that the driver refuses
+  std::string refused;  ///< Apply fails if the settings contain this text
   Status reset;
   Bytes sent;
   std::vector<std::string> calls;

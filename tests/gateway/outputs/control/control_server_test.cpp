@@ -1,4 +1,4 @@
-// Requests and traces over a real socket, and what becomes of the socket file.
+// Tests of `ControlServer`: requests and traces over a real socket, and the socket file.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -75,7 +75,7 @@ TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
   EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7")) << "who is connected stays so";
 }
 
-/// As when its folder is renamed and comes back.
+/// The socket file cannot be made for a while, for example because its folder was renamed.
 TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
   limits_.look = 1ms;
   StartServer();
@@ -124,7 +124,7 @@ TEST_F(ControlTest, WithoutAPathTheFirstPlaceThatCanBeHadIsTaken) {
   config_.socket.clear();
   StartServer();
   ASSERT_TRUE(listening_) << listening_.error();
-  // Where the service is installed, and the test may write there, it is the first.
+  // The first place, if the service is installed and the test may write there.
   EXPECT_THAT(server_->path(), AnyOf(places[0], places[1]));
   EXPECT_THAT(Ask(RawClient(server_->path()), kStatus), HasSubstr("substation-7"));
 }
@@ -193,8 +193,7 @@ TEST_F(ControlTest, AStoppingGatewaySaysSoToTraces) {
   EXPECT_FALSE(lines_.Push(0, Sent("feeder-1"))) << "the queue was not given back";
 }
 
-// ---------------- Clients that send garbage, too much or nothing, that never read, or that are too
-// many.
+// ---------------- Clients that send garbage or nothing, that never read, or that are too many.
 
 TEST_F(ControlTest, GarbageGetsAnErrorAndTheClientMayTryAgain) {
   StartServer();
@@ -272,7 +271,7 @@ TEST_F(ControlTest, SixteenTracesLeaveRoomForAQuestionAndForNoTrace) {
   ASSERT_TRUE(lines_.WaitForTraces(0, 15));
 }
 
-/// So many points that an answer does not fit into the buffers of a socket.
+/// An answer about this device does not fit into the buffers of a socket.
 config::Config WithManyPoints() {
   config::Config config = status::TwoLines();
   config::Point point;
@@ -294,7 +293,7 @@ TEST_F(WideDeviceTest, AReaderThatStopsIsDroppedAndOthersAreServed) {
   RawClient slow = Connect();
   slow.Send("{\"command\":\"status\",\"target\":\"bay-1.feeder-1\"}\n");
   EXPECT_THAT(Ask(Connect(), R"({"command":"status","target":"io"})"), HasSubstr("substation-7"));
-  // One that came later is dropped for its silence: so the slow one has been as well.
+  // The silent client came later and is dropped, so the slow one must have been dropped, too.
   RawClient silent = Connect();
   ASSERT_TRUE(silent.IsClosed());
   EXPECT_FALSE(slow.ReceiveLine()) << "the whole answer was kept for it";
@@ -316,7 +315,7 @@ TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
   record.kind = records::TraceRecord::Kind::received;
   record.device = "feeder-1";
   record.hex = std::string(600, '4');
-  // Far more than the buffers of the socket and the queue hold together.
+  // Much more than the buffers of the socket and the queue can hold.
   for (int i = 0; i < 50'000; ++i) lines_.Push(0, record);
   records::TraceRecord last;
   last.text = "the last";
@@ -324,7 +323,6 @@ TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
   int received = 0;
   std::string line;
   do {
-    // The note stands where records are missing; the last one finds room again by and by.
     lines_.Push(0, last);
     line = client.ReceiveLine().value_or("the last");
     ++received;

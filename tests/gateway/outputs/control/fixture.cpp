@@ -15,8 +15,6 @@ constexpr int kPatienceMs = 20'000;
 
 }  // namespace
 
-// ---------------------------------------------------------------- fake lines
-
 void FakeLines::Note(const std::string& call) {
   const std::lock_guard lock(mutex_);
   calls_.push_back(call);
@@ -103,8 +101,6 @@ bool FakeLines::WaitForTraces(std::uint32_t line, std::size_t count) {
   }
   return true;
 }
-
-// ---------------------------------------------------------------- fixture
 
 RuntimeDirectory::RuntimeDirectory(const std::filesystem::path& path) {
   if (const char* before = std::getenv("XDG_RUNTIME_DIR")) before_ = before;

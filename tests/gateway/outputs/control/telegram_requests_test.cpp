@@ -1,4 +1,4 @@
-// `ask` over the control socket: what is completed, allowed and handed to the line.
+// Tests of `ask`, `read` and `write` over the control socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/socket.h>
@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// '?' reads; the second byte is a password; CR ends a telegram.
+/// A telegram that begins with '?' reads, its second byte is a password, and CR ends it.
 const protocols::TelegramRule kRule = {
     "?!",
     [](View written, const protocols::ParsedOptions&) -> Result<Bytes> {
@@ -68,7 +68,6 @@ TEST_F(TelegramRequestsTest, AReadGoesToTheFirstDeviceOfTheLine) {
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 0"));
 }
 
-/// Nobody takes a request for sent that has never left the gateway.
 TEST_F(TelegramRequestsTest, WhatWasNotSentIsNotShownAsSent) {
   for (const WriteEnd end : {WriteEnd::not_sent, WriteEnd::denied}) {
     lines_.result = {.end = end, .reason = "the port is in use by 10.0.0.7:40112"};
@@ -107,7 +106,7 @@ TEST_F(TelegramRequestsTest, WhatIsNoTelegramIsRefused) {
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("telegrams by hand are not supported"));
 }
 
-// ---------------- What each request does to the lines and answers, without a socket.
+// ---------------- Each request without a socket: its calls to the lines, and its answer.
 
 using ::testing::IsEmpty;
 
@@ -274,8 +273,7 @@ TEST_F(ServiceTest, RecordedGivesTheRingOfALineOrADevice) {
   EXPECT_FALSE(wish_);
 }
 
-// ---------------- `read` and `write` over the control socket: what lines are asked, and what is
-// answered.
+// ---------------- `read` and `write` over the control socket.
 
 config::Config WithWrites() {
   config::Config config = status::TwoLines();
@@ -405,7 +403,7 @@ TEST_F(PointRequestsTest, AReadThatFailedGivesWhatIsKnown) {
   EXPECT_THAT(Ask(R"({"command":"read","target":"io"})"), HasSubstr("name a point"));
 }
 
-/// A write waits for its line, and its client does something.
+/// A write waits for its line. Meanwhile the client leaves or closes its side.
 class WaitingWrite : public ControlTest {
  protected:
   WaitingWrite() : ControlTest(WithWrites()) {
@@ -434,10 +432,10 @@ TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
   command_.done({WriteEnd::not_sent, "its client has left"});
 }
 
-/// As `socat` does behind the end of its input.
+/// The client closes only its sending side, as `socat` does at the end of its input.
 TEST_F(WaitingWrite, GoesOnWhenItsClientOnlySaysNothingMore) {
   ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
-  Ask(Connect(), kStatus);  // the server has seen it by now
+  Ask(Connect(), kStatus);  // after this answer, the server has noticed the closed side
   EXPECT_FALSE(abandoned());
   command_.done({.read_back = true});
   EXPECT_THAT(client_->ReceiveLine().value_or(""), HasSubstr(R"("end":"ok")"));

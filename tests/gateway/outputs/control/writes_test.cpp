@@ -1,5 +1,4 @@
-// The audit over the control socket: pages, `baudgate writes`, and what status says of a disk that
-// fails.
+// Tests of the audit and of alarms over the control socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -20,7 +19,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// Pages of two.
+/// An audit with two records per page.
 struct FakeAudit final : audit::AuditSource {
   audit::AuditState state() const override { return shown; }
   std::optional<bus::PastRequests> Past() const override { return past; }
@@ -42,7 +41,7 @@ struct FakeAudit final : audit::AuditSource {
     return page;
   }
   audit::AuditState shown;
-  std::atomic<bool> hangs = false;  ///< as the disk does
+  std::atomic<bool> hangs = false;  ///< Read blocks, as on a disk that hangs
   mutable std::counting_semaphore<> reading{0};
   mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
@@ -52,7 +51,7 @@ struct FakeAudit final : audit::AuditSource {
 
 class WritesTest : public ControlTest {
  protected:
-  ~WritesTest() override { StopServer(); }  // while there is a disk to read
+  ~WritesTest() override { StopServer(); }  // before audit_ is destroyed
   WritesTest() {
     audit_.shown.disk = records::Disk::fine;
     for (int i = 1; i <= 5; ++i) {
@@ -99,7 +98,7 @@ TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
   audit_.reading.acquire();
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
   EXPECT_THAT(reader.ReceiveLine().value_or(""), HasSubstr("does not answer in time"));
-  // Whoever asks again and again is refused at last.
+  // Also requests beyond the limit of waiting reads get this answer.
   for (std::size_t i = 0; i <= RecordReader::kMost; ++i) {
     EXPECT_THAT(Ask(Connect(), R"({"command":"writes"})"), HasSubstr("does not answer in time"));
   }
@@ -108,7 +107,7 @@ TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
   audit_.goes_on.release();
 }
 
-/// What a page that hangs was asked of lives as long as the page does.
+/// A page that waits for the disk keeps its configuration alive until it ends.
 TEST_F(WritesTest, AReloadWaitsForNoDisk) {
   audit_.hangs = true;
   info_.audit = &audit_;
@@ -258,7 +257,7 @@ TEST_F(WritesTest, StrangeRequestsAreHarmless) {
   EXPECT_TRUE(page.contains("records"));
 }
 
-// ---------------- Alarms over the control socket: pages, and whom an acknowledgement means.
+// ---------------- Alarms over the control socket.
 
 using events::AckQuery;
 
@@ -352,7 +351,7 @@ TEST_F(AlarmsTest, AreAcknowledgedByDevicePointOrEvent) {
   EXPECT_EQ(Ack("bay-1.feeder-2")["acknowledged"], 0) << "it has none";
 }
 
-/// The names of a line, a unit behind a route, a server and the gateway, as `alarms` shows them.
+/// The name of a line, a unit behind a route, a server, or the gateway, as `alarms` shows it.
 TEST_F(AlarmsTest, AreAcknowledgedByTheNameThatIsShown) {
   EXPECT_EQ(Ack("bay-1")["acknowledged"], 0) << "the alarms of its devices are others";
   events_.Add(20, "", "");
@@ -366,7 +365,7 @@ TEST_F(AlarmsTest, AreAcknowledgedByTheNameThatIsShown) {
   }
 }
 
-/// There are alarms of the gateway itself, and no events.
+/// Without an events file there are still the alarms of the gateway itself.
 TEST_F(AlarmsTest, AreThereWithoutEvents) {
   events_.in_memory = true;
   EXPECT_EQ(Ask("alarms", "")["records"].size(), 3U);

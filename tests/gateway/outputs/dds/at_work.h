@@ -1,4 +1,4 @@
-// A gateway with one point and a subscriber, at work while somebody attacks them.
+// `AtWork`: a gateway with one point and a subscriber, which a test attacks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// The wire form of DDS samples: bytes computed apart from this code, both ways, and every kind of
-// damage, which must be refused and never end the process.
+// Tests of the wire form of DDS samples, against bytes that another program computed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -165,7 +164,7 @@ Bytes Encoded(const Sample& sample) {
   return bytes;
 }
 
-/// The bytes in memory of their own, so that a sanitizer sees the first read beyond the end.
+/// Copies the bytes to memory of exact size, so that a sanitizer finds a read beyond the end.
 bool DecodesAsPoint(const Bytes& bytes) {
   PointSample sample;
   return Decode(Bytes(bytes), sample);
@@ -266,7 +265,7 @@ TEST(Cdr, RefusesDamagedRequestsAndReplies) {
     EXPECT_FALSE(Decode(Bytes(reply.begin(), reply.begin() + static_cast<long>(length)), read));
   }
   Bytes maybe = request;
-  maybe[90] = 2;  // `confirm`
+  maybe[90] = 2;  // the byte of `confirm`
   RequestSample read;
   ASSERT_EQ(request[90], 1);
   EXPECT_FALSE(Decode(maybe, read)) << "neither true nor false";
@@ -379,10 +378,10 @@ TEST(Cdr, RefusesOtherEncapsulations) {
 }
 
 TEST(Cdr, RefusesTextsBeyondTheirBound) {
-  // A key of 65 bytes, as a faulty publisher of another vendor might send it.
+  // A key of 65 bytes, as a faulty publisher of another vendor could send it.
   Bytes bytes = *ParseHex("00 01 00 00 42 00 00 00");
   Append(bytes, std::string(65, 'k') + '\0');
-  bytes.resize(bytes.size() + 2);  // to the next multiple of four
+  bytes.resize(bytes.size() + 2);  // pads to a multiple of four
   const Bytes good = Encoded(APoint());
   Append(bytes, View(good).subspan(4 + 12));
   EXPECT_FALSE(DecodesAsPoint(bytes));
@@ -449,13 +448,12 @@ TEST(AssignBounded, EndsAtANul) {
   EXPECT_EQ(text, "SPCJ");
 }
 
-// ---------------- The list of fields, and the DDS-XML that is made of it, say what baudgate.idl
-// says.
+// ---------------- The list of fields, and the DDS-XML made from it, must agree with baudgate.idl.
 
-/// "@key string<64> gateway" of each field, by struct.
+/// For each struct its fields, such as "@key string<64> gateway".
 using Types = std::map<std::string, std::vector<std::string>>;
 
-/// Tests run at the root of the tree.
+/// Tests run at the root of the source tree.
 std::string Read(const std::string& name) {
   std::ifstream file("gateway/outputs/dds/" + name);
   std::stringstream text;

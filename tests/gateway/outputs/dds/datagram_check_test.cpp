@@ -1,5 +1,4 @@
-// What is let in and what is not: right datagrams as captured, every truncation of them, and the
-// known attacks, byte by byte.
+// Tests of `DatagramCheck`: captured datagrams, their truncations, and the known attacks.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/fast/datagram_check.h"
 
@@ -46,15 +45,14 @@ TEST(DatagramCheck, LeavesOffAVendorsSubmessageAtTheEnd) {
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).length, bytes.size() - 60);
   const Bytes& cyclone = Captured().at("cyclone_heartbeats");
   EXPECT_EQ(check.Check(cyclone, kPeer, kStart).length, cyclone.size());
-  // The statistics that ended the process, alone in a datagram: only its header is passed on.
+  // The statistics that once ended the process, alone in a datagram: only the header passes.
   Bytes statistics = Rtps("80 01 38 00");
   statistics.resize(statistics.size() + 57, 0xEE);
   statistics.resize(20 + 60);
   EXPECT_EQ(check.Check(statistics, kPeer, kStart).length, 20U);
 }
 
-// Wherever a datagram ends, nothing behind is read: AddressSanitizer sees it, as each has memory of
-// its own.
+// Each datagram has memory of its own, so AddressSanitizer finds a read beyond its end.
 TEST(DatagramCheck, TruncatedDatagramsAreRefusedOrWhole) {
   for (const auto& [name, bytes] : Captured()) {
     for (std::size_t size = 0; size < bytes.size(); ++size) {
@@ -91,7 +89,7 @@ TEST(DatagramCheck, DamagedBytesAreNeverReadBeyondTheEnd) {
 }
 
 TEST(DatagramCheck, HidesTypes) {
-  // DATA of discovery: 69 00 04 00 and 72 00 04 00 at 48 and 56 of the datagram.
+  // DATA of discovery: the parameters 69 00 and 72 00 are at the offsets 48 and 56 of the datagram.
   const Bytes bytes = Rtps(
       "15 05 2C 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
       "69 00 04 00 FF FF FF FF 72 00 04 00 EE EE EE EE 01 00 00 00");
@@ -120,7 +118,7 @@ TEST(DatagramCheck, HidesMulticastGroupsForSamples) {
   EXPECT_THAT(hidden(AnnouncementOf(1, 20, "48 00" + address + "33 00" + address)),
               ElementsAre("48 00"))
       << "announcements go on by multicast";
-  // A subscriber's own: 30 00.
+  // The multicast group that a subscriber announces: parameter 30 00.
   EXPECT_THAT(hidden(Rtps("15 05 38 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 "
                           "00 03 00 00 30 00" +
                           address + "01 00 00 00")),
@@ -168,7 +166,7 @@ TEST(DatagramCheck, ReadersAndWritersOfAParticipantAreBounded) {
 struct Row {
   const char* what;
   Refusal reason;
-  const char* hex;  ///< behind the header
+  const char* hex;  ///< the bytes behind the RTPS header
 };
 
 constexpr char kDataStart[] = "00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 ";
@@ -229,7 +227,7 @@ TEST(DatagramCheck, NamesWhatIsWrong) {
             Refusal::not_rtps);
 }
 
-/// DATA from SPDP's writer: flags, then what stands behind the sequence number.
+/// Makes a DATA submessage of the SPDP writer: flags, and the bytes behind the sequence number.
 Bytes Data(std::uint8_t flags, const std::string& rest, std::uint16_t to_qos = 16) {
   Bytes body{0, 0, static_cast<std::uint8_t>(to_qos), static_cast<std::uint8_t>(to_qos >> 8)};
   Append(body, View(*ParseHex(kDataStart + rest)));
@@ -351,7 +349,7 @@ TEST(DatagramCheck, SecuredSubmessagesStandInTheirOrder) {
   EXPECT_EQ(reason(heartbeat, Secured::allowed), Refusal::none);
 }
 
-/// `count` is how many tokens it claims.
+/// Makes a handshake message that claims to contain `count` tokens (4 bytes in hex).
 Bytes HandshakeMessage(std::string_view count) {
   std::string hex = "00 00 10 00 00 02 01 C4 00 02 01 C3 00 00 00 00 01 00 00 00 00 01 00 00 ";
   for (int i = 0; i < 96; ++i) hex += "00 ";
@@ -415,7 +413,7 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart).reason, Refusal::participants);
   EXPECT_EQ(check.Check(AnnouncementOf(2), kPeer, kStart).reason, Refusal::none) << "again";
   EXPECT_EQ(check.participants().size(), 3U);
-  // Participant 2 leaves as Fast DDS does: by the hash of its key.
+  // Participant 2 leaves as Fast DDS does it: with the hash of its key.
   Bytes leaves = Rtps("15 03 34 00 00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 02 00 00 00", 2);
   Append(leaves, View(*ParseHex("70 00 10 00")));
   Append(leaves, View(Rtps("", 2)).subspan(8));
@@ -425,7 +423,7 @@ TEST(DatagramCheck, CountsWhoIsThere) {
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart + 1s).reason, Refusal::none);
 }
 
-// A server passes on the announcements of many machines: 20 of 10.0.1.0 are not 20 of the server.
+// A discovery server forwards the announcements of many machines.
 TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
   const auto of_one = [](std::uint16_t number, std::uint8_t last) {
     Bytes bytes = AnnouncementOf(number);
@@ -440,14 +438,14 @@ TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
   }
   EXPECT_EQ(check.Check(of_one(30, 1), kPeer, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(31, 1), kPeer, kStart).reason, Refusal::address);
-  // Whoever is no server counts for himself, whatever he announces; another port is not the server.
+  // Other senders, also the same address with another port, count for themselves.
   const Sender another{kPeer.address, 5};
   EXPECT_EQ(check.Check(of_one(41, 41), another, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(42, 42), another, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(43, 43), another, kStart).reason, Refusal::address);
 }
 
-// The library looks at the reader that a datagram names, not at the writer it claims to come from.
+// The library decides by the reader that a datagram names, not by its writer.
 TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
   DatagramCheck check{CheckOptions{}};
   Bytes bytes = AnnouncementOf(1);
@@ -456,7 +454,7 @@ TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
   EXPECT_EQ(check.participants().size(), 1U);
 }
 
-// A subscriber that hears us asks for the second and later of what we announce.
+// A subscriber that receives our announcements asks for the second and later ones.
 TEST(DatagramCheck, KnowsWhoHasConfirmedAnAnnouncement) {
   const std::string at =
       "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A "

@@ -1,4 +1,4 @@
-// RTPS datagrams for tests: right ones as they were captured (captured.txt), and ones made by hand.
+// RTPS datagrams for tests: captured ones (captured.txt), and functions that make others.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,10 +19,10 @@ namespace baudgate::dds::testing {
 
 /// A sequence number that no writer reaches.
 inline constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
-/// The entities that announce publishers.
+/// Reader and writer of the announcements of publishers, in hex.
 inline constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
-/// By name. Captured on loopback between Fast DDS 2.9.1, Cyclone DDS 0.10.2 and themselves.
+/// Captured on loopback between Fast DDS 2.9.1 and Cyclone DDS 0.10.2, by name.
 inline const std::map<std::string, Bytes>& Captured() {
   static const std::map<std::string, Bytes> captured = [] {
     std::map<std::string, Bytes> read;
@@ -33,7 +33,8 @@ inline const std::map<std::string, Bytes>& Captured() {
   return captured;
 }
 
-/// RTPS 2.3 header with the maker of Fast DDS, a prefix that ends in `number`, then `rest`.
+/// An RTPS 2.3 header with the vendor id of Fast DDS and a prefix that ends in `number`, then the
+/// bytes of `rest_hex`.
 inline Bytes Rtps(std::string_view rest_hex, std::uint16_t number = 0) {
   Bytes bytes = *ParseHex("52 54 50 53 02 03 01 0F 01 0F AA BB CC DD 00 00 01 00");
   bytes.push_back(static_cast<std::uint8_t>(number >> 8));
@@ -47,7 +48,7 @@ inline void Append32(Bytes& to, std::uint32_t number) {
     to.push_back(static_cast<std::uint8_t>(number >> shift));
 }
 
-/// A submessage in little-endian order.
+/// Makes a submessage in little-endian order.
 inline Bytes Submessage(std::uint8_t id, std::uint8_t flags, const Bytes& body) {
   Bytes bytes{id, static_cast<std::uint8_t>(flags | 1)};
   bytes.push_back(static_cast<std::uint8_t>(body.size()));
@@ -56,8 +57,8 @@ inline Bytes Submessage(std::uint8_t id, std::uint8_t flags, const Bytes& body) 
   return bytes;
 }
 
-/// The announcement of an invented participant (RTPS 2.3, 8.5.3) that offers Fast DDS's readers and
-/// writers of discovery on 127.0.0.1, with further parameters in hex, without the sentinel.
+/// The announcement of an invented participant (RTPS 2.3, 8.5.3) with the discovery readers and
+/// writers of Fast DDS on 127.0.0.1. `further`: more parameters in hex, without the sentinel.
 inline Bytes AnnouncementOf(std::uint16_t number, std::uint32_t lease_seconds = 20,
                             std::string_view further = "") {
   Bytes body = *ParseHex("00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 00 03 00 00");
@@ -102,8 +103,8 @@ inline Bytes Gap(std::uint16_t number, std::string_view reader_writer, std::uint
   return bytes;
 }
 
-/// Datagrams to the port of discovery of each participant of this machine: Fast DDS gives every
-/// participant that a process makes the next number, and it the port 10 + 2 x number.
+/// Sends datagrams to the discovery port of each participant on this machine: the base of the
+/// domain + 10 + 2 x number. Fast DDS numbers the participants of a process.
 class DatagramSender {
  public:
   explicit DatagramSender(int domain) : base_(7400 + 250 * domain) {}
@@ -114,7 +115,7 @@ class DatagramSender {
       to.sin_family = AF_INET;
       to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
       to.sin_port = htons(static_cast<std::uint16_t>(base_ + offset));
-      // Nobody listens on some of them; what counts is what the others do with it.
+      // No participant listens on some of the ports, so errors are ignored.
       [[maybe_unused]] const auto sent =
           ::sendto(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL,
                    reinterpret_cast<const sockaddr*>(&to), sizeof to);

@@ -1,5 +1,4 @@
-// Which events go out: in order and once, to newcomers the newest once more, and what is missed is
-// counted; on a supply that forgets what is old.
+// Tests of `EventSender`, with a supply that forgets old events.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -55,7 +54,7 @@ class Supply final : public EventSupply {
   std::function<void()> on_new;
 };
 
-/// First and last of all that can be sent now, which follow each other.
+/// Returns the first and last number of the events that can be sent now, which must be consecutive.
 std::pair<std::uint64_t, std::uint64_t> SendAll(EventSender& sender) {
   std::pair<std::uint64_t, std::uint64_t> sent{0, 0};
   while (const EventSample* event = sender.Next()) {
@@ -183,7 +182,6 @@ config::Config OnePoint() {
   return config;
 }
 
-/// The sender of samples under virtual time.
 struct SampleLoad {
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
@@ -278,7 +276,7 @@ TEST(AlarmsOfASender, AreTheStateOfEach) {
   EXPECT_EQ(run.writer.alarms.back().name, "c");
 }
 
-/// The writers keep the newest 1000 of a device: what is sent before a reader is there may be lost.
+/// Events beyond the newest 1000 of a device are lost if they are sent before a reader is there.
 TEST(EventsOfASender, WaitUntilSomebodyReadsThemButNotForLong) {
   for (const bool comes : {true, false}) {
     SampleLoad run;

@@ -1,5 +1,4 @@
-// What the DDS tests share: gateways of any size, and a place where samples are collected and
-// waited for. Filled by subscribers' callbacks, read by tests.
+// Fixtures of the DDS tests. `Published` collects the samples that subscribers receive.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +24,7 @@
 
 namespace baudgate::dds::testing {
 
-/// Test processes that run side by side do not hear each other.
+/// Test processes that run at the same time use different domains.
 inline int TestDomain() { return 100 + static_cast<int>(::getpid() % 100); }
 
 inline config::Config MakeConfig(std::size_t devices, std::size_t points_each) {
@@ -55,7 +54,6 @@ inline void Set(bus::PointStore& store, std::uint32_t device, std::uint32_t poin
   store.Update(device, std::span(&sample, 1), ReadClocks(), 5ms);
 }
 
-/// Collects what a subscriber hears.
 class Published {
  public:
   using Key = std::pair<std::string, std::string>;  ///< device, point
@@ -87,19 +85,19 @@ class Published {
             .on_rejected = [this](std::uint64_t count) { Note([&] { rejected = count; }); }};
   }
 
-  /// False when it has not come about within 20 s.
+  /// Waits until `condition` holds. Returns false after 20 s.
   bool WaitFor(const std::function<bool()>& condition) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::seconds(20), condition);
   }
 
-  // Look at these inside WaitFor, or when nobody writes any more.
+  // Read these inside WaitFor, or when all publishers have ended.
   std::map<Key, PointSample> points;
   std::map<Key, Gone> gone;
   std::map<std::string, DeviceSample> devices;
   std::map<std::string, Gone> devices_gone;
   std::map<std::string, GatewaySample> starts;  ///< by gateway
-  std::set<WriterId> writers;                   ///< of points
+  std::set<WriterId> writers;                   ///< the writers of points
   std::set<PublisherId> publishers_left;
   int gateways = 0;
   std::size_t samples = 0;
@@ -122,7 +120,7 @@ inline SubscriberOptions TestSubscriber() {
   return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
 }
 
-/// The gateway and the DDS process in one: samples go through the messages of the link.
+/// The gateway and the DDS process in one object: samples pass through the messages of the link.
 class ThroughLink : public SampleWriter {
  public:
   explicit ThroughLink(std::unique_ptr<SampleWriter> writer)
@@ -174,7 +172,6 @@ class ThroughLink : public SampleWriter {
   LinkServer server_{[this](const LinkOpen&) { return Result(std::move(held_)); }};
 };
 
-/// A publisher on Fast DDS; null and a failure of the test when there can be none.
 inline std::unique_ptr<DdsPublisher> Publish(const config::Config& config, bus::PointStore& store) {
   auto writer = CreateFastWriter(config, store);
   EXPECT_TRUE(writer.ok()) << writer.error();

@@ -1,5 +1,4 @@
-// What a faulty or hostile peer can send: samples that break the contract, and datagrams that break
-// RTPS. Nothing of it may end the process, and good samples must keep coming.
+// Tests of a hostile peer. Nothing may end the process, and good samples must still come.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -37,7 +36,7 @@ using testing::Set;
 using testing::TestDomain;
 using testing::TestSubscriber;
 
-/// Bytes that go out as they are under the name of our type, each in an instance of its own.
+/// A sample of our type with any bytes as its content. `key` makes its instance.
 struct Raw {
   Bytes bytes;
   std::uint8_t key = 0;
@@ -145,7 +144,7 @@ TEST(Hostile, BrokenDatagramsEndNothing) {
   for (const char* rest : {
            "",                         // a header alone
            "15 05",                    // half a DATA submessage
-           "15 05 FF FF 00 00 10 00",  // that claims 65535 bytes
+           "15 05 FF FF 00 00 10 00",  // DATA that claims 65535 bytes
            "15 05 04 00 00 00 FF FF",  // inline QoS far beyond its end
            "15 07 18 00 00 00 10 00 00 01 00 C7 00 01 00 C2 FF FF FF FF FF FF FF FF 00 00 00 00",
            "07 01 1C 00 00 01 00 C7 00 01 00 C2 FF FF FF 7F FF FF FF FF 00 00 00 80 00 00 00 00 01 "
@@ -174,14 +173,13 @@ TEST(Hostile, BrokenDatagramsEndNothing) {
   EXPECT_TRUE(heard.WaitFor([&] { return heard.points[{"feeder-0", "p4"}].value == 4.5; }));
 }
 
-// ---------------- A participant that is let in and announces readers and writers without end, or
-// with damaged types, to a gateway and a subscriber that are at work: memory stays, samples keep
-// coming.
+// ---------------- A participant announces readers and writers without end, or with damaged types:
+// memory must stay bounded, and samples must still come.
 
 using testing::AnnouncementOf;
 using testing::Append32;
 
-/// A text parameter, padded.
+/// Appends a text parameter with its padding.
 void AppendText(Bytes& to, std::uint16_t id, const std::string& text) {
   const std::size_t padded = (text.size() + 1 + 3) / 4 * 4;
   Append32(to, id | static_cast<std::uint32_t>(4 + padded) << 16);
@@ -190,12 +188,12 @@ void AppendText(Bytes& to, std::uint16_t id, const std::string& text) {
   to.resize(to.size() + padded - text.size());
 }
 
-/// What participant 1 says of its endpoints: numbers and sequence numbers go up together from 1.
+/// Announces endpoints of participant 1. Endpoint and sequence numbers both count from 1.
 class Announcer {
  public:
   explicit Announcer(bool readers) : readers_(readers) {}
 
-  /// `count` more in one datagram, with further parameters in hex.
+  /// Makes `count` more announcements in one datagram. `further` are more parameters in hex.
   Bytes More(std::size_t count, const std::string& topic, const std::string& further = "") {
     Bytes datagram = Rtps("", 1);
     for (std::size_t i = 0; i < count; ++i) {
@@ -230,7 +228,7 @@ class FloodTest : public testing::AtWork {
     Send(AnnouncementOf(1));
   }
   DatagramCounters Counted() const { return publisher_->counters().datagrams; }
-  /// Waits until the gateway has looked at it, so that none is lost.
+  /// Sends a datagram and waits until the gateway has checked it, so that none is lost.
   void Send(const Bytes& datagram) {
     const auto seen = [this] { return Counted().passed + Counted().AllRefused(); };
     const std::uint64_t before = seen();
@@ -269,18 +267,17 @@ TEST_F(FloodTest, DamagedTypes) {
   EXPECT_EQ(Counted().AllRefused(), 0U) << "right peers announce types";
 }
 
-// ---------------- The known attacks as datagrams to a gateway and a subscriber that are at work:
-// none of them reaches the DDS library, and samples keep coming.
+// ---------------- The known attacks: none reaches the DDS library, and samples still come.
 
 using testing::Gap;
 using testing::Heartbeat;
 using testing::kFar;
 using testing::kPublications;
 
-/// Samples go on while something is waited for.
+/// Exchanges samples while the test waits for a counter.
 class GateTest : public testing::AtWork {
  protected:
-  /// Each round sends a sample and waits for it.
+  /// Waits until `holds` is true. Each round sends a sample and waits for it.
   bool Until(const std::function<bool(const DatagramCounters&)>& holds) {
     const Instant deadline = std::chrono::steady_clock::now() + 20s;
     while (!holds(subscriber_->datagrams())) {
@@ -293,7 +290,7 @@ class GateTest : public testing::AtWork {
     attacker_.Send(datagram);
     return Until([&](const DatagramCounters& now) { return now.Refused(reason) > before; });
   }
-  /// Invented participants, let in or not.
+  /// Announces invented participants, and waits until all were let in or refused.
   bool Announce(std::uint16_t first, std::uint16_t count, std::uint32_t lease_seconds) {
     const DatagramCounters before = subscriber_->datagrams();
     for (std::uint16_t i = 0; i < count; ++i) {
@@ -348,7 +345,6 @@ TEST_F(GateTest, ThreeHundredInventedParticipants) {
   EXPECT_TRUE(Until([](const DatagramCounters& now) { return now.Refused(Refusal::address) > 0; }));
   EXPECT_LE(subscriber_->datagrams().participants, 128U) << "all have the same address";
   EXPECT_LT(mallinfo2().uordblks, memory + (8U << 20)) << "those that came last cost nothing";
-  // The others are still heard.
   EXPECT_TRUE(SampleArrives());
 }
 

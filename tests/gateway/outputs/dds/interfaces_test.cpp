@@ -1,5 +1,4 @@
-// On which interfaces a gateway and a subscriber of one machine find each other, and that `watch`
-// hears again when its interface was made anew or plugged in.
+// Tests of the interfaces on which a gateway, a subscriber and `watch` find each other.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -35,7 +34,7 @@ const std::string kLoopback = "127.0.0.1";
 const std::string kInterface = OwnNetwork::kHere;
 using Addresses = std::vector<std::string>;
 
-/// A subscriber as others write it: Fast DDS with its own transport.
+/// A subscriber as another program could have it: Fast DDS with its own transport.
 class Stranger {
  public:
   explicit Stranger(const Addresses& interfaces) {
@@ -70,7 +69,7 @@ class Stranger {
 class Interfaces : public ::testing::Test {
  protected:
   void SetUp() override {
-    // Else they meet within the process.
+    // Otherwise the participants of one process would bypass the network.
     eprosima::fastrtps::LibrarySettingsAttributes settings;
     settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
     eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
@@ -144,7 +143,7 @@ TEST_F(Interfaces, OthersThatUseAllOrTheSame) {
   }
 }
 
-/// Does something each time that the next text has been flushed.
+/// An output that calls `then` of a step as soon as `seen` of this step has been flushed.
 class Steps : public std::stringbuf {
  public:
   struct Step {
@@ -165,7 +164,7 @@ class Steps : public std::stringbuf {
   std::size_t next_ = 0;
 };
 
-/// With a gateway on the other machine: here it would join the multicast group for `watch` as well.
+/// Here the gateway would join the multicast group for `watch`, too, so it runs elsewhere.
 class FarGateway : public Interfaces {
  protected:
   void Publish(double value) {
@@ -173,7 +172,7 @@ class FarGateway : public Interfaces {
     publisher_ = PublishOn({OwnNetwork::kThere}, value);
     network_.ComeBack();
   }
-  /// What `watch` says beside the points.
+  /// Returns what `watch` writes apart from the points.
   std::string Watch(std::vector<Steps::Step> steps) {
     Steps output(std::move(steps));
     tools::WatchOptions options;

@@ -1,4 +1,4 @@
-// Publisher and subscriber over loopback with the real Fast DDS: images, late joiners, ends.
+// Tests of publisher and subscriber over loopback with the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -237,13 +237,13 @@ TEST(Loopback, AnAddressThatIsNotOursIsRefused) {
   EXPECT_THAT(writer.error(), ::testing::HasSubstr("192.0.2.1"));
 }
 
-// ---------------- Key hashes against those that were computed apart from this code.
+// ---------------- Key hashes, against values that another program computed.
 
 TEST(KeyHash, IsWhatEveryVendorComputes) {
   PointSample point;
   point.gateway = "sub-7", point.device = "feeder-1", point.point = "current_l1";
   EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
-  point.value = 7;  // no part of the key
+  point.value = 7;  // not part of the key
   EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
   DeviceSample device;
   device.gateway = "sub-7", device.device = "feeder-1";
@@ -259,8 +259,8 @@ TEST(KeyHash, IsWhatEveryVendorComputes) {
   EXPECT_EQ(HashKey(reply), HashKey(request));
 }
 
-// ---------------- What a subscriber does with thousands of samples, with what cannot be read, and
-// with the names of writers.
+// ---------------- A subscriber with thousands of samples, with unreadable ones, and the names of
+// writers.
 
 using testing::RawWriter;
 
@@ -276,8 +276,7 @@ Bytes Encoded(const PointSample& sample) {
   return bytes;
 }
 
-// While a callback takes its time, five thousand points change: nobody waits for it, and the rest
-// comes in a few takes.
+// All points change while a callback is slow: the publisher does not wait.
 TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
   constexpr std::size_t kPoints = 5000;
   Published heard;
@@ -315,7 +314,7 @@ TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
   strange[1] = 3;  // a parameter list
   Bytes cut = Encoded(Named("cut", 1));
   cut.pop_back();
-  // The longest name that fits, made one longer.
+  // The longest name that fits, made longer by one.
   Bytes over_long = Encoded(Named(std::string(kMaxKey, 'x'), 1));
   const auto name = std::search_n(over_long.begin(), over_long.end(), kMaxKey, 'x');
   *(name - 4) += 1;
@@ -323,7 +322,7 @@ TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
   for (const Bytes& bytes : {strange, cut, over_long, Encoded(Named("good", 1))}) {
     ASSERT_TRUE(writer.Write(bytes));
   }
-  // What came before a sample is taken before the next one.
+  // A subscriber reads samples in order, so all bad samples were read before the good one.
   ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 1; }));
   ASSERT_TRUE(writer.Write(Encoded(Named("good too", 1))));
   ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 2; }));

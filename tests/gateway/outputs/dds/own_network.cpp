@@ -25,7 +25,7 @@ void Ip(const std::string& words) {
   EXPECT_EQ(std::system(("ip " + words).c_str()), 0) << "ip " << words;
 }
 
-/// The kernel tells through this socket when an interface or an address changes.
+/// Opens a socket on which the kernel reports changes of interfaces and addresses.
 int InterfaceNews() {
   const int news = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
   sockaddr_nl wanted{};
@@ -35,9 +35,9 @@ int InterfaceNews() {
   return news;
 }
 
-/// The kernel notices the other end a moment late.
+/// The kernel notices a change of the other end a moment late.
 void AwaitInterface(const std::string& address, bool up) {
-  constexpr int kLimit = 10'000;  // ms
+  constexpr int kLimit = 10'000;  // in ms
   const auto is_up = [&address] {
     const OwnAddresses own = FindOwnAddresses();
     const auto at = own.find(address);
@@ -55,7 +55,7 @@ void AwaitInterface(const std::string& address, bool up) {
 
 int CurrentNetwork() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
 
-/// Others than root get a network only with a user of their own, who is root there.
+/// Users other than root get a network only together with a user namespace, where they are root.
 bool BecomeRoot() {
   const uid_t user = ::geteuid();
   if (user == 0) return true;
@@ -64,7 +64,7 @@ bool BecomeRoot() {
   return true;
 }
 
-/// A new network for this thread; -1: it may not have one.
+/// Returns -1 if a new network for this thread is not permitted.
 int NewNetwork() {
   if (::unshare(CLONE_NEWNET) != 0) return -1;
   Ip("link set lo up");

@@ -1,5 +1,5 @@
-// Two machines of the test's own, with loopback and a cable between them that can be taken away:
-// for what depends on the interfaces of a machine. Fast DDS has its threads where it is called.
+// Two virtual machines (network namespaces) with a removable cable between them. The threads of
+// Fast DDS run in the network of the thread that starts them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -7,25 +7,24 @@ namespace baudgate::dds::testing {
 
 class OwnNetwork {
  public:
-  /// The addresses of the interface here and of that on the other machine.
+  /// The address here, and the address on the other machine.
   static constexpr char kHere[] = "10.77.0.5";
   static constexpr char kThere[] = "10.77.0.9";
 
-  /// The calling thread is here from now on, and those that it starts.
+  /// Moves the calling thread, and all that it starts, into the network "here".
   OwnNetwork();
-  ~OwnNetwork();  ///< back to where it was
+  ~OwnNetwork();  ///< moves the thread back
   OwnNetwork(const OwnNetwork&) = delete;
   OwnNetwork& operator=(const OwnNetwork&) = delete;
 
-  /// False: this user may not make networks; root may.
+  /// False if this user may not make networks. Root may.
   bool ok() const { return there_ >= 0; }
   void GoThere() const;
   void ComeBack() const;
 
-  /// With both interfaces.
   void AddCable() const;
   void RemoveCable() const;
-  /// The other end goes down and up.
+  /// Takes the other end of the cable down; PlugIn brings it up again.
   void Unplug() const;
   void PlugIn() const;
 

@@ -1,5 +1,4 @@
-// Sentences about what the system refuses to DDS sockets, and that refusals of this system are
-// seen.
+// Tests of the sentences about DDS sockets that the system refuses, and of refusals on this system.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -51,7 +50,7 @@ TEST(SocketRemarks, EachRefusalHasItsSentence) {
                   AllOf(HasSubstr("104 KiB of 4096 KiB"), HasSubstr("net.core.wmem_max="))));
 }
 
-/// Stands for the socket of a participant, or of another program.
+/// Stands for the socket of a participant or of another program.
 class UdpSocket {
  public:
   UdpSocket(const char* address, std::uint16_t port, bool shared)
@@ -131,7 +130,7 @@ TEST(InterfaceWatch, TellsWhatTheLibraryCannotFollow) {
   };
   const Row rows[] = {
       {{"10.0.0.5"}, begin, ""},
-      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},  // gone, and there is no other
+      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},  // gone, and no other address is left
       {{"127.0.0.1", "10.0.0.5"},
        {{"127.0.0.1", 1}},
        "this machine no longer has the address 10.0.0.5"},
@@ -139,11 +138,11 @@ TEST(InterfaceWatch, TellsWhatTheLibraryCannotFollow) {
       {{"127.0.0.7", "10.0.0.5"},
        {{"127.0.0.1", 1}},
        "this machine no longer has the address 10.0.0.5"},
-      {{"127.0.0.1", "10.2.0.5"}, begin, ""},  // it was not there before
+      {{"127.0.0.1", "10.2.0.5"}, begin, ""},  // the address was not there before
       {{"10.1.0.5", "10.0.0.5"}, {{"127.0.0.1", 1}}, ""},
       {{}, {{"127.0.0.1", 1}}, ""},
       {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was made anew"},
-      {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.1.0.5", 9}}, ""},  // that of another address
+      {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.1.0.5", 9}}, ""},  // the interface of another address
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.2.0.5", 9}}, ""},
       {{"127.0.0.1", "10.1.0.5"}, {{"10.1.0.5", 9}}, "the interface of 10.1.0.5 was made anew"},
       {{"10.0.0.5"}, {{"10.0.0.5", {}}}, ""},  // down

@@ -1,4 +1,4 @@
-// Places for participants under virtual time: full, silent, too many of one address, too fast.
+// Tests of `ParticipantTable`, `EndpointTable`, `SequenceWindow` and `TakingThread`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -19,7 +19,8 @@ GuidPrefix GuidPrefixOf(std::uint32_t number) {
   return prefix;
 }
 
-/// Announces participants `first` … `first + count - 1`, one address each; how many got in.
+/// Announces participants, each from another address unless `address` is given. Returns how many
+/// were admitted.
 std::size_t AnnounceMany(ParticipantTable& table, std::uint32_t first, std::uint32_t count,
                          Instant now, std::optional<std::uint32_t> address = {}) {
   std::size_t in = 0;
@@ -81,7 +82,7 @@ TEST(ParticipantTable, ComingAndGoingIsSlowedDown) {
   EXPECT_EQ(in, 128U);
   EXPECT_EQ(table.size(), 0U);
   EXPECT_EQ(AnnounceMany(table, 2000, 100, kStart + 1s, 5), 8U) << "eight a second of one address";
-  // Others, each with an address of its own: 256 in all, 136 of them taken, 50 more each second.
+  // One address each: 256 places, 136 of them used, and 50 more each second.
   EXPECT_EQ(AnnounceMany(table, 3000, 1000, kStart + 1s), 256U - 136U + 50U);
 }
 
@@ -120,8 +121,7 @@ TEST(ParticipantTable, RemembersTheAddressThatAParticipantSpeaksFrom) {
   EXPECT_EQ(table.Reached(kStart), (std::vector{UdpAddress{7, 7410}}));
 }
 
-// ---------------- Readers and writers of others under virtual time: too many of one, of all, too
-// fast.
+// ---------------- Readers and writers: too many of one participant, too many in all, too fast.
 
 Guid Endpoint(std::uint8_t participant, std::uint32_t number) {
   Guid guid{};
@@ -139,7 +139,7 @@ class EndpointTableTest : public ::testing::Test {
     ASSERT_EQ(participants_.Announce(PrefixOf(Endpoint(number, 0)), number, 20s, kStart),
               Refusal::none);
   }
-  /// How many of them got in.
+  /// Announces endpoints, and returns how many were admitted.
   std::size_t Announce(std::uint8_t participant, std::uint32_t first, std::uint32_t count,
                        Instant now = kStart) {
     std::size_t in = 0;
@@ -193,7 +193,7 @@ TEST_F(EndpointTableTest, WhatParticipantsLeaveBehindIsForgotten) {
   EXPECT_EQ(table_.size(), 1U);
 }
 
-// ---------------- What people are told of a participant that gets nothing.
+// ---------------- The advice to the user about a participant that cannot be answered.
 
 TEST(Unanswered, TheCureFitsWhatIsNamedAlready) {
   const std::string both_sides =
@@ -235,7 +235,7 @@ TEST(Unanswered, TheCureFitsWhatIsNamedAlready) {
   }
 }
 
-// ---------------- How far writers may jump, under virtual time.
+// ---------------- How far the sequence number of a writer may jump.
 
 Guid WriterGuid(std::uint32_t number, std::uint8_t kind) {
   Guid guid{};
@@ -287,8 +287,7 @@ TEST(SequenceWindow, ManyInventedWritersDoNotMakeItForgetSoonHeardOnes) {
   EXPECT_FALSE(window.Advance(known, 6001, 0, kStart + 1ms)) << "it is still known to be at 5000";
 }
 
-// ---------------- When a subscriber takes its samples: at once when there are few, in lots when
-// there are many.
+// ---------------- When a subscriber takes its samples: few at once, many in batches.
 
 TEST(TakingThread, RestsLongerAfterLongerRounds) {
   struct Row {

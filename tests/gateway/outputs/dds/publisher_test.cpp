@@ -1,5 +1,4 @@
-// The publisher's thread: what it refuses to start with, and that it sends and ends. What it sends
-// is judged in sample_sender_test.cpp.
+// Tests of `DdsPublisher`; sample_sender_test.cpp tests the content of its samples.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/publisher.h"
 
@@ -27,7 +26,7 @@ namespace {
 using testing::MakeConfig;
 using testing::RememberingWriter;
 
-/// Lets the test wait until a value has been sent.
+/// Lets the test wait until the value 2.5 has been sent.
 class TellingWriter : public RememberingWriter {
  public:
   Sent Write(const PointSample& sample) override {
@@ -60,7 +59,7 @@ TEST(Publisher, RefusesNamesThatAreNoKeys) {
   EXPECT_THAT(publisher.error(), ::testing::HasSubstr("longer than 64"));
 }
 
-/// One with listeners that come and go.
+/// A writer whose sessions of listeners the test changes.
 class ChangingWriter : public RememberingWriter {
  public:
   Sent Write(const PointSample& sample) override {
@@ -116,8 +115,7 @@ TEST(Publisher, SendsEverythingToWhoeverComesAndNothingToNobody) {
   for (const auto& [session, value] : writer->got()) EXPECT_NE(session, 0U) << value;
 }
 
-// ---------------- What the publisher sends and when: deadband, quality, heartbeat, pace; time is
-// made here.
+// ---------------- `PublishPlan` and `Pacer`, under virtual time.
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
@@ -125,7 +123,7 @@ PointState Number(double value, Quality quality = Quality::good) {
   return PointState::Of(value, quality);
 }
 
-/// One point with a deadband, already sent with `value`.
+/// A plan of one point with a deadband. `value` has been sent.
 PublishPlan SentSample(double value, double deadband = 0) {
   PublishPlan plan({}, {deadband}, 0, kStart);
   plan.PointSent(0, Number(value), kStart);
@@ -157,7 +155,7 @@ TEST(PublishPlan, KeepsSmallChangesBack) {
 TEST(PublishPlan, MeasuresTheDeadbandFromWhatWasSent) {
   PublishPlan plan = SentSample(10, 0.5);
   EXPECT_FALSE(plan.WantsPoint(0, Number(10.3)));
-  EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));  // crept there in two small steps
+  EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));  // reached in two small steps
 }
 
 TEST(PublishPlan, SendsAChangeOfQualityWhateverTheDeadband) {
@@ -222,7 +220,7 @@ TEST(PublishPlan, SendsAnUnchangedPointWithinTheHeartbeat) {
     }
   }
   for (const auto& [slot, at] : last) EXPECT_GE(at, kStart + 49s) << slot;
-  // All were sent in one moment at the start; their heartbeats must not be.
+  // All points were sent at the same moment, but their heartbeats must be spread.
   EXPECT_LE(most_at_once, 12U);
 }
 
@@ -245,7 +243,7 @@ TEST(PublishPlan, TriesAgainAfterAFailedWrite) {
   EXPECT_TRUE(due.empty());
   plan.TakeDuePoints(kStart + 3s, 10, due);
   EXPECT_EQ(due, std::vector<std::uint32_t>{0});
-  EXPECT_TRUE(plan.WantsPoint(0, Number(1)));  // even when it has changed back
+  EXPECT_TRUE(plan.WantsPoint(0, Number(1)));  // even if the value is the old one again
 }
 
 TEST(PublishPlan, ADeviceIsSentOnceASecond) {
@@ -304,7 +302,7 @@ TEST(Pacer, KeepsItsRateWhenItIsWokenAsItAsks) {
   EXPECT_LE(waits, 45);  // half a burst each time
 }
 
-// ---------------- How often a writer without room is asked again.
+// ---------------- `PacedWriter`: how often a writer without room is asked again.
 
 TEST(PacedWriter, RestsLongerEachTimeThereIsNoRoom) {
   testing::RememberingWriter writer;
@@ -329,7 +327,7 @@ TEST(PacedWriter, RestsLongerEachTimeThereIsNoRoom) {
   EXPECT_EQ(paced.failed(), 0U) << "nothing was refused";
 }
 
-// ---------------- The due queue against a plain list that is searched each time.
+// ---------------- `DueQueue`, compared with a plain list that is searched each time.
 
 TEST(DueQueue, IsEmptyWithoutSlots) {
   DueQueue queue(0, kStart);

@@ -1,5 +1,4 @@
-// A writer of samples as bytes, right or wrong, under the name of any type: what a stranger can
-// publish.
+// `RawWriter` publishes any bytes under the name of a type, as a foreign program could.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +13,7 @@ class DomainParticipant;
 
 namespace baudgate::dds::testing {
 
-/// In a participant of its own; each sample is an instance of its own.
+/// Has a participant of its own. Each sample is another instance.
 class RawWriter {
  public:
   RawWriter(const std::string& topic, const std::string& type);
@@ -23,7 +22,7 @@ class RawWriter {
   RawWriter& operator=(const RawWriter&) = delete;
 
   bool Write(const Bytes& payload);  ///< with its encapsulation
-  std::string guid() const;          ///< as Fast DDS writes it
+  std::string guid() const;          ///< in the form of Fast DDS
 
  private:
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

@@ -1,4 +1,4 @@
-// A place for samples that only remembers them, for tests of the sender and the publisher.
+// A writer that only records its samples, for tests of the sender and the publisher.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,7 @@ class RememberingWriter : public SampleWriter {
   Subscribers subscribers() const override { return there; }
   DatagramCounters datagrams() const override { return counted; }
 
-  /// The latest sample of a point; null when there is none.
+  /// Returns the latest sample of a point, or null.
   const PointSample* Latest(const std::string& point) const {
     const auto at = std::find_if(points.rbegin(), points.rend(),
                                  [&](const PointSample& s) { return s.point == point; });
@@ -44,8 +44,8 @@ class RememberingWriter : public SampleWriter {
   Subscribers there{.events = 1};
   TakeRequest on_request;
   DatagramCounters counted;
-  int asked = 0;            ///< how often anything was given to it
-  Sent answer = Sent::yes;  ///< to every sample; only with `yes` it is kept
+  int asked = 0;            ///< the number of calls to Write
+  Sent answer = Sent::yes;  ///< for every sample; only with `yes` a sample is recorded
 
  private:
   template <typename T>

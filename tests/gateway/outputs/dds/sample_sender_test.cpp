@@ -1,5 +1,4 @@
-// What of the store becomes which sample, and when: the sender under virtual time, on a writer that
-// only remembers.
+// Tests of `SampleSender` under virtual time, with a writer that only records.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -28,7 +27,7 @@ struct Sending {
     const bus::Sample sample{point, std::move(value), quality};
     store.Update(device, std::span(&sample, 1), now, 5ms);
   }
-  /// What the publisher's thread does in this time.
+  /// Does what the thread of the publisher does in this time.
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
     for (;;) {
@@ -263,7 +262,7 @@ TEST(SampleSender, KeepsWhatTheWriterWantsLaterAndSendsTheLatest) {
   ASSERT_NE(run.writer.Latest("p1"), nullptr);
   EXPECT_EQ(run.writer.Latest("p1")->value, 50.5);
   EXPECT_EQ(run.writer.Latest("p1")->seq, 50U);
-  EXPECT_LE(run.writer.points.size(), 4U);  // not fifty: nothing is queued
+  EXPECT_LE(run.writer.points.size(), 4U);  // far fewer than fifty: values are not queued
   EXPECT_EQ(run.sender.counters().failed, 0U);
   EXPECT_THAT(run.lines, SizeIs(0));
 }
@@ -292,7 +291,7 @@ TEST(SampleSender, WhoeverComesNextGetsEverythingAndSeqGoesOn) {
   EXPECT_EQ(run.writer.points.front().seq, 2U);
 }
 
-/// A reload takes one device out, begins one anew and lets one go on.
+/// A reload removes one device, restarts one, and leaves one unchanged.
 TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   Sending run(MakeConfig(2, 1));
   run.Set(0, 0, 1.5);
@@ -321,8 +320,8 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
   EXPECT_THAT(run.writer.points, SizeIs(4));
 }
 
-/// A late subscriber gets what the writers still hold, and names that no longer exist must not use
-/// up their room.
+/// A late subscriber gets all samples that the writers hold. Removed names must not use their room,
+/// so the writers are replaced.
 TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   Sending run(MakeConfig(2, 1));
   run.RunFor(1s);
@@ -344,7 +343,7 @@ TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
   EXPECT_THAT(run.writer.reopened, SizeIs(1)) << "nothing is gone now";
 }
 
-/// The second reload comes before the session of the replaced writers.
+/// The second reload comes before the replaced writers have a session.
 TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
   for (const bool reload_first : {true, false}) {
     Sending run(MakeConfig(2, 1));
@@ -398,7 +397,7 @@ TEST(SampleSender, AReloadThatAddsPointsReplacesTheWritersOnlyForRoom) {
   EXPECT_THAT(run.writer.points, SizeIs(611));
 }
 
-/// All points of a device are gone: 1000 ends, more than the pace and the writer take at once.
+/// All points are removed: 1000 ends, more than the pace and the writer allow at once.
 struct Leaving : Sending {
   explicit Leaving(Sent answer = Sent::later) : Sending(MakeConfig(1, 1000)) {
     RunFor(1s);
@@ -449,7 +448,7 @@ TEST(SampleSender, ANewReceiverIsToldNoEnds) {
   EXPECT_EQ(run.ends(), 0U);
 }
 
-/// The reload has put devices into the store, and has not told the sender yet.
+/// The reload has added devices to the store, but the sender has not been informed yet.
 TEST(SampleSender, ANewSessionDuringAReloadSendsWhatIsNumbered) {
   Sending run(MakeConfig(2, 3));
   run.RunFor(1ms);

@@ -1,5 +1,4 @@
-// DDS Security between participants of this process over loopback: who gets samples and who does
-// not, what can be read on the wire, and the known attacks with keys in use.
+// Tests of DDS Security between participants of this process over loopback.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastrtps/attributes/LibrarySettingsAttributes.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
@@ -55,7 +54,6 @@ class SecureTest : public ::testing::Test {
     options.participant.security = security;
     return options;
   }
-  /// With the right files.
   void Subscribe() {
     auto made = DdsSubscriber::Create(With(folder_.Of("subscriber-1")), heard_.Callbacks());
     ASSERT_TRUE(made.ok()) << made.error();
@@ -66,7 +64,7 @@ class SecureTest : public ::testing::Test {
     Set(store_, 0, 0, value);
     return heard_.WaitFor([&] { return heard_.points[{"feeder-0", "p0"}].value == value; });
   }
-  /// Each round sends a sample and waits for it.
+  /// Sends the datagram and waits until it is refused. Each round sends a sample and waits for it.
   bool Refuses(Refusal reason, const Bytes& datagram) {
     const std::uint64_t before = subscriber_->datagrams().Refused(reason);
     attacker_.Send(datagram);
@@ -98,7 +96,7 @@ TEST_F(SecureTest, OnlyTheRightCertificateGetsSamples) {
   }
   const auto publisher = Publish(config_, store_);
   ASSERT_NE(publisher, nullptr);
-  Subscribe();  // after the others
+  Subscribe();  // after the other subscribers
   ASSERT_TRUE(SampleArrives());
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(SampleArrives());
   EXPECT_TRUE(heard_.WaitFor([&] { return heard_.gateways == 1; }));
@@ -190,7 +188,7 @@ TEST_F(SecureTest, WithoutRightFilesThereIsNoParticipant) {
 }
 
 TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
-  // Else the open ones meet within the process.
+  // Otherwise the participants without security would bypass the network.
   LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = INTRAPROCESS_OFF;
   XMLProfileManager::library_settings(settings);
@@ -200,7 +198,7 @@ TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
     config_.dds.security = gateway;
     Published heard;
     const SentBytes sent;
-    // Fast DDS 2.9 can end the process when a subscriber leaves first, right after its handshake.
+    // Fast DDS 2.9 can end the process if the subscriber leaves first, right after its handshake.
     auto subscriber = DdsSubscriber::Create(With(reader), heard.Callbacks());
     EXPECT_TRUE(subscriber.ok()) << subscriber.error();
     const auto publisher = Publish(config_, store);
@@ -220,7 +218,7 @@ TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
        {"plinthstation", "zephyrvalue", "PointSample", "baudgate/points", "baudgate/devices"}) {
     EXPECT_EQ(secured.find(text), std::string::npos) << text;
   }
-  // What stays visible, as docs/dds.md says.
+  // These texts stay visible, as docs/dds.md says.
   for (const char* text : {"CN=substation-7", "-----BEGIN CERTIFICATE-----", "<publish>"}) {
     EXPECT_NE(secured.find(text), std::string::npos) << text;
   }

@@ -38,7 +38,7 @@ std::string SentBytes::All() const {
 
 }  // namespace baudgate::dds::testing
 
-// In place of the C library's, for every library of the process.
+// Replaces sendmsg of the C library for all libraries of this process.
 extern "C" {
 
 ssize_t sendmsg(int socket, const struct msghdr* message, int flags) {

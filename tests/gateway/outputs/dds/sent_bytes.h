@@ -1,4 +1,4 @@
-// Everything that this process hands to the network, whichever library does it.
+// `SentBytes` records all bytes that any library of this process sends to the network.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace baudgate::dds::testing {
 
-/// Records while it lives; one at a time.
+/// Records until it is destroyed. Only one object may exist at a time.
 class SentBytes {
  public:
   SentBytes();

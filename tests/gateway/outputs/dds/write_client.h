@@ -1,4 +1,4 @@
-// A client that writes, on Fast DDS: asks a gateway, and hears its replies.
+// `WriteClient`: a client on Fast DDS that sends requests to a gateway and receives its replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +24,7 @@
 
 namespace baudgate::dds::testing {
 
-/// False when it has not come about within 20 s.
+/// Waits until `condition` holds. Returns false after 20 s.
 inline bool Eventually(const std::function<bool()>& condition) {
   const Instant end = std::chrono::steady_clock::now() + 20s;
   while (!condition()) {
@@ -42,7 +42,6 @@ inline RequestSample Request(std::uint64_t seq, const std::string& gateway = "su
   return request;
 }
 
-/// Asks, and hears replies.
 class WriteClient {
  public:
   explicit WriteClient(bool transient_local = false, const config::DdsSecurity& security = {}) {
@@ -70,7 +69,6 @@ class WriteClient {
   WriteClient(const WriteClient&) = delete;
   WriteClient& operator=(const WriteClient&) = delete;
 
-  /// False: the library made no writer, or no reader.
   bool made() const { return writer_ != nullptr && reader_ != nullptr; }
 
   bool matched() const {

@@ -1,5 +1,4 @@
-// Requests and replies over loopback with the real Fast DDS: what reaches the gateway, what never
-// does, and that damaged requests and many clients do no harm.
+// Tests of requests and replies over loopback with the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,7 +18,7 @@ using testing::Request;
 using testing::TestSubscriber;
 using testing::WriteClient;
 
-/// A gateway that keeps what it is asked.
+/// A gateway that stores the requests that arrive.
 class Gateway {
  public:
   Gateway() {
@@ -95,7 +94,7 @@ TEST(WriteTopics, DamagedRequestsAreLeftOut) {
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));
   Bytes good(kMaxBytes<RequestSample>);
   good.resize(Encode(Request(9), good));
-  // Until the stranger is connected as well: its whole request is one, too.
+  // Writes the whole request until it arrives: then the stranger is connected, too.
   ASSERT_TRUE(Eventually([&] {
     stranger.Write(good);
     return !gateway.arrived().empty();
@@ -113,8 +112,8 @@ TEST(WriteTopics, DamagedRequestsAreLeftOut) {
   }
 }
 
-// The library keeps each name as long as its writer is there, and requests with more of them back.
-// They would come when there is room: never, then.
+// The library holds back requests with more names than fit. They would be delivered when a writer
+// leaves, which must never happen.
 TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
   Gateway gateway;
   WriteClient client;
@@ -132,7 +131,7 @@ TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
   }
   const std::size_t before = gateway.arrived().size();
   EXPECT_GE(before, 1000U);
-  many.reset();  // there is room again
+  many.reset();  // now there is room again
   const std::uint64_t dropped = gateway.writer().dropped_requests();
   client.Ask(Request(1, "substation-7", "kept back"));
   EXPECT_TRUE(Eventually([&] { return gateway.writer().dropped_requests() > dropped; }));
@@ -147,7 +146,7 @@ TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
   }
 }
 
-// The library keeps each name for ever.
+// For replies, the library never forgets a client name.
 TEST(WriteTopics, NamesOfRepliesBeyondWhatTheLibraryKeeps) {
   Gateway gateway;
   WriteClient client;

@@ -1,4 +1,4 @@
-// A folder that is gone after the test, and certificates in it.
+// `PkiFolder`: a folder with certificates, which is removed after the test.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Each thing that can be wrong with the files of DDS Security is named, with its file.
+// Tests of `CheckSecurity`, which names each fault with its file, and of `baudgate certs dds`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/pki/security_check.h"
 
@@ -34,7 +34,7 @@ class SecurityCheck : public ::testing::Test {
     ASSERT_TRUE(folder_.Make({"g"}, 1, kNow).ok());
     ASSERT_TRUE(other_.Make({"g"}, 0, kNow).ok());
   }
-  /// "warning key: …" or "key: …", without the folder.
+  /// Returns findings such as "warning key: …" or "key: …", without the folder.
   std::vector<std::string> Found(WallTime now = kNow) const {
     std::vector<std::string> found;
     for (const Finding& one : CheckSecurity(files_, now).findings) {
@@ -160,8 +160,8 @@ TEST_F(SecurityCheck, AGovernanceThatLeavesMessagesOpen) {
   EXPECT_FALSE(report.messages_protected);
 }
 
-// ---------------- What `baudgate certs dds` writes: who can read it, what is never written over,
-// who may do what.
+// ---------------- The files of `baudgate certs dds`: modes, permissions, and what is never
+// overwritten.
 
 mode_t ModeOf(const std::string& file) {
   struct ::stat about {};

@@ -1,4 +1,4 @@
-// What was seen of a device, and what is said of it.
+// `HypothesesTest`: makes the status of a device from symptoms, and returns the causes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ enum : unsigned {
   kAnswered = 1,   ///< the device has answered before
   kNeighbour = 2,  ///< a neighbour answers
   kServer = 4,     ///< Modbus TCP
-  kHere = 8,       ///< it answers at present
+  kHere = 8,       ///< the device answers at present
 };
 
 struct Row {
@@ -37,7 +37,7 @@ struct Row {
 
 class HypothesesTest : public diagnosis::DiagnoseTest {
  protected:
-  /// Each cause that is said, as docs/status.md calls it, with its sentence.
+  /// Returns each cause with its name in docs/status.md and its sentence.
   std::vector<std::pair<std::string, std::string>> CausesOf(const Row& row) {
     config_.lines[0].port = row.Is(kServer) ? "tcp://10.0.0.7:502" : "/dev/ttyUSB0";
     config_.lines[0].serial = row.Is(kServer)

@@ -1,4 +1,4 @@
-// The status as JSON and as people see it: whole tables.
+// Tests of the whole status, as JSON and as text for people.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/client/status.h"
 
@@ -15,7 +15,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// feeder-1 well, feeder-2 gone, the port of io closed.
+/// feeder-1 answers, feeder-2 is gone, the port of io is closed.
 class StatusTest : public ::testing::Test {
  protected:
   StatusTest() {
@@ -116,7 +116,7 @@ TEST(StatusFrame, PartsShareTheHeight) {
   EXPECT_THAT(tools::Shares(0, {3, 0}), ElementsAre(0, 0));
 }
 
-/// `text` without what stands behind `last` in its row: a new counter is listed there.
+/// Returns `text` without the rest of the row behind `last`: a new counter appears there.
 std::string CutBehind(std::string_view last, std::string text) {
   const std::size_t at = text.find(last);
   if (at == std::string::npos) return text;

@@ -1,4 +1,4 @@
-// A table of counters (gateway/bus/points/counted.h) against docs/status.md.
+// Compares a table of counters (gateway/bus/points/counted.h) with docs/status-reference.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +13,7 @@
 
 namespace baudgate::status {
 
-/// Without the keys that `expected` does not have: new counters change no test.
+/// Removes the keys that `expected` does not contain, so new counters do not break tests.
 inline nlohmann::ordered_json Known(const nlohmann::ordered_json& json,
                                     const nlohmann::ordered_json& expected) {
   nlohmann::ordered_json known;
@@ -23,14 +23,15 @@ inline nlohmann::ordered_json Known(const nlohmann::ordered_json& json,
   return known;
 }
 
-/// What is wrong with the keys of a table: they stand twice, or not in the part of docs/status.md
-/// that begins with `| of a device |`. A new counter needs a row there.
+/// Returns keys that occur twice, or that are missing in the part of docs/status-reference.md that
+/// begins with `| of a device |`. A new counter needs a row there.
 template <config::HasFields T>
 std::vector<std::string> TroublesOfKeys(const std::string& of) {
-  std::ifstream file("docs/status.md");
+  std::ifstream file("docs/status-reference.md");
   std::string page{std::istreambuf_iterator<char>(file), {}};
   const std::size_t begin = page.find("| " + of + " |");
-  if (begin == std::string::npos) return {"no table of docs/status.md has the head " + of};
+  if (begin == std::string::npos)
+    return {"no table of docs/status-reference.md has the head " + of};
   page = page.substr(begin, page.find("\n\n", begin) - begin);
   std::vector<std::string> troubles;
   std::set<std::string> keys;

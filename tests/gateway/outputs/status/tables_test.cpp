@@ -1,4 +1,4 @@
-// The tables of counters of lines and devices, and what follows from a row.
+// Tests of the tables of counters of lines and devices, and of what a row produces.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -8,7 +8,7 @@
 
 namespace baudgate::status {
 
-/// With a table of its own.
+/// A struct with a table of its own.
 struct Toy {
   std::uint64_t resets = 7;
   std::uint32_t hidden = 1;
@@ -55,7 +55,7 @@ TEST(Tables, EachKeyStandsOnceAndInTheDocumentation) {
   EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("of a device"), IsEmpty());
 }
 
-/// As of a device that has done nothing. The order is public, too.
+/// The JSON of a device without any exchange. The order of the keys is public, too.
 TEST(Tables, TheJsonOfADeviceIsAsEver) {
   Json json;
   AddFields(bus::DeviceStatus(), kNow, json);

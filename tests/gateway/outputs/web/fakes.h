@@ -1,4 +1,4 @@
-// Events, alarms and a history that are always the same.
+// Fixed events, alarms and history for the tests of the web output.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -54,11 +54,10 @@ class FakeEvents final : public events::EventSource {
     return events::PastPage{};
   }
 
-  std::string by;  ///< who has acknowledged last
+  std::string by;  ///< who acknowledged last
 };
 
-/// bay-1.feeder-1.current, read each second: 10, 11, 12 … within a minute, bad for the second half
-/// of each.
+/// Read each second: 10, 11, 12 … within a minute, and bad in the second half of each minute.
 class FakeHistory final : public history::HistorySource {
  public:
   history::HistoryState state() const override { return {}; }

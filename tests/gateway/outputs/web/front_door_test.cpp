@@ -224,7 +224,7 @@ TEST(TokenFile, IsReadByItsOwnerAlone) {
   const struct {
     std::string text;
     mode_t mode;
-    std::string says;  ///< empty: it is good
+    std::string says;  ///< empty: the file is good
   } kFiles[] = {
       {"0123456789abcdef\n", 0600, ""},
       {"0123456789abcdef\nsecond line", 0400, ""},

@@ -1,4 +1,4 @@
-// A client of HTTP that sends what a test says, byte by byte, and reads what comes.
+// An HTTP client that sends any bytes and reads the answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +11,8 @@
 namespace baudgate::web {
 
 struct Reply {
-  int status = 0;  ///< 0: the other side has closed before it was whole
-  std::map<std::string, std::string> headers{};  ///< by names in lower case
+  int status = 0;                                ///< 0: the other side closed too early
+  std::map<std::string, std::string> headers{};  ///< names in lower case
   std::string body{};
 };
 
@@ -21,15 +21,15 @@ class HttpClient {
   explicit HttpClient(std::uint16_t port, int receive_buffer = 0)
       : port_(port), raw_(port, receive_buffer) {}
 
-  /// GET with `more` headers, each with its line end.
+  /// Sends a GET with the headers `more`, each with its line end.
   Reply Get(const std::string& path, const std::string& more = "");
   Reply Post(const std::string& path, const std::string& body, const std::string& more = "");
-  /// The bytes as they are, and the answer.
+  /// Sends these bytes and returns the answer.
   Reply Send(const std::string& bytes);
   Reply Receive();
-  /// Without the head of the answer; of a stream the next event, "event: beat\ndata: {}".
+  /// Returns the next event of a stream, such as "event: beat\ndata: {}". Call Open first.
   std::optional<std::string> NextEvent();
-  /// Sends a GET and reads the head of the answer only.
+  /// Sends a GET, and reads only the head of the answer.
   Reply Open(const std::string& path, const std::string& more = "");
   std::string Host() const { return "Host: 127.0.0.1:" + std::to_string(port_) + "\r\n"; }
   RawClient& raw() { return raw_; }
@@ -37,7 +37,7 @@ class HttpClient {
  private:
   Reply Head();
   std::string Exactly(std::size_t count);
-  /// The next piece of a chunked body; nothing: it has ended.
+  /// Returns the next piece of a chunked body; nothing at its end.
   std::optional<std::string> Chunk();
 
   const std::uint16_t port_;

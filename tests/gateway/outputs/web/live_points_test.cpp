@@ -1,4 +1,4 @@
-// The streams of points without a server: what a viewer reads, under a time of the test's own.
+// Tests of the streams of points without a server and under virtual time: what a viewer reads.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ using ::testing::StartsWith;
 
 Now After(Duration time) { return {kNow.instant + time, kNow.wall + time}; }
 
-/// All that is there; "(end)" behind it when nothing will come any more.
+/// Reads all that is there, and appends "(end)" if the stream has ended.
 std::string ReadAll(Stream& stream) {
   std::string all;
   std::array<char, 100> part{};

@@ -183,7 +183,7 @@ TEST_F(MetricsTest, AreAllInTheDocumentation) {
 
 }  // namespace
 
-/// With a table of its own: its rows are all that its metrics need.
+/// A struct with a table of its own. Its rows are enough to make its metrics.
 struct Toy {
   std::uint32_t resets = 7;
   Duration busy = 1500ms;
@@ -219,7 +219,7 @@ TEST(Families, FollowFromTheRowsOfATable) {
             2 + outputs::SeriesIn<bus::LineStatus>() - 1 - bus::kLineUses);
 }
 
-/// A row that names a metric, but whose type has no values, would be left out without a word.
+/// Fails if a row names a metric but its type has no values: the metric would silently be missing.
 template <typename T>
 void ExpectValues() {
   VisitFields(static_cast<const T*>(nullptr), [](auto row) {
@@ -235,7 +235,7 @@ TEST(Families, EveryRowWithAMetricHasValues) {
   ExpectValues<modbus::RouteStatus>();
 }
 
-// ---------------- Every example of docs/api.md is asked for, and the answer has the same form.
+// ---------------- Every example of docs/api.md is requested, and the answer must have its form.
 
 using status::Json;
 
@@ -256,7 +256,7 @@ std::vector<Example> Examples() {
   return examples;
 }
 
-/// Where the two differ in form; empty: nowhere. "…" in the example: there is more of it.
+/// Returns where the two differ in form; empty: nowhere. "…" in the example stands for more.
 std::string Different(const Json& example, const Json& answer, const std::string& at = "") {
   if (example.is_null() || answer.is_null()) return {};
   if (example.is_number() && answer.is_number()) return {};
@@ -308,7 +308,7 @@ TEST_F(WebTest, ExamplesOfTheDocumentationAreAnsweredSo) {
     EXPECT_EQ(answer.contains("detail") ? answer["status"] : Json(200), Json(reply.status));
   }
   EXPECT_EQ(events.by, "web:127.0.0.1");
-  Stop();  // before events end
+  Stop();  // the streams end, too
 }
 
 TEST_F(WebTest, TheHistoryIsDownloadedPageByPage) {

@@ -1,4 +1,4 @@
-// Over HTTP: what is answered, to whom, and as what.
+// Tests of the web server over HTTP: its answers, also to hostile clients.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/web/web_server.h"
 
@@ -213,7 +213,7 @@ TEST_F(WebTest, ATraceIsFollowed) {
   EXPECT_TRUE(lines_.WaitForTraces(0, 0)) << "who has left is noticed by the next beat";
 }
 
-/// As on a disk that does not answer.
+/// Read blocks, as on a disk that does not answer.
 struct HangingHistory final : history::HistorySource {
   history::HistoryState state() const override { return {}; }
   Result<history::Page> Read(const history::PageQuery&) const override {
@@ -266,7 +266,7 @@ TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
 
 // ---------------- The files of the page as they are sent.
 
-/// A proxy may show the page below a path of its own: "/js/main.js" would lead out of it.
+/// A proxy may serve the page below its own path, so "/js/main.js" would lead out of it.
 TEST(Assets, NoFileOfThePageNamesAPathFromTheRoot) {
   const std::regex from_root(R"re([`'"(]/[a-z][^`'")]*)re");
   int read = 0;
@@ -352,7 +352,7 @@ TEST(Connections, SoManyAreAnsweredAtOnce) {
   EXPECT_TRUE(all.Begin(7, kStart)) << "this machine has no other limit";
 }
 
-// ---------------- Those who want to harm: what they cost, and that nobody else notices.
+// ---------------- Hostile clients: they cost little, and other clients are still served.
 
 using ::testing::AnyOf;
 
@@ -383,7 +383,7 @@ TEST_F(WebTest, TooManyViewersAreToldSo) {
   viewers.pop_back();
   int status = 503;
   for (int i = 0; i < 200 && status == 503; ++i) {
-    viewers.front().NextEvent();  // some tenths of a second
+    viewers.front().NextEvent();  // takes some tenths of a second
     status = Get("/api/v1/status").status;
   }
   EXPECT_EQ(status, 200) << "who has left is noticed by the next beat";
@@ -396,7 +396,7 @@ TEST_F(WebTest, AnswersThatNobodyTakesDoNotFillTheMemory) {
   }
   bus::PointStore store(config_);
   limits_.answers = 10'000'000;
-  limits_.idle = 1min;  // none of them is dropped meanwhile, however slow the machine is
+  limits_.idle = 1min;  // no client is dropped for silence, however slow the machine is
   auto opened = WebServer::Open(config_.web, nullptr);
   ASSERT_TRUE(opened);
   port_ = opened->socket.port();

@@ -1,4 +1,4 @@
-// The audit with its thread, on disks that work, hang and fail.
+// Tests of `AuditLog` with its thread, of `AuditBook`, and of power cuts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audit_log.h"
 
@@ -19,7 +19,7 @@ namespace {
 using ::testing::HasSubstr;
 using Written = WriteLog::Written;
 
-/// An event that comes for certain; nothing is concluded from how soon.
+/// A limit for events that must come, however late.
 Instant Ever() { return ReadClocks().instant + 60s; }
 
 class AuditLogTest : public FolderTest {
@@ -143,7 +143,7 @@ TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
   log->End(*ticket, {WriteEnd::ok, {}, 3ms});
 }
 
-/// The table may not be there yet: whoever reads then is told that there is nothing so far.
+/// The table may not exist yet. A reader gets an empty page then.
 TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
   FaultyDisk disk;
   disk.Hang(true);
@@ -200,7 +200,7 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
   EXPECT_EQ(heard().size(), 2U);
 }
 
-/// rm events.db*, with a gateway running.
+/// Like `rm events.db*` while a gateway runs.
 TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
   const auto log = Start(file());
   const auto first = log->Begin(WrittenPoint("a"));
@@ -243,9 +243,9 @@ TEST_F(AuditLogTest, WhatIsLostAtTheEndIsTold) {
   EXPECT_THAT(heard().back(), HasSubstr("1 records of writes are lost"));
 }
 
-// ---------------- What waits for the disk: coalesced, in order, bounded.
+// ---------------- `AuditBook`: records that wait for the disk are merged, ordered and bounded.
 
-/// As the file does it: each new record gets the next number.
+/// Numbers new records as the file does, and marks all as written.
 std::vector<Draft> Write(AuditBook& book, std::int64_t& seq) {
   std::vector<Draft> drafts = book.Due();
   for (Draft& draft : drafts) {
@@ -322,16 +322,15 @@ TEST(AuditBook, AnotherFileHasNothingOfIt) {
   EXPECT_EQ(book.Due()[0].record.seq, 1);
 }
 
-// ---------------- The power is cut at a random moment, hundreds of times: no record that was kept
-// is lost or doubled, none claims a success that was not, and the file opens every time.
+// ---------------- The power fails at a random moment, hundreds of times. No stored record is lost
+// or doubled, none reports a success that did not happen, and the file always opens.
 
 const std::size_t kSeeds = LongRun(400);
 constexpr int kLives = 4;
 
-/// What was told of one record, by its client.
 struct Told {
-  bool kept = false;            // the file has said so
-  std::optional<WriteEnd> end;  // it was told how it ended
+  bool kept = false;            // the file has confirmed it
+  std::optional<WriteEnd> end;  // the end that was reported
   bool end_kept = false;
 };
 
@@ -340,7 +339,7 @@ class Life {
   Life(FaultyDisk& disk, std::mt19937& random, std::map<std::string, Told>& told)
       : disk_(disk), random_(random), told_(told), file_(kEventsFile, disk.vfs()) {}
 
-  /// Until the power fails.
+  /// Runs until the power fails.
   void Run() {
     disk_.power_left = static_cast<int>(1 + random_() % 250);
     while (!disk_.power_failed()) {
@@ -348,7 +347,7 @@ class Life {
       if (what < 3) Begin();
       if (what >= 3 && what < 6) End();
       if (what >= 6) Step();
-      // A moment of trouble that passes.
+      // A short fault of the disk.
       disk_.write_error = random_() % 50 == 0 ? SQLITE_FULL : 0;
       disk_.sync_error = random_() % 50 == 0 ? SQLITE_IOERR_FSYNC : 0;
     }
@@ -393,7 +392,7 @@ class Life {
   AuditBook book_;
   AuditFile file_;
   std::map<Ticket, std::string> open_;
-  std::set<std::string> here_;  // of this life
+  std::set<std::string> here_;  // clients of this life
 };
 
 void Check(const std::vector<WriteRecord>& records, const std::map<std::string, Told>& told) {

@@ -1,4 +1,4 @@
-// Writes wait for their record and go on in order; what becomes of them completes it.
+// Tests of `AuditedWrites`: writes wait for their record, and their end completes it.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/audit/audited_writes.h"
 
@@ -62,7 +62,7 @@ class AuditedWritesTest : public ::testing::Test {
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
     return command;
   }
-  /// As its line ends it, from a state in which it may end so.
+  /// Ends the command as its line would, from a state in which this end is allowed.
   static void End(bus::WriteCommand& command, const WriteResult& result) {
     for (const auto state :
          {bus::WriteState::queued, bus::WriteState::sent, bus::WriteState::reading_back}) {
@@ -118,7 +118,7 @@ TEST_F(AuditedWritesTest, OrderIsKept) {
   for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(lines_.commands[i].writes()[0].point, i);
 }
 
-/// Modbus clients, the control socket and DDS each have a thread of their own.
+/// Modbus clients, the control socket and DDS use different threads.
 TEST_F(AuditedWritesTest, RecordsAndCommandsHaveOneOrderWhoeverSubmitsAtOnce) {
   Make();
   std::vector<std::thread> clients;

@@ -1,6 +1,5 @@
-// A disk for SQLite, in memory, that can be broken in every way that matters: it is full, it fails,
-// it hangs, and its power is cut. After a cut only what was synced is there for certain; of the
-// rest some writes are there, some are not, and some are torn.
+// `FaultyDisk`: a disk for SQLite, in memory. It can be full, fail, hang, or lose its power. After
+// a power cut only synced data are certain; other writes are there, missing, or torn.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +15,7 @@
 
 namespace baudgate::audit {
 
-/// On such a disk.
+/// The file of the events on such a disk.
 inline constexpr const char* kEventsFile = "/events.db";
 
 class FaultyDisk {
@@ -26,26 +25,26 @@ class FaultyDisk {
   FaultyDisk(const FaultyDisk&) = delete;
   FaultyDisk& operator=(const FaultyDisk&) = delete;
 
-  /// The name under which SQLite has it.
+  /// The name of this disk for SQLite.
   const std::string& vfs() const { return name_; }
 
-  /// Writes and syncs until the power fails; negative: it stays.
+  /// The number of writes and syncs until the power fails; negative: it does not fail.
   std::atomic<int> power_left = -1;
   bool power_failed() const { return power_left == 0; }
-  /// Power again: what the cut has left of the files. No connection is open any more.
+  /// Restores the power, with the files as the cut has left them. No connection may be open.
   void Restore(std::mt19937& random);
 
-  /// SQLite's code that writes, or syncs, or both fail with; 0: they work.
+  /// SQLite error codes with which writes, syncs or opens fail; 0: they work.
   std::atomic<int> write_error = 0;
   std::atomic<int> sync_error = 0;
   std::atomic<int> open_error = 0;
 
-  /// Syncs wait while it hangs.
+  /// While the disk hangs, syncs wait.
   void Hang(bool hang);
-  /// Until a sync waits.
+  /// Blocks until a sync waits.
   void WaitUntilItHangs();
 
-  // ---- for the functions that SQLite calls
+  // For the functions that SQLite calls.
   struct Change {
     std::size_t offset = 0;
     std::vector<char> bytes;
@@ -55,10 +54,10 @@ class FaultyDisk {
     std::vector<char> now;
     std::vector<char> synced;
     std::vector<Change> pending;
-    std::vector<std::unique_ptr<std::vector<char>>> shared;  // of all connections
+    std::vector<std::unique_ptr<std::vector<char>>> shared;  // shared memory of all connections
     int handles = 0;
   };
-  bool Spend();  ///< one operation; false: the power has failed
+  bool Spend();  ///< counts one operation; false: the power has failed
   void WaitWhileHanging();
   std::map<std::string, std::shared_ptr<File>> files;
 

@@ -1,4 +1,4 @@
-// What tests of the audit share: a folder, records, and how they are read back.
+// Helpers of the audit tests: a folder, records, and functions to read them back.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -79,7 +79,7 @@ class FolderTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-/// One step of the writing thread: what is due goes to the file.
+/// One step of the writing thread: writes all due records to the file.
 inline Status Keep(AuditFile& file, AuditBook& book) {
   if (const auto opened = file.Open()) {
     if (opened->new_file) book.NewFile();

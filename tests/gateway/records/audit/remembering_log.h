@@ -1,4 +1,4 @@
-// A write log that remembers, and whose disk is as the test says.
+// A write log that only records its calls. The test sets the state of its disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// The file: what is written is read back, restarts, room, and files that are none.
+// Tests of the file of the audit, and of repeated and routed writes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -170,7 +170,6 @@ TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
   EXPECT_EQ(rows[10].kind, Kind::route);
 }
 
-/// Points that are written evenly lose evenly, and none loses what another has to give.
 TEST_F(WriteTableTest, RoomIsMadeByAllWhoHaveMost) {
   constexpr std::array<Room, kKinds> kSmall = {Room{20, kDay}, Room{5, kDay}, Room{5, kDay},
                                                Room{5, kDay}};
@@ -294,12 +293,11 @@ TEST(WriteTableFaults, ADiskThatCanNotBeOpenedIsTriedAgain) {
   EXPECT_EQ(ReadAll("/events.db", disk.vfs()).size(), 1U);
 }
 
-// ---------------- Writes that come again and again are one record a minute, and hostile ones never
-// fill the memory.
+// ---------------- Repeated writes become one record a minute.
 
 class RepeatsTest : public ::testing::Test {
  protected:
-  /// What the file has after all due records went to it.
+  /// Returns the rows of the file after all due records were written.
   const std::vector<WriteRecord>& Rows() {
     std::vector<Draft> drafts = book_.Due();
     for (Draft& draft : drafts) {
@@ -351,7 +349,7 @@ TEST_F(RepeatsTest, TheFirstIsThereAtOnceAndASingleOneIsNoRepeat) {
 
 TEST_F(RepeatsTest, AnotherOutcomeRegisterOrClientIsAnotherRow) {
   Add(RouteWrite("192.0.2.5:1", 5));
-  Add(RouteWrite("192.0.2.5:2", 5));  // it has connected anew
+  Add(RouteWrite("192.0.2.5:2", 5));  // the same client on a new connection
   WriteRecord refused = RouteWrite("192.0.2.5:1", 5);
   refused.end = WriteEnd::refused;
   Add(refused);
@@ -415,8 +413,7 @@ TEST_F(RepeatsTest, AddressesLoseTheirPort) {
   EXPECT_EQ(AddressOf("/dev/ttyS1"), "/dev/ttyS1");
 }
 
-// ---------------- What a routed write is called, and that each leaves one record whatever becomes
-// of it.
+// ---------------- The names of routed writes. Each leaves one record, however it ends.
 
 RoutedWrite Write(View pdu) { return {"10.0.0.7:1", "drive", 20, false, pdu, {kStart, kWall}}; }
 

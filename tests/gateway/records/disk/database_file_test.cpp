@@ -1,4 +1,4 @@
-// Database files that are damaged, that are no files, and logs that have lost what was committed.
+// Tests of damaged and newer database files, of lost logs, and of disks that hang.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/disk/database_file.h"
 
@@ -36,7 +36,7 @@ class DatabaseFileTest : public ::testing::Test {
   fs::path file() const { return folder_ / "some.db"; }
   fs::path log() const { return folder_ / "some.db-wal"; }
 
-  /// With so many rows, each of a transaction of its own; all in the file, none in the log.
+  /// Each row has its own transaction. All are in the file, and none is in the log.
   void MakeFile(int rows) const {
     OpenedDatabase made = OpenDatabase(file(), kKind);
     ASSERT_TRUE(made.database) << made.error;
@@ -44,7 +44,7 @@ class DatabaseFileTest : public ::testing::Test {
       ASSERT_TRUE(made.database->Execute("INSERT INTO t VALUES (1)"));
     }
   }
-  /// As a gateway leaves it that is killed: three transactions are in the log.
+  /// Leaves the file as a killed gateway does: three transactions are in the log only.
   void MakeKilled() const {
     MakeFile(1);
     OpenedDatabase made = OpenDatabase(file(), kKind);
@@ -72,7 +72,7 @@ class DatabaseFileTest : public ::testing::Test {
     const auto* number = std::get_if<std::int64_t>(&rows);
     return number == nullptr ? -1 : *number;
   }
-  /// Where the checksum of a frame of the log stands; frames count from 0.
+  /// The offset of the checksum of a frame in the log. Frames count from 0.
   static std::size_t SumOf(std::size_t frame) { return 32 + frame * (24 + 4096) + 16; }
   std::size_t frames() const { return (fs::file_size(log()) - 32) / (24 + 4096); }
 
@@ -90,7 +90,7 @@ TEST_F(DatabaseFileTest, EachByteOfItsHeadMayBeDamaged) {
     Invert(file(), at);
     const OpenedDatabase opened = OpenDatabase(file(), kKind);
     if (opened.put_aside.empty()) {
-      // What the byte says matters to nobody, or the file is of a newer program.
+      // The byte has no meaning, or makes the file look newer.
       const bool newer = opened.error.find("newer") != std::string::npos;
       EXPECT_TRUE(newer || (opened.database && Rows(*opened.database) == 2))
           << at << ": " << opened.error;
@@ -212,7 +212,7 @@ TEST(DiskCondition, SinceIsThatOfTheDiskAsItIs) {
   EXPECT_EQ(news.ended->since, WallTime(2s));
 }
 
-// ---------------- State of a newer baudgate is left alone.
+// ---------------- Files of a newer baudgate are left unchanged.
 
 const std::string kNextEvents = std::to_string(kEventsVersion + 1);
 
@@ -224,7 +224,7 @@ class Versions : public ::testing::Test {
   }
   ~Versions() override { fs::remove_all(folder_); }
 
-  /// A file of a program that knows one version more.
+  /// Makes a file of a program whose version is higher by one.
   void MakeNewer(const std::string& name, std::int64_t application) const {
     Database database((folder_ / name).string(), Database::Mode::write);
     EXPECT_TRUE(
@@ -241,7 +241,7 @@ class Versions : public ::testing::Test {
     }
     return files;
   }
-  /// The sentence, and that nothing was changed.
+  /// Expects this sentence, and that no file was changed.
   void ExpectRefused(const std::string& file, const std::string& versions) const {
     const auto before = Files();
     const auto failure = StateFolder(folder_).Open();
@@ -291,7 +291,7 @@ TEST_F(Versions, NewerFactsOfDevicesAreLeftAlone) {
   ExpectRefused("devices.json", "version 2 of the file, this one knows 1");
 }
 
-/// kill -9 leaves the version in the log alone: the file itself says 0 as yet.
+/// After kill -9 the version is only in the log. The file itself still has version 0.
 TEST_F(Versions, ALogThatWasLeftCounts) {
   const fs::path away = folder_ / "away.db";
   {
@@ -316,7 +316,7 @@ TEST(DiskCalls, AResultComesBack) {
   EXPECT_EQ(calls.Wait([] { return 7; }), 7);
 }
 
-/// Time: a patience of zero never waits.
+/// With a patience of zero, no call waits.
 TEST(DiskCalls, ADiskThatHangsHoldsNobodyAndNothingIsLost) {
   std::promise<void> disk;
   std::vector<int> done;

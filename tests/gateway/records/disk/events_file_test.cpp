@@ -1,4 +1,4 @@
-// events.db, and two connections to it.
+// Tests of events.db with two connections to it: damage, removed files, lost logs.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/disk/events_file.h"
 
@@ -47,7 +47,7 @@ class EventsFileTest : public ::testing::Test {
     EXPECT_TRUE(to.database().Execute("INSERT INTO event_cursors VALUES ('" + name + "', 1, 1)"))
         << to.database().error();
   }
-  /// That another connection reads, in their order.
+  /// Returns the names that another connection reads, in their order.
   std::string Names() const {
     Database reader(file().string(), Database::Mode::read);
     EXPECT_TRUE(reader.is_open()) << reader.error();
@@ -80,7 +80,7 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
   EventsConnection b(file(), {}, writer);
   ASSERT_TRUE(a.Open().ok);
   ASSERT_TRUE(b.Open().ok);
-  // Behind its header nothing is right any more, and both are told so by SQLite.
+  // Overwrites all bytes behind the header, so SQLite reports damage to both connections.
   ASSERT_TRUE(a.database().Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
   constexpr int kHeader = 100;
   std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
@@ -129,7 +129,7 @@ TEST_F(EventsFileTest, TablesThatAnotherProgramHasChangedAreDamage) {
   }
 }
 
-/// What some file systems leave behind a power cut.
+/// Some file systems leave an empty file after a power cut.
 TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   std::ofstream(file()).close();
   std::ofstream(file().string() + "-wal") << "what it would have been told";
@@ -146,7 +146,7 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   EXPECT_EQ(second.Open().put_aside, "");
 }
 
-/// A disk that is full when it is made: what we have made ourselves is no loss.
+/// The disk is full while the file is made. The remains of this failure are no loss.
 TEST_F(EventsFileTest, OneThatCouldNotBeMadeIsNotTakenForALoss) {
   const auto ignore = std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
@@ -176,14 +176,13 @@ TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
   EXPECT_TRUE(opened.new_file);
 }
 
-/// The head counts a page that is in the log alone: it was changed once more behind the reader's
-/// mark.
+/// The header counts a page that is only in the log, because it was changed after the reader began.
 TEST_F(EventsFileTest, ACheckpointThatAReaderHoldsUpIsNoDamage) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
   Database& database = connection.database();
   const auto pages = [&] { return First(database, "PRAGMA page_count"); };
-  int number = 100'000;  // of one width, so that rows go to the last page
+  int number = 100'000;  // numbers of equal width, so new rows go to the last page
   const auto add = [&] { Add(connection, std::to_string(++number) + std::string(300, 'x')); };
   ASSERT_TRUE(database.Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
   const std::string before = pages();
@@ -216,7 +215,7 @@ TEST_F(EventsFileTest, AFolderThatCannotBeLookedIntoLosesNothing) {
   EXPECT_EQ(Names(), "still");
 }
 
-/// rm events.db-wal, or another file over it, while two connections write.
+/// Like `rm events.db-wal`, or another file in its place, while two connections write.
 TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
   for (const bool replaced : {false, true}) {
     OpenBoth();
@@ -242,8 +241,8 @@ TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
   }
 }
 
-/// SQLite keeps one lock for all connections of a process. Without it the next program that reads
-/// the file and ends takes the log away.
+/// Without this lock, which all connections of a process share, the next program that reads the
+/// file would delete the log at its end.
 TEST_F(EventsFileTest, NothingThatLooksAtTheFileEndsItsLock) {
   OpenBoth();
   Add(*one_, "a");
@@ -267,9 +266,9 @@ TEST_F(EventsFileTest, NothingThatLooksAtTheFileEndsItsLock) {
 struct InUse {
   const char* name;
   std::function<void(const std::filesystem::path& file, const std::filesystem::path& log)> harm;
-  std::string said;  ///< a part of it
-  std::string kept;  ///< afterwards, of "old", which is in the file, and "new", which is in its log
-  bool aside = false;  ///< what was there was put aside
+  std::string said;    ///< a part of the sentence
+  std::string kept;    ///< what remains of "old" (in the file) and "new" (in its log)
+  bool aside = false;  ///< the damaged file was put aside
 };
 
 void Invert(const std::filesystem::path& path, std::streamoff at) {
@@ -281,7 +280,7 @@ void Invert(const std::filesystem::path& path, std::streamoff at) {
   bytes.put(byte);
 }
 
-/// Whoever writes has all of it in memory, and would notice nothing.
+/// A writer has all pages in memory and would not notice, so a look is needed.
 TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
   using std::filesystem::path;
   using std::filesystem::resize_file;
@@ -320,7 +319,7 @@ TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
     const Status found = one_->Check();
     ASSERT_FALSE(found);
     EXPECT_NE(found.error().find(row.said), std::string::npos) << found.error();
-    // As their workers do, each second.
+    // The workers of both connections do this each second.
     std::string aside;
     for (int turns = 0; turns < 2; ++turns) {
       for (EventsConnection* connection : {one_.get(), other_.get()}) {
@@ -341,7 +340,7 @@ TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
   }
 }
 
-/// A checkpoint that a reader holds up brings to the file only pages that have not changed since.
+/// While a reader is active, a checkpoint copies only pages that are unchanged since it began.
 TEST_F(EventsFileTest, AFileThatHasAPartOfALostLogIsDamaged) {
   OpenBoth();
   Add(*one_, "a");
@@ -357,7 +356,7 @@ TEST_F(EventsFileTest, AFileThatHasAPartOfALostLogIsDamaged) {
   EXPECT_NE(one_->Open().put_aside.find("a part of its write-ahead log"), std::string::npos);
 }
 
-/// mv backup.db events.db, with a gateway running.
+/// Like `mv backup.db events.db` while a gateway runs.
 TEST_F(EventsFileTest, AnotherFileInItsPlaceIsLeftAsItIs) {
   const auto backup = file().string() + ".backup";
   {

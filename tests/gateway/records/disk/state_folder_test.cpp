@@ -1,4 +1,4 @@
-// Where state lies, and that two gateways never share it.
+// Tests of the folder of the state, which two gateways never share, and of `DeviceMemory`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/disk/state_folder.h"
 
@@ -98,13 +98,12 @@ TEST(StateFolder, SaysWhyItCanNotBeMade) {
   ASSERT_TRUE(failure);
   EXPECT_FALSE(failure->in_use);
   EXPECT_NE(failure->text.find("Not a directory"), std::string::npos) << failure->text;
-  // What stands in the way goes, and the folder is there.
   fs::remove(file);
   EXPECT_FALSE(folder.Open());
 }
 
-// ---------------- What is kept of devices over restarts: whole, of the same device only, and on a
-// disk that fails.
+// ---------------- `DeviceMemory`: entries are whole, for the same device only, and survive a disk
+// that fails.
 
 class DeviceMemoryTest : public ::testing::Test {
  protected:
@@ -124,7 +123,7 @@ class DeviceMemoryTest : public ::testing::Test {
     config_.lines.push_back(line);
   }
 
-  /// Each has ended, and written, before the next begins.
+  /// Makes a new memory. The previous one must have ended and written its file.
   std::unique_ptr<DeviceMemory> Start() {
     return std::make_unique<DeviceMemory>(
         file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); },
@@ -181,7 +180,7 @@ TEST_F(DeviceMemoryTest, AFileThatIsNoneIsPutAsideAndNamed) {
   }
 }
 
-/// As of a card that dies: there is something, and reading fails.
+/// Reading the file fails, as on a card that dies.
 TEST_F(DeviceMemoryTest, OneThatCanNotBeReadIsPutAside) {
   fs::create_directory(file());
   EXPECT_EQ(Start()->Of(0), "");
@@ -215,7 +214,7 @@ TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
     const auto memory = Start();
     memory->Set(0, "serial 1");
     memory->Set(1, "serial 2");
-    config::Config slots = config_;  // the first line is gone, and was begun anew without a device
+    config::Config slots = config_;  // line 0 is removed, and added again with one device less
     slots.lines[0] = {};
     slots.lines[0].devices.resize(2);
     slots.lines.push_back(config_.lines[0]);
@@ -231,7 +230,7 @@ TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
 }
 
 TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldUntilItIsTriedWithSuccess) {
-  fs::create_directories(file().string() + ".part");  // in the way of every write
+  fs::create_directories(file().string() + ".part");  // makes every write fail
   {
     const auto memory = Start();
     memory->Set(0, "serial 1");

@@ -1,4 +1,4 @@
-// The states of an alarm, all of them.
+// Tests of the states of an alarm, of `AlarmBoard`, and of power cuts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/alarm.h"
 
@@ -56,7 +56,7 @@ struct Row {
   State before;
   Step step;
   State after;
-  bool is_new = false;  // another occurrence
+  bool is_new = false;  // counts as another occurrence
 };
 
 TEST(Alarm, GoesThroughItsStates) {
@@ -105,7 +105,7 @@ TEST(Alarm, IsAcknowledgedOnce) {
   }
 }
 
-/// Who acknowledges event 3 has not seen event 5, which has raised it again.
+/// A user who acknowledges event 3 has not seen event 5, which raised the alarm again.
 TEST(Alarm, IsAcknowledgedAsItWasSeen) {
   EventRecord event = Event(Step::acknowledge);
   event.mark.seq = 2;
@@ -171,9 +171,8 @@ TEST(AlarmBoard, ForgetsThoseThatAreOverFirst) {
   EXPECT_EQ(all[1].alarm.name, "2");
 }
 
-// ---------------- The power is cut at a random moment, hundreds of times: the alarms in the file
-// are those that the events in the file make, no more and no less, and nothing that was kept is
-// lost.
+// ---------------- The power fails at a random moment, hundreds of times. The alarms in the file
+// must fit its events, and no stored event is lost.
 
 using audit::FaultyDisk;
 
@@ -181,7 +180,7 @@ const std::size_t kSeeds = LongRun(300);
 constexpr int kLives = 4;
 constexpr Step kSteps[] = {Step::raise, Step::clear, Step::pulse, Step::acknowledge};
 
-/// Its text says what it does, for the oracle: "2 of 4", what to which alarm.
+/// Makes a random event. Its text contains the step and the alarm for Follow, such as "2 of 4".
 EventRecord Event(std::mt19937& random) {
   EventRecord event;
   event.line = "bay";
@@ -199,13 +198,13 @@ class Life {
   Life(FaultyDisk& disk, std::mt19937& random)
       : disk_(disk), random_(random), file_(audit::kEventsFile, disk.vfs()) {}
 
-  /// Until the power fails. The last number that was kept.
+  /// Runs until the power fails. Returns the last number that was stored.
   std::int64_t Run() {
     disk_.power_left = static_cast<int>(1 + random_() % 250);
     while (!disk_.power_failed()) {
       for (auto count = random_() % 4; count > 0; --count) Add();
       Write();
-      // A moment of trouble that passes.
+      // A short fault of the disk.
       disk_.write_error = random_() % 50 == 0 ? SQLITE_FULL : 0;
       disk_.sync_error = random_() % 50 == 0 ? SQLITE_IOERR_FSYNC : 0;
     }
@@ -234,7 +233,7 @@ class Life {
   EventFile file_;
 };
 
-/// State and number of each alarm, as the events say.
+/// State and number of each alarm, computed from the events.
 using States = std::map<std::string, std::pair<AlarmState, std::int64_t>>;
 States Follow(const std::vector<EventRecord>& events) {
   States states;

@@ -64,9 +64,9 @@ TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
 TEST(EventBook, KnowsWhatComesOnceMore) {
   EventBook book;
   book.OnOpened(7, {{NameOf(0), "a"}, {NameOf(1), "x"}});
-  book.Add(BatchOf(0, "a", 2, true));  // of before the restart
-  book.Add(BatchOf(1, "y", 1, true));  // that was not kept then
-  book.Add(BatchOf(2, "a", 1, true));  // another device's
+  book.Add(BatchOf(0, "a", 2, true));  // stored before the restart
+  book.Add(BatchOf(1, "y", 1, true));  // not stored before the restart
+  book.Add(BatchOf(2, "a", 1, true));  // of another device
   EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(8, 9));
   EXPECT_THAT(book.Kept(3), ElementsAre(NameOf(0), NameOf(1), NameOf(2)))
       << "all may be asked for more";
@@ -143,7 +143,7 @@ TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
   kept.name = "0:1";
   kept.state = AlarmState::active;
   kept.seq = 2;
-  Batch before = BatchOf(1, "a", 0, true);  // came before the restart, and is kept
+  Batch before = BatchOf(1, "a", 0, true);  // stored before the restart
   before.events = {AlarmEvent(Step::clear)};
   book.Add(before);
   book.TellAlways(AlarmEvent(Step::raise, true));
@@ -236,8 +236,7 @@ TEST(EventRecord, CutsLongTexts) {
   EXPECT_EQ(RecordsOf(batch, "l", Relay(), kHappened, {})[0].text.size(), kLongestText);
 }
 
-// ---------------- The rounds of the writing thread alone: what a round that fails leaves for the
-// next one.
+// ---------------- The rounds of the writing thread: what a failed round leaves for the next.
 
 class EventRoundsTest : public ::testing::Test {
  protected:
@@ -265,7 +264,7 @@ class EventRoundsTest : public ::testing::Test {
   EventQueue queue_{options_, pending_};
 };
 
-/// Its device would be asked for more, and would throw away what is not on the disk.
+/// Once a batch is confirmed, its device may delete the events.
 TEST_F(EventRoundsTest, ABatchIsKeptOnlyByARoundThatSucceeds) {
   Add("a");
   EventRounds::Round fails = rounds_.Take();
@@ -287,7 +286,7 @@ TEST_F(EventRoundsTest, ADiskThatFailsIsLeftInPeaceForASecond) {
   EXPECT_TRUE(rounds_.Begin());
 }
 
-// ---------------- When events are written timer.
+// ---------------- `RoundTimer`: when events are written.
 
 constexpr Instant kNow = Instant() + 1h;
 

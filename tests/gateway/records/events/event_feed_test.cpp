@@ -1,4 +1,4 @@
-// What outputs see of the events on the disk: in order, bounded, by device, and what is missing.
+// Tests of `EventFeed`, the events as outputs see them, and of the table of events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/event_feed.h"
 
@@ -15,7 +15,7 @@ namespace {
 constexpr std::optional<Source> kAll = std::nullopt;
 constexpr std::size_t kMost = 7;
 
-/// One event for each source, numbered on.
+/// Makes one event for each source, with consecutive numbers.
 class Events {
  public:
   std::vector<Batch> Of(const std::vector<Source>& sources) {
@@ -95,7 +95,8 @@ TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
   }
 }
 
-/// Room for 3, and the owners of 4 more: of 12 events 1…5 are old, 6…9 gone, 10…12 shown.
+/// Room for 3 events, and for the owners of 4 more: 1…5 are forgotten, of 6…9 only the owners are
+/// known, 10…12 are shown.
 TEST(EventFeed, CountsWhatADeviceHasLostAndNotWhatOthersHave) {
   EventFeed feed({.events = 3, .remembered = 4});
   feed.Renumber(kFeeders);
@@ -171,7 +172,7 @@ TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   EXPECT_EQ(contents.image.events.size(), 250U);
   EXPECT_EQ(contents.image.gone.size(), 51U);
   EventFeed feed(limits);
-  // The second has been taken out of the configuration, the first moved to another line.
+  // The second device was removed, the first was moved to another line.
   feed.Renumber({{"bay-2", "feeder-3"}, {"bay-2", "feeder-1"}});
   int woken = 0;
   feed.listeners().Listen([&] { ++woken; });
@@ -192,8 +193,8 @@ TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
   EXPECT_EQ(woken, 1);
 }
 
-// ---------------- The table of events: what goes in comes out page by page, and the oldest make
-// room.
+// ---------------- The table of events is read by pages, and the oldest events are deleted for new
+// ones.
 
 constexpr WallTime kWall = WallTime(std::chrono::hours(498'000));
 

@@ -1,4 +1,4 @@
-// Events with their thread, as a test wants their disk, and what is heard of them.
+// `EventLogTest`: an event log with its thread, on a disk that the test controls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// The events with their thread, on disks that work and fail, and beside the audit.
+// Tests of `EventLog` with its thread, on disks that work and fail, together with the audit.
 // SPDX-License-Identifier: Apache-2.0
 #include <sqlite3.h>
 
@@ -93,7 +93,7 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   EXPECT_EQ(texts[1], "1");
   EXPECT_EQ(texts[2], "the gateway ends");
   EXPECT_EQ(texts[3], "baudgate 2 has started; the run before ended in order");
-  // A gateway that is killed writes nothing any more.
+  // The copy of the files is what a killed gateway leaves.
   const std::string other = (file().parent_path() / "killed.db").string();
   std::filesystem::copy(file(), other);
   std::filesystem::copy(file().string() + "-wal", other + "-wal");
@@ -103,13 +103,12 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the run before was broken off after"));
 }
 
-/// Nothing is written, so nobody else would find out.
+/// No event is written, so only the reader notices the damage.
 TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
   {
-    // Behind its head nothing is right any more.
     records::Database other(file().string(), records::Database::Mode::write);
     ASSERT_TRUE(other.EmptyLog());
     constexpr int kHeader = 100;
@@ -143,7 +142,7 @@ TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
   EXPECT_EQ(log->state().waiting, 0U);
 }
 
-/// Both write without a pause: neither is ever told that the file is busy.
+/// Both write without a pause. Neither may find the file busy.
 TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
   const auto writer = std::make_shared<records::EventsWriter>();
   const auto log = Start(file(), {}, writer);
@@ -190,7 +189,7 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
     record.event = 1;
     record.name = "trip";
     record.values = {{"phases", std::int64_t{4}}};
-    log->queue().Keep(record);  // the log ends behind it
+    log->queue().Keep(record);  // the log ends after it
   }
   const auto log = Start(file());
   log->queue().Add(BatchOf(0, "more"));
@@ -200,7 +199,7 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
   EXPECT_EQ(log->Read({})->records.at(0).kept->values.at(0).name, "phases");
 }
 
-/// A reload ends the line and begins it anew: its devices have other numbers, and are the same.
+/// A reload restarts the line, so its devices have other numbers.
 TEST_F(EventLogTest, WhatWaitsForTheDiskKeepsItsNameBeyondAReload) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -224,7 +223,7 @@ TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
     EXPECT_EQ(log->queue().said(2), "12.345 E1");
     EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
     EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
-    log->queue().Add(BatchOf(2, "12.345 E1", true));  // once more: it did not hear that it was kept
+    log->queue().Add(BatchOf(2, "12.345 E1", true));  // repeated: our confirmation was lost
     log->queue().Add(BatchOf(2, "12.346 E2"));
     AwaitKept(3);
     EXPECT_EQ(log->state().repeats, 1U);
@@ -234,8 +233,7 @@ TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
   EXPECT_EQ(page->records.size(), 2U);
 }
 
-// ---------------- Alarms while their disk works, fails and hangs; who has seen them, and which the
-// configuration still has.
+// ---------------- Alarms while their disk works, fails and hangs, and their acknowledgement.
 
 EventRecord Raised(const std::string& name) {
   EventRecord record;
@@ -265,8 +263,7 @@ std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
   return alarms;
 }
 
-/// The disk that fails is an alarm itself: it must not wait for that disk. Each change is told
-/// once, whenever it is kept.
+/// The disk failure is an alarm itself, so it must not wait for this disk.
 TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -378,7 +375,7 @@ TEST_F(EventLogTest, AReloadEndsAlarmsThatNobodyWatchesAnyMore) {
   log->queue().Tell(Raised("a"));
   log->queue().Tell(Raised("b"));
   while (log->state().newest < 2) std::this_thread::yield();
-  log->queue().Tell(Raised("c"));  // maybe not on the disk yet
+  log->queue().Tell(Raised("c"));  // may not be on the disk yet
   log->queue().Renumber({{"bay-1", "feeder-1"}}, Only("b"));
   while (log->state().newest < 5) std::this_thread::yield();
   EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
@@ -414,8 +411,7 @@ TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
   while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
 }
 
-// ---------------- What outputs get of the events: from memory, and from the file where they have
-// been away.
+// ---------------- The events for outputs: from memory, and from the file after an absence.
 
 TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   const auto begin = [this] {
@@ -450,7 +446,7 @@ TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   while (!cursors_->Of("dds")) std::this_thread::yield();
   EXPECT_EQ(cursors_->Of("dds"), (Cursor{320, true}));
   EXPECT_EQ(take(320).front().record.seq, 321);
-  // A file that lacks what he has not had.
+  // The new file lacks events that the consumer has not read.
   std::filesystem::remove(file());
   log->queue().Add(BatchOf(0, "b"));
   AwaitKept(2);
@@ -502,7 +498,6 @@ TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
   EXPECT_EQ(fed[1].record.text, "does not answer");
 }
 
-/// A reload gives a device another number while its batch is being written.
 TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs(), {}, true);
@@ -524,7 +519,6 @@ TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
   EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
 }
 
-/// One reload takes a device out, and a later one brings it back.
 TEST_F(EventLogTest, FindsADeviceThatComesBackByItsName) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(1, "12.345 E1"));

@@ -1,4 +1,4 @@
-// When what is wrong is an alarm: rows of what happens, second by second.
+// Tests of `OwnAlarms`: when a trouble becomes an alarm, second by second.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/own_alarms.h"
 
@@ -64,17 +64,17 @@ class OwnAlarmsTest : public ::testing::Test {
   void Renew(std::shared_ptr<config::Config> config, const std::set<std::string>& begun) {
     alarms_.Renew(std::move(config), begun);
   }
-  /// Each second from the last one on.
+  /// Looks once for each second from the last one on.
   void LookUntil(int second) {
     for (; looked_ <= second; ++looked_) {
       At(looked_);
       Hear(alarms_.Look(now_));
     }
   }
-  /// "30: raise bay-1.feeder-1 no answer for 30s: no reply"; what only ends an alarm of before the
-  /// start is left out.
+  /// "30: raise bay-1.feeder-1 no answer for 30s: no reply", without ends of alarms from before the
+  /// start.
   std::vector<std::string> Heard() { return std::exchange(heard_, {}); }
-  /// The same, with those.
+  /// Returns the same texts, including these ends.
   std::vector<std::string> All() { return std::exchange(all_, {}); }
 
   void Hear(const OwnAlarms::Records& records) {
@@ -205,7 +205,7 @@ TEST_F(OwnAlarmsTest, AUnitIsExplainedByItsServer) {
                                    "90: raise .unit-70 no answer to clients for 30s"));
 }
 
-/// The file may hold alarms of before the start, of which nobody tells the end.
+/// The file may contain alarms from before the start whose end is never reported.
 TEST_F(OwnAlarmsTest, TheFirstAnswerEndsWhatWasKept) {
   End(0, Trouble::no_answer, kFeeder);
   EXPECT_THAT(All(), ElementsAre("0: clear bay-1.feeder-1 no answer, over",
@@ -272,7 +272,7 @@ TEST(Troubles, HaveTheSettingOfWhatTheyAreOf) {
     Trouble trouble;
     const char* line;
     const char* device;
-    Duration delay;  // negative: none
+    Duration delay;  // negative: no alarm
   };
   const Row rows[] = {
       {Trouble::no_answer, "bay-1", "feeder-1", 30s},
@@ -281,7 +281,7 @@ TEST(Troubles, HaveTheSettingOfWhatTheyAreOf) {
       {Trouble::ring_open, "bay-1", "", 5s},
       {Trouble::port_down, "bay-2", "", -1s},
       {Trouble::unit_silent, "bay-1", "unit-20", 9s},
-      {Trouble::unit_silent, "", "unit-20", -1s},  // led elsewhere once
+      {Trouble::unit_silent, "", "unit-20", -1s},  // the alarm of an earlier route
       {Trouble::unit_silent, "bay-1", "unit-30", -1s},
       {Trouble::unit_silent, "", "unit-70", 30s},
       {Trouble::server_away, "", "10.0.0.9:502", 30s},

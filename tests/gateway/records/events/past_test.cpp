@@ -1,5 +1,4 @@
-// What meters have kept themselves, in events.db: written with what its source has said, in one
-// transaction, read back page by page, and the same behind hundreds of power cuts.
+// Tests of records that a meter has stored itself, of `PlacedTime`, and of `Shares`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -39,7 +38,7 @@ class Gateway {
  public:
   explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, disk.vfs()) {}
 
-  /// Nothing: the file does not open.
+  /// Returns the last stored place in the meter; nothing if the file does not open.
   std::optional<std::string> Said(Source source) {
     const auto opened = file_.Open();
     if (opened && !opened->ok) return std::nullopt;
@@ -143,8 +142,7 @@ TEST(Past, TheOldestGiveWay) {
   EXPECT_EQ(rows.back().value, Value(79.0));
 }
 
-/// What is in the file and what its source has said belong together, whenever the power fails: so
-/// nothing is read twice from the meter, and nothing left out.
+/// Records and the place in the meter are one transaction: nothing is read twice or left out.
 TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
   std::int64_t kept = 0;
   for (unsigned seed = 1; seed <= LongRun(60) && !testing::Test::HasFailure(); ++seed) {
@@ -186,8 +184,7 @@ TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
   EXPECT_GT(kept, static_cast<std::int64_t>(10 * LongRun(60))) << "else it shows little";
 }
 
-// ---------------- Seconds of a minute become a time: over the borders of minute, hour and year,
-// and what cannot be known.
+// ---------------- `PlacedTime`: seconds within a minute become a time.
 
 using namespace std::chrono;  // NOLINT: dates read like dates
 
@@ -245,7 +242,7 @@ TEST(PlacedTime, IsCompletedFromWhenItWasHeard) {
   }
 }
 
-/// An event between two looks of 1 s, and up to 2 s until the reply is through.
+/// The event happens between two reads, which are 1 s apart. The reply may take up to 2 s.
 TEST(PlacedTime, IsRightForEveryDelayOfTwoSeconds) {
   for (const WallTime border : {At(kDay, 10h), At(kDay, 10h + 1min), At(kNewYear, 0s)}) {
     for (Duration before = -61s; before <= 61s; before += 97ms) {
@@ -261,19 +258,19 @@ TEST(PlacedTime, IsRightForEveryDelayOfTwoSeconds) {
 }
 
 TEST(PlacedTime, OfABatchKeepsItsOrder) {
-  // 59.900 came before 00.100, so that it is not of the minute that has just begun.
+  // 59.900 came before 00.100, so it belongs to the minute before.
   const auto placed =
       Place({Seconds(59'900ms), Seconds(100ms), Seconds(100ms)}, At(kDay, 10h + 58s), {});
   EXPECT_EQ(placed[0].time, At(kDay, 10h - 100ms));
   EXPECT_EQ(placed[1].time, At(kDay, 10h + 100ms));
   EXPECT_EQ(placed[2].time, At(kDay, 10h + 100ms));
-  // Over several minutes: 30, 20, 10 took two of them at least.
+  // 30, 20, 10 need at least two minutes in between.
   const auto long_ago = Place({Seconds(30s), Seconds(20s), Seconds(10s)}, At(kDay, 10h + 12s), {});
   EXPECT_EQ(long_ago[0].time, At(kDay, 10h - 90s));
   EXPECT_EQ(long_ago[1].time, At(kDay, 10h - 40s));
   EXPECT_EQ(long_ago[2].time, At(kDay, 10h + 10s));
   EXPECT_EQ(long_ago[0].quality, ClockQuality::minute_guessed);
-  // A clock that is set back by a second does not make an event a minute older.
+  // A clock that was set back by a second must not make an event a minute older.
   const auto set_back = Place({Seconds(11s), Seconds(10s)}, At(kDay, 10h + 12s), 3s);
   EXPECT_EQ(set_back[0].time, At(kDay, 10h + 11s));
   EXPECT_EQ(set_back[1].time, At(kDay, 10h + 10s));
@@ -352,7 +349,7 @@ TEST_F(SharesTest, TellHowManyAndTheLast) {
   EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
 }
 
-/// Every 2.5 s for an hour: more and more seldom, at last one a minute and a few.
+/// Every 2.5 s for an hour: reported less and less often, in the end about once a minute.
 TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
   Taken("a", Shares::kAtOnce);
   Keep("a", Shares::kAtOnce);
@@ -371,7 +368,7 @@ TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
   EXPECT_LE(told, 65U);
 }
 
-/// That some were left out is no alarm, whatever they were.
+/// The record about omitted events raises no alarm, whatever the events were.
 TEST_F(SharesTest, WhatWasLeftOutRaisesNothing) {
   EventRecord flaps = Port("a", "on");
   flaps.subject = "a above 5";
@@ -401,7 +398,7 @@ TEST_F(SharesTest, AreWholeAgainAfterAWhile) {
   EXPECT_EQ(Taken("a", 100), Shares::kAtOnce);
 }
 
-/// While the disk fails nothing is kept, however long: memory has an end.
+/// While the disk fails no event is stored, but memory stays bounded.
 TEST_F(SharesTest, WaitInBoundedMemory) {
   int taken = 0;
   for (int minute = 0; minute < 10'000; ++minute, Pass(Shares::kEach)) taken += Take("a") ? 1 : 0;

@@ -1,4 +1,4 @@
-// What readings make of the rules of a point.
+// Tests of `PointWatch`: the events that the readings of a point cause by its rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/point_watch.h"
 
@@ -28,7 +28,7 @@ Seen Num(double value) { return {Value(value)}; }
 Seen Bit(bool value) { return {Value(value)}; }
 Seen Word(const std::string& value) { return {Value(value)}; }
 
-/// One reading a second. "2 on" is what the third has made; "!": it is the first that is known.
+/// One reading per second. "2 on": reading 2 caused an event; "!": the first known state.
 std::vector<std::string> Play(const PointEvent& rule, const std::vector<Seen>& readings) {
   PointWatch watch(rule);
   std::vector<std::string> found;
@@ -88,7 +88,7 @@ TEST(PointWatch, OfALimit) {
               ElementsAre("1 on", "2 off"));
 }
 
-/// Counted in binary 5.3 is 53 times 0.1 and a little less.
+/// In binary, 53 times 0.1 is a little less than 5.3.
 TEST(PointWatch, CountsAsPeopleDo) {
   EXPECT_THAT(Play(Rule(On::above, 5.3), {Num(5), Num(53 * 0.1), Num(5.4)}), ElementsAre("2 on"));
   EXPECT_THAT(Play(Rule(On::below, -0.3), {Num(0), Num(-3 * 0.1), Num(-0.4)}), ElementsAre("2 on"));
@@ -251,13 +251,13 @@ TEST(Watched, IsWhatTheConfigurationCanStillRaise) {
       {"bay-1", "feeder-1", "current below 5", "current", false},  // no alarm
       {"bay-1", "feeder-1", "voltage above 5", "voltage", false},
       {"bay-1", "feeder-1", "0:3", "", true},
-      {"bay-1", "feeder-1", "2:3", "", true},   // the row is of all channels
+      {"bay-1", "feeder-1", "2:3", "", true},   // the row covers all channels
       {"bay-1", "feeder-1", "0:1", "", false},  // no alarm
       {"bay-1", "feeder-1", "0:13", "", false},
       {"bay-1", "feeder-2", "current above 5", "current", false},  // events: off
       {"bay-1", "feeder-2", "0:3", "", false},
       {"bay-1", "feeder-3", "0:3", "", false},
-      {"bay-2", "feeder-1", "0:3", "", false},  // it was there once
+      {"bay-2", "feeder-1", "0:3", "", false},  // the device was there once
       {"bay-1", "feeder-1", "no answer", "", true},
       {"bay-1", "feeder-2", "no answer", "", false},  // alarms: off
       {"bay-1", "feeder-3", "no answer", "", false},

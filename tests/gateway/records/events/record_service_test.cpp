@@ -1,5 +1,4 @@
-// What events owe, read once and whole: with a device that answers in part, late, or not at all,
-// and tells of another event meanwhile.
+// Tests of `RecordService`: the values of an event, with a device that answers in part or late.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/record_service.h"
 
@@ -89,7 +88,7 @@ class RecordServiceTest : public ::testing::Test {
     Pass(1s);
     service_.OnDrained(0, now_.instant);
   }
-  /// The device has answered something.
+  /// The device has answered a read, `later` than the last step.
   void Hear(Duration later) {
     Pass(later);
     service_.OnRead(0, now_.instant);
@@ -145,7 +144,7 @@ TEST_F(RecordServiceTest, ALookForEventsBeforeItWasReadProvesNothing) {
 TEST_F(RecordServiceTest, TheNextEventGetsTheValuesThatItMayHaveChanged) {
   Owe(412);
   ReadAll(5);
-  Owe(413);  // told by the relay before it had nothing more
+  Owe(413);  // reported before the relay had no more events
   ASSERT_THAT(kept_, SizeIs(1));
   ASSERT_THAT(asked_, SizeIs(1)) << "it is read once more";
   ReadAll(7);
@@ -338,7 +337,7 @@ TEST_F(SilentServiceTest, ADeviceWithoutEventsOfItsOwnHasNothingMoreToTell) {
 namespace baudgate::events {
 namespace {
 
-// ---------------- The codes and words of the gateway's own events, which users filter by.
+// ---------------- The codes and words of the gateway's own events, by which users filter.
 
 using config::EventState;
 
@@ -446,8 +445,7 @@ TEST(OwnRecords, AreCutToWhatIsKept) {
   EXPECT_EQ(FactRecord(fact, kAt).text.size(), kLongestText);
 }
 
-// ---------------- Values that belong together: in the file as one, with their numbers, owed and
-// settled.
+// ---------------- Values that belong together are stored as one record.
 
 using ::testing::ElementsAre;
 

@@ -1,4 +1,4 @@
-// A folder of one test, which goes with it.
+// `FolderTest`: a folder that is removed after the test.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,5 +1,4 @@
-// Which files stay: by age, by a clock that may be wrong, by the limit; and what is said of those
-// that go, or were taken away.
+// Tests of which files of the history stay, and of reports about removed ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -120,7 +119,7 @@ TEST_F(KeptFiles, AClockThatIsWrongForSecondsDeletesNothing) {
   EXPECT_EQ(minutes(), 2U);
   EXPECT_EQ(All({.point = "bay.f1.a", .until = kBegin}).size(), 14U) << "and four gaps";
   EXPECT_THAT(store->TakeNews(), IsEmpty());
-  // Two days on, with a clock that was right all the time.
+  // Two days later, with a clock that was always right.
   const Millis later = kBegin + 2 * kDay;
   ASSERT_TRUE(store->Write(Hour(4, later), At(later)));
   const auto news = store->TakeNews();
@@ -178,7 +177,7 @@ TEST_F(KeptFiles, OneThatIsRemovedIsFoundOutAtTheNextCommit) {
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
   EXPECT_THAT(news[0].text, HasSubstr(DayFileName(kBegin) + ": it was removed, and all that"));
-  // What the recorder had already handed over is of its old run still; then it begins anew.
+  // The recorder had already handed over a batch of the old run. Only then it begins a new run.
   const Millis anew = next + 3 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, next + 2 * kSecond, anew, {}, kBegin), At(anew)));
   ASSERT_TRUE(
@@ -193,7 +192,7 @@ TEST_F(KeptFiles, OneThatIsRemovedIsFoundOutAtTheNextCommit) {
   EXPECT_EQ(records[4].entry.time, anew);
 }
 
-/// The days before know the run, and how far it came.
+/// The file of the day before contains the run and its last time.
 TEST_F(KeptFiles, OneThatIsRemovedIsAGapBehindTheDayBefore) {
   const Millis began = kBegin + kDay - 2 * kSecond;
   auto store = Open(began);
@@ -212,7 +211,7 @@ TEST_F(KeptFiles, OneThatIsRemovedIsAGapBehindTheDayBefore) {
   EXPECT_EQ(records[3].entry.time, next);
 }
 
-/// Whoever reads it again and again must not be the one who says that all is well.
+/// A reader that repeats its request must not clear the fault: only a look may.
 TEST_F(KeptFiles, WhatCouldNotBeReadIsForgottenWhenItCan) {
   const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
   const std::filesystem::path kept = folder() / "kept";
@@ -254,7 +253,7 @@ TEST_F(KeptFiles, WhatCouldNotBeReadIsForgottenWhenItCan) {
   }
 }
 
-/// SQLite has sound pages in memory, and writes on.
+/// SQLite has undamaged pages in memory, so it could continue to write.
 TEST_F(KeptFiles, DamageThatAReaderHasFoundIsFoundByWhoeverWrites) {
   auto store = Open(kBegin);
   const Millis later = kBegin + 10 * kSecond;

@@ -1,4 +1,4 @@
-// What a recorder makes of a point store that changes, with clocks that are set.
+// Tests of `Recorder`, with clocks that are set, and of the rules of what is stored.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/history/recorder.h"
 
@@ -48,7 +48,7 @@ class RecorderTest : public ::testing::Test {
     feed_->Drain({}, changes);
     recorder_->Take(changes, now_, room, out_);
   }
-  /// "1/0@5s=10": run, point, seconds since the begin, value.
+  /// Returns texts such as "1/0@5000=10": run, point, ms since kBegin, value.
   std::vector<std::string> Kept() const {
     std::vector<std::string> texts;
     for (const Sample& sample : out_.samples) {
@@ -151,14 +151,14 @@ TEST_F(RecorderTest, AClockThatIsSetBeginsARun) {
   EXPECT_EQ(out_.runs[1].began, kBegin - 3'599'000);
   EXPECT_EQ(out_.runs[1].until, kBegin - 3'598'000);
   EXPECT_EQ(out_.runs[2].why, RunBegin::clock);
-  // This clock cannot tell the time of a reading before the step.
+  // A reading after the step gets its time from the new clock.
   Pass(1s);
   Set(0, 2);
   Take();
   EXPECT_EQ(Kept().back(), "3/0@3603000=2");
 }
 
-/// SIGSTOP, suspend, a virtual machine without a processor.
+/// Examples: SIGSTOP, suspend, a virtual machine without a processor.
 TEST_F(RecorderTest, WhatNobodyLookedAtIsAGap) {
   Set(0, 10);
   Set(2, 20);
@@ -202,7 +202,7 @@ TEST_F(RecorderTest, SpansAreOfEveryReading) {
   EXPECT_EQ(out_.runs.back().until, kBegin + 90 * kSecond);
 }
 
-// ---------------- Which readings are kept.
+// ---------------- Which readings are stored.
 
 constexpr LogRule kPlain{};
 const LogRule kHalf{.deadband = 0.5};
@@ -256,8 +256,7 @@ TEST(LogRule, Table) {
   }
 }
 
-// ---------------- Values that wait for the disk: the numbers of their runs, and how many of them
-// may wait.
+// ---------------- Values that wait for the disk.
 
 using testing::IsEmpty;
 using testing::SizeIs;

@@ -1,4 +1,4 @@
-// Minutes and hours against the definition: the value of every millisecond, looked up.
+// Tests of minutes and hours, of charts, and of the encoding of entries.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -22,7 +22,7 @@ struct Set {
   bool reading = true;
 };
 
-/// Millisecond by millisecond, in the widest arithmetic there is.
+/// Computes the trends millisecond by millisecond, with long double.
 std::map<Millis, Trend> Oracle(const std::vector<Set>& sets, Millis end, Millis width) {
   std::map<Millis, Trend> spans;
   std::map<Millis, long double> sums;
@@ -53,7 +53,7 @@ std::vector<Trend> Rolled(const std::vector<Set>& sets, Millis end, Millis width
   Rollup rollup(width);
   for (const Set& set : sets) {
     rollup.Set(set.time, set.value, set.reading, out);
-    // To look at the clock in between changes nothing.
+    // Extra calls of Advance change nothing.
     if (random() % 3 == 0) rollup.Advance(set.time, out);
   }
   rollup.Forget(end, out);
@@ -98,7 +98,7 @@ TEST(Rollup, EqualsTheOracle) {
   for (int round = 0; round < 400; ++round) {
     const Millis width = 20 + random() % 100;
     std::vector<Set> sets;
-    // Many times fall on a boundary, or just beside it.
+    // Many times are exactly on a boundary, or beside it.
     Millis time = 1'790'000'000'000 + random() % 200;
     const double offset = random() % 2 == 0 ? 0 : 1e6;
     for (std::size_t i = 1 + random() % 40; i > 0; --i) {
@@ -155,7 +155,7 @@ TEST(Rollup, WiderSpansAreTheirParts) {
   }
 }
 
-// ---------------- What is left of a history in so many pixels.
+// ---------------- A history reduced to a number of pixels.
 
 using web::FakeHistory;
 using web::kDayBegin;
@@ -213,7 +213,7 @@ TEST(Chart, ThereIsAlwaysAStep) {
   }
 }
 
-// ---------------- Entries as bytes and back, and what bytes of others make of it.
+// ---------------- Entries as bytes and back, and bytes of unknown origin.
 
 constexpr Millis kFirst = 1'790'000'000'000;
 

@@ -1,4 +1,4 @@
-// The files of a history of two points, in a folder of one test.
+// `ValueStoreTest`: the files of a history of two points, in a folder of the test.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,7 @@ namespace baudgate::history {
 
 inline constexpr Millis kBegin = 1'790'000'000'000 / kDay * kDay;
 
-/// Both clocks; `ahead`: that of the wall is wrong by so much.
+/// Makes both clocks. The wall clock is wrong by `ahead` ms.
 inline Now At(Millis time, Millis ahead = 0) {
   return {Instant(std::chrono::milliseconds(time)), ToWall(time + ahead)};
 }
@@ -30,7 +30,7 @@ class ValueStoreTest : public FolderTest {
     EXPECT_TRUE(status) << status.error();
     return store;
   }
-  /// Both points, once a second.
+  /// Makes a batch with both points, once a second.
   static Batch Seconds(std::int64_t run, Millis from, Millis to, RunBegin why = RunBegin::started,
                        std::optional<Millis> began = {}) {
     Batch batch;

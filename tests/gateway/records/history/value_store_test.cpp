@@ -1,4 +1,4 @@
-// The files: what is written is read back, over days, restarts, power cuts and disks that fail.
+// Tests of the files of the history: restarts, power cuts and disks that fail.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sqlite3.h>
@@ -28,7 +28,7 @@ using ::testing::HasSubstr;
 
 TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
   auto store = Open(kBegin);
-  // Three hours in steps of a minute: rows become chunks meanwhile.
+  // Three hours in steps of a minute, so rows become chunks.
   for (Millis time = kBegin; time < kBegin + 3 * kHour; time += kMinute) {
     const Status status =
         store->Write(Seconds(1, time, time + kMinute, {}, kBegin), At(time + kMinute));
@@ -56,7 +56,7 @@ TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
 
 TEST_F(ValueStoreTest, ARestartIsAGap) {
   Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), At(kBegin + 5 * kSecond), true);
-  // It ended without packing: rows are left.
+  // The store ended without packing, so its rows are left.
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 2 * kSecond),
                            At(kBegin + kHour + 2 * kSecond)));
@@ -74,7 +74,7 @@ TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 3 * kSecond),
                            At(kBegin + kHour + 3 * kSecond)));
-  // Back, and into the day before.
+  // Back into the day before.
   const Millis back = kBegin - kHour;
   ASSERT_TRUE(
       store->Write(Seconds(2, back, back + 3 * kSecond, RunBegin::clock), At(back + 3 * kSecond)));
@@ -148,7 +148,7 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
   EXPECT_EQ(hours->spans[0].mean, 29.5);
   EXPECT_EQ(hours->spans[1].mean, 74.5) << "out of the minutes of an hour that is not over";
   store.reset();
-  // The hour that a killed gateway has not written is made of its minutes.
+  // A killed gateway has not written this hour, so it is computed from its minutes.
   store = Open(kBegin + 3 * kHour);
   Batch later;
   later.runs = {{1, kBegin + 3 * kHour, kBegin + 3 * kHour, RunBegin::started}};
@@ -158,7 +158,7 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
   EXPECT_EQ(mended->spans[1], hours->spans[1]);
 }
 
-/// Everything that was committed before the last second is there, in order, once.
+/// All samples that were committed before the last second are there, in order and once.
 TEST(ValuePowerCuts, LoseASecondAtMost) {
   std::mt19937 random(14);
   const std::vector<PointName> names = {{"a", config::Type::float64}};
@@ -205,7 +205,7 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
   }
 }
 
-/// gateway/records/disk refuses files of newer versions and has to know those of this module.
+/// gateway/records/disk must know the versions of this module, to refuse newer files.
 TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
   ASSERT_TRUE(store.Open(At(kBegin)));
@@ -291,8 +291,8 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// Looks again whenever the log has looked at the clock, as it does in each of its rounds; and a
-  /// moment later, as what is awaited may be the end of its last round.
+  /// Checks after each round of the log, and once more after 100 ms, because the last round may be
+  /// over already.
   template <typename Ready>
   void Await(Ready ready) {
     for (;;) {
@@ -368,13 +368,13 @@ TEST_F(HistoryLogTest, AFileThatIsRemovedIsBegunAnew) {
   Set(7);
   const auto kept = [&] { return log->view()->Read({.point = "bay.f1.a"})->records; };
   Await([&] { return kept().size() == 1; });
-  // The database last: it is begun anew as soon as it is gone.
+  // The database file goes last, because the log makes a new one as soon as it is gone.
   std::set<std::filesystem::path, std::greater<>> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder())) {
     if (entry.path().filename().string().starts_with("values-")) files.insert(entry.path());
   }
   for (const auto& file : files) std::filesystem::remove(file);
-  // Nothing changes, and yet what holds is kept again.
+  // No value changes, but the present value is stored again.
   Await([&] { return log->view()->state().counters.kept == 2 && !kept().empty(); });
   Await([&] { return !kept().back().gap; });
   EXPECT_EQ(kept().back().entry.value, Value(std::int64_t{7}));
@@ -420,7 +420,7 @@ TEST_F(HistoryLogTest, ADiskThatHangsIsShown) {
   });
 }
 
-/// A reload has ended it, and its disk hangs.
+/// A reload has ended the earlier history, which still has the files because its disk hangs.
 TEST_F(HistoryLogTest, WaitsForTheOneThatHasTheFiles) {
   std::atomic<bool> taken = true;
   taken_ = [&taken] { return taken.load(); };

@@ -1,5 +1,4 @@
-// What the flight recorder keeps, what a live reader sees, and that no secret is in either, however
-// it comes back.
+// Tests of `LineRecorder`: recordings and traces, in which no secret may appear.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/trace/line_recorder.h"
 
@@ -45,7 +44,7 @@ class LineRecorderTest : public testing::Test {
     request.bytes = ToBytes(text);
     recorder_->OnSent(device, request, Later());
   }
-  /// The password 724 and its check value are secret.
+  /// Sends a request in which the password 724 and its check value are secret.
   void SendSecret() {
     protocols::Request request;
     request.bytes = ToBytes(kRequest);
@@ -62,7 +61,6 @@ class LineRecorderTest : public testing::Test {
     for (const TraceRecord& record : records) lines.push_back(ToText(record));
     return lines;
   }
-  /// All characters received, as shown.
   std::string ReceivedText() const {
     std::string text;
     for (const TraceRecord& record : recorder_->Recorded()) {
@@ -71,7 +69,7 @@ class LineRecorderTest : public testing::Test {
     return text;
   }
 
-  /// What the last exchange received.
+  /// Returns the text of all bytes received since the last request.
   std::string LastReceivedText() const {
     std::string text;
     const auto records = recorder_->Recorded();
@@ -159,8 +157,6 @@ TEST_F(LineRecorderTest, AReaderThatIsGoneIsForgotten) {
   EXPECT_EQ(woken, 1);
 }
 
-// ---------------------------------------------------------------- recordings
-
 TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
   Send("?A1\r");
   End();
@@ -203,8 +199,6 @@ TEST_F(LineRecorderTest, NobodyHasToWantRecordings) {
   End(Outcome::corrupt);
   EXPECT_THAT(Lines(), SizeIs(2));
 }
-
-// ---------------------------------------------------------------- secrets
 
 TEST_F(LineRecorderTest, SecretsOfARequestAreMasked) {
   auto queue = recorder_->Subscribe({});
@@ -253,7 +247,7 @@ TEST_F(LineRecorderTest, TheMaskOutlivesTheExchangeAndThePort) {
   EXPECT_EQ(LastReceivedText(), "***");
 }
 
-/// A task goes on behind its password; what it says at its end may quote any of its replies.
+/// A task continues behind its password. The reason at its end may quote any of its replies.
 TEST_F(LineRecorderTest, NoReasonQuotesWhatCameBack) {
   const char* const reason = "the device says: wrong password '724'";
   SendSecret();
@@ -322,7 +316,7 @@ TEST_F(LineRecorderTest, NoiseBetweenRequestsPushesOutNoExchange) {
   EXPECT_THAT(recorder_->Recorded().front().text, HasSubstr("1st"));
 }
 
-// ---------------- The comments on top of a trace, there and back.
+// ---------------- The comments at the head of a trace, written and read.
 
 config::Line ALine() {
   config::Line line;
@@ -417,8 +411,7 @@ TEST(TraceQueue, ANoteStandsInThePlaceOfWhatWasDropped) {
   EXPECT_EQ(queue.Take().size(), 1U) << "told once";
 }
 
-// ---------------- The files of the flight recorder: names, contents, limits, and a folder that
-// cannot be written.
+// ---------------- The files of the flight recorder.
 
 namespace fs = std::filesystem;
 
@@ -445,7 +438,6 @@ class RecordingsTest : public testing::Test {
     const TraceRecord record{TraceRecord::Kind::sent, at, "feeder-1", "3E", ">"};
     recordings_->Save({line_.name, TraceHead(line_), line_.devices[0].name, reason, at, {record}});
   }
-  /// Everything is written once this returns.
   void End() { recordings_.reset(); }
   std::vector<std::string> Files() const {
     std::vector<std::string> names;
@@ -503,13 +495,13 @@ TEST_F(RecordingsTest, NamesCanNotLeaveTheFolder) {
 
 TEST_F(RecordingsTest, TheOldestFilesOfALineGo) {
   const std::vector<std::string> others = {
-      "bay-1-1-20200101T000000Z-x-corrupt.trace",  // another line's
+      "bay-1-1-20200101T000000Z-x-corrupt.trace",  // of another line
       "bay-1-notes.trace", "bay-1-20200101T000000Z-x-corrupt.txt", "readme"};
   for (const std::string& name : others) std::ofstream(folder_ / name) << "x";
   Begin(folder_);
   for (int i = 0; i < 30; ++i) {
     Save(kTime + i * 1h);
-    if (i % 10 == 9) {  // never more than may wait
+    if (i % 10 == 9) {  // so that not too many wait
       End();
       Begin(folder_);
     }
@@ -535,7 +527,7 @@ TEST_F(RecordingsTest, AFolderThatCanNotBeWrittenIsSaid) {
 }
 
 TEST_F(RecordingsTest, WhatAFullDiskDidNotTakeIsTriedAgain) {
-  // What is written into the part goes to a device without room.
+  // The part file leads to a device without room, so the write fails.
   const fs::path part = folder_ / ".bay-1.trace.part";
   fs::create_symlink("/dev/full", part);
   Begin(folder_);

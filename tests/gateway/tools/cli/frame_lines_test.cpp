@@ -1,4 +1,4 @@
-// Records of a trace as whole frames, decoded.
+// Tests of `trace` and `decode`: the records of a trace as whole frames, decoded.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -73,8 +73,7 @@ std::string RecordOf(const std::string& time, const std::string& bytes) {
   return time + " - < " + ToHex(ToBytes(bytes)) + " | " + Printable(ToBytes(bytes)) + "\n";
 }
 
-/// Messages that come unasked, in pieces and behind damage: in a trace, and decoded from the trace
-/// and from lines that somebody has written.
+/// Messages that a device sends unasked, in pieces and behind damage.
 TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
   config::Catalog catalog = Protocols();
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
@@ -162,7 +161,7 @@ TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
 namespace baudgate::tools {
 namespace {
 
-// ---------------- `trace` against a control server.
+// ---------------- `trace` with a control server.
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
@@ -172,7 +171,6 @@ using ::testing::Not;
 class TraceTest : public control::ControlTest {
  protected:
   int Trace(const TraceOptions& options) { return RunTrace(options, {}, out_, err_); }
-  /// The head of a trace of bay-1.
   std::string Head() const {
     std::string head;
     for (const std::string& line : records::TraceHead(config_.lines[0])) head += line + "\n";

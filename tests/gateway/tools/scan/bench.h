@@ -1,5 +1,4 @@
-// A bus for scans under virtual time: twins, an echo, devices that think long, and a second master,
-// which asks by its own clock. Keeps every request that was sent.
+// `Bench`: a bus for scans under virtual time, with twins and a second master.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,8 +26,8 @@ class Bench final : public Wire {
   bool echoes = false;
   Duration think = 10ms;
   std::optional<Master> master;
-  std::optional<std::size_t> stop_after;  ///< the user presses Ctrl-C behind so many requests
-  bool stops_listening = false;           ///< the same before anything was sent
+  std::optional<std::size_t> stop_after;  ///< the user presses Ctrl-C after this many requests
+  bool stops_listening = false;           ///< the user presses Ctrl-C before the first request
   std::vector<std::pair<Bytes, config::SerialSettings>> sent;
 
   Status Apply(const config::SerialSettings& serial) override {
@@ -67,9 +66,9 @@ struct Seen final : Watcher {
   }
 };
 
-/// Looks for all protocols that can be looked for, or for one.
+/// Returns a wish for `protocol`, or for all protocols that a scan supports.
 Wish WishFor(const std::string& protocol = {});
-/// As the command makes them of the shipped profiles.
+/// Makes the names from the shipped profiles, as the command does.
 ProfileNames ShippedNames(const Wish& wish);
 
 }  // namespace baudgate::scan

@@ -1,5 +1,4 @@
-// Scans of whole buses under virtual time: who is found, what is suspected, and that nothing but
-// the listed reads was sent.
+// Tests of scans of whole buses under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -29,7 +28,7 @@ constexpr config::SerialSettings k8N1{};
 constexpr config::SerialSettings k8E1{.parity = config::Parity::even};
 constexpr config::SerialSettings k8O1{.parity = config::Parity::odd};
 
-/// Written once more, and not taken from the rules: what may be on the wire.
+/// The requests that a scan may send, independent of the scan's own rules.
 bool IsListedRead(const Bytes& frame) {
   const std::string text(AsText(frame));
   static const std::regex kSpa("^>[1-9][0-9]{0,2}RF:([0-9A-F]{2}|XX)\r$");
@@ -53,7 +52,7 @@ bool IsListedRead(const Bytes& frame) {
     const Bytes pdu(frame.begin() + 1, frame.end() - static_cast<std::ptrdiff_t>(tail));
     return std::ranges::find(kPdus, pdu) != kPdus.end();
   };
-  // A meter of the old kind has a check value of one byte.
+  // The check value of an old meter is one byte.
   const auto ks = [&frame] {
     std::uint8_t sum = 0xFF;
     for (const std::uint8_t byte : frame) sum ^= byte;
@@ -89,7 +88,7 @@ class Scan : public ::testing::Test {
     EXPECT_TRUE(end) << end.error();
     report = scanner.report();
   }
-  /// Twelve devices of three protocols; two of them have one address, one has another parity.
+  /// Twelve devices of three protocols. Two have the same address, one has another parity.
   void AddTwelve() {
     bench.bus.Add({"spabus", "spaj140c", "1", k7E1});
     bench.bus.Add({"spabus", "spau130c", "2", k7E1});
@@ -293,8 +292,7 @@ TEST(ScanUnits, AreTheAddressesWhereTheyAreFree) {
   EXPECT_EQ(UnitFor(found, 600), 1U);
 }
 
-/// Its garbage in the first format leads to its own, in which it is found; the questions that were
-/// left find it no second time.
+/// Garbage in the first format reveals the device's own format.
 TEST_F(Scan, ADeviceWhoseFormatIsFoundOutIsFoundOnce) {
   for (const config::SerialSettings& format : {k8E1, k8O1, k8N1}) {
     SCOPED_TRACE(format.ToString());
@@ -307,8 +305,7 @@ TEST_F(Scan, ADeviceWhoseFormatIsFoundOutIsFoundOnce) {
   }
 }
 
-/// Function 3 is a write to a meter: who has not answered as a slave is not asked that, also where
-/// nobody looked for meters.
+/// Function 3 is a write for a meter, so only a device that has answered as a slave gets it.
 TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   bench.bus.Add({"set4tm", "set-4tm.03m", "20", k8O1});
   Wish wish = WishFor("modbus_rtu");
@@ -318,7 +315,7 @@ TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   for (const auto& [frame, serial] : bench.sent) EXPECT_NE(frame[1], 3) << ToHex(frame);
 }
 
-// ---------------- What single exchanges of a scan are taken for.
+// ---------------- How single exchanges of a scan are judged.
 
 using What = Verdict::What;
 
@@ -422,7 +419,7 @@ TEST(JudgeTalk, TheMasterAndItsFormatAreNamed) {
               HasSubstr("another device sends on this line: 5 characters came at 9600 bit/s"));
 }
 
-// ---------------- What a scan plans, as values.
+// ---------------- The plan of a scan.
 
 TEST(Plan, BeginsWithTheUsualSettingOfEachProtocol) {
   const Wish wish = WishFor();

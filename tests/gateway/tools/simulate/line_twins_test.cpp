@@ -1,4 +1,4 @@
-// The twins of a line whose devices have different options.
+// Tests of the twins of a line with devices of different options.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,6 @@
 namespace baudgate::tools {
 namespace {
 
-/// A DCON module with one analog input.
 config::Device Module(const std::string& address, bool checksum) {
   config::Device device;
   device.name = "module-" + address;
@@ -33,8 +32,7 @@ config::Device Module(const std::string& address, bool checksum) {
   return device;
 }
 
-/// The replies of the twins of `line` to `requests`, one for each. A reply that has not ended
-/// within 10 s is what had come by then.
+/// Returns one reply for each request. A reply that has not ended after 10 s is cut.
 std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &protocols::DconProtocol();
@@ -72,9 +70,9 @@ TEST(LineTwins, EachAnswersInItsOwnChecksumModeWhateverTheirOrder) {
   }
 }
 
-// ---------------- The address that a stranger on the line gets.
+// ---------------- The address that an unknown device on the line gets.
 
-/// "0x1" is 1 in another spelling.
+/// "0x1" is another spelling of 1.
 TEST(FreeAddress, IsTheLowestThatNobodyHas) {
   protocols::Protocol numbers = ToyProtocol();
   numbers.canonical_address = [](std::string_view address) -> Result<std::string> {

@@ -1,4 +1,4 @@
-// The far end's pty: links, unplugging, and what stays when a reader leaves.
+// Tests of `Pty`, and of the serial settings of a reader.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/pty.h"
 
@@ -85,7 +85,7 @@ TEST_F(PtyLink, OfARunningTwinIsNotTaken) {
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left behind";
 }
 
-/// A twin that was killed leaves its link, and the kernel gives the number to the next terminal.
+/// A killed twin leaves its link, and the kernel gives the number of its pty to the next terminal.
 TEST_F(PtyLink, ToANumberThatWasGivenAwayAgainIsReplaced) {
   const auto stranger = Pty::Create();
   ASSERT_TRUE(stranger.ok());
@@ -150,8 +150,7 @@ TEST(Pty, MovesWithoutClosing) {
   EXPECT_NE(fcntl(master, F_GETFD), -1);
 }
 
-// ---------------- Twins on a bench: readers with other settings, several protocols on one line,
-// and TCP.
+// ---------------- Twins on a bench: readers with other settings, several protocols, and TCP.
 
 using config::Parity;
 
@@ -185,7 +184,7 @@ TEST(PtySettings, SayWhatAReaderHasSetAsFarAsThePtyKeepsIt) {
   close(slave);
 }
 
-/// "Hang up", as any program may set it: zero characters a second would be a division by zero.
+/// The rate B0 means "hang up". Zero characters per second must not be a divisor.
 TEST(PtySettings, AReaderThatHangsUpSetsNoRate) {
   auto pty = Pty::Create();
   ASSERT_TRUE(pty) << pty.error();
@@ -217,7 +216,7 @@ class Bench : public ::testing::Test {
     fd_ = open(simulator_->path().c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     ASSERT_GE(fd_, 0);
   }
-  /// What comes back: the whole reply, or the first bytes of what came in its place.
+  /// Sends a request. Returns the whole reply, or the first bytes that come if `whole` is false.
   std::string Ask(const std::string& request, bool whole = true) {
     const std::uint64_t before = simulator_->answered();
     EXPECT_EQ(write(fd_, request.data(), request.size()), static_cast<ssize_t>(request.size()));
@@ -280,7 +279,7 @@ TEST_F(Bench, AnswersOverTcp) {
   ASSERT_EQ(simulator_->path().rfind("tcp://127.0.0.1:", 0), 0U) << simulator_->path();
   const auto at = config::ParseHostPort(simulator_->path().substr(6));
   ASSERT_TRUE(at);
-  for (int connection = 0; connection < 40; ++connection) {  // more than it keeps
+  for (int connection = 0; connection < 40; ++connection) {  // more than the twin allows
     if (fd_ >= 0) close(fd_);
     fd_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in to{};
@@ -293,7 +292,7 @@ TEST_F(Bench, AnswersOverTcp) {
   }
 }
 
-// ---------------- What one UART hears of another that is set differently.
+// ---------------- What one UART receives from another with different settings.
 
 config::SerialSettings Format(int baud, int data, Parity parity, int stop = 1) {
   config::SerialSettings serial;
@@ -304,7 +303,6 @@ config::SerialSettings Format(int baud, int data, Parity parity, int stop = 1) {
   return serial;
 }
 
-/// Every character that has `data` bits.
 Bytes Alphabet(int data) {
   Bytes all(std::size_t{1} << static_cast<unsigned>(data));
   std::iota(all.begin(), all.end(), std::uint8_t{0});

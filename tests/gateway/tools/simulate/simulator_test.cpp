@@ -1,5 +1,4 @@
-// Requests as they come over a real port: in pieces, byte by byte, or cut off. The twins' own rules
-// end them; where the length of the wait matters, characters take so long here that it never ends.
+// Tests of requests over a real port: whole, in pieces, byte by byte, or cut off.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/simulator.h"
 
@@ -25,7 +24,7 @@ namespace {
 constexpr Duration kPatience = 20s;
 constexpr std::size_t kMostRequests = 8;
 
-/// What a line asks first: different requests of one protocol, as its conversation makes them.
+/// Returns the different requests that the conversation of the protocol makes first.
 std::vector<std::string> RequestsOf(const protocols::Setup& setup) {
   protocols::Rig rig(setup);
   rig.LearnTruth();
@@ -58,7 +57,7 @@ class SimulatorTest : public ::testing::Test {
     ASSERT_GE(slave_, 0);
   }
 
-  /// A character takes ten seconds, so no silence is ever long enough to end a request.
+  /// A character takes ten seconds, so silence never ends a request.
   void InhabitWithoutSilence(const protocols::Setup& setup) {
     SimulatorOptions options;
     options.pace = setup.serial;
@@ -110,7 +109,7 @@ TEST_P(RealSimulatorTest, GoesWhileAReplyIsDue) {
     ASSERT_LT(std::chrono::steady_clock::now(), limit);
     io_.run_one_for(1ms);
   }
-  // What the reactor finds due before the twin goes is run after it.
+  // The twin ends while handlers that the reactor found due are still to run.
   asio::post(io_, [this] { simulator_.reset(); });
   io_.run_for(10ms);
   std::uint8_t byte = 0;
@@ -132,7 +131,7 @@ INSTANTIATE_TEST_SUITE_P(Real, RealSimulatorTest, ::testing::ValuesIn(protocols:
                          protocols::SetupName);
 
 TEST_F(SimulatorTest, ARequestThatOnlySilenceEndsIsTakenAtOnceWhenItIsWhole) {
-  Bytes request{0xC8, 0x7E};  // a code that no table lists
+  Bytes request{0xC8, 0x7E};  // a function code that no table contains
   const std::uint16_t check = Crc16(request);
   request.push_back(static_cast<std::uint8_t>(check & 0xFFU));
   request.push_back(static_cast<std::uint8_t>(check >> 8U));

@@ -1,5 +1,4 @@
-// Twins with faults that are written as users write them, and what they say on a wire of 1 ms a
-// character.
+// Twins with faults in the syntax of the user, on a wire with 1 ms per character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +17,6 @@ inline constexpr Instant kStart = Instant() + 1h;
 inline const Bytes kRequest = ToBytes("?A1\r");
 inline const Bytes kReply = ToBytes("0123456789");
 
-/// 1 ms a character.
 inline TwinWire Wire() {
   TwinWire wire;
   wire.serial.baud = 10'000;
@@ -39,7 +37,7 @@ inline TwinFaults Make(const std::vector<std::string>& texts, const TwinWire& wi
   return TwinFaults(std::move(faults), wire, kStart, std::move(stranger));
 }
 
-/// "15ms 0123456789", one a piece.
+/// Returns one text for each piece, such as "15ms 0123456789".
 inline std::vector<std::string> Shown(const std::vector<TimedPiece>& pieces) {
   std::vector<std::string> shown;
   for (const TimedPiece& piece : pieces)

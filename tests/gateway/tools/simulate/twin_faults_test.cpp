@@ -1,4 +1,4 @@
-// What faults of twins make of a reply.
+// Tests of `TwinFaults`: how each fault changes a reply.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/twin_faults.h"
 
@@ -39,7 +39,7 @@ TEST(TwinFaults, BitsAreFlipped) {
   }
 }
 
-/// A port that checks parity sees an odd number of wrong bits, and hands on 0xFF.
+/// A port that checks parity detects an odd number of wrong bits, and passes 0xFF on.
 TEST(TwinFaults, AFlippedBitIsAParityErrorWhereThereIsParity) {
   TwinWire wire = Wire();
   wire.serial.data_bits = 7;
@@ -147,7 +147,6 @@ TEST(TwinFaults, AStrangerAnswersInItsPlace) {
   EXPECT_EQ(alone.Counts()[0].struck, 0U);
 }
 
-/// Whatever strikes, the twin's own characters take their time, one after the other.
 TEST(TwinFaults, PiecesAreNeverFasterThanTheWire) {
   TwinFaults faults =
       Make({"stall:rate=0.5,pause=3ms", "dribble:rate=0.3,pause=2ms", "double:rate=0.5",
@@ -166,8 +165,7 @@ TEST(TwinFaults, PiecesAreNeverFasterThanTheWire) {
   EXPECT_GT(bytes, 2000 * kReply.size());
 }
 
-// ---------------- When faults of twins strike: after, for, every, at a rate, repeatable by their
-// seed.
+// ---------------- When faults occur: after, for, every, at a rate, and repeatable by the seed.
 
 TEST(FaultSchedule, BeginsEndsAndRepeats) {
   const Fault always = Parsed("loss");
@@ -225,7 +223,7 @@ TEST(FaultSeed, RepeatsARunOnEveryMachine) {
   EXPECT_EQ(Pattern("loss:rate=0.5,seed=1", 200), Pattern("loss:rate=0.5", 200));
 }
 
-// ---------------- How faults of twins are written.
+// ---------------- The syntax of faults.
 
 using ::testing::HasSubstr;
 

@@ -1,4 +1,4 @@
-// Tables of live values as text: alignment, cutting, colours, and nothing that steers a terminal.
+// Tests of tables of live values as text, without control characters in cells.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/terminal/live_table.h"
 

@@ -1,4 +1,4 @@
-// Which samples `watch` prints, and as what JSON.
+// Tests of which samples `watch` prints, and their JSON.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch_lines.h"
 
@@ -84,11 +84,11 @@ TEST(WatchLines, JsonHasEachFieldOfTheContract) {
             R"("changed":"2026-09-21T14:13:20.000Z","text":"tripped","acknowledged_by":""})");
 }
 
-// ---------------- Something that dies is begun anew; something that ends is not.
+// ---------------- `RunGuarded`: a child that is killed is started again, a child that ends is not.
 
 constexpr Duration kAtOnce[] = {Duration::zero()};
 
-/// A number that parent and children share.
+/// A number that the parent shares with its children.
 class SharedCount {
  public:
   SharedCount()
@@ -129,7 +129,7 @@ TEST(Guarded, PassesTheSignalToStopOn) {
   std::ostringstream err;
   const auto run = [&runs] {
     ++*runs;
-    ::kill(::getppid(), SIGTERM);  // as a user would
+    ::kill(::getppid(), SIGTERM);  // sends the signal as a user would
     for (;;) ::pause();
     return 0;
   };
@@ -138,7 +138,7 @@ TEST(Guarded, PassesTheSignalToStopOn) {
   EXPECT_EQ(err.str(), "");
 }
 
-// ---------------- When the subscriber of `watch` is made anew.
+// ---------------- When `watch` opens its subscriber again.
 
 TEST(Listening, BeginsAnewUntilItSucceeds) {
   dds::OwnAddresses own = {{"10.0.0.5", 2}};
@@ -154,7 +154,7 @@ TEST(Listening, BeginsAnewUntilItSucceeds) {
   ASSERT_TRUE(listening.Start());
   struct Row {
     Duration at;
-    unsigned index;  ///< of the interface; 0: there is none
+    unsigned index;  ///< index of the interface; 0: no interface
     const char* outcome;
     std::string told;
     int opened;
@@ -162,7 +162,7 @@ TEST(Listening, BeginsAnewUntilItSucceeds) {
   const Row rows[] = {
       {1s, 2, "", "", 1},
       {2s, 0, "", "", 1},
-      {2500ms, 7, "", "", 1},  // once a second is enough
+      {2500ms, 7, "", "", 1},  // the interfaces are read once a second
       {3s, 7, "no room", "the interface of 10.0.0.5 was made anew; no room", 2},
       {4s, 7, "no room", "", 3},
       {5s, 7, "no port", "no port", 4},
@@ -181,7 +181,7 @@ TEST(Listening, BeginsAnewUntilItSucceeds) {
   }
 }
 
-// ---------------- In which order the points of a device are shown.
+// ---------------- The order in which the points of a device are shown.
 
 using ::testing::ElementsAre;
 
@@ -221,13 +221,12 @@ TEST(PointOrder, KnowsPointsThatCanOnlyBeWritten) {
   EXPECT_FALSE(Order().IsWriteOnly("voltage"));
 }
 
-// ---------------- Stories of publishers, told one event after the other: who may take over, and
-// who is an alarm.
+// ---------------- Which publisher of a point may take over, and which raises an alarm.
 
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// One letter is a publisher: A to Z.
+/// The id of a publisher: A to Z.
 dds::PublisherId Id(char letter) {
   dds::PublisherId id;
   id.bytes.fill(static_cast<std::uint8_t>(letter));
@@ -236,7 +235,7 @@ dds::PublisherId Id(char letter) {
 
 class Story {
  public:
-  /// `letter` publishes seq of the point, this time after the beginning.
+  /// The publisher `letter` sends sample `seq` of the point at the time `at`.
   Story& Sample(char letter, std::uint64_t seq, Duration at, const char* point = "p") {
     dds::PointSample sample;
     sample.gateway = "g", sample.device = "d", sample.point = point, sample.seq = seq;
@@ -252,7 +251,7 @@ class Story {
   }
   Story& Left(char letter) { return publishers.OnLeft(Id(letter)), *this; }
   Story& Tick(Duration at) { return publishers.Tick(Instant(at)), *this; }
-  /// Notes left out.
+  /// Returns all remarks so far except notes.
   std::vector<std::string> Told() {
     for (const Remark& remark : publishers.TakeRemarks()) {
       if (remark.weight != Remark::Weight::note) told.push_back(remark.text);

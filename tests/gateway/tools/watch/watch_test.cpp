@@ -1,5 +1,4 @@
-// `baudgate watch` against a publisher in this process: image, JSON lines, filters, silence,
-// signals.
+// Tests of `baudgate watch` with a publisher in this process.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch.h"
 
@@ -42,7 +41,7 @@ Watched RunIt(const WatchOptions& options) {
   return {exit_code, out.str(), err.str()};
 }
 
-/// Sends its own thread SIGTERM when `wanted` has been flushed; RunWatch takes it as a user's.
+/// Sends SIGTERM to its own thread when `wanted` has been flushed.
 class StopWhenSeen : public std::stringbuf {
  public:
   explicit StopWhenSeen(std::string wanted) : wanted_(std::move(wanted)) {}
@@ -77,7 +76,7 @@ class WatchTest : public ::testing::Test {
     ASSERT_NE(publisher_, nullptr);
   }
 
-  /// Points go out often: it is not said which of two writers is seen first.
+  /// Points are published often, because either of two writers may be discovered first.
   static config::Config Config() {
     config::Config config = dds::testing::MakeConfig(2, 3);
     config.dds.heartbeat = 2s;
@@ -167,7 +166,7 @@ TEST_F(WatchTest, OtherOutputsGetPlainLines) {
   EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
 }
 
-/// Another one that publishes under the gateway's name.
+/// A second publisher that uses the name of the gateway.
 class Impostor {
  public:
   void Publish(const std::string& value) {
@@ -207,7 +206,7 @@ TEST_F(WatchTest, WhatCanNotBeReadIsCountedInWords) {
 }
 
 TEST_F(WatchTest, EndsCleanlyAtASignal) {
-  // The signal stays pending for the watching thread until it looks, whenever that is.
+  // The signal stays pending until the watching thread handles it.
   std::ostringstream out;
   std::ostringstream err;
   int exit_code = -1;

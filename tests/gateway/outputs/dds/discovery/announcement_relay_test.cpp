@@ -1,4 +1,4 @@
-// Who is introduced to whom, and when, under virtual time.
+// Tests of `AnnouncementRelay` under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/discovery/announcement_relay.h"
 
@@ -20,10 +20,10 @@ constexpr std::uint32_t kPlant = 0x0A000000;  // 10.0.0.0
 
 struct Who {
   std::uint16_t number = 0;
-  std::uint32_t address = kPlant;  ///< the number is added
+  std::uint32_t address = kPlant;  ///< `number` is added
   std::uint16_t port = 7410;
   std::uint32_t lease = 20;
-  std::string name = "one";  ///< its user data
+  std::string name = "one";  ///< the user data of the participant
 
   UdpAddress at() const { return {address + number, port}; }
   UdpAddress sender() const { return {address + number, 40000}; }
@@ -48,7 +48,7 @@ Bytes Of(const Who& who) {
   return bytes;
 }
 
-/// "7 to 10.0.0.8:7410"
+/// Returns one text for each introduction, such as "7 to 10.0.0.8:7410".
 std::vector<std::string> Texts(const Relayed& relayed) {
   std::vector<std::string> texts;
   for (const Introduction& one : relayed.introductions) {
@@ -200,11 +200,11 @@ TEST_F(Relay, PlacesAreBounded) {
 TEST_F(Relay, PlacesOfOneAddressAreBounded) {
   Hears({.number = 1000});
   for (std::uint16_t number = 0; number < 200; ++number) {
-    // The number is taken out again: all of them are 10.1.0.0.
+    // Subtracts the number that at() adds, so all have the address 10.1.0.0.
     Hears({.number = number, .address = 0x0A010000U - number, .lease = 1});
     EXPECT_EQ(refused_, number < 128 ? "" : "too many participants of one address");
   }
-  now_ += 3s;  // all of them are gone, and 24 more may come
+  now_ += 3s;  // the leases of all have expired, and 24 more may come
   std::size_t admitted = 0;
   for (std::uint16_t number = 200; number < 300; ++number) {
     Hears({.number = number, .address = 0x0A010000U - number, .lease = 1});
@@ -220,7 +220,7 @@ TEST_F(Relay, WhatIsSentIsBounded) {
   relay_ = AnnouncementRelay(limits);
   std::map<std::string, int> sent;
   for (std::uint16_t number = 0; number < 12; ++number) {
-    // The number is taken out again: all of them are 10.0.0.0.
+    // Subtracts the number that at() adds, so all have the address 10.0.0.0.
     for (const auto& text : Hears({.number = number, .address = kPlant - number})) {
       ++sent[text.substr(text.find("to "))];
     }

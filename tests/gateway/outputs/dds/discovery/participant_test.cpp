@@ -1,4 +1,4 @@
-// What a discovery server hears of a gateway and of a subscriber, from the real Fast DDS.
+// Tests of what a discovery server receives from the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,6 @@ namespace {
 
 using testing::TestDomain;
 
-/// Stands in for a discovery server.
 class FakeDiscoveryServer : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -1,4 +1,4 @@
-// When the process is started, shown as silent, given up and started again, under virtual time.
+// Tests of `LinkKeeper` (under virtual time), `BoundedLines` and `LinkWriter`.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -19,14 +19,14 @@ using ::testing::ElementsAre;
 using Phase = LinkState::Phase;
 using Wish = LinkKeeper::Wish;
 
-/// Waits for the wish to start; returns how long that took.
+/// Looks until the keeper asks for a start. Returns how long that took.
 Duration UntilStart(LinkKeeper& keeper, Instant& now) {
   const Instant from = now;
   while (keeper.Look(now) != Wish::start) now = std::max(now, keeper.NextLook());
   return now - from;
 }
 
-/// `passed` datagrams, `fragments` refused, from as many participants as were let in.
+/// `passed` is also the number of admitted participants. `fragments` datagrams were refused.
 LinkCounts Counts(std::uint32_t subscribers, std::uint64_t written, std::uint64_t refused,
                   std::uint32_t passed, std::uint64_t fragments) {
   LinkCounts counts{.subscribers = {.points = subscribers}, .written = written, .refused = refused};
@@ -180,7 +180,7 @@ TEST(LinkKeeper, RemembersWhereSubscribersAreUntilTheNextProcessHasMetThem) {
   EXPECT_THAT(keeper.reached(), ElementsAre(third, second)) << "the first one is gone";
 }
 
-// ---------------- What another process may write into our log.
+// ---------------- Lines that another process may write into our log.
 
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -206,8 +206,7 @@ TEST(BoundedLines, AFloodIsCounted) {
               ElementsAre("980 lines were left out", "next"));
 }
 
-// ---------------- The writer over a real socket pair: who is there, who is not, and a socket that
-// is full.
+// ---------------- `LinkWriter` over a real socket pair.
 
 PointSample Point(double value) {
   PointSample sample;
@@ -217,7 +216,7 @@ PointSample Point(double value) {
 
 class LinkWriterTest : public ::testing::Test {
  protected:
-  /// The value of the next sample; NaN when there is no packet.
+  /// Returns the value of the next sample; NaN if there is no packet.
   double Next() {
     const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
     PointSample sample;
@@ -253,7 +252,7 @@ TEST_F(LinkWriterTest, AFullSocketMeansLaterAndKeepsWhatItHas) {
   int sent = 0;
   while (sent < 100'000 && writer_.Write(Point(sent)) == Sent::yes) ++sent;
   ASSERT_GT(sent, 50);
-  ASSERT_LT(sent, 5000);  // bounded by the socket: some hundreds
+  ASSERT_LT(sent, 5000);  // the socket holds some hundreds
   EXPECT_EQ(writer_.Write(Point(0)), Sent::later);
   for (int i = 0; i < sent; ++i) EXPECT_EQ(Next(), i);
   EXPECT_EQ(writer_.Write(Point(7)), Sent::yes);

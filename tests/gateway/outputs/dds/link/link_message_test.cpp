@@ -1,5 +1,4 @@
-// The messages of the link: bytes computed apart from this code, both ways, and every kind of
-// damage, which must be named and refused.
+// Tests of the messages of the link, against bytes that another program computed.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 
@@ -33,9 +32,9 @@ constexpr char kOpen[] =
     "3A "
     "31 00 01 08 31 30 2E 30 2E 30 2E 37 01 08 31 30 2E 30 2E 30 2E 38 23 2E "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
-// Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples, 2^32 refused, 5
-// requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons: 38 fragments, 2
-// participants too many of one address.
+// Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples written, 2^32
+// refused, 5 requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons of
+// refusal: 38 fragments, 2 participants beyond the limit of one address.
 constexpr char kCounts[] =
     "42 07 D1 00 03 00 00 00 02 00 00 00 01 00 00 00 04 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 "
     "00 01 00 00 00 05 00 00 00 00 00 00 "
@@ -47,7 +46,7 @@ constexpr char kCounts[] =
     "00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 00 "
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 01 06 6E 6F 74 20 6D 65";
 
-// A request of writer 01 … 10, which is not volatile, received at 1,000,000,007 ns, and published
+// A request of the writer 01 … 10, which is not volatile: received at 1,000,000,007 ns, published
 // at 1,000,000,011 ns, before its reader was there.
 constexpr char kRequest[] =
     "43 07 8D 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F 10 07 CA 9A 3B "
@@ -153,7 +152,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(DecodeOpen(body.first(size)).ok()) << size;
   }
-  // Never open to everybody by a damaged list: another number, or no identity.
+  // Damage must not open the link to everybody: a wrong number of texts, or no identity.
   Bytes six = packet;
   six[kLinkHeaderBytes + 0x4E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
@@ -261,7 +260,7 @@ TEST(LinkMessage, AFailureIsCutAndMadeHarmless) {
   EXPECT_THAT(sentence, HasSubstr("no?such"));
 }
 
-/// Each prefix in memory of its own, so that a sanitizer sees the first read beyond the end.
+/// Each prefix has memory of its own, so a sanitizer finds a read beyond the end.
 TEST(LinkMessage, EveryTruncationIsRefused) {
   Bytes sample(kMaxLinkMessage);
   sample.resize(EncodeSample(LinkKind::point, PointSample(), sample));

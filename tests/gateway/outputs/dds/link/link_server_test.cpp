@@ -1,4 +1,4 @@
-// The DDS process' side of the link, message by message, with a writer that only remembers.
+// Tests of `LinkServer`, the DDS process' end of the link.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_server.h"
 
@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using testing::RememberingWriter;
 using ::testing::SizeIs;
 
-/// Its points outlive it.
+/// Moves its points to `kept` when it ends. `kept` must outlive the writer.
 class KeepingWriter : public RememberingWriter {
  public:
   explicit KeepingWriter(std::vector<PointSample>& kept) : kept_(kept) {}
@@ -42,7 +42,7 @@ class LinkServerTest : public ::testing::Test {
     ASSERT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::opened));
     writer_->there = {};
   }
-  /// Returns how long it took.
+  /// Ends the link, and returns how long that took.
   Duration Leave() {
     Instant now = kStart;
     while (const auto next = server_.Leave(now)) now = *next;
@@ -63,7 +63,7 @@ class LinkServerTest : public ::testing::Test {
   }
 
   RememberingWriter* writer_ = nullptr;
-  std::vector<PointSample> written_;  // by a writer that has ended
+  std::vector<PointSample> written_;  // the samples of a writer that has ended
   std::string refusal_;
   LinkOpen asked_;
   int woken_ = 0;

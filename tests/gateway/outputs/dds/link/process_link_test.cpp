@@ -1,6 +1,5 @@
-// The daemon's end of the link with other ends that the test plays: programs that are missing or
-// end at once, and processes that come to the socket and talk nonsense. Everything is waited for by
-// what the link tells; nothing by time.
+// Tests of `ProcessLink`, the daemon's end of the link. The test plays the other ends, and waits
+// for log lines, never for a time.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/process_link.h"
 
@@ -23,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// The lines of a link, waited for.
+/// The log lines of a link. A test can wait for a line.
 class Lines {
  public:
   ProcessLink::Log Log() {
@@ -33,7 +32,7 @@ class Lines {
       changed_.notify_all();
     };
   }
-  /// The first that has `text`; they come in order, so those before it are forgotten.
+  /// Waits for the first line that contains `text`, and forgets all lines before it.
   std::string WaitFor(const std::string& text) {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -67,7 +66,7 @@ class Directory {
   fs::path path_;
 };
 
-/// The test as the process that speaks DDS.
+/// The test in the role of the DDS process.
 class Played {
  public:
   explicit Played(const std::string& path) : socket_(std::move(*ConnectTo(path))) {}

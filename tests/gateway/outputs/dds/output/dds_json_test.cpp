@@ -1,4 +1,4 @@
-// The DDS output in the status: fields, sentences and the line that people see.
+// Tests of the DDS output in the status: fields, sentences, and the line for people.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/output/dds_json.h"
 

@@ -1,5 +1,5 @@
-// What the DDS process cannot do any more after it has confined itself; each in a child that says
-// with its exit code what it still could.
+// Tests of the calls that a confined DDS process cannot make. Each runs in a child, whose exit code
+// names a call that still works.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -23,7 +23,7 @@ namespace {
 using ::testing::ExitedWithCode;
 using ::testing::KilledBySignal;
 
-/// The call failed, and because it is not permitted.
+/// True if the call failed because it is not permitted.
 bool Refused(long result) { return result == -1 && errno == EPERM; }
 
 int WhatIsNotRefused() {
@@ -68,7 +68,7 @@ TEST(ConfineDeathTest, AnAbortStillEndsTheProcess) {
       KilledBySignal(SIGABRT), "");
 }
 
-#ifndef __SANITIZE_ADDRESS__  // its shadow is larger than any limit
+#ifndef __SANITIZE_ADDRESS__  // the shadow memory of AddressSanitizer is larger than any limit
 int WhatMemoryThereIs() {
   if (!LimitMemory(1ULL << 30).ok()) return 1;
   const auto get = [](std::size_t bytes) {

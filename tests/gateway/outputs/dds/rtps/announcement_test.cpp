@@ -1,5 +1,4 @@
-// What is read from announcements, and what is passed on of them: as captured, damaged, and made to
-// mislead.
+// Tests of `ReadAnnouncement`: captured, damaged and misleading announcements.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/rtps/announcement.h"
 
@@ -46,7 +45,7 @@ TEST(Announcement, NothingElseIsPassedOn) {
   const auto again = ReadAnnouncement(read->datagram, kHere);
   ASSERT_TRUE(again) << "what is passed on is an announcement";
   EXPECT_EQ(again->datagram, read->datagram);
-  // A fragment that ends Fast DDS 2.9.1, before and behind.
+  // A fragment that ends Fast DDS 2.9.1, before and behind the announcement.
   Bytes hidden = Rtps("16 03 24 00");
   hidden.resize(hidden.size() + 0x24);
   const Bytes right = testing::AnnouncementOf(7);
@@ -63,7 +62,7 @@ TEST(Announcement, NothingBehindItsParametersIsPassedOn) {
   const Bytes right = testing::AnnouncementOf(7);
   Bytes longer = right;
   longer.resize(right.size() + 8, 0xEE);
-  longer[22] = static_cast<std::uint8_t>(right[22] + 8);  // the length of the DATA
+  longer[22] = static_cast<std::uint8_t>(right[22] + 8);  // the length of the DATA submessage
   const auto read = ReadAnnouncement(longer, kHere);
   ASSERT_TRUE(read) << read.error();
   EXPECT_EQ(read->datagram, right);
@@ -72,7 +71,7 @@ TEST(Announcement, NothingBehindItsParametersIsPassedOn) {
 TEST(Announcement, WhatIsSaidDoesNotCountTheTime) {
   Bytes first = Captured().at("fast_spdp");
   Bytes second = first;
-  second[24] ^= 0xFF;  // of the time stamp
+  second[24] ^= 0xFF;  // a byte of the time stamp
   const auto one = ReadAnnouncement(first, kHere);
   const auto other = ReadAnnouncement(second, kHere);
   ASSERT_TRUE(one && other);
@@ -92,7 +91,7 @@ TEST(Announcement, WhoLeaves) {
 TEST(Announcement, OnlyOfTheAddressThatItCameFrom) {
   EXPECT_EQ(WhyNot(Captured().at("fast_spdp"), {0x0A000001, 40000}),
             "an announcement without the address that it came from");
-  // Two addresses: 10.0.0.9, and that of the sender.
+  // Two addresses: 10.0.0.9 and the address of the sender.
   const Bytes two = testing::AnnouncementOf(
       7, 20, "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A 00 00 09");
   const auto there = ReadAnnouncement(two, {0x0A000009, 40000});
@@ -102,7 +101,7 @@ TEST(Announcement, OnlyOfTheAddressThatItCameFrom) {
 
 TEST(Announcement, NotOnBehalfOfAnother) {
   Bytes forged = testing::AnnouncementOf(7);
-  forged[19] = 8;  // the header's prefix; the participant's stays 7
+  forged[19] = 8;  // the prefix in the header; the participant in the body stays 7
   EXPECT_EQ(WhyNot(forged), "an announcement on behalf of another");
   Bytes source = Rtps("0C 01 14 00 00 00 00 00 02 03 01 0F 01 0F AA BB CC DD 00 00 01 00 00 07", 7);
   Append(source, View(testing::AnnouncementOf(7)).subspan(20));
@@ -117,17 +116,17 @@ TEST(Announcement, NothingElseIsOne) {
     if (name.find("spdp") != std::string::npos) continue;
     EXPECT_EQ(WhyNot(bytes), "no announcement of a participant") << name;
   }
-  // To the reader of publications, by the writer of announcements.
+  // To the reader of publications, from the writer of announcements.
   Bytes elsewhere = testing::AnnouncementOf(7);
   elsewhere[20 + 4 + 4 + 2] = 0x03;
   EXPECT_EQ(WhyNot(elsewhere), "no announcement of a participant");
-  // 268435456 properties in a token.
+  // A token that claims 268435456 properties.
   EXPECT_EQ(WhyNot(testing::AnnouncementOf(
                 7, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 00")),
             "a broken parameter list");
 }
 
-// Each has memory of its own, so that AddressSanitizer sees who reads beyond its end.
+// Each copy has memory of its own, so AddressSanitizer finds a read beyond its end.
 TEST(Announcement, DamagedOnesAreRefusedOrWhole) {
   std::mt19937 random(11);
   const std::vector<Bytes> right = {Captured().at("fast_spdp"), Captured().at("cyclone_spdp"),

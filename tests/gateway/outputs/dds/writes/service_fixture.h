@@ -1,4 +1,4 @@
-// A gateway with points to write, and a sink that keeps what gets through.
+// A gateway with points to write, and a sink that stores commands.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,8 +20,7 @@ inline config::Point PointNamed(const std::string& name, config::Type type, bool
   return point;
 }
 
-/// "substation-7" with the device "feeder-1": setting (0 to 40), trip (has to be selected), off
-/// (not allowed).
+/// "feeder-1" with setting (0 to 40), trip (must be selected first) and off (may not be written).
 inline config::Config ServiceConfig() {
   config::Device device;
   device.name = "feeder-1";

@@ -1,4 +1,4 @@
-// Requests from DDS: what gets through to a line as what, how it is answered, and what is recorded.
+// Tests of `WriteService`: which command a request from DDS becomes, its reply, and its record.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/writes/write_service.h"
 
@@ -23,7 +23,7 @@ constexpr char kClient[] = "dds:01.0f.02.03.04.05.06.07.08.09.0a.0b|0.0.1.2";
 
 class WriteServiceTest : public ::testing::Test {
  protected:
-  /// The reply; one that has none is empty.
+  /// Takes a request and returns its reply, or an empty one if there is none yet.
   ReplySample Take(WriteArrival arrival) {
     if (arrival.received == Instant()) arrival.received = now_.instant;
     service_.Take(arrival, now_);
@@ -35,7 +35,7 @@ class WriteServiceTest : public ::testing::Test {
     replies_.erase(replies_.begin());
     return reply;
   }
-  /// The line has done the first command.
+  /// The line ends the first command with `result`.
   void Finish(const WriteResult& result) {
     sink_.commands.front().done(result);
     sink_.commands.erase(sink_.commands.begin());
@@ -127,8 +127,7 @@ TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-/// The DDS library of a client may keep requests for a reader that has gone, and send them to the
-/// reader of the next run.
+/// The DDS library of a client may send a stored request to the reader of the next run.
 TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
   WriteArrival early = Ask(1, "setting", 1);
   early.early = true;
@@ -220,7 +219,7 @@ TEST_F(WriteServiceTest, AFullLineIsBusyAndNotDoneLater) {
 
 struct Deadline {
   std::uint32_t deadline_ms;
-  Duration waited;                    ///< since it was received
+  Duration waited;                    ///< since the request was received
   std::optional<Duration> not_after;  ///< from now, by the wall clock
   Duration left;
 };
@@ -230,7 +229,7 @@ TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
       {0, 0s, {}, 5s},
       {2500, 0s, {}, 2500ms},
       {2500, 2s, {}, 500ms},
-      {1, 3s, {}, -2999ms},  // its time was over when it came: the line sends nothing
+      {1, 3s, {}, -2999ms},  // expired when it came: nothing is sent
       {4'294'967'295U, 0s, {}, 60s},
       {0, 0s, 1s, 1s},
       {0, 0s, 1h, 5s},
@@ -265,11 +264,10 @@ TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
   }
 }
 
-// ---------------- The thread between a writer of samples and the service: replies come, also after
-// they found no room, and nothing goes to a line after the end. Waited for by what happens, nothing
-// by time.
+// ---------------- `DdsWrites`: replies are sent, also after the writer had no room, and nothing
+// reaches a line after the end. The tests wait for events, never for a time.
 
-/// Where replies go, and where requests come from.
+/// The test sends requests through this writer, and reads the replies.
 class PlayedWriter : public SampleWriter {
  public:
   Sent Write(const PointSample&) override { return Sent::yes; }
@@ -314,7 +312,7 @@ class PlayedWriter : public SampleWriter {
   std::vector<ReplySample> replies_;
 };
 
-/// Confirms at once, on the thread that asks.
+/// Confirms each command at once, on the calling thread.
 class ConfirmingSink final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override {
@@ -374,7 +372,7 @@ TEST_F(DdsWritesTest, OfAFloodSomeAreCountedOnly) {
   EXPECT_LE(static_cast<std::uint64_t>(sink_.done), writes_.taken());
 }
 
-// ---------------- The value of a request for points of every kind.
+// ---------------- The value of a request, for points of every type.
 
 using config::Type;
 

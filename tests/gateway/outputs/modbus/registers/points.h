@@ -1,4 +1,4 @@
-// Short ways to write configurations and requests in the Modbus tests.
+// Helpers to make configurations and requests in the Modbus tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -49,7 +49,7 @@ inline config::Config MakeConfig(std::vector<config::Device> devices) {
   return config;
 }
 
-/// A whole frame: MBAP header with transaction 0x1234, the unit, and the PDU as hex.
+/// Makes a whole frame: an MBAP header, the unit, and the PDU from hex.
 inline Bytes Frame(std::uint8_t unit, const std::string& pdu_hex,
                    std::uint16_t transaction = 0x1234) {
   return AduOf(transaction, unit, ParseHex(pdu_hex).value());

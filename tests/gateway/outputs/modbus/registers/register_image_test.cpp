@@ -1,4 +1,4 @@
-// The image of a unit answers as the direct way does, whatever happens to values, age and device.
+// Tests of `RegisterImage`, which must answer like the direct way, and of registers and events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_image.h"
 
@@ -21,17 +21,17 @@ using config::OnBad;
 using config::Table;
 using config::Type;
 
-constexpr std::size_t kAll = 1000;  // asks for so much that a stale image is made anew
+constexpr std::size_t kAll = 1000;  // a request this large renews a stale image
 
-/// An answer either way: exception and words.
+/// The answer of the image or of the direct way: exception and words.
 struct Answer {
   ExceptionCode exception = kNoException;
   std::vector<int> words;
   bool operator==(const Answer&) const = default;
 };
 
-/// Registers: float 0-1, int16 2, text 3-4 (slow), a gap, uint16 6, write-only 7, uint16 8;
-/// bits 0, 1 and 3.
+/// Registers: float 0-1, int16 2, text 3-4 (slow), uint16 6, write-only 7, uint16 8; bits 0, 1 and
+/// 3.
 class RegisterImageTest : public testing::TestWithParam<OnBad> {
  protected:
   RegisterImageTest() : config_(MakeConfig({MakeDevice(1, Points())})) {
@@ -100,8 +100,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     return answer;
   }
 
-  /// Every range of up to twelve: what the image has is what the direct way says, and what it has
-  /// not is an exception or goes beyond one run of one area.
+  /// Compares all ranges of up to twelve words. A range outside the image must be an exception, or
+  /// exceed one run of an area.
   template <typename Word>
   std::size_t CompareTable(Table table, Instant now) {
     std::size_t found = 0;
@@ -109,7 +109,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
       for (std::uint16_t start = base; start < base + 12; ++start) {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
-          // A bit alone is never in the image: it may be an exception that it is not in a block.
+          // A single bit is never in the image: it may be an exception that it is not in a block.
           if (table == Table::bits && count == 1 && base == 0) {
             EXPECT_FALSE(place);
             continue;
@@ -195,7 +195,7 @@ TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
     Compare(kStart + 4s);
     ASSERT_TRUE(Refresh(kStart));
   }
-  store_->SetLineCycle(0, 60s, kStart);  // the limit of age grows
+  store_->SetLineCycle(0, 60s, kStart);  // the limit of the age becomes longer
   EXPECT_FALSE(Refresh(kStart, 0));
   Compare(kStart + 100s);
   store_->SetLineCycle(0, 1ms, kStart);
@@ -222,8 +222,7 @@ TEST_P(RegisterImageTest, AStaleOneIsMadeAnewWhenAsMuchHasBeenAskedForAsItHas) {
 INSTANTIATE_TEST_SUITE_P(OnBad, RegisterImageTest,
                          testing::Values(OnBad::exception, OnBad::hold, OnBad::nan));
 
-// ---------------- What a device's record looks like in registers and bits, good, bad, aged and
-// never read.
+// ---------------- The record of a device as registers and bits: good, bad, aged and never read.
 
 using Registers = std::vector<std::uint16_t>;
 
@@ -256,7 +255,7 @@ class RegisterContentsTest : public testing::Test {
     Update(4, false);
   }
 
-  /// The registers, or nothing and `exception_`.
+  /// Returns the registers, or nothing and sets `exception_`.
   Registers Read(std::uint16_t start, std::uint16_t count, Instant now = kStart) {
     Registers out(count, 0xEEEE);
     std::vector<Piece> pieces;

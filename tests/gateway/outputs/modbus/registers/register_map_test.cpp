@@ -1,4 +1,4 @@
-// Which addresses are mapped, and how a range is divided.
+// Tests of `RegisterMap`, and of the encoding of values.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 
@@ -227,7 +227,7 @@ using config::OnBad;
 using config::WordOrder;
 using Registers = std::vector<std::uint16_t>;
 
-/// Empty when the value does not fit.
+/// Returns the registers; empty if the value does not fit.
 Registers Encode(Type type, const Value& value, WordOrder order = WordOrder::abcd) {
   const config::Point point = MakePoint(type, 0);
   Registers out(config::RegisterCount(point));

@@ -1,4 +1,4 @@
-// From write requests to points and values.
+// Tests of how write requests become points and values.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -40,7 +40,7 @@ class WriteRequestTest : public testing::Test {
   std::vector<bus::WriteAsk::Part> parts_;
 };
 
-/// The first value is good, and is not written either.
+/// The first value is good, but is not written either.
 TEST_F(WriteRequestTest, OneBadValueRefusesAll) {
   EXPECT_EQ(Decode("10 00 00 00 03 06 00 07 00 00 7F C0"), kIllegalValue);
   EXPECT_TRUE(parts_.empty());

@@ -1,5 +1,5 @@
-// What lies behind a serial master: unit 1 is a device with an int16 at 0 (read and write) whose
-// value is -2, unit 20 leads to a line. And a master that talks to it under virtual time.
+// Behind a serial master: unit 1 is a device with an int16 at 0 (read and write) of the value -2,
+// unit 20 leads to a line. `MasterSessionTest` has a master under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -99,7 +99,7 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
 
   Duration LineTime(std::size_t bytes) { return bytes * listener().serial.CharacterTime(); }
 
-  /// Time passes, and all that is due in it is done.
+  /// Lets time pass, and handles all that is due meanwhile.
   void Pass(Duration time) {
     const Instant end = now_.instant + time;
     for (Poll();; Poll()) {
@@ -110,19 +110,18 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
     }
     now_.instant = end;
   }
-  /// Answers of devices and lines come in.
   void Poll() {
     io_.restart();
     io_.poll();
   }
-  /// The last byte comes when all have had their time on the line.
+  /// The last byte comes after the time of all bytes on the line.
   void Hear(const Bytes& bytes) {
     Pass(LineTime(bytes.size()));
     session_->OnBytes(bytes, now_);
     Poll();
   }
   void Say(std::uint8_t unit, const std::string& pdu) { Hear(Rtu(unit, pdu)); }
-  /// These frames, and no others, are sent within 100 ms.
+  /// Expects that exactly this frame is sent within 100 ms.
   void Expect(std::uint8_t unit, const std::string& pdu) {
     Pass(100ms);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(unit, pdu))));

@@ -1,4 +1,4 @@
-// What a serial master is answered, and when.
+// Tests of `MasterSession`: the answers to a serial master, and when they are sent.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -231,7 +231,7 @@ TEST_F(MasterSessionTest, AnAsciiMasterIsAnsweredAtEveryCut) {
   const Bytes request = Ascii(1, "03 00 00 00 01");
   for (std::size_t cut = 0; cut <= request.size(); ++cut) {
     Hear(Bytes(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(cut)));
-    Pass(900ms);  // a character may be late by a second
+    Pass(900ms);  // a character may be late by up to a second
     Hear(Bytes(request.begin() + static_cast<std::ptrdiff_t>(cut), request.end()));
     Pass(100ms);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Ascii(1, "03 02 FF FE"))))
@@ -255,8 +255,8 @@ TEST_F(MasterSessionTest, AMasterOfAnotherFramingIsNamed) {
   }
 }
 
-// ---------------- A two-wire adapter that gives the gateway its own replies back: an echo is never
-// carried out.
+// ---------------- A two-wire adapter returns the gateway's replies: an echo must never be carried
+// out.
 
 constexpr const char* kWriteZero = "06 00 00 00 07";
 
@@ -266,7 +266,7 @@ class MasterEchoTest : public MasterSessionTest {
     listener().echo = echo;
     Begin();
   }
-  /// The master sends a write that is confirmed; ends as the reply is handed to the port.
+  /// Returns when the reply to a confirmed write has been handed to the port.
   void WriteOnce() {
     const std::size_t number = commands();
     Say(1, kWriteZero);
@@ -276,7 +276,7 @@ class MasterEchoTest : public MasterSessionTest {
     Pass(session_->Deadline().value() - now_.instant);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWriteZero))));
   }
-  /// The same bytes, the last of them so long after the reply was handed to the port.
+  /// The last byte comes `after_the_reply`, counted from its hand-over to the port.
   void HearAt(const Bytes& bytes, Duration after_the_reply) {
     Pass(sent_at_.back() + after_the_reply - now_.instant - LineTime(bytes.size()));
     Hear(bytes);
@@ -399,7 +399,6 @@ TEST_F(MasterEchoTest, StripABusWithoutEchoWorks) {
   EXPECT_EQ(target_.requests.size(), 1U);
 }
 
-/// What `off` and `strip` have in common.
 class EveryMasterEchoTest : public MasterEchoTest,
                             public testing::WithParamInterface<config::Listener::Echo> {
  protected:
@@ -437,7 +436,7 @@ INSTANTIATE_TEST_SUITE_P(Echo, EveryMasterEchoTest,
                            return info.param == config::Listener::Echo::off ? "Off" : "Strip";
                          });
 
-// ---------------- What is echo of the gateway's own reply, by bytes, by frames and by time.
+// ---------------- `ReplyEcho`: what is an echo of the gateway's reply, by bytes, frames and time.
 
 using enum config::Listener::Echo;
 

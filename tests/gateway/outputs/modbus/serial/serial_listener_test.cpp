@@ -1,4 +1,4 @@
-// A serial port of a master: opened, heard, lost and found again.
+// Tests of the serial port of a master: opened, lost and found again.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 
@@ -32,7 +32,7 @@ TEST_F(SerialListenerTest, AReplyKeepsTheQuietOfTheBus) {
   Begin();
   const Instant asked = ReadClocks().instant;
   AskForTheValue();
-  // Longer on a slow machine, never shorter: 3.5 characters of 11 bits.
+  // 3.5 characters of 11 bits. A slow machine may take longer, but never shorter.
   EXPECT_GE(ReadClocks().instant - asked, 128ms);
 }
 

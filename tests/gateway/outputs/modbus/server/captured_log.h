@@ -1,4 +1,4 @@
-// What the log says meanwhile: it goes to standard output where nobody has called log::Begin.
+// `CapturedLog` captures the log, which goes to standard output because no test calls log::Begin.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ class CapturedLog {
   CapturedLog(const CapturedLog&) = delete;
   CapturedLog& operator=(const CapturedLog&) = delete;
 
-  /// Ends the capture: how many lines have this in them.
+  /// Ends the capture. Returns how many lines contain `part`.
   int CountLines(const std::string& part) {
     ended_ = true;
     std::istringstream text(testing::internal::GetCapturedStdout());

@@ -1,5 +1,4 @@
-// Which clients are told that their sockets are ready: all of them, again and again, but never one
-// that has been removed.
+// Tests of `ClientPoll`, of `ClientSession`, and with libmodbus as the client.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <modbus.h>

@@ -1,4 +1,4 @@
-// A Modbus server on loopback with a store and a scripted command sink, for the tests.
+// A Modbus server on loopback, with a store and a scripted command sink.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,7 +20,7 @@
 
 namespace baudgate::modbus {
 
-/// Keeps commands until the test answers them, or answers at once, or is full.
+/// Stores commands until the test answers them, or answers at once, or is full.
 class ScriptedSink : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override {
@@ -39,7 +39,7 @@ class ScriptedSink : public bus::CommandSink {
     return true;
   }
 
-  /// Waits for the command with this number; the test's own timeout is the bound.
+  /// Waits for the command with this number, without a limit.
   bus::WriteCommand Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return commands_.size() > number; });
@@ -51,10 +51,10 @@ class ScriptedSink : public bus::CommandSink {
     return commands_.size();
   }
 
-  // Set before the clients start.
+  // Set these before the clients start.
   bool full = false;
   std::optional<WriteEnd> answer;
-  bool unfit = false;  ///< what is answered
+  bool unfit = false;  ///< part of the answer
 
  private:
   std::mutex mutex_;
@@ -62,7 +62,7 @@ class ScriptedSink : public bus::CommandSink {
   std::vector<bus::WriteCommand> commands_;
 };
 
-/// The PDU of the answer to one request; empty when the server has closed.
+/// Returns the PDU of the answer to one request; empty if the server has closed the connection.
 inline std::string Ask(const RawClient& client, std::uint8_t unit, const std::string& pdu) {
   client.Send(Frame(unit, pdu));
   const Bytes answer = client.ReceiveFrame();

@@ -1,5 +1,4 @@
-// Another configuration for a server that runs: which clients notice, and where requests under way
-// end.
+// Tests of a new configuration for a running server.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -35,14 +34,14 @@ class RenewalTest : public RouteTest {
     next_ = config_;
   }
 
-  /// What of the first listeners and routes is the same.
+  /// A renewal in which the first listeners and routes stay the same.
   static Renewal Same(std::size_t listeners, std::size_t routes) {
     Renewal renewal;
     for (std::size_t i = 0; i < listeners; ++i) renewal.listeners.push_back({i, true});
     for (std::size_t i = 0; i < routes; ++i) renewal.routes.emplace_back(i);
     return renewal;
   }
-  /// `next_` in place of what runs.
+  /// Applies `next_` to the running server.
   void Renew(const Renewal& renewal) {
     std::promise<void> done;
     asio::post(io_, [&] {
@@ -177,7 +176,7 @@ TEST_F(RenewalTest, APortThatIsOpenedInVainIsClosed) {
   EXPECT_TRUE(server_->OpenPort(more).ok());
 }
 
-/// As a configuration that is taken back, which comes whatever is missing.
+/// A rollback works like this: the configuration is applied although a port is missing.
 TEST_F(RenewalTest, APortThatIsTakenIsOpenedAsSoonAsThePortBeforeIsClosed) {
   StartServer();
   next_.modbus.listen[1].host = "0.0.0.0";
@@ -273,8 +272,8 @@ TEST_F(RenewalTest, WithoutListenersItGoesOn) {
   EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
 }
 
-// ---------------- A listening socket that systemd passes goes to the listener of its address, and
-// to nobody else.
+// ---------------- A listening socket that systemd passes goes to the listener with its address
+// only.
 
 using asio::ip::tcp;
 
@@ -282,7 +281,7 @@ constexpr int kFirst = 3;  // the first descriptor that systemd passes
 
 tcp::endpoint Loopback(std::uint16_t port) { return {asio::ip::address_v4::loopback(), port}; }
 
-/// In a process of its own: what stands at 3 and 4 is lost.
+/// Runs in a process of its own, because it overwrites the descriptors 3 and 4.
 int TakesItsOwn() {
   asio::io_context io;
   tcp::acceptor wanted(io, Loopback(0));

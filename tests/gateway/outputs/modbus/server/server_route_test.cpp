@@ -1,5 +1,4 @@
-// Transparent routes through real sockets: many clients, clients that leave, libmodbus as client,
-// and a server elsewhere.
+// Tests of transparent routes through real sockets, and of RTU over TCP.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <modbus.h>
@@ -235,8 +234,7 @@ TEST_F(RouteTest, ARouteLeadsToAServerElsewhere) {
   EXPECT_EQ(front.Traffic().routes[1].refused, 1U);
 }
 
-// ---------------- Clients that speak RTU over TCP: one request at a time, the last one, damage,
-// silence, and cached units.
+// ---------------- Clients with RTU over TCP.
 
 class RtuOverTcpTest : public RouteTest {
  protected:
@@ -245,7 +243,7 @@ class RtuOverTcpTest : public RouteTest {
   static Bytes Rtu(std::uint8_t slave, const std::string& pdu) {
     return protocols::ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
   }
-  /// Receives as many bytes as the reply with this PDU has.
+  /// Receives as many bytes as the expected reply has, and compares them.
   static void ExpectReply(const RawClient& client, std::uint8_t slave, const std::string& pdu) {
     const Bytes expected = Rtu(slave, pdu);
     EXPECT_EQ(ToHex(client.Receive(expected.size())), ToHex(expected));
@@ -335,7 +333,7 @@ TEST_F(RtuOverTcpTest, NoAnswerGoesOutIntoTheNextRequest) {
   const Bytes next = Rtu(1, "03 00 00 00 01");
   client.Send(View(next).first(5));
   first.done(GoodReply("03 02 00 C8"));
-  // Whoever is served meanwhile shows that the server has had its turn.
+  // The answer to the other client shows that the server has also handled the first client.
   const RawClient other = Connect();
   other.Send(Rtu(1, "03 00 00 00 01"));
   ExpectReply(other, 1, "03 02 FF FE");
@@ -361,7 +359,7 @@ TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
   StartServer();
   const RawClient client = Connect();
   const RawClient other = Connect();
-  // An answer that only silence releases, and what the client sent before has met the same.
+  // This answer comes after silence, when the server has handled all earlier bytes, too.
   const auto await_silence = [&] {
     Bytes request = Rtu(20, kRead);
     Append(request, View(ParseHex("14 03").value()));

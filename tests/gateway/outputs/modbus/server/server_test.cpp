@@ -1,4 +1,4 @@
-// Reads and exceptions through a real socket, framing, pipelining, and how ports are opened.
+// Tests of reads, writes, exceptions and framing through a real socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -148,12 +148,12 @@ TEST_F(ServerTest, AnUnknownAddressIsAClearError) {
   EXPECT_EQ(status.error(), "192.0.2.1:0: this machine has no such address; check modbus.listen");
 }
 
-/// In a process of its own: what stands at descriptor 3 is lost.
+/// Runs in a process of its own, because it overwrites descriptor 3.
 TEST_F(ServerTest, AnAddressThatHasLeftTheMachineIsNamed) {
   const auto trouble = [this] {
     asio::io_context io;
     asio::ip::tcp::acceptor gone(io, asio::ip::tcp::v4());
-    // Binds to an address that the machine does not have, as if it had left.
+    // Binds to an address that the machine does not have, as if the address had been removed.
     gone.set_option(asio::detail::socket_option::boolean<IPPROTO_IP, IP_FREEBIND>(true));
     gone.bind({asio::ip::make_address("192.0.2.9"), 0});
     gone.listen();
@@ -186,7 +186,7 @@ TEST_F(ServerTest, StopClosesClientsAndPorts) {
   EXPECT_FALSE(RawClient(port).connected());
 }
 
-// ---------------- Writes: what the sink is given, and how each end of a command is answered.
+// ---------------- Writes: the commands to the sink, and the answer to each end of a command.
 
 TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
   sink_.answer = WriteEnd::ok;
@@ -300,8 +300,7 @@ TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
   EXPECT_TRUE(client.IsClosed());
 }
 
-// ---------------- Clients that are too many, not allowed, silent, or that never read their
-// answers.
+// ---------------- Clients that are too many, not allowed, silent, or that never read.
 
 constexpr const char* kReadZero = "03 00 00 00 01";
 constexpr const char* kAnswer = "03 02 FF FE";
@@ -376,7 +375,7 @@ TEST_F(ServerTest, ClientsThatAreRefusedOrMalformedFillNoLog) {
   }
   EXPECT_EQ(server_->counters().refused, 5U);
   EXPECT_EQ(server_->counters().malformed, 5U);
-  // Earlier tests may have written them already.
+  // Earlier tests may have written these lines already.
   EXPECT_LE(log.CountLines("modbus: client 127.0.0.1:"), 2);
 }
 
@@ -413,7 +412,7 @@ TEST_F(ServerTest, WithoutFileDescriptorsItAcceptsAgainLater) {
   EXPECT_EQ(Ask(client, 1, kReadZero), kAnswer);
 }
 
-/// Sends requests until the server stops taking them because its answers have nowhere to go.
+/// Sends requests until the server stops reading because its answers are not read.
 void Flood(const RawClient& client, const Bytes& request, const std::function<bool()>& closed) {
   Bytes many;
   for (int i = 0; i < 100; ++i) Append(many, View(request));

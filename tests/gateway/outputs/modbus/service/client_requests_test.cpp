@@ -1,4 +1,4 @@
-// Routed requests: what the target is given, and how each end of them is answered.
+// Tests of routed requests: what the target gets, and the answer to each end.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/client_requests.h"
 
@@ -177,7 +177,7 @@ TEST_F(ServiceTest, ASilentListenerKeepsItsOwnExceptionsAndPassesTheSlaves) {
   EXPECT_THAT(Ask(1, "03 00 09 00 01"), ElementsAre("12 34 00 00 00 03 01 83 02"));
 }
 
-/// A request may be under way when a reload ends: its zeros would pass for values.
+/// A reload may end during a request. Zeros for a removed device would be taken for values.
 TEST_F(ServiceTest, ADeviceThatTheStoreHasForgottenHasFailed) {
   EXPECT_THAT(Ask(1, "03 00 00 00 01"), ElementsAre("12 34 00 00 00 05 01 03 02 FF FE"));
   store_->Retire(0);
@@ -334,7 +334,7 @@ TEST_F(ServiceTest, AnswersMayComeAfterEverythingIsGone) {
   EXPECT_THAT(Settle(), IsEmpty());
 }
 
-// ---------------- Which function codes the clients of a listener may ask for.
+// ---------------- Which function codes the clients of a listener may use.
 
 TEST(Permission, ByFunction) {
   const auto allowed = [](config::Permit permit) {
@@ -349,7 +349,7 @@ TEST(Permission, ByFunction) {
   EXPECT_TRUE(Permits(config::Permit::all, 100));
 }
 
-// ---------------- Unit 0: who it is, and when a write to it is for all slaves.
+// ---------------- Unit 0: which device it is, and when a write to unit 0 goes to all slaves.
 
 constexpr const char* kStopAll = "06 00 08 00 00";
 constexpr const char* kReadStatus = "03 23 28 00 01";

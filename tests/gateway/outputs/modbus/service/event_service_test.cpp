@@ -1,4 +1,4 @@
-// What a client sees of events: its own place in each unit, and a ring that goes on under it.
+// Tests of the event registers: each client has its own place in each unit, while the ring goes on.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -10,7 +10,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// Units 1 and 2 are devices; the feed shows 20 events, and knows the owners of 20 more.
+/// Units 1 and 2 are devices. The feed shows 20 events, and remembers the owners of 20 more.
 class EventsOfService : public ServiceTest {
  protected:
   EventsOfService() {
@@ -134,10 +134,10 @@ TEST_F(EventsOfService, TakesNoOtherWrite) {
     const char* pdu;
     const char* answer;
   } cases[] = {
-      {"06 23 38 00 01", "86 03"},                       // half
+      {"06 23 38 00 01", "86 03"},                       // half of the number
       {"06 23 39 00 01", "86 03"},                       // the other half
-      {"10 23 38 00 01 02 00 01", "90 03"},              // half
-      {"10 23 38 00 03 06 00 00 00 01 00 00", "90 02"},  // and what can only be read
+      {"10 23 38 00 01 02 00 01", "90 03"},              // half of the number
+      {"10 23 38 00 03 06 00 00 00 01 00 00", "90 02"},  // includes a read-only register
       {"10 23 37 00 02 04 00 00 00 01", "90 02"},        //
       {"10 23 39 00 02 04 00 00 00 01", "90 02"},        //
       {"06 23 3A 00 01", "86 02"},                       //
@@ -162,8 +162,7 @@ TEST_F(EventsOfService, PartsAreWholeValues) {
   EXPECT_THAT(Ask(1, "01 23 38 00 01"), ElementsAre("12 34 00 00 00 03 01 81 02"));
 }
 
-/// A client that is fast enough sees all of a unit, whatever others do; one that is not is told how
-/// many it has missed.
+/// A slow client learns how many events it has missed.
 TEST_F(EventsOfService, OfARingThatGoesOnNothingIsMissedUnseen) {
   std::uint64_t next = 1;
   std::uint64_t seen = 0;
@@ -213,10 +212,9 @@ TEST_F(EventsOfService, OthersEventsAreSkippedAndNotLost) {
   EXPECT_EQ(Read(255).lost, 11U);
 }
 
-// ---------------- The register that acknowledges alarms: whose, which, what the client hears, and
-// the record of it.
+// ---------------- The register that acknowledges alarms.
 
-/// Alarms that are acknowledged when the test says so.
+/// Alarms that are acknowledged when the test allows it.
 class FakeAlarms final : public events::EventSource {
  public:
   events::EventsState state() const override { return {}; }
@@ -284,7 +282,7 @@ class AckServiceTest : public ServiceTest {
     alarms_.Raise("d2", 8);
     alarms_.Raise("d2", (std::int64_t{3} << 32) + 5);
   }
-  /// What the client hears, at once or when the disk has it.
+  /// Returns the answer to the client, at once or after the disk has the record.
   std::string Write(std::uint8_t unit, const std::string& number) {
     alarms_.meant.clear();
     auto answers = Ask(unit, "10 23 88 00 02 04 " + number);

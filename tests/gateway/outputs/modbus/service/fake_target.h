@@ -1,4 +1,4 @@
-// A route target that does what a test says: keeps requests, answers them at once, or is full.
+// A route target that stores requests, answers them at once, or is full, as the test wants.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -60,8 +60,7 @@ class FakeTarget final : public bus::RouteTarget {
     arrived_.notify_all();
   }
 
-  /// Wait for the request, or the parting client, with this number; the test's own timeout is the
-  /// bound.
+  /// Wait for the request, or the client that leaves, with this number, without a limit.
   bus::RoutedRequest Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return requests_.size() > number; });
@@ -81,7 +80,7 @@ class FakeTarget final : public bus::RouteTarget {
     return forgotten_;
   }
 
-  // Set before the clients start.
+  // Set these before the clients start.
   bool full = false;
   std::function<bus::RoutedReply(const bus::RoutedRequest&)> answer;  ///< empty: the test answers
 
@@ -92,7 +91,6 @@ class FakeTarget final : public bus::RouteTarget {
   std::vector<std::uint64_t> forgotten_;
 };
 
-/// Lines "drive" and "pumps" behind the line of MakeConfig, without devices.
 inline void AddRoutedLines(config::Config& config) {
   for (const char* name : {"drive", "pumps"}) {
     config.lines.emplace_back().name = name;

@@ -1,4 +1,4 @@
-// The server of server_fixture.h with lines "drive" and "pumps" behind routes.
+// The server of server_fixture.h, with the lines "drive" and "pumps" behind routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,17 +15,17 @@ class RouteTest : public ServerTest {
     links_.lines = {nullptr, &drive_, &pumps_};
     links_.frames.rtu = &protocols::ModbusRtuProtocol();
   }
-  // The lines outlive the server.
+  // The server uses the lines, so it stops first.
   ~RouteTest() override { StopServer(); }
 
-  /// With a deadline that no test lives to see.
+  /// Adds a route whose deadline is longer than any test.
   config::Route& Add(std::size_t line, std::uint8_t first, std::uint8_t last) {
     config::Route& route = config_.modbus.routes.emplace_back(RouteTo(config_, line, first, last));
     route.deadline = 1h;
     return route;
   }
 
-  /// A slave whose holding register N has the value N.
+  /// Answers like a slave with the value N in holding register N.
   static bus::RoutedReply Count(const bus::RoutedRequest& request) {
     const ByteReader pdu(request.pdu);
     const std::size_t start = pdu.U16Be(1).value_or(0);

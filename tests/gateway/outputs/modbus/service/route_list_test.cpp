@@ -1,4 +1,4 @@
-// Which number a route has over reloads, and which servers elsewhere are connected to.
+// Tests of the numbers of routes over reloads, and of the connections to remote servers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -165,8 +165,7 @@ TEST_F(RouteTableTest, ARouteTakesTheGatewaysUnitsOverWhenItNamesThem) {
   EXPECT_EQ(Of(0).route, 1U);
 }
 
-// ---------------- Every routed write leaves its record, whatever becomes of it; nothing waits for
-// that.
+// ---------------- Every routed write leaves a record, and does not wait for it.
 
 constexpr const char* kWrite = "06 00 08 00 07";
 

@@ -1,5 +1,4 @@
-// A request service without sockets and threads: requests go in, answers are kept as hex, routes
-// lead to fake targets. The time is now_, for the targets' answers as well.
+// `ServiceTest`: a request service without sockets and threads, with fake route targets.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,11 +27,11 @@ class KeptWire final : public ClientWire {
   void AnswerNothing(Instant) override { answers.push_back("nothing"); }
   void SweepAt(Instant at) override { sweeps.push_back(at); }
 
-  /// The answers since the last call, in their order.
+  /// Returns the answers since the last call, in their order.
   std::vector<std::string> Take() { return std::exchange(answers, {}); }
 
   std::vector<std::string> answers;
-  std::vector<Instant> sweeps;  ///< as they were asked for
+  std::vector<Instant> sweeps;  ///< times of the requested sweeps
 };
 
 class WriteSink final : public bus::CommandSink {
@@ -47,7 +46,7 @@ class WriteSink final : public bus::CommandSink {
   std::vector<bus::DeniedWrite> denied;
 };
 
-/// Unit 1 is a device with one register; routes are added by the test.
+/// Unit 1 is a device with one register. A test adds the routes.
 class ServiceTest : public testing::Test {
  protected:
   using Answers = std::vector<std::string>;
@@ -82,10 +81,10 @@ class ServiceTest : public testing::Test {
                     links_);
     shared_->inbox()->Open(io_, [this] { return Clocks(); });
   }
-  /// Civil time is one hour ahead of the other.
+  /// The wall clock is one hour ahead of the steady clock.
   Now Clocks() const { return {now_, WallTime(now_.time_since_epoch() + 1h)}; }
 
-  /// What the wire has been told at once, and what after the targets' answers have come in.
+  /// Returns the answers that come at once and after the answers of the targets.
   Answers Ask(View frame) {
     if (services_.empty()) Enter(wire_);
     services_[0]->Handle(frame, Clocks());
@@ -97,7 +96,7 @@ class ServiceTest : public testing::Test {
     io_.poll();
     return wire_.Take();
   }
-  /// Of the clients that are there.
+  /// `client` counts the connected clients.
   std::uint64_t IdOf(std::size_t client) { return Traffic().clients.at(client).id; }
   TrafficStatus Traffic() { return shared_->book()->Status(Clocks()); }
 

@@ -1,4 +1,4 @@
-// Modbus clients and routes in the status, as JSON and as people see them.
+// Tests of Modbus clients and routes in the status: as JSON and as text for people.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/traffic_json.h"
 
@@ -113,7 +113,7 @@ TEST(Traffic, NothingIsSaidWhereThereIsNeither) {
   EXPECT_EQ(tools::RenderTraffic(TrafficJson({}, {}, status::kNow), {}), "");
 }
 
-/// With the section of a Modbus server that has these clients and routes.
+/// Returns the status with a Modbus section that contains the test's clients and routes.
 status::Json StatusOf(const config::Config& config, const bus::PointStore& store,
                       const std::optional<status::Target>& target) {
   const std::string line = target ? config.lines[target->line].name : std::string();
@@ -164,7 +164,7 @@ using testing::SizeIs;
 
 class TrafficTest : public ServiceTest {
  protected:
-  /// The identity that traffic.h promises.
+  /// Checks the sum that traffic.h promises.
   static void ExpectSum(const RouteCounters& counters, std::uint64_t under_way) {
     EXPECT_EQ(counters.requests, counters.ok + counters.refused + counters.denied +
                                      counters.no_reply + counters.expired + counters.busy +
@@ -239,7 +239,7 @@ TEST_F(TrafficTest, EveryClientIsCountedByItself) {
   EXPECT_EQ(IdOf(0), second);
 }
 
-/// Whoever raises alarms hears how each ended, by the unit that the client has asked for.
+/// The alarms get the end of each routed request, with the unit number that the client has used.
 TEST_F(TrafficTest, TheEndOfARoutedRequestIsTold) {
   Add(1, 20, 22).remap = 1;
   std::vector<std::string> told;
@@ -268,7 +268,7 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   bus::RoutedReply shared = ok;
   shared.shared = true;
   shared.waited = 10ms;
-  // Two ask long ago, so that their answers come after the deadline.
+  // Two requests are old, so that their answers come after the deadline.
   const std::size_t kLate[] = {5, 6};
   const bus::RoutedReply replies[] = {ok,
                                       shared,
@@ -364,7 +364,7 @@ TEST_F(TrafficTest, ASlavesExceptionIsNoTrouble) {
 namespace baudgate::modbus {
 namespace {
 
-// ---------------- What is said of serial masters and routes, and when nothing is.
+// ---------------- Sentences about serial masters and routes, and when there are none.
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;

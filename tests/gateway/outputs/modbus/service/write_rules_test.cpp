@@ -1,4 +1,4 @@
-// What the gate refuses, as Modbus says it: exceptions, and the select register.
+// Tests of writes that the gate refuses, as Modbus exceptions, and of the select register.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -14,7 +14,7 @@ using ::testing::SizeIs;
 class WriteRules : public ServiceTest {
  protected:
   config::Writing& writing() { return config_.lines[0].devices[0].points[0].writing; }
-  /// 60000.
+  /// Writes register 60000.
   static constexpr const char* kSelect = "06 EA 60 C0 DE";
   static constexpr const char* kWrite = "06 00 00 00 07";
   static constexpr const char* kSelected = "12 34 00 00 00 06 01 06 EA 60 C0 DE";

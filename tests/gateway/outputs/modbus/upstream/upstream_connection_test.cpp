@@ -1,5 +1,4 @@
-// The connection to a Modbus TCP server: when it is made, how it ends, and what becomes of the
-// requests then.
+// Tests of the connection to a Modbus TCP server, and what its end does to requests.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -134,7 +133,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   EXPECT_TRUE(RunUntil(io_, [&] { return back.accepted() == 1; }));
 }
 
-/// Each read twice, and then its unit pauses.
+/// Each read is tried twice, then its unit pauses.
 TEST_F(UpstreamConnectionTest, AServerThatTurnsUsAwayIsNotPestered) {
   server_.turns_away = true;
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::no_reply);
@@ -147,10 +146,10 @@ TEST_F(UpstreamConnectionTest, AServerThatTurnsUsAwayIsNotPestered) {
   EXPECT_EQ(server_.accepted(), 4U);
 }
 
-/// A server that closes the connection when it is asked for some request, and answers all others.
+/// A server that closes the connection at one request, and answers all others.
 class ClosingServer : public UpstreamConnectionTest {
  protected:
-  /// Answers what has come on the latest connection; true: that was its end.
+  /// Answers the requests of the latest connection. True if it has closed the connection.
   bool Serve() {
     RunReady(io_);
     if (server_.accepted() == 0) return false;
@@ -203,7 +202,7 @@ TEST_F(ClosingServer, FailsForTheUnitAloneThatItClosesOn) {
   EXPECT_LE(server_.accepted(), 6U) << "unit 7 pauses";
 }
 
-/// A truncated request to a unit that answers all others: it does not pause.
+/// The request is truncated. Its unit answers all other requests, so the unit must not pause.
 TEST_F(ClosingServer, FailsForTheRequestAloneThatItClosesOn) {
   closes_on = "01 01 00";
   int failed = 0;
@@ -247,7 +246,7 @@ TEST_F(UpstreamConnectionTest, ADeadServerIsGivenUpAfterSilentDeadlines) {
   Wait(first);
   for (int i = 0; i < RequestsOnWire::kSilentDeadlines; ++i) {
     EXPECT_FALSE(server_.session(0).ended());
-    // Several that expire together count once.
+    // Requests that expire together count once.
     Submit({.slave = 21, .within = 300ms});
     Submit({.slave = 22, .within = 300ms});
     const Asked& silent = Submit({.within = 300ms});

@@ -18,7 +18,7 @@
 
 namespace baudgate::modbus {
 
-/// Takes connections and keeps what they bring; answers when told.
+/// Accepts connections and stores their requests. The test makes it answer.
 class ScriptedServer {
  public:
   explicit ScriptedServer(asio::io_context& io, std::uint16_t port = 0)
@@ -30,7 +30,6 @@ class ScriptedServer {
   std::size_t accepted() const { return sessions_.size(); }
   test::FarEnd<asio::ip::tcp::socket>& session(std::size_t number) { return sessions_.at(number); }
 
-  /// The requests that this connection has brought, as hex.
   std::vector<std::string> Requests(std::size_t session = 0) {
     std::vector<std::string> requests;
     if (session >= sessions_.size()) return requests;
@@ -52,7 +51,7 @@ class ScriptedServer {
   void Close(std::size_t session = 0) {
     sessions_.at(session).stream().shutdown(asio::ip::tcp::socket::shutdown_send);
   }
-  /// Connections are closed as soon as they come.
+  /// Closes connections as soon as they come.
   bool turns_away = false;
 
  private:
@@ -72,7 +71,6 @@ class ScriptedServer {
   std::deque<test::FarEnd<asio::ip::tcp::socket>> sessions_;
 };
 
-/// What became of one request.
 struct Asked {
   int calls = 0;
   bus::RoutedReply reply;
@@ -91,7 +89,7 @@ class UpstreamTest : public testing::Test {
  protected:
   UpstreamTest() { upstream_.Start(); }
 
-  /// The clock of this machine, as far ahead as the test wants.
+  /// The clock of this machine plus `ahead_`.
   Instant Clock() const { return std::chrono::steady_clock::now() + ahead_; }
   bus::RoutedRequest Make(const Question& ask) {
     Asked& asked = asked_.emplace_back();
@@ -121,8 +119,8 @@ class UpstreamTest : public testing::Test {
   static constexpr std::size_t kReadsOnWire =
       RequestsOnWire::kMost - RequestsOnWire::kKeptForWrites;
 
-  /// A request that is sent and then not answered in time. On a slow machine it may expire before
-  /// it is sent: then it gets more time.
+  /// Sends a request that is not answered in time. If it expires before it is sent (on a slow
+  /// machine), it gets more time.
   const Asked& SendInVain(std::uint8_t slave = 20) {
     const Asked* asked = nullptr;
     for (Duration within = 5ms; asked == nullptr || !asked->reply.sent; within *= 4) {
@@ -132,7 +130,7 @@ class UpstreamTest : public testing::Test {
     }
     return *asked;
   }
-  /// Reads of distinct registers, as many as the wire takes: four each to units 20, 21 and 22.
+  /// As many reads as the wire takes: four each to the units 20, 21 and 22.
   void FillTheWire() {
     for (std::size_t i = 0; i < kReadsOnWire; ++i) {
       Submit({.slave = static_cast<std::uint8_t>(20 + i / RequestsOnWire::kMostPerUnit),
@@ -144,7 +142,7 @@ class UpstreamTest : public testing::Test {
   asio::io_context io_;
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
-  std::vector<std::uint8_t> late_;  // units whose replies came after their deadlines
+  std::vector<std::uint8_t> late_;  // units with replies that came too late
   Duration ahead_{};
   Upstream upstream_{io_, "127.0.0.1", server_.port(),
                      [this](std::uint8_t unit) { late_.push_back(unit); },

@@ -1,4 +1,4 @@
-// Requests to a Modbus TCP server and their replies: what passes as it is, and what is no reply.
+// Tests of requests to a Modbus TCP server and their replies.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/upstream/upstream.h"
 
@@ -82,12 +82,12 @@ TEST_F(UpstreamTest, AReplyMayComeInAnyPieces) {
 
 struct Misframed {
   const char* request;
-  const char* reply;   ///< behind its id: the header counts more than there is
-  const char* passed;  ///< PDU
+  const char* reply;   ///< behind its id; the header counts too many bytes
+  const char* passed;  ///< the PDU
   Outcome outcome = Outcome::ok;
 };
 
-/// Behind each stands the next one, with and without the bytes that the header has counted.
+/// The next reply follows, with and without the bytes that the header counts too many.
 TEST_F(UpstreamTest, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
   const Misframed kCases[] = {
       {"03 00 C8 00 01", "00 00 00 04 14 83 02", "83 02", Outcome::refused},
@@ -109,7 +109,7 @@ TEST_F(UpstreamTest, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
   EXPECT_EQ(server_.accepted(), 1U);
 }
 
-/// Two in one piece: the header of the second is found.
+/// Two replies come in one piece, and the header of the second must be found.
 TEST_F(UpstreamTest, BehindAMisframedReplyTheNextHeaderIsFound) {
   const Asked& first = Submit();
   const Asked& second = Submit({.slave = 21});
@@ -141,7 +141,7 @@ struct OddReply {
 
 class OddReplyTest : public UpstreamTest, public testing::WithParamInterface<OddReply> {};
 
-/// Its transaction id says which request it answers; its client judges.
+/// The transaction id shows the request, so the reply passes, and the client judges it.
 TEST_P(OddReplyTest, PassesAsItCame) {
   const std::string pdu = GetParam().reply;
   const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
@@ -213,11 +213,11 @@ TEST_F(UpstreamTest, AServerThatSendsGarbageBehindGoodFramesFillsNoLog) {
     EXPECT_EQ(Wait(good).outcome, Outcome::ok);
     ASSERT_TRUE(RunUntil(io_, [&] { return server_.session(i).ended(); }));
   }
-  // Connected, and sent what is no Modbus TCP.
+  // Two lines: connected, and sent what is no Modbus TCP.
   EXPECT_LE(log.CountLines("server 127.0.0.1:" + std::to_string(server_.port())), 2);
 }
 
-// ---------------- Deadlines of requests to a Modbus TCP server, and replies that come after them.
+// ---------------- Deadlines of requests, and replies that come after them.
 
 using testing::ElementsAre;
 
@@ -290,8 +290,7 @@ TEST_F(UpstreamTest, WhatWaitsForTheWireExpires) {
   EXPECT_EQ(server_.Requests().size(), kReadsOnWire);
 }
 
-// ---------------- Which requests to a Modbus TCP server go out, and which wait: places on the
-// wire, priorities, writes.
+// ---------------- Which requests are sent and which wait: places on the wire, priorities, writes.
 
 TEST_F(UpstreamTest, TheWireTakesTwelveReadsAndThenThePriorityDecides) {
   FillTheWire();
@@ -361,7 +360,7 @@ TEST_F(UpstreamTest, TheNextWriteToAUnitWaitsForTheOneBefore) {
   EXPECT_EQ(server_.Requests()[2], "00 02 00 00 00 06 14 06 00 08 00 00");
 }
 
-// ---------------- A server elsewhere to which no route leads any more.
+// ---------------- A remote server to which no route leads any more.
 
 constexpr const char* kReply = "00 00 00 00 00 05 14 03 02 00 07";
 
@@ -416,8 +415,7 @@ TEST_F(UpstreamRest, EndsWithTheNextRoute) {
   EXPECT_TRUE(server_.Wait(1, 1)) << "a new connection";
 }
 
-// ---------------- Clients of a Modbus TCP server behind the gateway: reads that they share, a full
-// queue, leaving, threads.
+// ---------------- Clients of a remote server: shared reads, a full queue, leaving, threads.
 
 TEST_F(UpstreamTest, IdenticalReadsThatWaitTogetherShareOneReply) {
   const Asked& first = Submit({.client = 1});

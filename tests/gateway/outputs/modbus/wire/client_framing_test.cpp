@@ -1,4 +1,4 @@
-// RTU frames of clients: every cut, damage, silence, and how replies are framed.
+// Tests of the framing of clients: RTU and MBAP frames, other framings, and checks of requests.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ class RtuFramingTest : public testing::Test {
       bytes = bytes.subspan(count);
     }
   }
-  /// Hex of the next frame, or "need more".
+  /// Returns the next frame as hex, or "need more".
   std::string Take() {
     View frame;
     const FramingState peeked = framing_.Peek();
@@ -124,8 +124,7 @@ TEST_F(RtuFramingTest, RepliesHaveAddressAndCrc) {
   EXPECT_TRUE(framing_.one_at_a_time());
 }
 
-// ---------------- Framing of a client's bytes: every cut, a dribble, pipelining, floods and
-// defects.
+// ---------------- `MbapAssembler`: every cut, single bytes, pipelining, floods and defects.
 
 using MbapState = MbapAssembler::State;
 
@@ -235,15 +234,14 @@ TEST(Mbap, GoodFramesBeforeADefectAreDelivered) {
   EXPECT_EQ(assembler.Take(taken), MbapState::malformed);
 }
 
-// ---------------- A client that speaks another framing than its listener is recognised by its
-// first bytes.
+// ---------------- `OtherFraming`: the first bytes of a client show another framing.
 
 const Frames& Both() {
   static const Frames kFrames{&protocols::ModbusRtuProtocol(), &protocols::ModbusAsciiProtocol()};
   return kFrames;
 }
 
-/// Reads register 0 of unit 1.
+/// Makes a request that reads register 0 of unit 1.
 Bytes RequestIn(Framing framing) {
   const Bytes pdu = {3, 0, 0, 0, 1};
   if (framing == Framing::tcp) return AduOf(1, 1, pdu);
@@ -264,7 +262,7 @@ TEST(OtherFraming, TellsEachFromTheOthers) {
 TEST(OtherFraming, WaitsForAWholeRequest) {
   for (const Framing spoken : {Framing::rtu, Framing::ascii}) {
     const Bytes request = RequestIn(spoken);
-    // The CR is enough: its LF comes with it.
+    // The request counts as whole with its CR, because the LF follows at once.
     const std::size_t whole = request.size() - (spoken == Framing::ascii ? 1 : 0);
     for (std::size_t count = 0; count < whole; ++count) {
       EXPECT_FALSE(OtherFraming(View(request).first(count), Framing::tcp, Both()))
@@ -288,7 +286,7 @@ TEST(OtherFraming, SaysNothingOfNoise) {
   EXPECT_FALSE(OtherFraming(ToBytes("GET / HTTP/1.1\r\n\r\n"), Framing::tcp, Both()));
 }
 
-/// The register count of an RTU request stands where Modbus TCP has its length.
+/// The register count of an RTU request is at the place where Modbus TCP has its length.
 TEST(OtherFraming, ADamagedRequestIsNotAnotherFraming) {
   for (std::uint8_t count = 1; count < 125; ++count) {
     Bytes request = Both().rtu->carrier->wrap(1, Bytes{3, 0, 0, 0, count});

@@ -1,4 +1,4 @@
-// What stands in a support bundle, with and without a gateway.
+// Tests of the content of a support bundle, with and without a gateway.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/bundle/support_bundle.h"
 

@@ -1,4 +1,4 @@
-// The subcommands against a control server: what they print, and their exit codes.
+// Tests of the subcommands with a control server: what they print, and their exit codes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -175,7 +175,7 @@ TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
   const control::RuntimeDirectory runtime(directory_);
   std::filesystem::create_directory(directory_ / "baudgate");
   const auto connect = [] { return ControlClient::Connect({}); };
-  // A gateway of this machine's own would be found as well, so nothing is expected before.
+  // A gateway that runs on this machine would be found, too, so the test expects nothing yet.
   config_.socket = (directory_ / "baudgate" / "a.sock").string();
   StartServer();
   asio::io_context io;
@@ -225,7 +225,7 @@ TEST_F(ClientTest, InUseSaysThatARestartForgets) {
   EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use; the gateway polls it again\n");
 }
 
-// ---------------- Billing readings as a table: of a gateway that keeps those of one meter.
+// ---------------- Billing readings as a table: a gateway stores the readings of one meter.
 
 struct KeptReadings final : events::EventSource {
   events::EventsState state() const override {
@@ -261,7 +261,7 @@ struct KeptReadings final : events::EventSource {
 class BillingTest : public control::ControlTest {
  protected:
   BillingTest() {
-    // A meter at +03:00.
+    // The meter is at +03:00.
     for (const char* name : {"active_import", "active_export"}) {
       const std::string month = std::string("bay-1.feeder-1.month.") + name;
       const double more = name[7] == 'e' ? 1000 : 0;
@@ -338,10 +338,8 @@ TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
   EXPECT_EQ(out_.str(), "no billing readings are stored for that time\n");
 }
 
-// ---------------- Values that were kept, as a table: which points are meant, and how it fits a
-// terminal.
+// ---------------- Stored values as a table: which points a name selects.
 
-/// One value of each point that is asked for.
 struct OneValueEach final : history::HistorySource {
   history::HistoryState state() const override {
     history::HistoryState state;
@@ -407,7 +405,7 @@ TEST_F(HistoryClient, FitsATerminal) {
 namespace baudgate::tools {
 namespace {
 
-// ---------------- In which order the sentences of a status stand.
+// ---------------- The order of the sentences of a status.
 
 using ::testing::ElementsAre;
 using Json = nlohmann::ordered_json;

@@ -1,4 +1,4 @@
-// The commands that only read: what check, map, protocols and profiles print, and their exit codes.
+// Tests of check, map, protocols, profiles and decode: their texts and exit codes.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ constexpr const char* kGood =
     "  - { name: e, address: 2, enabled: false, points: [{ name: p, read: A1, type: string(5) }] "
     "}\n";
 
-/// A file that is gone with the object.
+/// A file that the destructor removes.
 class ConfigFile {
  public:
   explicit ConfigFile(const std::string& text)
@@ -300,7 +300,7 @@ TEST(Profiles, ListAndOne) {
 namespace baudgate::tools {
 namespace {
 
-// ---------------- `decode` on what a trace says of itself, for programs and for people.
+// ---------------- `decode` on the text of a trace, for programs and for people.
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
@@ -373,7 +373,7 @@ TEST(Decode, PrintsProseForPeople) {
 namespace baudgate::testing {
 namespace {
 
-// ---------------- What `baudgate check` prints of listeners and routes, letter by letter.
+// ---------------- What `baudgate check` prints about listeners and routes.
 
 constexpr const char* kLines =
     "lines:\n"

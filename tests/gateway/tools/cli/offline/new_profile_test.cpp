@@ -1,4 +1,4 @@
-// Profiles that are made and checked, with the real protocols.
+// Tests of profiles that are made and checked, with the real protocols.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/offline/new_profile.h"
 
@@ -79,7 +79,7 @@ TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
   EXPECT_THAT(out_.str(), AllOf(HasSubstr("modbus_rtu/list, 3 points"), HasSubstr("energy_in")));
 }
 
-/// As Excel on Windows saves it: a named separator, dashes of the code page.
+/// As Excel on Windows saves a list: a separator line, and dashes of the Windows code page.
 TEST_F(ProfileFiles, AListWithOrdersDashesAndATextIsAccepted) {
   ASSERT_EQ(New("sep=;\r\n"
                 "name;register;type;word order\r\n"
@@ -154,8 +154,7 @@ TEST_F(ProfileFiles, TheProtocolIsThatOfTheFolderOrTheBestFit) {
   EXPECT_EQ(Check("dcon/mine.yaml", relay), kExitBadConfiguration);
 }
 
-// ---------------- Lines out of profiles and words of the command line: complete as from a file,
-// and as well checked.
+// ---------------- Lines made from profiles and words of the command line.
 
 Result<config::Line> Make(const tools::WantedDevice& device, const std::string& protocol = "fake",
                           const std::string& serial = "") {

@@ -1,4 +1,4 @@
-// `baudgate ports` on trees that look like /sys, /dev and /proc of machines with adapters.
+// Tests of `baudgate ports` with folders that look like /sys, /dev and /proc.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/ports/ports.h"
 
@@ -27,7 +27,7 @@ class Ports : public ::testing::Test {
     std::string form = (fs::temp_directory_path() / "baudgate-ports-XXXXXX").string();
     root_ = ::mkdtemp(form.data());
     place_.root = root_;
-    fs::create_directories(root_ / "sys/class/tty/tty0");  // a console: no device
+    fs::create_directories(root_ / "sys/class/tty/tty0");  // a console, which has no device
   }
   ~Ports() override { fs::remove_all(root_); }
 
@@ -39,7 +39,7 @@ class Ports : public ::testing::Test {
     fs::create_directories((root_ / link).parent_path());
     fs::create_symlink(target, root_ / link);
   }
-  /// As Linux 6.1 shows a port of a usb-serial driver.
+  /// Adds a port of a usb-serial driver, as Linux 6.1 shows it.
   void AddUsb(const std::string& name, const std::string& at, const std::string& driver,
               const std::string& ids, const std::string& serial) const {
     const fs::path adapter = "sys/devices/pci0000:00/0000:00:14.0/usb1/" + at;
@@ -106,7 +106,7 @@ TEST_F(Ports, AnFtdiAdapterWithAllItsNames) {
   EXPECT_EQ(port["names"].size(), 4U);
 }
 
-/// CP210x leave the factory with 0001: the link by id is of whichever came last.
+/// All CP210x have the number 0001: the link by id leads to the last one that was plugged in.
 TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "0001");
   AddUsb("ttyUSB1", "1-2", "cp210x", "10c4:ea60", "0001");
@@ -121,8 +121,7 @@ TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
   EXPECT_FALSE(found[0].latency_ms);
 }
 
-/// The ports of a board: Linux 6.5 puts two devices in between; "type" 0 is an address without a
-/// UART.
+/// Linux 6.5 has two more devices in the path. A "type" of 0 is an address without a UART.
 TEST_F(Ports, PortsOfTheBoard) {
   for (const std::string name : {"ttyS10", "ttyS2"}) {
     const fs::path base = "sys/devices/pnp0/" + name;
@@ -178,7 +177,7 @@ TEST_F(Ports, RightsThatAreMissing) {
   EXPECT_THAT(Shown(), Not(HasSubstr("may not open")));
 }
 
-/// An adapter says of itself what it likes.
+/// An adapter may report any name, also one with control characters.
 TEST_F(Ports, NamesOfAdaptersDoNotReachTheTerminal) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "\x1b]0;x\x07");
   EXPECT_THAT(FindPorts(root_)[0].serial, Not(HasSubstr("\x1b")));
@@ -195,7 +194,7 @@ TEST_F(Ports, AConfiguredPathLeadsToItsPort) {
   EXPECT_EQ(PortNameOf(root_, "/dev/round"), "round");
 }
 
-// ---------------- Who may open a port, by the file's mode, and the command that mends it.
+// ---------------- Who may open a port by the mode of its file.
 
 constexpr gid_t kDialout = 20;
 const PortFile kUsual{"/dev/ttyUSB0", 0, kDialout, "dialout", 0660};
@@ -213,7 +212,7 @@ TEST(PortRights, TheUsualPortIsForItsGroup) {
             "again");
 }
 
-/// The first class that fits decides, even where a later one may do more.
+/// The first class that fits decides (owner, group, others), even if a later class has more rights.
 TEST(PortRights, AsTheKernelDoes) {
   PortFile file = kUsual;
   file.mode = 0606;

@@ -1,4 +1,4 @@
-// What the user of `baudgate scan` reads at its end, and which targets are none.
+// Tests of the texts at the end of `baudgate scan`, and of invalid targets.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 

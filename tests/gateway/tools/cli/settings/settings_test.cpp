@@ -1,5 +1,4 @@
-// `baudgate settings` against a control server: files, differences, what is written and what is
-// not.
+// Tests of `baudgate settings` with a control server.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/settings/settings.h"
 
@@ -33,7 +32,7 @@ config::Point PointOf(const std::string& name, const std::string& item, config::
   return point;
 }
 
-/// A relay of six points: what it calls itself, a current, and four settings.
+/// A relay with six points: its type, whether it is active, and four settings.
 config::Config OneRelay() {
   config::Config config = status::TwoLines();
   config::Device& relay = config.lines[0].devices[0];
@@ -59,7 +58,7 @@ constexpr std::size_t kCurrent = 3;
 constexpr std::size_t kTime = 4;
 constexpr std::size_t kHigh = 5;
 
-/// Does what it is told to the store, as a daemon and a relay would.
+/// Stands for the daemon and the relay: applies a write to the store as the test wants.
 class FakeWriter final : public settings::PointWriter {
  public:
   WriteReport Write(const std::string& point, const std::string& value) override {
@@ -164,7 +163,7 @@ TEST_F(SettingsTest, WhatIsNotKnownIsNoValue) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-/// 999 of a stage that is out of use would be 666 with the ratio of another current transformer.
+/// With the ratio of another current transformer, the raw value of 999 would be 666.
 TEST_F(SettingsTest, AnotherRatioIsAnotherFile) {
   config_.lines[0].devices[0].points[kHigh].scale = 400;
   StartServer();
@@ -312,7 +311,7 @@ TEST_F(SettingsTest, ARelayThatShowsAnotherValueIsNotRestored) {
   EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but the relay shows 25\n"));
 }
 
-/// Each row ends in one word, whatever comes behind it.
+/// Each row ends with one result, whatever follows in the reasons.
 TEST_F(SettingsTest, WhatCouldNotBeReadBackSaysSoOnce) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
