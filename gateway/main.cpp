@@ -9,6 +9,7 @@
 #include "gateway/process_start.h"
 #include "gateway/tools/cli/commands.h"
 #include "gateway/tools/terminal/command_end.h"
+#include "gateway/tools/terminal/words.h"
 
 int main(int argc, char** argv) {
   using namespace baudgate;
@@ -22,6 +23,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   tools::Action action;
   tools::AddCommands(app, action);
+  tools::SetExample(app, "baudgate check -c baudgate.yaml");
   if (argc > 1 && tools::IsUnknownSubcommand(app, argv[1])) return kExitUsage;
   if (const auto mistake = tools::UnquotedSerial({argv, static_cast<std::size_t>(argc)})) {
     std::cerr << "baudgate: " << *mistake << '\n';

@@ -112,7 +112,8 @@ bool WriteAll(int descriptor, std::string_view text) {
 }
 
 std::string DroppedText(std::uint64_t lines) {
-  return fmt::format("{} lines of the log were dropped here, because nobody read it\n", lines);
+  return fmt::format("{} log lines were dropped here, because the log was not read in time\n",
+                     lines);
 }
 
 }  // namespace

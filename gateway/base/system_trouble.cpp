@@ -29,14 +29,14 @@ std::string SystemTrouble(int error) {
     case ENFILE:
       return "too many open files; raise LimitNOFILE of the service (ulimit -Hn)";
     case EFBIG:
-      return "a file may have no more bytes; raise LimitFSIZE of the service (ulimit -f)";
+      return "the file has reached the size limit; raise LimitFSIZE of the service (ulimit -f)";
     case ENOSPC:
     case EDQUOT:
-      return "the disk is full; make room on it";
+      return "the disk is full; free some space";
     case EROFS:
-      return "its file system is mounted read-only; look at the disk (dmesg)";
+      return "the file system is mounted read-only; check the disk (dmesg)";
     case EIO:
-      return "the disk fails; look at the disk (dmesg)";
+      return "the disk reports errors; check the disk (dmesg)";
     default:
       return std::generic_category().message(error);
   }

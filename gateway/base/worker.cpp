@@ -203,7 +203,8 @@ Status StartDetached(const std::string& name, std::function<void()> work) try {
   Start(name, std::move(work)).detach();
   return {};
 } catch (const std::system_error& failed) {
-  return Error{"the system has no thread left: " + failed.code().message()};
+  return Error{"the system cannot start another thread: " + failed.code().message() +
+               "; raise TasksMax of the service (ulimit -u)"};
 }
 
 }  // namespace baudgate

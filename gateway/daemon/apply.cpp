@@ -66,10 +66,10 @@ void Daemon::Impl::Examine(const config::Config& next, reload::Difference& diffe
     listener.clients = clients[listener.place];
   }
   if (records::NeedsState(next, catalog) && !records.open()) {
-    difference.restart.push_back("recording of " + records::WhatIsKept(next, catalog) +
-                                 ", which is off now (its files are opened at a start only)");
+    difference.restart.push_back("the recording of " + records::WhatIsKept(next, catalog) +
+                                 ", because its files are opened at a start only");
   } else if (records::KeepsEvents(next) && !records.keeps_events()) {
-    difference.restart.emplace_back("that events are kept");
+    difference.restart.emplace_back("the recording of events");
   }
 }
 

@@ -63,9 +63,9 @@ bool Daemon::Stop() {
   impl_->records.EndHistory();
   const std::vector<std::string> hang = impl_->lines.Stop();
   for (const std::string& line : hang) {
-    log::Warn(
-        {.line = line},
-        "cannot be stopped: a call of its driver does not return; the gateway ends without it");
+    log::Warn({.line = line},
+              "a call of its driver does not return, so the line cannot be stopped. The gateway "
+              "ends without waiting for the line");
   }
   impl_->host_clock.reset();
   if (hang.empty()) impl_->EndLines();
@@ -170,7 +170,9 @@ void Daemon::Impl::AddLine(std::shared_ptr<const config::Line> line,
     auto made = lines::Lines::MakeLoop(*line);
     if (made) own = *std::move(made);
     if (!made)
-      log::Warn("{}; it shares one with others, which wait while its driver blocks", made.error());
+      log::Warn(
+          "{}; the line shares a thread, and the lines of that thread wait while its driver blocks",
+          made.error());
   }
   lines.Add(std::move(line), std::move(own));
 }

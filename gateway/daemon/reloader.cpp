@@ -43,7 +43,7 @@ ConfigCopies::ConfigCopies(asio::io_context& loop, std::optional<reload::KeptCon
 
 Status ConfigCopies::Open() {
   if (open_) return {};
-  if (!kept_) return Error{"there is no state folder; give one with gateway.state"};
+  if (!kept_) return Error{"there is no state folder; set gateway.state"};
   Status status = open_folder_();
   open_ = status.ok();
   return status;
@@ -69,9 +69,15 @@ std::optional<std::string> ConfigCopies::Trouble(const Result<bool>& written) {
   const auto before = std::move(trouble_);
   trouble_ = written ? std::optional<std::string>() : written.error();
   if (trouble_ && trouble_ != before) {
-    log::Warn("the confirmed configuration is not kept: {}; the gateway keeps trying", *trouble_);
+    log::Warn(
+        "the confirmed configuration cannot be saved: {}; the gateway tries again every few "
+        "seconds",
+        *trouble_);
   } else if (written && *written) {
-    log::Warn("the copies in {} were missing or changed, and were written again", folder());
+    log::Warn(
+        "the saved configurations in {} were missing or changed; the gateway has written them "
+        "again",
+        folder());
   }
   return trouble_;
 }
@@ -98,7 +104,7 @@ control::ReloadAnswer CanNotBeTakenBack(const Status& kept) {
 }
 
 std::string NotKept(const Status& kept) {
-  return kept ? std::string() : "; it is not kept: " + kept.error();
+  return kept ? std::string() : "; the configuration cannot be saved: " + kept.error();
 }
 
 void LogChanges(const reload::Difference& difference) {
@@ -115,7 +121,7 @@ std::string Joined(const std::vector<std::string>& sentences, const char* betwee
 
 /// Returns the end of a sentence: parts that were applied and do not work yet.
 std::string NotYet(const std::vector<std::string>& missing) {
-  return missing.empty() ? std::string() : "; not yet: " + Joined(missing);
+  return missing.empty() ? std::string() : "; not working yet: " + Joined(missing);
 }
 
 }  // namespace
@@ -143,7 +149,7 @@ void Reloader::Start() {
   if (trial_.refused()) links_.tell(true, state().not_the_file);
   if (links_.keeps() || copies_.found()) {
     const Status status = copies_.Keep(trial_.ToKeep());
-    if (!status) log::Warn("the configuration is not kept: {}", status.error());
+    if (!status) log::Warn("the configuration cannot be saved: {}", status.error());
   }
   WatchFiles();
   loop_.Start();
@@ -199,7 +205,7 @@ control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::s
                                      config::Config next) {
   if (ask.confirm == Duration::zero() && trial_.IsRefused(text)) {
     const std::string taken_back =
-        state().not_the_file + "; to try it once more, write: baudgate reload --confirm 60s";
+        state().not_the_file + "; to try the file again, run 'baudgate reload --confirm 60s'";
     if (!ask.dry_run) log::Act(Level::error, "reload: nothing is changed: {}", taken_back);
     return Failed(kBadFile, taken_back);
   }
@@ -295,16 +301,17 @@ void Reloader::FollowTrial() {
 /// Returns "; to be confirmed within 60s", or an empty text.
 std::string Reloader::OnTrial() const {
   if (!trial_.running()) return {};
-  return "; to be confirmed within " + FormatDuration(trial_.Left(ReadClocks().instant));
+  return "; confirm it within " + FormatDuration(trial_.Left(ReadClocks().instant)) +
+         " with 'baudgate confirm'";
 }
 
 control::ReloadAnswer Reloader::DoConfirm(const std::string& by) {
   if (!trial_.running()) {
-    return Failed(kBadFile, "nothing waits to be confirmed" +
+    return Failed(kBadFile, "no configuration waits to be confirmed" +
                                 (trial_.refused() ? ": " + state().not_the_file : std::string()));
   }
   if (const Status status = copies_.Keep({trial_.applied()->text}); !status) {
-    return Failed(kCanNotBe, "it cannot be confirmed: " + status.error());
+    return Failed(kCanNotBe, "the configuration cannot be confirmed: " + status.error());
   }
   BeginTrial(Duration::zero(), {});
   log::Act(Level::info, "the configuration is confirmed by {}", by);
@@ -347,8 +354,8 @@ void Reloader::OnFile(const Result<std::string>& text) {
     note = options_.file + " " + text.error();
   } else if (*text != trial_.applied()->text && !trial_.refused()) {
     note = options_.file +
-           " differs from what runs; 'baudgate reload --dry-run' says in what, "
-           "'baudgate reload --confirm 60s' takes it";
+           " differs from the running configuration: 'baudgate reload --dry-run' shows the "
+           "changes, 'baudgate reload --confirm 60s' applies them";
   }
   display_.Change([&](status::ReloadState& state) { state.file_changed = note; });
 }
@@ -369,7 +376,7 @@ void Reloader::TakeBack(const std::string& why) {
   FollowTrial();
   // If the gateway ends before this write, the next start finds the trial and takes it back, too.
   const Status kept = copies_.Keep(trial_.ToKeep());
-  if (!kept) log::Warn("the configuration is not kept: {}", kept.error());
+  if (!kept) log::Warn("the configuration cannot be saved: {}", kept.error());
   LogChanges(difference);
   const std::string said = reload::TakenBack(options_.file, why);
   display_.Change([&](status::ReloadState& state) {

@@ -27,7 +27,7 @@ void SettingsWatch::OnSend(const config::SerialSettings& serial, Now now) {
   const Status status = port_.Apply(serial);
   if (!status) {
     log::WarnFolded(line_.name + " settings",
-                    "line {}: {}; it is tried again with the next request", line_.name,
+                    "line {}: {}; the gateway tries again before the next request", line_.name,
                     status.error());
     return;
   }
@@ -62,10 +62,11 @@ void SettingsWatch::CheckSettings(Now now) {
   display_.Update([this](bus::LineStatus& status) {
     status.restored = static_cast<std::uint32_t>(times_restored_);
   });
-  log::WarnFolded(line_.name + " restored",
-                  "line {}: another program has changed the settings of {} ({}); they are set "
-                  "again. Find it with 'baudgate ports'; docs/ports.md names the usual ones",
-                  line_.name, line_.port, *changes);
+  log::WarnFolded(
+      line_.name + " restored",
+      "line {}: another program has changed the settings of {} ({}); the gateway has set them "
+      "again. Find the program with 'baudgate ports'; docs/ports.md names the usual ones",
+      line_.name, line_.port, *changes);
   const auto times =
       times_restored_ == 1 ? std::string("once") : fmt::format("{} times", times_restored_);
   display_.Show(bus::LineStatus::Port::open,
@@ -91,24 +92,24 @@ void CatchUp(auto& part, Now now) {
 std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
-    return "unanswered: check its mode (raw TCP), protocol (" + protocol +
-           "), power, wire and address behind it, inactivity time";
+    return "unanswered: check its mode (raw TCP), its protocol (" + protocol +
+           "), its inactivity time, and the power, wire and address of the devices behind it";
   }
   if (rest.asks() && !unread) {
     const config::Traits& traits =
         line.devices.empty() ? config::kNoTraits : *line.devices.front().traits;
     const std::string other(traits.counterpart);
     if (!traits.service.empty()) {
-      return "before it had worked, having read the first request: is " +
+      return "before it had worked, after the first request: check that " +
              std::string(traits.service) +
-             " behind this port, does it know the unit, and admit this address?";
+             " is behind this port, knows the unit, and admits this address";
     }
-    return "before it had worked, having read the first request: it wants another protocol: set "
-           "its port to raw TCP, for " +
-           protocol + (other.empty() ? "" : ", or protocol: " + other + " here") +
-           "; is it the right port?";
+    return "before it had worked, after the first request: it expects another protocol. Set its "
+           "port to raw TCP for " +
+           protocol + (other.empty() ? "" : ", or set protocol: " + other + " here") +
+           "; check the port number";
   }
-  return "before it had worked; is it in use by another client, or at its connection limit?";
+  return "before it had worked: check whether another client uses it, and its connection limit";
 }
 
 }  // namespace
@@ -243,8 +244,8 @@ void LinePort::CheckConnection() {
   if (proof_.OnCheck(now_.instant, silent)) Prove();
   if (!silent) return;
   transport_.Close();
-  Lost("no device behind it has answered for " + FormatDuration(kLimit) +
-           "; the connection is made anew",
+  Lost("no device behind the server has answered for " + FormatDuration(kLimit) +
+           "; the gateway connects again",
        Loss::silence);
 }
 
@@ -298,7 +299,7 @@ std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return stopping_;
   if (lent_until_) return "the port is released to another program";
   if (resting_.rests())
-    return "the server has ended the connection; the next request opens it again";
+    return "the server has closed the connection; the next request opens it again";
   if (!transport_.is_open()) return "the port is not open: " + display_.text();
   return std::nullopt;
 }

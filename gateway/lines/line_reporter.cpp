@@ -143,9 +143,10 @@ void PortDisplay::CountEnd(End end, Now now) {
 
 void PortDisplay::CountDrop(const std::string& reason, Now now) {
   Update([&](bus::LineStatus& status) { status.drops.Add(now.instant); });
-  log::WarnFolded(name_ + " ended",
-                  "line {}: {} while it was in use; it is reopened with the next request", name_,
-                  reason);
+  log::WarnFolded(
+      name_ + " ended",
+      "line {}: {} while the connection was in use; the next request opens the connection again",
+      name_, reason);
 }
 
 void PortDisplay::CountRest() {

@@ -103,7 +103,7 @@ void LineServers::Stop(const std::string& why) {
 }
 
 void LineServers::Offer(config::PortServer server, Duration time, Now now) {
-  Withdraw("another one takes its place", now);
+  Withdraw("a new loan replaces this one", now);
   offer_ = std::move(server);
   loan_.Offer(offer_, time, now);
   offered_ = Make(offer_, Server::Use::by_hand);
@@ -119,7 +119,7 @@ void LineServers::Withdraw(const std::string& why, Now now) {
 void LineServers::Close(const std::string& why) {
   if (!offered_) return;
   offered_.reset();
-  log::Info({.line = line_.name}, "clients can come in at {} no more: {}", offer_.Address(), why);
+  log::Info({.line = line_.name}, "clients can no longer connect at {}: {}", offer_.Address(), why);
 }
 
 LineRunner::LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,

@@ -208,7 +208,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
 class LineSlot final : public bus::RouteTarget {
  public:
   /// The reason in the reply to a request while the slot has no line.
-  static constexpr const char* kNotThere = "its line does not run: a reload adds or has removed it";
+  static constexpr const char* kNotThere =
+      "its line does not run: a reload is adding the line, or has removed it";
 
   bool Submit(bus::RoutedRequest request) override {
     bool taken = true;

@@ -146,7 +146,7 @@ std::vector<std::string> Lines::NotOpen(std::span<const std::uint32_t> lines) co
     }
     for (const bus::PortService& service : status.services) {
       if (service.trouble.empty()) continue;
-      troubles.push_back(name + "no client can come in at " + service.place + ": " +
+      troubles.push_back(name + "no client can connect at " + service.place + ": " +
                          service.trouble);
     }
   }
@@ -178,7 +178,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
     if (!one.runner->StopBefore(deadline)) {
       one.runner->Retire();
       log::Warn({.line = config->name},
-                "cannot be stopped: a call of its driver does not return; the line is abandoned");
+                "a call of its driver does not return, so the line cannot be stopped and is "
+                "abandoned. Check its adapter (dmesg)");
       hanging_.push_back(std::move(one.runner));
       continue;
     }
@@ -271,16 +272,18 @@ void Lines::OnLoop(const LoopWatch::Change& change) {
   const bool stuck = change.stuck_since.has_value();
   if (!change.line) {
     if (!stuck) return log::Info("{}: its thread runs again", change.loop);
-    return log::Fail("{}: its thread hangs; until it runs again, systemd's watchdog is not fed",
-                     change.loop);
+    return log::Fail(
+        "{}: its thread hangs. If the thread does not run again, systemd's watchdog restarts the "
+        "gateway",
+        change.loop);
   }
   at(*change.line).With([&](LineRunner& runner) { runner.SetStuck(change.stuck_since); });
   const config::Line& line = *entries_[*change.line].config;
   const log::About about{.line = line.name};
   if (!stuck) return log::Info(about, "its thread runs again");
   log::Warn(about,
-            "its thread hangs: a call of the driver of {} does not return; other lines are not "
-            "affected",
+            "its thread hangs: a call of the driver of {} does not return. Other lines are not "
+            "affected; check the adapter (dmesg)",
             line.port);
 }
 

@@ -111,7 +111,7 @@ class Lines {
            std::shared_ptr<transports::LoopThread> own = {});
   void Start();
   /// Returns a text for each port that these lines, which were started before this call, could not
-  /// open: "line bay: no client can come in at 127.0.0.1:4001: address already in use". Waits for
+  /// open: "line bay: no client can connect at 127.0.0.1:4001: address already in use". Waits for
   /// the first attempts, at most kWaitForPorts. Connections of lines over the network take longer
   /// and are not reported.
   std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;

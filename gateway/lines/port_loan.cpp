@@ -160,8 +160,8 @@ bool PortLoan::Dismiss(const std::string& why, Now now) {
 /// Reports to log, audit, events and status that a client no longer has the port.
 void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   const Duration took = now.instant - visit.began.instant;
-  const std::string text = fmt::format("{} after {}; {}", why, TookText(took), BytesOf(visit));
-  log::Info({.line = links_.config.name}, "{} has the port no more: {}", visit.client, text);
+  const std::string text = fmt::format("{}, after {}; {}", why, TookText(took), BytesOf(visit));
+  log::Info({.line = links_.config.name}, "{} no longer has the port: {}", visit.client, text);
   if (lends() && links_.records.log != nullptr) {
     audit::EndLoan(*links_.records.log, {links_.config.name, visit.client, visit.began},
                    why + "; " + BytesOf(visit), now);

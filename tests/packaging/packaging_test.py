@@ -45,6 +45,11 @@ class PagesTest(unittest.TestCase):
         self.assertEqual(completed("baudgate", "simulate", "--profile", "spaj"), ["spaj140c"])
         self.assertIn("dcon", completed("baudgate", "decode", "--protocol", ""))
 
+    def test_every_help_begins_with_an_example(self):
+        for name in subcommands():
+            if name != "watch":  # baudgate-dds prints its help, and is not always built
+                self.assertRegex(output(BAUDGATE, name, "--help").stdout, rf"(?m)^Example: baudgate {name}\b")
+
     def test_every_option_of_a_subcommand_is_in_page_and_completions(self):
         text = output(BAUDGATE, "trace", "--help").stdout
         options = set(re.findall(r"^  (?:-\w,)?(--[a-z-]+)", text, re.MULTILINE)) | {"--help"}

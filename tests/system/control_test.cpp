@@ -99,7 +99,8 @@ TEST_F(Control, WithoutAGatewayExitCodeFour) {
            {"status"}, {"release", "x"}, {"trace", "x"}, {"enable", "x.y"}, {"disable", "x.y"}}) {
     const Finished none = Ask(words);
     EXPECT_EQ(none.code, 4) << words[0];
-    EXPECT_THAT(none.errors, HasSubstr("is baudgate running? give --socket PATH")) << words[0];
+    EXPECT_THAT(none.errors, HasSubstr("start baudgate, or name its socket with --socket PATH"))
+        << words[0];
   }
 }
 

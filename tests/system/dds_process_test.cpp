@@ -90,7 +90,7 @@ TEST_F(DdsProcess, ThatCannotHearNewSubscribersSaysSo) {
   EXPECT_TRUE(Eventually([&] { return advice().find(taken) != std::string::npos; })) << advice();
   EXPECT_TRUE(EventuallyLogged(*daemon, taken));
   ::close(other);
-  EXPECT_TRUE(EventuallyLogged(*daemon, std::to_string(port) + " is free now: DDS begins anew"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, std::to_string(port) + " is free now: DDS restarts"));
   EXPECT_TRUE(Eventually([&] { return advice() == "[]"; })) << advice();
   EXPECT_TRUE(Eventually([&] { return SeqOf("io-1", "input_1").has_value(); }));
 }

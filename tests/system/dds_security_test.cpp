@@ -109,7 +109,7 @@ class Discovery : public ThreeDevices {
  protected:
   std::unique_ptr<Child> StartServer() const {
     auto server = Start({"discovery-server", "--listen", At()});
-    EXPECT_TRUE(EventuallyLogged(*server, "announce themselves at " + At()));
+    EXPECT_TRUE(EventuallyLogged(*server, "waits for DDS participants at " + At()));
     return server;
   }
   std::string At() const { return "127.0.0.1:" + std::to_string(server_port_); }
@@ -195,7 +195,7 @@ TEST_F(Discovery, WatchAsksMachinesOnly) {
   }
   const Finished nobody = Command({"watch", "--no-multicast", "--seconds", "1"});
   EXPECT_EQ(nobody.code, 2);
-  EXPECT_THAT(nobody.errors, HasSubstr("asks nobody"));
+  EXPECT_THAT(nobody.errors, HasSubstr("needs --peer or --discovery-server"));
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ TEST_F(History, IsKeptAndReadBack) {
   EXPECT_EQ(Ask({"--every", "90s"}).code, 2);
   const auto upside_down = Ask({"--since", "2h", "--until", "3h"});
   EXPECT_EQ(upside_down.code, 2);
-  EXPECT_THAT(upside_down.errors, HasSubstr("--until: it has to be later than --since"));
+  EXPECT_THAT(upside_down.errors, HasSubstr("--until: write a time later than --since"));
   EXPECT_EQ(Ask({"--csv", "--json"}).code, 2);
   const Finished other = Station::Ask({"history", "bay.bay-1.current_l7"});
   EXPECT_EQ(other.code, 2);

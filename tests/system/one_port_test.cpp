@@ -68,7 +68,7 @@ TEST_F(OnePort, OneLookAtADevice) {
   const Finished silent = read({"--address", "21"});
   EXPECT_EQ(silent.code, 1) << silent.output;
   EXPECT_THAT(silent.errors,
-              AllOf(HasSubstr("15 03"), HasSubstr("at 19200 8E1, and nothing came back"),
+              AllOf(HasSubstr("15 03"), HasSubstr("at 19200 8E1, and no byte came back"),
                     HasSubstr("'baudgate scan " + LinkOf("drive") + "'")));
   EXPECT_EQ(read({"--address", "20", "no_such"}).code, kUsage);
   EXPECT_EQ(read({"--address", "300"}).code, kBadConfiguration);

@@ -76,7 +76,7 @@ TEST_F(ReloadModbus, ListenersAndRoutesComeAndGoAndOthersDoNotNotice) {
     const Finished less = Reload(Of({kRoute}));
     EXPECT_EQ(less.output, "listener " + place +
                                ": ends; its client is disconnected\nroute 33-40 to drive: ends\n"
-                               "1 listener ended, 1 route ended; 1 line untouched\n")
+                               "1 listener removed, 1 route removed; 1 line untouched\n")
         << less.errors;
     EXPECT_FALSE(RawClient(more_).connected());
     EXPECT_EQ(ModbusClient(port()).Holding(34, 5, 1).exception, kNoPath);
@@ -168,7 +168,8 @@ TEST_F(ReloadModbus, ThatCanNotBeTakenBackWhollySaysWhatIsMissingAndTriesOn) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   const std::uint16_t other = FreePort();
   ASSERT_EQ(Reload(Of({kMoreUnits, kRoute}, {At(other)}), {"--confirm", "2s"}).code, 0);
-  const std::string missing = "not yet: listener " + PlaceOf(more_) + ": address already in use";
+  const std::string missing =
+      "not working yet: listener " + PlaceOf(more_) + ": address already in use";
   {
     const Taken taken(more_);
     ASSERT_TRUE(EventuallyLogged(*daemon, missing)) << daemon->Errors();

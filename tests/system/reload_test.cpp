@@ -26,8 +26,7 @@ TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
   SetFile(WithSlowerIo());
   const Finished dry = Ask({"reload", "--dry-run"});
   EXPECT_EQ(dry.code, 0) << dry.errors;
-  EXPECT_EQ(dry.output,
-            "line io: begins anew: poll of io-1\n1 line begun anew; 2 lines untouched\n");
+  EXPECT_EQ(dry.output, "line io: restarts: poll of io-1\n1 line restarted; 2 lines untouched\n");
   EXPECT_EQ(Status()["configuration"]["applied"], before["configuration"]["applied"]);
 
   for (int round = 0; round < 5; ++round) {
@@ -65,7 +64,7 @@ TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
   SetFile(Replaced(yaml, "unit: 1, poll: 10min", "unit: 2, poll: 10min"));
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 0) << reload.errors;
-  EXPECT_THAT(reload.output, HasSubstr("line relay: goes on; changed: unit of relay-1"));
+  EXPECT_THAT(reload.output, HasSubstr("line relay: keeps running; changed: unit of relay-1"));
   EXPECT_EQ(client.Float(2, 0), 1.25F);
   EXPECT_EQ(client.Input(1, 0, 2).exception, kNoPath);
   const Json after = LineOf(Status(), "relay");
@@ -78,7 +77,8 @@ TEST_F(Reload, LinesComeAndGo) {
   const std::string all = YamlWithSocket();
   SetFile(all.substr(0, all.find("  - name: meter")));
   Finished reload = Ask({"reload"});
-  EXPECT_EQ(reload.output, "line meter: ends\n1 line ended; 2 lines untouched\n") << reload.errors;
+  EXPECT_EQ(reload.output, "line meter: is removed\n1 line removed; 2 lines untouched\n")
+      << reload.errors;
   EXPECT_EQ(client.Input(kMeterUnit, 0, 2).exception, kNoPath);
   EXPECT_EQ(Status()["lines"].size(), 2U);
   EXPECT_EQ(Ask({"status", "meter"}).code, 2);
@@ -100,7 +100,7 @@ TEST_F(Reload, KeepsWhatWasSetByHand) {
   ASSERT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
   SetFile(Replaced(WithSlowerIo(), "unit: 1, poll: 200ms", "unit: 1, poll: 250ms"));
   const Finished reload = Ask({"reload"});
-  EXPECT_THAT(reload.output, HasSubstr("2 lines begun anew")) << reload.errors;
+  EXPECT_THAT(reload.output, HasSubstr("2 lines restarted")) << reload.errors;
   ASSERT_TRUE(Eventually([&] { return LineOf(Status(), "io")["port_state"] == "released"; }));
   EXPECT_TRUE(
       Eventually([&] { return LineOf(Status(), "relay")["devices"][0]["state"] == "disabled"; }));
@@ -141,7 +141,7 @@ TEST_F(Reload, OfABadFileChangesNothingAndSaysWhy) {
   daemon->Signal(SIGHUP);
   EXPECT_THAT(notify.Receive(), AllOf(HasSubstr("RELOADING=1"), HasSubstr("MONOTONIC_USEC=")));
   EXPECT_THAT(notify.Receive(), AllOf(HasSubstr("READY=1"), HasSubstr("STATUS=")));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "reload by SIGHUP: 1 line begun anew"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload by SIGHUP: 1 line restarted"));
 }
 
 TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
@@ -166,7 +166,7 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
                                          : std::vector<std::string>{"reload", dry});
     EXPECT_EQ(again.code, 2);
     EXPECT_THAT(again.errors, AllOf(HasSubstr("was taken back: nobody has confirmed it in time"),
-                                    HasSubstr("to try it once more")));
+                                    HasSubstr("to try the file again")));
   }
 
   for (int start = 0; start < 2; ++start) {
@@ -194,11 +194,14 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
   const Finished same = Ask({"reload"});
   EXPECT_EQ(same.code, 0) << same.errors;
-  EXPECT_THAT(same.output, AllOf(HasSubstr("nothing has changed\nthe gateway goes back in "),
-                                 HasSubstr("baudgate confirm")));
+  EXPECT_THAT(
+      same.output,
+      AllOf(HasSubstr(
+                "nothing has changed\nthe gateway goes back to the confirmed configuration in "),
+            HasSubstr("baudgate confirm")));
   daemon->Signal(SIGHUP);
   EXPECT_TRUE(
-      EventuallyLogged(*daemon, "reload by SIGHUP: nothing has changed; to be confirmed within"));
+      EventuallyLogged(*daemon, "reload by SIGHUP: nothing has changed; confirm it within"));
   for (const std::string& yaml :
        {WithSlowerIo() + "# looked at\n", with_slower_relay(WithSlowerIo())}) {
     SetFile(yaml);
@@ -208,9 +211,10 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
     EXPECT_FALSE(Status()["configuration"]["confirm_until"].is_null());
   }
   const Finished other_time = Ask({"reload", "--confirm", "2s"});
-  EXPECT_THAT(other_time.output, HasSubstr("the gateway goes back in 2s"));
+  EXPECT_THAT(other_time.output,
+              HasSubstr("the gateway goes back to the confirmed configuration in 2s"));
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: begins anew: poll of io-1"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
   SetFile(YamlWithSocket());
   EXPECT_EQ(Ask({"reload"}).output, "nothing has changed\n") << "it is what was confirmed";
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
@@ -252,7 +256,8 @@ TEST_F(Reload, ThatIsOnTrialIsTakenBackAfterAKill) {
   daemon->Signal(SIGKILL);
   daemon->WaitForEnd();
   daemon = StartDaemon(WithSlowerIo());
-  EXPECT_THAT(daemon->Errors(), HasSubstr("the gateway ended before it was confirmed"));
+  EXPECT_THAT(daemon->Errors(),
+              HasSubstr("the gateway ended before the configuration was confirmed"));
   EXPECT_FALSE(RunsSlower());
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
@@ -268,9 +273,9 @@ TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
   EXPECT_EQ(start.code, 3);
   EXPECT_THAT(start.errors,
               AllOf(HasSubstr("the confirmed configuration " + ConfirmedCopy().string()),
-                    HasSubstr("change " + file().string())));
+                    HasSubstr("correct " + file().string())));
   daemon = StartDaemon(WithSlowerIo() + "# meant\n");
-  EXPECT_TRUE(EventuallyLogged(*daemon, "a configuration was on trial when the gateway ended"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "the gateway ended while a configuration was on trial"));
 }
 
 TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
@@ -289,7 +294,7 @@ TEST_F(Reload, ThatLosesADeviceThatHadAnsweredIsTakenBackAtOnce) {
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
   ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
   io->Signal(SIGSTOP);
-  EXPECT_TRUE(EventuallyLogged(*daemon, "io.io-1 worked before, and does not any more"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "io.io-1 worked before the change, and fails now"));
 }
 
 TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
@@ -298,7 +303,7 @@ TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
   SetFile(WithSlowerIo());
   ASSERT_TRUE(Eventually([&] { return !said().empty(); }));
   EXPECT_THAT(said(),
-              HasSubstr("differs from what runs; 'baudgate reload --dry-run' says in what"));
+              HasSubstr("differs from the running configuration: 'baudgate reload --dry-run'"));
   ASSERT_EQ(Ask({"reload"}).code, 0);
   EXPECT_EQ(said(), "");
   std::filesystem::remove(file());
@@ -314,7 +319,8 @@ TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
   const std::string copy = ConfirmedCopy().string();
   const Finished check = Command({"check", "-c", file().string()});
-  EXPECT_THAT(check.errors, HasSubstr(copy + " runs (diff " + copy + " " + file().string() + ")"));
+  EXPECT_THAT(check.errors, AllOf(HasSubstr(copy + " runs until you change this file"),
+                                  HasSubstr("diff " + copy + " " + file().string() + ")")));
   std::filesystem::permissions(file(), std::filesystem::perms(0640));
   const Finished copied = RunToEnd({"/bin/cp", copy, file().string()}, directory(), Environment());
   ASSERT_EQ(copied.code, 0) << copied.errors;
@@ -390,7 +396,7 @@ TEST_F(ReloadLimits, IsTakenBackWithoutCopyAndProfile) {
   fs::remove(ConfirmedCopy());
   Station::Write("profiles/dcon/module.yaml", "no profile");
   ASSERT_TRUE(EventuallyLogged(*daemon, "was taken back: nobody has confirmed it in time"));
-  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: begins anew: poll of io-1"));
+  EXPECT_TRUE(EventuallyLogged(*daemon, "reload: line io: restarts: poll of io-1"));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 

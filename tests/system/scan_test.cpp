@@ -127,7 +127,7 @@ TEST_F(ScanSystem, CtrlCPrintsWhatWasFound) {
   scan->Signal(SIGINT);
   EXPECT_EQ(scan->WaitForEnd(), 0);
   EXPECT_THAT(scan->Output(), HasSubstr("SPCJ 4D29"));
-  EXPECT_THAT(scan->Errors(), HasSubstr("ended before everything was asked"));
+  EXPECT_THAT(scan->Errors(), HasSubstr("ended before all addresses were asked"));
 }
 
 class ScanGateway : public ScanSystem {
@@ -226,7 +226,7 @@ TEST_F(ScanSystem, ATelegramOnAFreePort) {
   EXPECT_EQ(Command({"ask", bus.path(), ">9RF:XX"}).code, 1) << "nobody is there";
   const Finished write = Command({"ask", bus.path(), ">1WV150:1:XX"});
   EXPECT_EQ(write.code, kUsage);
-  EXPECT_THAT(write.errors, HasSubstr("say --write"));
+  EXPECT_THAT(write.errors, HasSubstr("add --write"));
   EXPECT_EQ(Command({"ask", bus.path(), "02 08 00"}).code, kUsage) << "hex needs a protocol";
   const Finished meter = Command({"ask", bus.path(), "02 08 00", "--protocol", "set4tm"});
   EXPECT_EQ(meter.code, 0) << meter.errors;

@@ -72,7 +72,9 @@ void ClockCorrector::OnReload(const config::Config& config) {
     if (links_.open) {
       tries_ = links_.open(config);
     } else {
-      links_.warn("no clock is corrected: there is no state folder to keep when it was tried");
+      links_.warn(
+          "no clock is corrected: the gateway has no state folder to save the times of its "
+          "attempts. Set gateway.state");
     }
   }
 }
@@ -155,8 +157,9 @@ void ClockCorrector::GoOn(std::uint32_t device, const protocols::ClockCare& care
     if (kept == records::DeviceMemory::Kept::waits) return;
     under_way_.erase(device);
     const char* why = nullptr;
-    if (gone) why = "a reload has ended its line";
-    if (!right_) why = "this machine's clock is no longer synchronised";
+    if (gone) why = "a reload has changed or removed its line";
+    if (!right_)
+      why = "this machine's clock is no longer synchronised; check its time service (timedatectl)";
     if (kept == records::DeviceMemory::Kept::no)
       why = "the attempt cannot be recorded: the disk fails";
     if (why == nullptr) return Correct(device, care, was.drift, now);
@@ -178,7 +181,7 @@ void ClockCorrector::TellEnd(std::uint32_t device, double drift, const WriteResu
                              Now now) const {
   const bool done = result.end == WriteEnd::ok;
   std::string text = "it was " + Shown(drift);
-  if (result.end == WriteEnd::unknown) text += "; nobody knows whether it is corrected";
+  if (result.end == WriteEnd::unknown) text += "; the device has not confirmed the correction";
   if (!done) text += "; " + result.reason;
   links_.tell(device, done, text, now);
 }

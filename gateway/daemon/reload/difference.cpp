@@ -176,18 +176,18 @@ std::string SentenceOf(const LineChange& line) {
     case Action::same:
       break;
     case Action::in_place:
-      return begin + "goes on; changed: " + line.what;
+      return begin + "keeps running; changed: " + line.what;
     case Action::restarted:
-      return begin + "begins anew: " + line.what;
+      return begin + "restarts: " + line.what;
     case Action::added:
       return begin + "is new";
     case Action::removed:
-      return begin + "ends";
+      return begin + "is removed";
   }
   return {};
 }
 
-/// Appends "1 listener new, 2 listeners ended". `anew` is the word for changed items.
+/// Appends "1 listener new, 2 listeners removed". `anew` is the word for changed items.
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {
@@ -198,7 +198,7 @@ void SumUp(const std::vector<Change>& changes, std::string_view name, std::strin
   };
   say(Action::added, "new");
   say(Action::restarted, anew);
-  say(Action::removed, "ended");
+  say(Action::removed, "removed");
   say(Action::in_place, "updated in place");
 }
 
@@ -255,9 +255,9 @@ std::vector<std::string> Sentences(const Difference& difference) {
 std::string Summary(const Difference& difference) {
   if (difference.empty()) return "nothing has changed";
   std::string text;
-  SumUp(difference.lines, "line", "begun anew", text);
+  SumUp(difference.lines, "line", "restarted", text);
   SumUp(difference.modbus.listeners, "listener", "changed", text);
-  SumUp(difference.modbus.routes, "route", "begun anew", text);
+  SumUp(difference.modbus.routes, "route", "restarted", text);
   if (!difference.settings.empty()) {
     text += (text.empty() ? "" : ", ") + Plural(difference.settings.size(), "setting");
   }

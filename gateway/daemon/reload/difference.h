@@ -35,9 +35,9 @@ struct Difference {
 /// Compares two configurations. In `running`, a line without a name is a removed line.
 Difference Compare(const config::Config& running, const config::Config& next);
 
-/// Returns one sentence per change: "line bay-1: begins anew: port".
+/// Returns one sentence per change: "line bay-1: restarts: port".
 std::vector<std::string> Sentences(const Difference& difference);
-/// Returns "1 line new, 1 line begun anew; 12 lines untouched".
+/// Returns "1 line new, 1 line restarted; 12 lines untouched".
 std::string Summary(const Difference& difference);
 /// Returns "only a restart can change dds.domain, gateway.name", or nothing if no restart is
 /// needed.

@@ -39,7 +39,7 @@ KeptConfigs::Trial KeptConfigs::trial() const {
 }
 
 std::string KeptConfigs::why_taken_back() const {
-  if (trial() == Trial::running) return "the gateway ended before it was confirmed";
+  if (trial() == Trial::running) return "the gateway ended before the configuration was confirmed";
   return ReadWhole(why_file()).value_or(std::string());
 }
 
@@ -98,11 +98,11 @@ std::optional<std::string> Probation::Look(Instant now, const Healths& healths) 
   for (auto& [device, seen] : well_) {
     const auto found = healths.find(device);
     if (found == healths.end()) continue;
-    if (found->second == Health::ill) return device + " worked before, and does not any more";
+    if (found->second == Health::ill) return device + " worked before the change, and fails now";
     if (found->second != Health::unknown) {
       seen = now;
     } else if (now >= seen + patience_) {
-      return device + " worked before, and has not answered since";
+      return device + " worked before the change, and has not answered since";
     }
   }
   if (now < *until_) return std::nullopt;
@@ -111,8 +111,8 @@ std::optional<std::string> Probation::Look(Instant now, const Healths& healths) 
 
 std::string TakenBack(const std::string& file, const std::string& why) {
   return fmt::format(
-      "{} was taken back: {}; the confirmed configuration runs, now and at every start until the "
-      "file is changed",
+      "{} was taken back: {}; the confirmed configuration runs until you change the file, also "
+      "after a restart",
       file, why);
 }
 

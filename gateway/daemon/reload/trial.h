@@ -81,7 +81,7 @@ class KeptConfigs {
 //
 //   Begin(0 s, 60 s, {bay-1.a})
 //   Look(5 s, a well)       nothing
-//   Look(5 s, a offline)    "bay-1.a worked before, and does not any more"
+//   Look(5 s, a offline)    "bay-1.a worked before the change, and fails now"
 //   Look(60 s)              "nobody has confirmed it in time"
 enum class Health : std::uint8_t {
   well,     ///< the device answers, and is the right device

@@ -21,9 +21,9 @@ constexpr std::size_t kReadAtMost = 16 * 1024;
 
 std::string HowOf(const std::error_code& error) {
   if (error == asio::error::timed_out || error == asio::error::no_buffer_space) {
-    return "it reads nothing of what the port has received";
+    return "it does not read what the port has received";
   }
-  if (error == asio::error::connection_reset) return "it has left";
+  if (error == asio::error::connection_reset) return "it disconnected";
   return "its connection failed: " + error.message();
 }
 
@@ -104,10 +104,10 @@ void Server::Look() {
     // The user who typed the command gets the error, and the offer is withdrawn.
     const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
-      log::Warn({.line = line_}, "no client can come in at {}: {}{}", config_.Address(), trouble,
+      log::Warn({.line = line_}, "no client can connect at {}: {}{}", config_.Address(), trouble,
                 is_told || was_open ? "" : "; trying again until it works");
     } else {
-      log::Info({.line = line_}, "clients of its port can come in at {} ({})", config_.Address(),
+      log::Info({.line = line_}, "clients of its port can connect at {} ({})", config_.Address(),
                 Name(config_.mode));
     }
   }
@@ -250,7 +250,7 @@ void Server::OnEnd(Client& client, bool failed, const std::string& how) {
     client.has_ended = true;  // the bytes that it has sent are delivered anyway
     return;
   }
-  if (failed || !client.session) return Leave(client, failed ? how : "it has left", now);
+  if (failed || !client.session) return Leave(client, failed ? how : "it disconnected", now);
   client.session->OnClientEnd(now);
   Settle(client, now);
 }
@@ -302,8 +302,8 @@ void Server::Leave(Client& client, std::string why, Now now) {
   if (&client != holder_) {
     if (!client.early.empty()) {
       log::Warn({.line = line_},
-                "client {} has waited for the port, and what it has sent is lost: {}", client.name,
-                why);
+                "the bytes that client {} sent while it waited for the port are lost: {}",
+                client.name, why);
     }
     return Remove(client);
   }

@@ -388,7 +388,7 @@ void Session::OnTimer(Now now) {
     if (const Bytes news = com_->Poll(); !news.empty()) connection_.Send(news);
   }
   if (!over_ && now.instant - heard_ >= idle_) {
-    over_ = "nothing was said for " + FormatDuration(idle_);
+    over_ = "no bytes passed for " + FormatDuration(idle_);
   }
 }
 

@@ -146,9 +146,9 @@ class PortDrain {
   std::optional<std::string> Look(bool is_drained, Instant now) {
     look_at_ = now + kLookEvery;
     if (now - *since_ >= kLongest) {
-      return "it has left, and the port did not take all that it had sent";
+      return "it disconnected before the port had taken all its bytes";
     }
-    if (is_drained) return "it has left";
+    if (is_drained) return "it disconnected";
     return std::nullopt;
   }
 

@@ -185,7 +185,7 @@ struct Loan {
 
 /// `how`: "at 127.0.0.1:4001, raw, for 30min".
 void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
-/// `how`: "it has left; 120 bytes to the port, 340 from it".
+/// `how`: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
 // A write that is routed to a slave unchanged. Its record is made after the exchange, and nothing

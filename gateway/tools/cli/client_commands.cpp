@@ -33,7 +33,7 @@ void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>
         if (!time) throw CLI::ValidationError(name, time.error());
         target = *time;
       },
-      "A time (UTC), or a span before now: 2h");
+      "A time in UTC, or a span before now, for example 2h");
 }
 
 void AddSince(CLI::App& command, std::optional<WallTime>& since) {
@@ -42,13 +42,16 @@ void AddSince(CLI::App& command, std::optional<WallTime>& since) {
 
 void AddStatus(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("status", "Show the state of lines and devices");
+  SetExample(*command, "baudgate status bay-1");
   auto options = std::make_shared<StatusOptions>();
-  command->add_option("TARGET", options->target, "LINE or LINE.DEVICE; everything if not given");
+  command->add_option("TARGET", options->target,
+                      "LINE or LINE.DEVICE; all lines and devices if not given");
   auto* json = command->add_flag("--json", options->json, "Print one JSON object");
-  auto* watch = command
-                    ->add_flag("--watch", options->watch,
-                               "Show it again each second, the worst first, until Ctrl-C")
-                    ->excludes(json);
+  auto* watch =
+      command
+          ->add_flag("--watch", options->watch,
+                     "Refresh every second, the worst lines and devices first, until Ctrl-C")
+          ->excludes(json);
   AddSeconds(*command, options->seconds)->needs(watch);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -57,7 +60,7 @@ void AddStatus(CLI::App& app, Action& action) {
       if (!options->watch) return RunStatus(*options, std::cout, std::cerr);
       if (const Status possible = LiveScreen::Possible(STDOUT_FILENO); !possible) {
         std::cerr << "baudgate: status --watch: " << possible.error()
-                  << "; ask with 'baudgate status' or 'baudgate status --json' again and again\n";
+                  << "; run 'baudgate status' or 'baudgate status --json' repeatedly instead\n";
         return kExitUsage;
       }
       return RunStatusWatch(*options, std::cout, std::cerr);
@@ -67,17 +70,21 @@ void AddStatus(CLI::App& app, Action& action) {
 
 void AddRelease(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("release", "Lend a line's port to another program");
+  SetExample(*command, "baudgate release bay-1 --for 10min");
   auto options = std::make_shared<ReleaseOptions>();
   command->add_option("LINE", options->line, "Line")->required();
-  auto* time = AddDuration(*command, "--for", options->time, "How long, 10min if not given");
-  auto* tcp = command->add_option("--tcp", options->tcp,
-                                  "Lend it over the network to a client that comes in here: "
-                                  "ADDRESS:PORT");
-  command->add_flag("--rfc2217", options->rfc2217, "The client may set the port by RFC 2217")
+  auto* time = AddDuration(*command, "--for", options->time,
+                           "How long the port is lent; 10min if not given");
+  auto* tcp =
+      command->add_option("--tcp", options->tcp,
+                          "Lend the port over the network: a client connects to this ADDRESS:PORT");
+  command
+      ->add_flag("--rfc2217", options->rfc2217,
+                 "The client can change the settings of the port (RFC 2217)")
       ->needs(tcp);
   command
       ->add_option("--allow", options->allow,
-                   "Who may come in: an address or a network; needed beyond loopback")
+                   "Address or network of the client; required beyond loopback")
       ->needs(tcp);
   command->add_flag("--end", options->end, "Take the port back now")->excludes(time)->excludes(tcp);
   AddSocket(*command, options->socket);
@@ -87,13 +94,15 @@ void AddRelease(CLI::App& app, Action& action) {
 }
 
 void AddTrace(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("trace", "Show the frames of a line as they come and go");
+  auto* command = app.add_subcommand("trace", "Show the frames of a line live");
+  SetExample(*command, "baudgate trace bay-1 --device feeder-1");
   auto options = std::make_shared<TraceOptions>();
   command->add_option("LINE", options->line, "Line")->required();
-  command->add_option("--device", options->device, "Only this device");
+  command->add_option("--device", options->device, "Show this device only");
   auto* last =
-      command->add_flag("--last", options->last, "The last frames, from the flight recorder");
-  command->add_flag("--bytes", options->bytes, "Bytes as they arrive, in place of decoded frames");
+      command->add_flag("--last", options->last, "Show the last frames from the flight recorder");
+  command->add_flag("--bytes", options->bytes,
+                    "Show bytes as they arrive instead of decoded frames");
   AddSeconds(*command, options->seconds)->excludes(last);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -103,10 +112,11 @@ void AddTrace(CLI::App& app, Action& action) {
 
 void AddWrites(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("writes", "List writes: who wrote what, and the result");
+  SetExample(*command, "baudgate writes --since 2h");
   auto options = std::make_shared<WritesOptions>();
-  command->add_flag("--follow", options->follow, "Then show each new one");
+  command->add_flag("--follow", options->follow, "Then show each new write");
   AddSince(*command, options->since);
-  command->add_flag("--json", options->json, "Print one JSON object a line");
+  command->add_flag("--json", options->json, "Print one JSON object per line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) {
@@ -119,13 +129,14 @@ void AddWrites(CLI::App& app, Action& action) {
 void AddEvents(CLI::App& app, Action& action) {
   auto* command =
       app.add_subcommand("events", "Show events of devices and of the gateway, oldest first");
+  SetExample(*command, "baudgate events --since 1d --device feeder-1");
   auto options = std::make_shared<EventsOptions>();
-  command->add_flag("--follow", options->follow, "Then show each new one");
-  command->add_option("--from", options->from, "The first number (seq)")
+  command->add_flag("--follow", options->follow, "Then show each new event");
+  command->add_option("--from", options->from, "Number (seq) of the first event")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 62U));
-  command->add_option("--device", options->device, "Only this device: DEVICE or LINE.DEVICE");
+  command->add_option("--device", options->device, "Show this device only: DEVICE or LINE.DEVICE");
   AddSince(*command, options->since);
-  auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");
+  auto* json = command->add_flag("--json", options->json, "Print one JSON object per line");
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -137,11 +148,11 @@ void AddEvents(CLI::App& app, Action& action) {
 }
 
 void AddAlarms(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand(
-      "alarms", "Show what is wrong, and what was wrong and is not acknowledged");
+  auto* command = app.add_subcommand("alarms", "Show alarms that are active or not acknowledged");
+  SetExample(*command, "baudgate alarms --follow");
   auto options = std::make_shared<AlarmsOptions>();
   command->add_flag("--follow", options->follow, "Then show each change");
-  command->add_flag("--json", options->json, "Print one JSON object a line");
+  command->add_flag("--json", options->json, "Print one JSON object per line");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto&) {
@@ -153,6 +164,7 @@ void AddAlarms(CLI::App& app, Action& action) {
 
 void AddAck(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("ack", "Acknowledge alarms");
+  SetExample(*command, "baudgate ack bay-1.feeder-1");
   auto options = std::make_shared<AckOptions>();
   command
       ->add_option("TARGET", options->target,
@@ -166,17 +178,18 @@ void AddAck(CLI::App& app, Action& action) {
 
 void AddHistory(CLI::App& app, Action& action) {
   auto* command =
-      app.add_subcommand("history", "Show values of the past, or their means, minima and maxima");
+      app.add_subcommand("history", "Show stored values, or their means, minima and maxima");
+  SetExample(*command, "baudgate history bay-1.feeder-1.current_l1 --since 1d --every 15min");
   auto options = std::make_shared<HistoryOptions>();
   command
       ->add_option("POINT", options->points,
-                   "LINE.DEVICE.POINT, each with * for any text, or "
-                   "LINE.DEVICE.load_1.active_import and the like; with --billing LINE.DEVICE")
+                   "LINE.DEVICE.POINT, with * for any text; of a load profile "
+                   "LINE.DEVICE.load_1.active_import; with --billing LINE.DEVICE")
       ->required();
   AddSince(*command, options->since);
   AddTime(*command, "--until", options->until);
   auto* billing = command->add_flag("--billing", options->billing,
-                                    "Billing readings of meters, by day and month and tariffs");
+                                    "Show billing readings of meters by day, month and tariff");
   auto* every = command->add_option_function<std::string>(
       "--every",
       [options = options.get()](const std::string& text) {
@@ -185,17 +198,17 @@ void AddHistory(CLI::App& app, Action& action) {
         if (*every < 1min || *every % 1min != Duration::zero()) {
           throw CLI::ValidationError("--every", "write whole minutes, for example 15min or 1d");
         }
-        if (*every > 24h * 31) throw CLI::ValidationError("--every", "31d at most");
+        if (*every > 24h * 31) throw CLI::ValidationError("--every", "write at most 31d");
         options->every = *every;
       },
-      "Means, minima and maxima of such spans, for example 15min");
+      "Show mean, minimum and maximum of each span, for example 15min");
   every->excludes(billing);
-  auto* json = command->add_flag("--json", options->json, "Print one JSON object a line");
+  auto* json = command->add_flag("--json", options->json, "Print one JSON object per line");
   command->add_flag("--csv", options->csv, "Print a table for spreadsheets")->excludes(json);
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     if (options->since && options->until && *options->until <= *options->since) {
-      throw CLI::ValidationError("--until", "it has to be later than --since");
+      throw CLI::ValidationError("--until", "write a time later than --since");
     }
     action = [=](const auto&) {
       options->width = TerminalWidth(STDOUT_FILENO);
@@ -207,13 +220,15 @@ void AddHistory(CLI::App& app, Action& action) {
 
 void AddSettings(CLI::App& app, Action& action) {
   auto* settings =
-      app.add_subcommand("settings", "Keep, compare and restore the settings of a relay");
+      app.add_subcommand("settings", "Save, compare and restore the settings of a relay");
   settings->require_subcommand(1);
+  SetExample(*settings, "baudgate settings dump bay-1.feeder-1 relay.yaml");
   const auto add = [&](const char* name, const char* help, bool needs_file, auto run) {
     auto* command = settings->add_subcommand(name, help);
+    SetExample(*command, std::string("baudgate settings ") + name + " bay-1.feeder-1 relay.yaml");
     auto options = std::make_shared<SettingsOptions>();
     command->add_option("TARGET", options->target, "LINE.DEVICE")->required();
-    command->add_option("FILE", options->file, "File of settings")->required(needs_file);
+    command->add_option("FILE", options->file, "Settings file")->required(needs_file);
     AddSocket(*command, options->socket);
     command->callback([options, run, &action] {
       action = [=](const auto&) { return run(*options, std::cout, std::cerr); };
@@ -222,7 +237,7 @@ void AddSettings(CLI::App& app, Action& action) {
   };
   const auto [dump, kept] =
       add("dump", "Write the settings into a new file, or print them", false, RunSettingsDump);
-  dump->add_flag("--json", kept->json, "JSON in place of YAML");
+  dump->add_flag("--json", kept->json, "Write JSON instead of YAML");
   const auto [compare, compared] =
       add("compare", "Show where the relay differs from the file", true, RunSettingsCompare);
   compare->add_flag("--json", compared->json, "Print one JSON object");
@@ -231,13 +246,15 @@ void AddSettings(CLI::App& app, Action& action) {
     return RunSettingsRestore(options, writer, out, err);
   };
   const auto [restore, restored] =
-      add("restore", "Write to the relay what differs from the file", true, run);
-  restore->add_flag("--confirm", restored->confirm, "Write; without this option it is only shown");
+      add("restore", "Write the settings that differ from the file to the relay", true, run);
+  restore->add_flag("--confirm", restored->confirm,
+                    "Write the settings; without this option they are only shown");
 }
 
 void AddPorts(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand(
-      "ports", "List serial ports: their names, who uses them, who may open them");
+  auto* command =
+      app.add_subcommand("ports", "List serial ports with their names, users and access rights");
+  SetExample(*command, "baudgate ports");
   auto options = std::make_shared<PortsOptions>();
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
@@ -247,6 +264,7 @@ void AddPorts(CLI::App& app, Action& action) {
 
 void AddInUse(CLI::App& app, Action& action, const char* name, const char* help, bool in_use) {
   auto* command = app.add_subcommand(name, help);
+  SetExample(*command, std::string("baudgate ") + name + " bay-1.feeder-1");
   auto options = std::make_shared<InUseOptions>();
   options->in_use = in_use;
   command->add_option("TARGET", options->target, "LINE.DEVICE")->required();
@@ -258,6 +276,7 @@ void AddInUse(CLI::App& app, Action& action, const char* name, const char* help,
 
 void AddWrite(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("write", "Write a point, and show the result");
+  SetExample(*command, "baudgate write bay-1.feeder-1.setting_group 1 --confirm");
   auto options = std::make_shared<WriteOptions>();
   command->add_option("TARGET", options->target, "LINE.DEVICE.POINT")->required();
   command->add_option("VALUE", options->value, "In the point's unit; on or off for a bool")
@@ -265,8 +284,9 @@ void AddWrite(CLI::App& app, Action& action) {
   command->add_flag("--confirm", options->confirm,
                     "Confirm the write of a point with 'select: yes'");
   command
-      ->add_option("--request", options->request,
-                   "NAME/NUMBER of your own: the same again is answered, and not written twice")
+      ->add_option(
+          "--request", options->request,
+          "NAME/NUMBER that you choose; a repeated request is answered, but not written again")
       ->check([](const std::string& text) {
         const auto slash = text.rfind('/');
         const bool named = slash != std::string::npos && slash > 0;
@@ -283,11 +303,13 @@ void AddWrite(CLI::App& app, Action& action) {
 
 void AddReload(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("reload", "Apply the changed configuration file");
+  SetExample(*command, "baudgate reload --confirm 60s");
   auto options = std::make_shared<ReloadCommand>();
   auto* dry = command->add_flag("--dry-run", options->dry_run, "Only show what would change");
   auto confirm = std::make_shared<Duration>();
-  auto* given = AddDuration(*command, "--confirm", *confirm,
-                            "Go back after this time, unless 'baudgate confirm' comes");
+  auto* given = AddDuration(
+      *command, "--confirm", *confirm,
+      "Go back to the confirmed configuration after this time, unless you run 'baudgate confirm'");
   given->excludes(dry);
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
@@ -299,6 +321,7 @@ void AddReload(CLI::App& app, Action& action) {
 
 void AddConfirm(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("confirm", "Confirm the configuration on trial");
+  SetExample(*command, "baudgate confirm");
   auto options = std::make_shared<ConfirmCommand>();
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -309,6 +332,7 @@ void AddConfirm(CLI::App& app, Action& action) {
 void AddSupportBundle(CLI::App& app, Action& action) {
   auto* command =
       app.add_subcommand("support-bundle", "Make an archive for a bug report, without secrets");
+  SetExample(*command, "baudgate support-bundle bundle.tar.gz");
   auto options = std::make_shared<BundleOptions>();
   command->add_option("FILE", options->file, "A new file, for example bundle.tar.gz")->required();
   command->add_option("-c,--config", options->config,
@@ -338,8 +362,8 @@ void AddClientCommands(CLI::App& app, Action& action) {
   AddConfirm(app, action);
   AddPorts(app, action);
   AddBusCommands(app, action);
-  AddInUse(app, action, "enable", "Ask a device again", true);
-  AddInUse(app, action, "disable", "Stop asking a device, until the gateway restarts", false);
+  AddInUse(app, action, "enable", "Poll a device again", true);
+  AddInUse(app, action, "disable", "Stop polling a device until the gateway restarts", false);
   AddSupportBundle(app, action);
 }
 

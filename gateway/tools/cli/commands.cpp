@@ -110,6 +110,7 @@ void AddConfig(CLI::App& command, std::string& file) {
 
 void AddRun(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("run", "Run the gateway in the foreground");
+  SetExample(*command, "baudgate run -c baudgate.yaml");
   auto file = std::make_shared<std::string>();
   AddConfig(*command, *file);
   command->callback([file, &action] {
@@ -119,6 +120,7 @@ void AddRun(CLI::App& app, Action& action) {
 
 void AddCheck(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("check", "Check a configuration and list every error");
+  SetExample(*command, "baudgate check -c baudgate.yaml");
   auto file = std::make_shared<std::string>();
   auto json = std::make_shared<bool>(false);
   AddConfig(*command, *file);
@@ -133,15 +135,20 @@ void AddCheck(CLI::App& app, Action& action) {
 void AddCerts(CLI::App& app, Action& action) {
   auto* certs = app.add_subcommand("certs", "Make certificates");
   certs->require_subcommand(1);
+  constexpr const char* kExample = "baudgate certs dds pki --gateway substation-7 --subscribers 1";
+  SetExample(*certs, kExample);
   auto* command = certs->add_subcommand("dds", "Make an authority and identities for DDS Security");
+  SetExample(*command, kExample);
   auto options = std::make_shared<CertsOptions>();
-  command->add_option("DIR", options->directory, "Folder; it is made if it is missing")->required();
-  command->add_option("--gateway", options->gateways, "Name of a gateway; may be repeated")
+  command->add_option("DIR", options->directory, "Folder; created if it is missing")->required();
+  command
+      ->add_option("--gateway", options->gateways,
+                   "Name of a gateway; repeat the option for more gateways")
       ->take_all()
       ->allow_extra_args(false);
-  command->add_option("--subscribers", options->subscribers, "How many subscribers")
+  command->add_option("--subscribers", options->subscribers, "Number of subscribers")
       ->check(CLI::Range(0, 100));
-  command->add_option("--writers", options->writers, "How many subscribers that may write, too")
+  command->add_option("--writers", options->writers, "Number of subscribers that can also write")
       ->check(CLI::Range(0, 100));
   command->callback([options, &action] {
     action = [options](const auto&) { return RunCerts(*options, std::cout, std::cerr); };
@@ -149,7 +156,8 @@ void AddCerts(CLI::App& app, Action& action) {
 }
 
 void AddMap(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("map", "Print the register and topic table, point by point");
+  auto* command = app.add_subcommand("map", "Print the registers and topics of every point");
+  SetExample(*command, "baudgate map -c baudgate.yaml");
   auto file = std::make_shared<std::string>();
   auto format = std::make_shared<MapFormat>(MapFormat::table);
   AddConfig(*command, *file);
@@ -161,7 +169,7 @@ void AddMap(CLI::App& app, Action& action) {
   auto* named = command
                     ->add_option_function<std::string>(
                         "--format", [format](const auto& name) { *format = kFormats.at(name); },
-                        "st: Structured Text of IEC 61131-3")
+                        "Output format; st is Structured Text of IEC 61131-3")
                     ->check(CLI::IsMember({"table", "csv", "json", "st", "markdown"}));
   auto* csv = command
                   ->add_flag_callback(
@@ -181,7 +189,8 @@ void AddMap(CLI::App& app, Action& action) {
 
 void AddWatch(CLI::App& app, Action& action) {
   // All words behind "watch" are passed on to baudgate-dds, which parses them.
-  auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
+  auto* command =
+      app.add_subcommand("watch", "Show values, events and alarms that gateways publish on DDS");
   command->set_help_flag();
   command->prefix_command();
   command->callback([command, &action] {
@@ -192,10 +201,13 @@ void AddWatch(CLI::App& app, Action& action) {
 }
 
 void AddDiscoveryServer(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("discovery-server",
-                                     "Introduce gateways and DDS subscribers to each other");
+  auto* command = app.add_subcommand(
+      "discovery-server", "Help gateways and DDS subscribers to find each other without multicast");
+  SetExample(*command, "baudgate discovery-server --listen 10.0.0.5:11811");
   auto listen = std::make_shared<std::string>("127.0.0.1:11811");
-  command->add_option("--listen", *listen, "ADDRESS:PORT of this machine; 0.0.0.0 for all")
+  command
+      ->add_option("--listen", *listen,
+                   "ADDRESS:PORT of this machine; 0.0.0.0 for all its addresses")
       ->capture_default_str();
   command->callback([listen, &action] {
     action = [listen](const auto&) { return RunDiscoveryServer(*listen, std::cerr); };
@@ -203,20 +215,23 @@ void AddDiscoveryServer(CLI::App& app, Action& action) {
 }
 
 void AddDecode(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("decode", "Decode captured exchanges");
+  auto* command = app.add_subcommand("decode", "Decode captured requests and replies");
+  SetExample(*command, "baudgate decode bay-1.trace");
   auto options = std::make_shared<DecodeOptions>();
   auto file = std::make_shared<std::string>();
-  command->add_option("--protocol", options->protocol, "Protocol, if no head of a trace names it");
+  command->add_option("--protocol", options->protocol,
+                      "Protocol; only needed if the file has no trace head");
   command->add_option("--profile", options->profile, "Device profile, for names and units");
   command->add_option("--set", options->set, "Device option, key=value")
       ->take_all()
       ->allow_extra_args(false);
-  command->add_option("--device", options->device, "Only this device of a trace");
+  command->add_option("--device", options->device, "Decode this device of a trace only");
   auto json = std::make_shared<bool>(false);
-  command->add_flag("--json", *json, "Print one JSON object a line, also in a terminal");
+  command->add_flag("--json", *json, "Print one JSON object per line, also in a terminal");
   command
-      ->add_option("FILE", *file,
-                   "What 'trace' printed, or lines \"> hex\" and \"< hex\"; - for standard input")
+      ->add_option(
+          "FILE", *file,
+          "Output of 'baudgate trace', or lines \"> hex\" and \"< hex\"; - is standard input")
       ->required();
   command->callback([options, file, json, &action] {
     action = [=](const auto& catalog) {
@@ -236,8 +251,9 @@ void AddDecode(CLI::App& app, Action& action) {
 }
 
 void AddDemo(CLI::App& app, Action& action) {
-  auto* command =
-      app.add_subcommand("demo", "Run twins, a gateway and a live table, without hardware");
+  auto* command = app.add_subcommand(
+      "demo", "Run simulated devices, a gateway and a live table, without hardware");
+  SetExample(*command, "baudgate demo --seconds 30");
   auto options = std::make_shared<DemoOptions>();
   AddSeconds(*command, options->seconds);
   command->add_option("--port", options->port, "Modbus TCP port")
@@ -250,7 +266,9 @@ void AddDemo(CLI::App& app, Action& action) {
 }
 
 void AddProtocols(CLI::App& app, Action& action) {
-  auto* protocols = app.add_subcommand("protocols", "List protocols, or one with its options");
+  auto* protocols =
+      app.add_subcommand("protocols", "List protocols, or show one protocol with its options");
+  SetExample(*protocols, "baudgate protocols spabus");
   auto protocol = std::make_shared<std::string>();
   auto protocol_json = std::make_shared<bool>(false);
   protocols->add_option("NAME", *protocol, "Protocol");

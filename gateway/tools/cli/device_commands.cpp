@@ -23,12 +23,13 @@ namespace {
 
 void AddScan(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand("scan", "Find the devices on a bus (only reads)");
+  SetExample(*command, "baudgate scan /dev/ttyUSB0 --quick");
   auto options = std::make_shared<ScanOptions>();
   command
       ->add_option("TARGET", options->target,
                    "A port (/dev/..., tcp://HOST:PORT), or a line of the running gateway")
       ->required();
-  command->add_option("--protocol", options->protocol, "Only this protocol");
+  command->add_option("--protocol", options->protocol, "Try this protocol only");
   command->add_option_function<std::string>(
       "--addresses",
       [options = options.get()](const std::string& text) {
@@ -36,14 +37,17 @@ void AddScan(CLI::App& app, Action& action) {
         if (!addresses) throw CLI::ValidationError("--addresses", addresses.error());
         options->addresses = *addresses;
       },
-      "Only these, for example 1-32");
-  command->add_flag("--quick", options->quick, "Usual settings and addresses: under a minute");
+      "Try these addresses only, for example 1-32");
+  command->add_flag("--quick", options->quick,
+                    "Try usual settings and addresses only; takes less than a minute");
   command->add_flag("--over-traffic", options->over_traffic,
-                    "Also where somebody else speaks on the line");
-  command->add_flag("--rs485", options->rs485, "The driver of the port switches the direction");
-  command->add_option("--config", options->config, "Write a configuration of what was found");
+                    "Scan even if another device sends on the line");
+  command->add_flag("--rs485", options->rs485,
+                    "The driver of the port switches the RS-485 direction");
+  command->add_option("--config", options->config,
+                      "Write a configuration with the found devices to this file");
   command->add_flag("--force", options->force, "Overwrite the file if it exists");
-  command->add_flag("--json", options->json, "Print one JSON object a device");
+  command->add_flag("--json", options->json, "Print one JSON object per device");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
     action = [=](const auto& catalog) {
@@ -54,7 +58,8 @@ void AddScan(CLI::App& app, Action& action) {
 }
 
 void AddAsk(CLI::App& app, Action& action) {
-  auto* command = app.add_subcommand("ask", "Send one telegram by hand, and say what comes back");
+  auto* command = app.add_subcommand("ask", "Send one telegram and show the reply");
+  SetExample(*command, "baudgate ask /dev/ttyUSB0 '>1RF:XX'");
   auto options = std::make_shared<AskOptions>();
   command
       ->add_option("TARGET", options->target,
@@ -62,20 +67,22 @@ void AddAsk(CLI::App& app, Action& action) {
                    "running gateway")
       ->required();
   command->add_option("TELEGRAM", options->telegram, "Text, as '>1RF:XX', or hex")->required();
-  command->add_option("--protocol", options->protocol, "Of a port: the protocol");
-  command->add_option("--serial", options->serial, "Of a port, for example \"9600 7E1\"");
+  command->add_option("--protocol", options->protocol, "Protocol (only for a free port)");
+  command->add_option("--serial", options->serial,
+                      "Bit rate and format, for example \"9600 7E1\" (only for a free port)");
   command->add_option_function<std::string>(
       "--checksum",
       [options = options.get()](const std::string& kind) {
         options->set.push_back("checksum=" + kind);
       },
-      "Of a port: DCON true or false, SET-4TM crc or ks");
-  command->add_option("--set", options->set, "Of a port: device option, key=value")
+      "Checksum: true or false for DCON, crc or ks for SET-4TM (only for a free port)");
+  command->add_option("--set", options->set, "Device option, key=value (only for a free port)")
       ->take_all()
       ->allow_extra_args(false);
   command->add_option("--profile", options->profile, "Device profile, for names and units");
-  command->add_flag("--rs485", options->rs485, "Of a port: its driver switches the direction");
-  command->add_flag("--write", options->write, "It may write");
+  command->add_flag("--rs485", options->rs485,
+                    "The driver of the port switches the RS-485 direction (only for a free port)");
+  command->add_flag("--write", options->write, "Send the telegram even if it may write");
   command->add_flag("--json", options->json, "Print one JSON object");
   AddSocket(*command, options->socket);
   command->callback([options, &action] {
@@ -106,7 +113,7 @@ void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& 
               options->faults.push_back(std::move(*fault));
             }
           },
-          "Misbehave: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
+          "Simulate a fault: KIND[:key=value,...], for example loss:rate=0.1; may be repeated")
       ->take_all()
       ->allow_extra_args(false);
   command.add_option_function<std::string>(
@@ -116,35 +123,39 @@ void AddMisbehaviour(CLI::App& command, const std::shared_ptr<SimulateOptions>& 
         if (!schedule) throw CLI::ValidationError("--events", schedule.error());
         options->events = *schedule;
       },
-      "Raise events of its profile: every:DURATION[,count=N][,numbered]");
+      "Raise events of the profile: every:DURATION[,count=N][,numbered]");
 }
 
 void AddSimulate(CLI::App& app, Action& action) {
-  auto* command =
-      app.add_subcommand("simulate", "Run device twins: one on a pty, or all of a file");
+  auto* command = app.add_subcommand(
+      "simulate", "Run simulated devices: one on a pty, or all devices of a configuration");
+  SetExample(*command, "baudgate simulate --profile spaj140c --address 1 --pty /tmp/relay");
   auto options = std::make_shared<SimulateOptions>();
   auto all = std::make_shared<SimulateConfigOptions>();
   auto* profile = command->add_option("--profile", options->profile, "Device profile");
   auto* protocol = command->add_option("--protocol", options->protocol,
-                                       "Protocol, where it is not the one whose profile it is");
+                                       "Protocol, if it is not the protocol of the profile");
   auto* address = command->add_option("--address", options->address,
                                       "Address on the line, if the device has one");
-  auto* pty = command->add_option("--pty", options->pty, "Path at which the pty is linked");
+  auto* pty = command->add_option("--pty", options->pty, "Path of the link to the pty");
   auto* baud = command->add_option("--baud", options->serial,
-                                   "Keep this bit rate and format, for example \"9600 7E1\"");
+                                   "Simulate this bit rate and format, for example \"9600 7E1\"");
   profile->needs(pty);
   address->needs(profile);
   pty->needs(profile);
   auto* set = command->add_option("--set", options->set, "Device option, key=value")
                   ->take_all()
                   ->allow_extra_args(false);
-  auto* file = command->add_option("-c,--config", all->file,
-                                   "All devices of this configuration, a pty or TCP port a line");
+  auto* file = command->add_option(
+      "-c,--config", all->file,
+      "Simulate all devices of this configuration, with a pty or TCP port for each line");
   for (auto* one : {profile, protocol, address, pty, baud, set}) file->excludes(one);
-  auto* write = command->add_option("--write", all->write,
-                                    "Write the configuration with the twins' ports to this file");
+  auto* write = command->add_option(
+      "--write", all->write, "Write the configuration with the simulated ports to this file");
   write->needs(file);
-  command->add_option("--ports", all->ports, "Folder of those ports; beside that file if not given")
+  command
+      ->add_option("--ports", all->ports,
+                   "Folder of the simulated ports; beside the file of --write if not given")
       ->needs(write);
   AddDuration(*command, "--think", options->think_time, "Time before each reply, 5ms if not given");
   AddMisbehaviour(*command, options);
@@ -164,19 +175,21 @@ void AddSimulate(CLI::App& app, Action& action) {
 }
 
 CLI::Option* AddNewProfile(CLI::App& profiles, const std::shared_ptr<NewProfileOptions>& fresh) {
-  auto* list = profiles.add_option(
-      "--new", fresh->file,
-      "Print a Modbus profile made of a register list, a CSV file with the columns name, register "
-      "and type, and where there are unit, scale, access, table, group, description, example");
+  auto* list = profiles.add_option("--new", fresh->file,
+                                   "Print a Modbus profile made from a register list: a CSV file "
+                                   "with the columns name, register, type, and optionally unit, "
+                                   "scale, access, table, order, group, description, example");
   const std::map<std::string, FirstRegister> firsts = {
       {"0", FirstRegister::zero}, {"1", FirstRegister::one}, {"40001", FirstRegister::modicon}};
   profiles
       .add_option_function<std::string>(
           "--first-register", [fresh, firsts](const auto& text) { fresh->first = firsts.at(text); },
-          "What the list calls the first holding register: 0, 1 or 40001")
+          "Number of the first holding register in the list: 0, 1 or 40001")
       ->check(CLI::IsMember({"0", "1", "40001"}))
       ->needs(list);
-  profiles.add_option("--table", fresh->table, "Of numbers that tell none: holding or input")
+  profiles
+      .add_option("--table", fresh->table,
+                  "Table of registers for which the list names none: holding or input")
       ->check(CLI::IsMember({"holding", "input"}))
       ->capture_default_str()
       ->needs(list);
@@ -185,7 +198,9 @@ CLI::Option* AddNewProfile(CLI::App& profiles, const std::shared_ptr<NewProfileO
 }
 
 void AddProfiles(CLI::App& app, Action& action) {
-  auto* profiles = app.add_subcommand("profiles", "List profiles; show, check or make one");
+  auto* profiles =
+      app.add_subcommand("profiles", "List profiles, or show, check or make one profile");
+  SetExample(*profiles, "baudgate profiles spaj140c");
   auto profile = std::make_shared<std::string>();
   auto format = std::make_shared<ProfileFormat>(ProfileFormat::table);
   auto check = std::make_shared<CheckProfileOptions>();
@@ -198,7 +213,7 @@ void AddProfiles(CLI::App& app, Action& action) {
           "--markdown", [format] { *format = ProfileFormat::markdown; }, "Print Markdown")
       ->excludes(json);
   auto* file = profiles->add_option("--check", check->file,
-                                    "Say all that is wrong with this file, or print its registers");
+                                    "List all errors of this profile file, or print its registers");
   profiles->add_option("--protocol", check->protocol, "Protocol of the file")->needs(file);
   auto* list = AddNewProfile(*profiles, fresh);
   file->excludes(name);
@@ -220,29 +235,32 @@ void AddProfiles(CLI::App& app, Action& action) {
 /// Adds `read`: it asks through the running gateway or, with --port, directly at a free port.
 void AddRead(CLI::App& app, Action& action) {
   auto* command = app.add_subcommand(
-      "read", "Ask a device now for its points: one of the running gateway, or one at a free port");
+      "read", "Read the points of a device now, through the running gateway or at a free port");
+  SetExample(*command, "baudgate read bay-1.feeder-1");
   auto options = std::make_shared<ReadOptions>();
   auto direct = std::make_shared<ReadPortOptions>();
   auto* target = command->add_option("TARGET", options->target,
                                      "LINE.DEVICE or LINE.DEVICE.POINT; with --port only POINT");
   command->add_flag("--json", options->json, "Print one JSON object");
-  auto* socket = command->add_option("--socket", options->socket,
-                                     "Control socket of the gateway, if it is not found");
-  auto* port =
-      command
-          ->add_option("--port", direct->port, "Without a gateway: a free port, or tcp://host:port")
-          ->excludes(socket);
+  auto* socket =
+      command->add_option("--socket", options->socket,
+                          "Control socket of the gateway; only needed if the gateway is not found");
+  auto* port = command
+                   ->add_option("--port", direct->port,
+                                "Read without a gateway, at a free port or tcp://host:port")
+                   ->excludes(socket);
   auto* profile = command->add_option("--profile", direct->profile, "Device profile")->needs(port);
   command->add_option("--address", direct->address, "Address on the line, if the device has one")
       ->needs(port);
   port->needs(profile);
   command
       ->add_option("--protocol", direct->protocol,
-                   "Protocol, where it is not the one whose profile it is")
+                   "Protocol, if it is not the protocol of the profile")
       ->needs(port);
   command
-      ->add_option("--serial", direct->serial,
-                   "For example \"9600 7E1\"; the protocol's if not given")
+      ->add_option(
+          "--serial", direct->serial,
+          "Bit rate and format, for example \"9600 7E1\"; the default of the protocol if not given")
       ->needs(port);
   command->add_option("--option", direct->options, "Device option, key=value")
       ->take_all()
@@ -264,18 +282,20 @@ void AddRead(CLI::App& app, Action& action) {
 
 void AddBridge(CLI::App& app, Action& action) {
   auto* command =
-      app.add_subcommand("bridge", "Pass Modbus TCP on to the Modbus slaves at one port");
+      app.add_subcommand("bridge", "Forward Modbus TCP to the Modbus slaves at one port");
+  SetExample(*command, "baudgate bridge /dev/ttyUSB0 19200 8E1");
   auto options = std::make_shared<BridgeOptions>();
   command->add_option("PORT", options->port, "/dev/ttyUSB0, or tcp://host:port of a serial server")
       ->required();
   command->add_option("SERIAL", options->serial, "Bit rate and format: 19200 8E1")->expected(0, 2);
   command->add_option("--protocol", options->protocol, "modbus_rtu, modbus_ascii or modbus_tcp")
       ->capture_default_str();
-  command->add_option("--listen", options->listen, "Where clients come: ADDRESS or ADDRESS:PORT")
+  command->add_option("--listen", options->listen, "ADDRESS or ADDRESS:PORT for Modbus TCP clients")
       ->capture_default_str();
   command
       ->add_option("--allow", options->allow,
-                   "Who may come, for example 10.0.0.0/24; needed beyond loopback; may be repeated")
+                   "Address or network of clients, for example 10.0.0.0/24; required beyond "
+                   "loopback; may be repeated")
       ->take_all()
       ->allow_extra_args(false);
   command->add_flag("--read-only", options->read_only, "Refuse every function that writes");

@@ -62,7 +62,7 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
     if (record.is_string()) printer.Print(record.get<std::string>());
   }
   printer.Flush();
-  if (records.empty()) err << "baudgate: " << options.line << ": nothing is recorded yet\n";
+  if (records.empty()) err << "baudgate: " << options.line << ": no frames are recorded yet\n";
   return 0;
 }
 

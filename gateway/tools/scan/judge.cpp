@@ -145,8 +145,8 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
                         format.ToString() + ")"};
     }
   }
-  return {false, "somebody sends on this line, " + std::to_string(heard.size()) +
-                     " characters were heard at " + std::to_string(serial.baud) + " bit/s"};
+  return {false, "another device sends on this line: " + std::to_string(heard.size()) +
+                     " characters came at " + std::to_string(serial.baud) + " bit/s"};
 }
 
 namespace {
@@ -234,8 +234,8 @@ void RemarkFormats(std::vector<Found>& found) {
         formats, [](const auto& a, const auto& b) { return a.second < b.second; });
     const std::string own = FormatOf(one.serial);
     if (usual->first == own || usual->second <= formats[own]) continue;
-    one.remarks.push_back("it is set to " + own + ", the others of its protocol to " +
-                          usual->first + ": a wrong parity?");
+    one.remarks.push_back("this device has " + own + ", other devices of the protocol have " +
+                          usual->first + ": check the parity");
   }
 }
 
@@ -270,9 +270,10 @@ std::string Configuration(const Report& report, const Heading& heading) {
   std::vector<std::string> names;
   for (const Found& device : report.found) {
     names.push_back(NameOf(device, names));
-    if (!device.identity.empty()) text += "      " + Comment("it says: " + device.identity) + "\n";
+    if (!device.identity.empty()) text += "      " + Comment("identity: " + device.identity) + "\n";
     if (device.assumed) {
-      text += "      " + Comment("its profile is assumed: it does not say what it is") + "\n";
+      text += "      " +
+              Comment("the profile is assumed, because the device does not identify itself") + "\n";
     }
     for (const std::string& remark : device.remarks) text += "      " + Comment(remark) + "\n";
     text += DeviceText(device, names.back(), protocol, serial, report.network);

@@ -107,7 +107,7 @@ Result<Addresses> ParseAddresses(std::string_view text) {
   const auto last =
       dash == std::string_view::npos ? first : ParseInteger<unsigned>(text.substr(dash + 1));
   if (!first || !last || *first > *last || *last > kHighestAddress) {
-    return Error{"'" + std::string(text) + "' is no range of addresses; write for example 1-32"};
+    return Error{"'" + std::string(text) + "' is no address range; write for example 1-32"};
   }
   return Addresses{*first, *last};
 }

@@ -94,7 +94,7 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
       std::string(tongue.protocol->name) + (wish_.network ? "" : " " + sweep.serial.ToString());
   for (unsigned address = sweep.addresses.first; address <= sweep.addresses.last; ++address) {
     if (wire_.Now() > limit_) {
-      report_.remarks.push_back("the time was over before " + where + ", address " +
+      report_.remarks.push_back("the time limit was reached before " + where + ", address " +
                                 std::to_string(address));
       return End();
     }
@@ -218,8 +218,8 @@ void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
   asked.serial.parity = *verdict.parity;
-  const std::string remark = "it answers in " + asked.serial.ToString() + " where " +
-                             before.serial.ToString() + " was asked";
+  const std::string remark = "the device answers at " + asked.serial.ToString() +
+                             " to requests at " + before.serial.ToString();
   Verdict own;
   if (Set(asked.serial)) own = Exchange(asked);
   if (is_over()) return;
@@ -360,7 +360,7 @@ void Scanner::Finish() {
   }
   doubtful_.clear();
   RemarkFormats(report_.found);
-  if (report_.echo) report_.remarks.emplace_back("the bus gives every request back (echo)");
+  if (report_.echo) report_.remarks.emplace_back("the bus sends every request back (echo)");
 }
 
 }  // namespace baudgate::scan

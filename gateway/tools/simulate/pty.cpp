@@ -142,7 +142,7 @@ Status Pty::MakeLink(const std::string& link) {
   }
   if (const auto server = ServerOf(link, target)) {
     return Error{link + " is a link to " + target + ", which is served by " + *server +
-                 "; end it first, or choose another path"};
+                 "; end this program first, or choose another path"};
   }
   // The link is replaced by rename, so a reader always finds the old link or the new link.
   const std::string fresh = link + ".new-" + std::to_string(getpid());

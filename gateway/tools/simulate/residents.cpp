@@ -48,9 +48,9 @@ constexpr Duration kLongest = 24h;
 }  // namespace
 
 Result<EventSchedule> ParseEventSchedule(std::string_view text) {
-  const Error error{"'" + std::string(text) +
-                    "' is no schedule of events; write for example every:5s, or "
-                    "every:1s,count=3,numbered"};
+  const Error error{
+      "'" + std::string(text) +
+      "' is no event schedule; write for example every:5s, or every:1s,count=3,numbered"};
   constexpr std::string_view kEvery = "every:";
   if (!text.starts_with(kEvery)) return error;
   const auto parts = Split(text.substr(kEvery.size()), ',');

@@ -341,7 +341,7 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   if (equals == std::string_view::npos) {
     return Error{"key " + std::string(key) + " has no value; write " + std::string(key) + "=…"};
   }
-  if (!given.insert(key).second) return Error{std::string(key) + "= stands there twice"};
+  if (!given.insert(key).second) return Error{std::string(key) + "= is there twice"};
   const std::string_view value = setting.substr(equals + 1);
   if (const Status status = SetKey(fault, keys, key, value); !status) {
     return Error{std::string(key) + "=" + std::string(value) + ": " + status.error()};
@@ -352,7 +352,7 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
 /// Checks rules that concern several keys.
 Status CheckWhole(const Fault& fault, const std::set<std::string_view>& given) {
   if (given.contains("every") && !given.contains("for")) {
-    return Error{"every= needs for=: how long it goes on each time"};
+    return Error{"every= needs for=: how long the fault lasts each time"};
   }
   if (given.contains("every") && fault.every <= fault.lasts) {
     return Error{"every= has to be longer than for="};

@@ -11,7 +11,7 @@ int AfterOutput(int code) {
   if (std::cout.flush() || code != 0) return code;
   pollfd output{STDOUT_FILENO, 0, 0};
   if (::poll(&output, 1, 0) == 1 && (output.revents & (POLLERR | POLLHUP)) != 0) return code;
-  std::cerr << "baudgate: standard output cannot be written; is the disk full?\n";
+  std::cerr << "baudgate: standard output cannot be written; check free space on the disk\n";
   return kExitCanNot;
 }
 

@@ -43,7 +43,7 @@ Status LiveScreen::Possible(int descriptor) {
   const char* const name = std::getenv("TERM");
   const std::string_view term = name == nullptr ? "" : name;
   if (!term.empty() && term != "dumb") return {};
-  return Error{"this terminal cannot be drawn on (TERM is " +
+  return Error{"this terminal cannot show a live table (TERM is " +
                (term.empty() ? "not set" : std::string(term)) + ")"};
 }
 

@@ -3,8 +3,10 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "gateway/base/time.h"
 
@@ -12,9 +14,26 @@ namespace baudgate::tools {
 
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
+/// Prints the help of a command with the text of the footer as its example, before the usage.
+class HelpWithExample : public CLI::Formatter {
+ public:
+  std::string make_usage(const CLI::App* app, std::string name) const override {
+    return "Example: " + app->get_footer() + "\n" +
+           CLI::Formatter::make_usage(app, std::move(name));
+  }
+  std::string make_footer(const CLI::App* /*app*/) const override { return {}; }
+};
+
+/// Sets the example that `--help` shows, such as "baudgate status bay-1".
+inline void SetExample(CLI::App& command, const std::string& example) {
+  command.footer(example);
+  command.formatter(std::make_shared<HelpWithExample>());
+}
+
 /// Adds --socket, for commands that talk to the running gateway.
 inline void AddSocket(CLI::App& command, std::string& socket) {
-  command.add_option("--socket", socket, "Control socket of the gateway, if it is not found");
+  command.add_option("--socket", socket,
+                     "Control socket of the gateway; only needed if the gateway is not found");
 }
 
 /// Adds an option with a time such as "250ms".

@@ -103,7 +103,7 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop
     const OwnAddresses own = FindOwnAddresses();
     auto changed = interfaces->Look(own);
     if (!changed) changed = port.Look(options, own);
-    if (changed) return Error{*changed + ": DDS begins anew"};
+    if (changed) return Error{*changed + ": DDS restarts"};
     return {};
   };
   return Serve(link, server, wake, stop.descriptor(), alive);
@@ -179,14 +179,14 @@ int Watch(tools::WatchOptions& options) {
 int main(int argc, char** argv) {
   // `baudgate watch` starts this program with argv[0] = "baudgate".
   const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
-  CLI::App app("baudgate-dds: speaks DDS for baudgate, in a process of its own",
+  CLI::App app("baudgate-dds: the process that speaks DDS for baudgate",
                as_baudgate ? "baudgate" : "baudgate-dds");
   app.set_version_flag("--version", std::string("baudgate-dds ") + kVersion);
   Options options;
-  auto* link = app.add_option("--link", options.link, "Descriptor of the link to the daemon");
-  app.add_option("--parent", options.parent, "End with this process")->needs(link);
-  app.add_option("--memory", options.memory, "Most address space in bytes")->needs(link);
-  app.add_option("--socket", options.socket, "Path of the daemon's socket")->excludes(link);
+  auto* link = app.add_option("--link", options.link, "Descriptor of the link to the gateway");
+  app.add_option("--parent", options.parent, "End when this process ends")->needs(link);
+  app.add_option("--memory", options.memory, "Limit of the address space in bytes")->needs(link);
+  app.add_option("--socket", options.socket, "Path of the gateway's socket")->excludes(link);
   bool types = false;
   app.add_flag("--types-xml", types, "Print the published types as DDS-XML");
   tools::WatchOptions watch;
@@ -203,7 +203,7 @@ int main(int argc, char** argv) {
   ::mallopt(M_ARENA_MAX, kMostArenas);
   if (watches->parsed()) return Watch(watch);
   if (options.link < 0 && options.socket.empty()) {
-    Say("the daemon starts this process; by hand only --socket PATH makes sense");
+    Say("the gateway starts this process; to start it by hand, add --socket PATH");
     return kExitUsage;
   }
   signal(SIGPIPE, SIG_IGN);

@@ -38,7 +38,7 @@ std::optional<std::string> Listening::Look(Instant now) {
   }
   const Status status = Start();
   const auto before = std::exchange(failure_, std::nullopt);
-  if (status) return told + "begun anew";
+  if (status) return told + "watch restarts";
   failure_ = status.error();
   if (before == failure_) return std::nullopt;
   return told + *failure_;

@@ -154,7 +154,7 @@ std::int64_t StartOf(const std::map<dds::PublisherId, std::int64_t>& starts,
 std::string TwoWriters(const std::string& gateway, const std::string& point,
                        const dds::PublisherId& first, const dds::PublisherId& second) {
   return "ALARM: gateway " + gateway + ": " + point + " has two live writers, " + Text(first) +
-         " and " + Text(second) + "; one of them may be false";
+         " and " + Text(second) + "; one of the writers may be false";
 }
 
 }  // namespace

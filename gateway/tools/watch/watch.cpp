@@ -28,13 +28,15 @@ std::string NotAMachine(const std::string& address) {
 }  // namespace
 
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
-  auto* command = app.add_subcommand("watch", "Show what gateways publish on DDS");
+  auto* command =
+      app.add_subcommand("watch", "Show values, events and alarms that gateways publish on DDS");
+  SetExample(*command, "baudgate watch --device feeder-1");
   command->add_option("--domain", options.domain, "DDS domain")->check(CLI::Range(0, 232));
   command->add_option("--interface", options.interfaces, "Addresses to listen on")
       ->capture_default_str();
   command->add_option("--security", options.security,
                       "Folder with ca.pem, identity.pem, key.pem, governance.p7s, permissions.p7s");
-  command->add_option("--peer", options.peers, "Machines that are asked beside the multicast group")
+  command->add_option("--peer", options.peers, "Machines to ask besides the multicast group")
       ->check(CLI::Validator(NotAMachine, "IPV4"))
       ->expected(1, config::kMostPeers);
   command
@@ -50,26 +52,26 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
               options.discovery_servers.push_back(*server);
             }
           },
-          "Discovery servers, HOST:PORT, that are asked beside the multicast group")
+          "Discovery servers, HOST:PORT, to ask besides the multicast group")
       ->expected(1, config::kMostDiscoveryServers);
   command->add_flag_callback(
       "--no-multicast", [&options] { options.multicast = false; },
       "Ask peers and discovery servers only");
   auto* once = command->add_flag("--once", options.once, "Print the values once, then end");
-  command->add_flag("--json", options.json, "One JSON object a line for each reading");
+  command->add_flag("--json", options.json, "Print one JSON object per line for each reading");
   AddSeconds(*command, options.seconds);
-  command->add_option("--gateway", options.gateway, "Only this gateway");
-  command->add_option("--device", options.device, "Only this device");
-  auto* point = command->add_option("--point", options.point, "Only this point");
+  command->add_option("--gateway", options.gateway, "Show this gateway only");
+  command->add_option("--device", options.device, "Show this device only");
+  auto* point = command->add_option("--point", options.point, "Show this point only");
   command->add_option("--point-order", options.point_order, "")->group("");  // not for users
   auto* events = command
                      ->add_flag("--events", options.events,
-                                "What happens in devices: the newest events, then each as it comes")
+                                "Show events of devices: the newest events, then each new event")
                      ->excludes(once)
                      ->excludes(point);
   command
       ->add_flag("--alarms", options.alarms,
-                 "Alarms: those that are not over or not acknowledged, then each change")
+                 "Show alarms that are active or not acknowledged, then each change")
       ->excludes(once)
       ->excludes(events);
   return command;
@@ -114,8 +116,8 @@ class Watch {
     feed_.Close();
     if (const std::uint64_t lost = feed_.rejected(); lost > 0) {
       err_ << "watch: " << lost
-           << " samples were left out: there are too many points to hold; watch "
-           << "one domain with fewer gateways\n";
+           << " samples were left out: there are too many points; watch a domain with fewer "
+              "gateways\n";
     }
     if (const std::string refused = RefusedText(); !refused.empty()) {
       err_ << "watch: " << refused << '\n';
@@ -201,7 +203,8 @@ class Watch {
     const std::uint64_t refused = feed_.refused();
     if (refused == 0) return {};
     return std::to_string(refused) +
-           " samples were left out: longer than the contract allows, or in an unknown encoding";
+           " samples were left out: they are longer than the DDS types allow, or have an unknown "
+           "encoding";
   }
 
   void Print(const PointEvent& event) {
@@ -262,10 +265,11 @@ class Watch {
   int NothingHeard() {
     screen_.reset();
     if (filtered_ > 0) {
-      err_ << "watch: " << filtered_ << " samples came, but none of the gateway, device and point "
-           << "asked for; check those names\n";
+      err_ << "watch: " << filtered_
+           << " samples came, but none of the requested gateway, device and point; check these "
+              "names\n";
     } else {
-      err_ << "watch: nothing came on domain " << options_.domain << " (" << Interfaces()
+      err_ << "watch: no samples came on domain " << options_.domain << " (" << Interfaces()
            << "); check that the gateway runs, that its dds.domain is " << options_.domain
            << " and that its dds.interfaces reach this address\n";
     }
@@ -321,8 +325,7 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options) {
 
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   if (!options.multicast && options.peers.empty() && options.discovery_servers.empty()) {
-    err << "watch: --no-multicast without --peer and --discovery-server asks nobody; name one of "
-           "them\n";
+    err << "watch: --no-multicast needs --peer or --discovery-server\n";
     return kExitUsage;
   }
   if (options.events || options.alarms) return RunWatchEvents(options, out, err);

@@ -315,8 +315,8 @@ TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
   EXPECT_GE(outlet.dropped(), 1000u - 100u - 1u);
   EXPECT_FALSE(outlet.Flush(0s));
   outlet.Put(std::string(250, 'y') + "\n");  // this line is dropped, too
-  const std::string text = std::to_string(outlet.dropped()) + " lines of the log were dropped here";
-  const std::string all = reader.ReadUntil("nobody read it\n");
+  const std::string text = std::to_string(outlet.dropped()) + " log lines were dropped here";
+  const std::string all = reader.ReadUntil("was not read in time\n");
   EXPECT_NE(all.find(text), std::string::npos) << all.substr(all.size() - 200);
   EXPECT_EQ(all.find("yy"), std::string::npos);
   outlet.Put("later\n");

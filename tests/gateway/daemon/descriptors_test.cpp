@@ -46,7 +46,7 @@ TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
   EXPECT_GT(ClientShare(needs, 0), 0);
   EXPECT_EQ(ClientShare({0, 100, 0}, 50), 1) << "nobody is turned away";
   const std::string text = ExplainClientShare(needs, 420);
-  for (const char* part : {"320 clients", "not 1280", "420 files", "100 are kept", "to 1380"}) {
+  for (const char* part : {"320 clients", "not 1280", "420 files", "reserves 100", "to 1380"}) {
     EXPECT_THAT(text, HasSubstr(part));
   }
 }

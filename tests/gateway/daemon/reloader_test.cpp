@@ -177,7 +177,7 @@ TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
   EXPECT_EQ(Runs(), "a");
   const ReloadAnswer answer = Reload("b");
   EXPECT_TRUE(answer.ok);
-  EXPECT_THAT(answer.text, HasSubstr("; it is not kept: "));
+  EXPECT_THAT(answer.text, HasSubstr("; the configuration cannot be saved: "));
   EXPECT_EQ(Runs(), "b");
 }
 
@@ -212,10 +212,10 @@ TEST_F(ReloaderTest, SaysWhatIsNotThereYet) {
   const ReloadAnswer answer = Reload("b");
   EXPECT_TRUE(answer.ok);
   EXPECT_EQ(Runs(), "b") << "the rest is";
-  EXPECT_THAT(answer.text, HasSubstr("; not yet: modbus: port 502 is not open yet"));
-  EXPECT_THAT(told_, HasSubstr("; not yet: modbus: port 502 is not open yet"));
+  EXPECT_THAT(answer.text, HasSubstr("; not working yet: modbus: port 502 is not open yet"));
+  EXPECT_THAT(told_, HasSubstr("; not working yet: modbus: port 502 is not open yet"));
   missing_.clear();
-  EXPECT_THAT(Reload("c").text, Not(HasSubstr("not yet")));
+  EXPECT_THAT(Reload("c").text, Not(HasSubstr("not working yet")));
 }
 
 }  // namespace

@@ -296,7 +296,7 @@ TEST(Lines, StartedInVainSayWhatTheyCannotOpen) {
     lines.Add(line, *std::move(loop));
   }
   lines.Start();
-  const std::string in_vain = ": no client can come in at " + taken.Address() + ": address already";
+  const std::string in_vain = ": no client can connect at " + taken.Address() + ": address already";
   using ::testing::StartsWith;
   EXPECT_THAT(lines.NotOpen(numbers), ::testing::ElementsAre(StartsWith("line lent" + in_vain),
                                                              StartsWith("line served" + in_vain),

@@ -146,7 +146,7 @@ struct NetworkLoan : LinePortTest {
   }
   void Return(FakeUser& user) {
     user.has = nullptr;
-    Handle([&] { line_->loan.Return(user, user.its, "it has left", now_); });
+    Handle([&] { line_->loan.Return(user, user.its, "it disconnected", now_); });
   }
   /// Stops the answers of the device. Returns the request of the poll under way.
   Bytes BeginPoll() {

@@ -479,7 +479,7 @@ TEST_F(LinePortTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
   EXPECT_THAT(retries_.downs, IsEmpty());
   Pass(2min);
   ASSERT_EQ(retries_.downs.size(), 1U);
-  EXPECT_THAT(retries_.downs[0], HasSubstr("no device behind it has answered for 30s"));
+  EXPECT_THAT(retries_.downs[0], HasSubstr("no device behind the server has answered for 30s"));
   EXPECT_FALSE(port_.open);
 }
 

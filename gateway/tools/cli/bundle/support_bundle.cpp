@@ -82,12 +82,13 @@ class Archive {
   Result<std::string> Packed() const {
     const bool quotable = folder_.string().find('\'') == std::string::npos;
     if (folder_.empty() || !whole_ || !quotable)
-      return Error{"there is no place for it in a temporary folder"};
+      return Error{
+          "the bundle cannot be written to the temporary folder; set TMPDIR to another folder"};
     Ran packed = Run(fmt::format(
         "tar --create --gzip --sort=name --owner=root:0 --group=root:0 --mode=u=rwX,go= "
         "--mtime=@{} --directory='{}' {}",
         at_.time_since_epoch() / 1s, folder_.string(), kFolder));
-    if (!packed.well) return Error{"tar cannot pack it"};
+    if (!packed.well) return Error{"tar cannot pack the bundle"};
     return std::move(packed.output);
   }
 
@@ -106,8 +107,8 @@ Result<std::string> SystemLog() {
   std::string text = Run(kCommand).output;
   if (!text.empty()) return text;
   return Error{
-      "journalctl has no line of the service: it is not installed, the gateway is not run by "
-      "systemd, or you may not read its journal (group adm or systemd-journal, or sudo)"};
+      "journalctl shows no line of the service: the service is not installed, systemd does not run "
+      "the gateway, or you may not read the journal (group adm or systemd-journal, or sudo)"};
 }
 
 namespace {
@@ -179,7 +180,7 @@ class Bundle {
       if (configuration.is_object()) file_ = configuration.value("file", "");
       for (const Json& line : status.at("lines")) AddTrace(line.at("name").get<std::string>());
     } catch (const Json::exception&) {
-      Miss("the status as text, traces", "the gateway is of another version");
+      Miss("the status as text, traces", "the gateway has another version than this program");
     }
   }
 
@@ -267,7 +268,8 @@ int RunSupportBundle(const BundleOptions& options, const config::Catalog& catalo
     return kExitCanNot;
   }
   for (const std::string& what : bundle.missing()) err << "baudgate: missing: " << what << '\n';
-  out << options.file << ": " << packed->size() << " bytes; look into it before you send it\n";
+  out << options.file << ": " << packed->size()
+      << " bytes; check the contents before you send the file\n";
   return kExitDone;
 }
 

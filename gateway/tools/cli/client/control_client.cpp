@@ -22,7 +22,7 @@ namespace {
 
 constexpr Duration kAnswerTime = 10s;
 
-constexpr std::string_view kIsItRunning = "; is baudgate running? give --socket PATH";
+constexpr std::string_view kIsItRunning = "; start baudgate, or name its socket with --socket PATH";
 
 /// Returns a connected socket, or -1 with errno set.
 int ConnectTo(const std::string& path) {
@@ -157,12 +157,11 @@ std::string CureOfSilence(int process) {
   const auto name_end = stat.rfind(')');  // the format is "123 (name) T …", see proc(5)
   const char state =
       name_end == std::string::npos || name_end + 2 >= stat.size() ? '?' : stat[name_end + 2];
-  const std::string which = process > 0 ? "process " + std::to_string(process) : "it";
+  const std::string which = process > 0 ? "process " + std::to_string(process) : "the gateway";
   if (state == 'T') {
-    return which + " is stopped; let it go on with: kill -CONT " + std::to_string(process);
+    return which + " is stopped; continue it with: kill -CONT " + std::to_string(process);
   }
-  return which +
-         " may be frozen or have no processor time; look at: systemctl status baudgate, top";
+  return which + " may hang or get no processor time; check with: systemctl status baudgate, top";
 }
 
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err) {
@@ -187,7 +186,8 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
   }
   answer = ControlClient::Json::parse(line, nullptr, false);
   if (!answer.is_object()) {
-    err << "baudgate: what answers at " << client.path() << " is no gateway\n";
+    err << "baudgate: the program that answers at " << client.path()
+        << " is no gateway; name the socket of the gateway with --socket PATH\n";
     return kNoDaemon;
   }
   if (!answer.contains("error")) return 0;

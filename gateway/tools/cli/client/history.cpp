@@ -230,7 +230,7 @@ int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   const BillingRows& rows = reader.rows();
   if (rows.empty()) {
-    (options.json || options.csv ? err : out) << "no billing readings are kept of that time\n";
+    (options.json || options.csv ? err : out) << "no billing readings are stored for that time\n";
   }
   if (options.json) {
     PrintJson(rows, options, out);
@@ -338,7 +338,7 @@ bool TellUnread(const std::vector<HistoryStream>& streams, std::ostream& err) {
   for (const HistoryStream& stream : streams) {
     for (const std::string& text : stream.unread()) {
       if (told.insert(text).second)
-        err << "baudgate: " << text << "; its values are missing here\n";
+        err << "baudgate: " << text << "; the values of this file are missing here\n";
     }
   }
   return !told.empty();
@@ -374,7 +374,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
     if (oldest == nullptr) {
       printer.Flush();
       if (TellUnread(streams, err)) return kExitCanNot;
-      if (!any) (options.json || options.csv ? err : out) << "nothing is kept of that time\n";
+      if (!any) (options.json || options.csv ? err : out) << "no values are stored for that time\n";
       return 0;
     }
     const Json* record = nullptr;

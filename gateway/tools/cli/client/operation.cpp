@@ -68,14 +68,15 @@ int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err
     }
     if (trouble.empty()) break;
     if (ReadClocks().instant < until) continue;
-    err << "baudgate: " << options.line << ": no client can come in at " << at << ": " << trouble
+    err << "baudgate: " << options.line << ": no client can connect at " << at << ": " << trouble
         << '\n';
     Ask(options.socket, {{"command", "take_back"}, {"target", options.line}}, answer, err);
     return kNotClosed;
   }
-  out << options.line << ": a client can have " << answer.value("port", "the port") << " at " << at
+  out << options.line << ": a client can use " << answer.value("port", "the port") << " at " << at
       << (options.rfc2217 ? " (RFC 2217)" : "") << " until " << Clock(answer.value("until", ""))
-      << ". Polls go on until it sends its first byte, and again when it has left\n";
+      << ". Polling stops when the client sends its first byte, and continues when the client "
+         "disconnects\n";
   return 0;
 }
 
@@ -84,7 +85,7 @@ int TakeBack(const ReleaseOptions& options, std::ostream& out, std::ostream& err
   const Json request = {{"command", "take_back"}, {"target", options.line}};
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
   if (!answer.value("was_released", true)) {
-    out << options.line << ": was not released\n";
+    out << options.line << ": the line was not released\n";
     return 0;
   }
   const Seen seen = WaitFor(options, false, err);
@@ -108,13 +109,15 @@ int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& e
   const Seen seen = WaitFor(options, true, err);
   if (seen.code != 0) return seen.code;
   if (!seen.reached) {
-    err << "baudgate: " << options.line << ": the port is not closed yet, its driver is busy; see "
-        << "'baudgate status " << options.line << "' before you use it\n";
+    err << "baudgate: " << options.line
+        << ": the port is not closed yet, because its driver is busy; see "
+        << "'baudgate status " << options.line << "' before you use the port\n";
     return kNotClosed;
   }
   out << options.line << ": " << answer.value("port", "the port")
       << " is free for another program until " << Clock(answer.value("until", ""))
-      << "; its points are out of service meanwhile. It comes back by itself, or sooner by "
+      << "; its points are out of service meanwhile. Then the gateway opens the port again; to do "
+         "it now, run "
       << "'baudgate release " << options.line << " --end'\n";
   return 0;
 }
@@ -154,7 +157,7 @@ int RunReload(const ReloadCommand& options, std::ostream& out, std::ostream& err
   const int code = Tell(answer, out, err);
   const std::chrono::milliseconds left(answer.value("confirm_ms", std::int64_t{0}));
   if (left > 0ms) {
-    out << "the gateway goes back in " << FormatDuration(left)
+    out << "the gateway goes back to the confirmed configuration in " << FormatDuration(left)
         << ", or when devices stop answering, unless you run: baudgate confirm\n";
   }
   return code;
@@ -185,7 +188,7 @@ std::string Age(const Json& age) {
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;
-  return point.value("age_ms", Json()).is_null() ? quality : "not read now; before: " + quality;
+  return point.value("age_ms", Json()).is_null() ? quality : "not read now; earlier: " + quality;
 }
 
 void PrintPoints(const Json& points, bool read, std::ostream& out) {
@@ -202,12 +205,12 @@ void PrintPoints(const Json& points, bool read, std::ostream& out) {
 std::string Advice(const WriteOptions& options, const Json& answer) {
   const std::string needs = answer.value("needs", "");
   if (needs == "confirm") {
-    return "; it moves something; to confirm it, run 'baudgate write " + options.target + " " +
+    return "; this point needs a confirmation: run 'baudgate write " + options.target + " " +
            options.value + " --confirm'";
   }
   if (needs.empty()) return {};
-  return "; 'write: allow', or a list of points, at the device in the configuration lets it be "
-         "written";
+  return "; to allow the write, add 'write: allow' or a list of points to the device in the "
+         "configuration";
 }
 
 /// Returns the result as a sentence: "bay-1.feeder-1.setting_group: refused: …".
@@ -221,7 +224,7 @@ std::string Sentence(const WriteOptions& options, const Json& answer) {
            (reason.empty() ? "not read back" : reason + ": read it again");
   }
   if (end == "unknown") {
-    return "sent, and nobody knows what became of it: " + reason + "; read it before you try again";
+    return "sent, but the result is unknown: " + reason + "; read the point before you try again";
   }
   if (end == "not_sent") return "not sent: " + reason;
   if (end == "denied") return "not written: " + reason + Advice(options, answer);
@@ -248,7 +251,7 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err) {
   if (read) return 0;
   if (options.passing) return kNotDone;
   err << "baudgate: " << options.target << ": " << answer.value("reason", "")
-      << "; old values are marked; see 'baudgate status'\n";
+      << "; values that were not read now are marked; see 'baudgate status'\n";
   return kNotDone;
 }
 
@@ -266,8 +269,9 @@ int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err) 
   if (!gateway) return kNoDaemon;
   if (const int code = ReadAnswer(*gateway, request, answer, err); code != 0) {
     if (code != kNoDaemon) return code;
-    err << "baudgate: " << options.target << ": it may have been written all the same; 'baudgate "
-        << "writes' knows, once the gateway runs again\n";
+    err << "baudgate: " << options.target
+        << ": the point may have been written; when the gateway runs again, check with 'baudgate "
+           "writes'\n";
     return kNotDone;
   }
   const bool done = answer.value("end", "") == "ok";
@@ -285,12 +289,13 @@ int RunInUse(const InUseOptions& options, std::ostream& out, std::ostream& err) 
                                        {"target", options.target}};
   if (const int code = Ask(options.socket, request, answer, err); code != 0) return code;
   out << options.target
-      << (options.in_use ? ": in use, it is asked again"
-                         : ": out of use, it is not asked and its points are out of service");
+      << (options.in_use
+              ? ": in use; the gateway polls it again"
+              : ": out of use; the gateway does not poll it, and its points are out of service");
   // Printed only if a restart would undo the command.
   if (answer.value("enabled", true) != options.in_use) {
-    out << ". A restart forgets this: 'enabled: " << (options.in_use ? "true" : "false")
-        << "' in the configuration keeps it";
+    out << ". A restart undoes this; to keep it, set 'enabled: "
+        << (options.in_use ? "true" : "false") << "' in the configuration";
   }
   out << '\n';
   return 0;

@@ -229,7 +229,7 @@ class EventPrinter {
     if (any_) return;
     std::ostream& where = options_.json || options_.csv ? err_ : out_;
     const bool all = !options_.since && options_.device.empty() && options_.from <= 1;
-    where << (all ? "nothing has happened yet\n" : "nothing of that has happened\n");
+    where << (all ? "there are no events yet\n" : "no events match\n");
   }
 
  private:
@@ -379,10 +379,10 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
   if (options.follow) pages.looked = [&] { changes.Tell(one); };
   const int code = ReadPages(pages, print, out, err);
   if (code == kNotCurrent) {
-    err << "baudgate: the list may lack alarms, because events cannot be kept\n";
+    err << "baudgate: the list may lack alarms, because events cannot be stored\n";
   }
   if (code == 0 && !printer.any() && !options.follow) {
-    (options.json ? err : out) << "there is no alarm\n";
+    (options.json ? err : out) << "there are no alarms\n";
   }
   return code;
 }
@@ -399,7 +399,7 @@ int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err) {
   out << Plural(count, "alarm") << " acknowledged\n";
   const std::string trouble = FieldText(answer, "trouble");
   if (trouble.empty()) return 0;
-  err << "baudgate: not on the disk yet: " << trouble << '\n';
+  err << "baudgate: the acknowledgement is not on the disk yet: " << trouble << '\n';
   return kNotCurrent;
 }
 

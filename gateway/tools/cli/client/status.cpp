@@ -77,9 +77,8 @@ std::size_t LinesOf(const std::vector<std::string>& sentences, std::size_t width
 }
 
 std::string OtherVersion(const nlohmann::ordered_json& status) {
-  return "baudgate: the gateway is of another version (" +
-         status.value("version", std::string("unknown")) +
-         "); 'status --json' shows its answer as it is";
+  return "baudgate: the gateway has another version than this program (" +
+         status.value("version", std::string("unknown")) + "); use 'baudgate status --json'";
 }
 
 }  // namespace

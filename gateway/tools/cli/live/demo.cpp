@@ -271,8 +271,7 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
   signal(SIGPIPE, SIG_IGN);
   const ScratchDirectory scratch("demo");
   if (scratch.path().empty()) {
-    err << "baudgate: no directory for the demo's ptys could be made; is the temporary directory "
-           "writable?\n";
+    err << "baudgate: no folder for the demo's ptys can be made; set TMPDIR to a writable folder\n";
     return 4;
   }
   std::uint16_t offset = 0;

@@ -113,13 +113,13 @@ int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std:
   }
   if (options.allow.empty() && !IsLocal(*place)) {
     err << "baudgate: --listen " << options.listen
-        << " lets everybody write to the bus, because Modbus knows no password; say who may come, "
-           "for example --allow 10.0.0.0/24\n";
+        << " lets everybody write to the bus, because Modbus has no password; limit the clients, "
+           "for example with --allow 10.0.0.0/24\n";
     return kExitUsage;
   }
   const ScratchDirectory scratch("bridge");
   if (scratch.path().empty()) {
-    err << "baudgate: no temporary directory can be made\n";
+    err << "baudgate: no temporary folder can be made; set TMPDIR to a writable folder\n";
     return kExitCanNot;
   }
   auto config = PortConfig(Yaml(options, *place, scratch), catalog);
@@ -199,7 +199,7 @@ Status AwaitPort(const bus::PointStore& store) {
     std::this_thread::sleep_for(kLookAtValuesEvery);
   }
   if (store.ReadLine(0).port == bus::LineStatus::Port::open) return {};
-  return Error{"it did not open within " + FormatDuration(kWaitForPort)};
+  return Error{"the port did not open within " + FormatDuration(kWaitForPort)};
 }
 
 struct Traffic {
@@ -233,23 +233,25 @@ void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
   if (traffic.requests > 0 && !traffic.anything) {
     err << traffic.request << " was sent " << traffic.requests << " times"
         << (serial.empty() ? "" : " at " + serial)
-        << ", and nothing came back: check power, the wires"
+        << ", and no byte came back: check the power, the wires"
         << (options.address.empty() ? "" : ", address " + options.address)
-        << " and the settings; 'baudgate scan " << options.port << "' tries other ones\n";
+        << " and the settings; 'baudgate scan " << options.port << "' tries other settings\n";
     return;
   }
   if (traffic.requests == 0 && !traffic.anything) {
-    err << "the device speaks by itself, and nothing came within " << FormatDuration(kWaitForPort)
-        << (serial.empty() ? "" : " at " + serial) << ": check power, the wires and the settings\n";
+    err << "the device sends by itself, and no byte came within " << FormatDuration(kWaitForPort)
+        << (serial.empty() ? "" : " at " + serial)
+        << ": check the power, the wires and the settings\n";
     return;
   }
-  err << "not all was " << (traffic.requests > 0 ? "read" : "said") << '\n';
+  err << (traffic.requests > 0 ? "some points were not read" : "the device has not sent all points")
+      << '\n';
   ControlClient::Json status;
   if (Ask(socket, {{"command", "status"}}, status, err) != kExitDone) return;
   for (const auto& line : status.value("lines", ControlClient::Json::array())) {
     for (const auto& device : line.value("devices", ControlClient::Json::array())) {
       for (const auto& sentence : device.value("advice", ControlClient::Json::array())) {
-        err << "baudgate: it " << sentence.get<std::string>() << '\n';
+        err << "baudgate: the device: " << sentence.get<std::string>() << '\n';
       }
     }
   }
@@ -263,7 +265,8 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
   log::SetLeast(log::Level::error);
   const ScratchDirectory scratch("read");
   if (scratch.path().empty()) {
-    return Fail("no temporary directory can be made", kExitCanNot, err);
+    return Fail("no temporary folder can be made; set TMPDIR to a writable folder", kExitCanNot,
+                err);
   }
   const auto protocol = options.protocol.empty() ? ProtocolOfProfile(options.profile, catalog)
                                                  : Result<std::string>(options.protocol);
@@ -296,7 +299,7 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     if (code == kNotDone) ExplainFailure(options, serial, socket, err);
   } else {
     err << "baudgate: " << options.port << ": " << open.error()
-        << "; 'baudgate ports' says what there is, and who holds it\n";
+        << "; 'baudgate ports' lists the ports and the programs that use them\n";
   }
   // Skips destructors, because they would wait for a blocked driver.
   if (!daemon.Stop()) {

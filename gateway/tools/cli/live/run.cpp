@@ -73,7 +73,7 @@ Result<std::string> ReadAgain(const std::string& file) {
   std::error_code gone;
   const auto kind = std::filesystem::status(file, gone).type();
   const bool other = !gone && kind != std::filesystem::file_type::regular;
-  if (other) return Error{"is no regular file, and can only be read at a start"};
+  if (other) return Error{"is no regular file; only a start can read it"};
   return ReadText(file);
 }
 
@@ -121,9 +121,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   reload.kept.emplace(folder / reload::KeptConfigs::kFolder);
   if (!reload.kept->IsUnconfirmed(*text)) {
     if (reload.kept->trial() == reload::KeptConfigs::Trial::running) {
-      err << "baudgate: a configuration was on trial when the gateway ended and was never "
-             "confirmed; "
-          << file << " has been edited since, and runs as confirmed\n";
+      err << "baudgate: the gateway ended while a configuration was on trial and not confirmed. "
+          << file << " has been edited since, so it runs as the confirmed configuration\n";
     }
     return choice;
   }
@@ -139,8 +138,8 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   }
   PrintProblems(choice.loaded.problems, err);
   if (!choice.loaded.ok()) {
-    err << "baudgate: the confirmed configuration " << copy << " cannot be run; change " << file
-        << ", and the next start uses it\n";
+    err << "baudgate: the confirmed configuration " << copy << " cannot run; correct " << file
+        << ", and start the gateway again\n";
   }
   return choice;
 }
@@ -152,8 +151,8 @@ class StopGuard {
       : worker_("stop guard", [until = ReadClocks().instant + kStopWithin](bool stopped) {
           if (stopped || ReadClocks().instant < until) return until;
           log::Fail(
-              "the stop takes longer than {} s: a file, a disk or a driver does not answer; "
-              "the gateway ends without it",
+              "the stop takes longer than {} s, because a file, a disk or a driver does not "
+              "answer. The gateway ends without waiting",
               kStopWithin / 1s);
           log::Flush();
           std::_Exit(kExitCanNot);
@@ -209,7 +208,7 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
   return kExitDone;
 } catch (const std::system_error& failed) {
   log::Plain(
-      "baudgate: the system has no file descriptor or no thread left: " + failed.code().message() +
+      "baudgate: the system has no free file descriptor or thread: " + failed.code().message() +
       "; raise LimitNOFILE and TasksMax of the service (ulimit -n, ulimit -u)\n");
   return kExitCanNot;
 }
@@ -252,8 +251,7 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err) {
     err << "discovery-server: " << socket.error() << '\n';
     return kExitCanNot;
   }
-  log::Info("discovery server: introduces DDS participants that announce themselves at {}:{}",
-            at->host, at->port);
+  log::Info("discovery server: waits for DDS participants at {}:{}", at->host, at->port);
   sd_notify(0, "READY=1");
   dds::AnnouncementRelay relay;
   Instant next_sign{};
@@ -302,7 +300,7 @@ int RunWatch(const std::vector<std::string>& words, const config::Catalog& catal
              std::ostream& err) {
   const auto program = dds::FindProgram("baudgate-dds");
   if (!program) {
-    err << "watch: " << program.error() << "; install it\n";
+    err << "watch: " << program.error() << "; install the package baudgate-dds\n";
     return kExitCanNot;
   }
   std::vector<std::string> all{"baudgate", "watch"};  // baudgate-dds uses this name in its messages

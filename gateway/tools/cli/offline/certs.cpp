@@ -19,7 +19,7 @@ std::string CheckDdsSecurity(const config::Config& config, WallTime now,
                         finding.warning});
   }
   return report.subject + ", until " + FormatWallTime(report.valid_until).substr(0, 10) +
-         (report.messages_protected ? "" : "; the governance leaves messages unprotected");
+         (report.messages_protected ? "" : "; the governance file leaves messages unprotected");
 }
 
 namespace {
@@ -42,7 +42,7 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
   demo.writers = options.writers;
   if (demo.gateways.empty() && demo.subscribers == 0 && demo.writers == 0) {
     if (fs::exists(fs::path(folder) / "ca", error)) {
-      err << "certs: " << folder << " has an authority; name what it is to issue: "
+      err << "certs: " << folder << " has an authority already; name the identities to issue: "
           << "--gateway NAME, --subscribers N or --writers N\n";
       return kNotWritten;
     }
@@ -70,7 +70,8 @@ int RunCerts(const CertsOptions& options, std::ostream& out, std::ostream& err) 
     out << "a subscriber: baudgate watch --security "
         << (*made)[made->size() - 1 - static_cast<std::size_t>(demo.writers)] << '\n';
   }
-  out << "Keep " << folder << "/ca/key.pem apart: whoever has it can issue identities.\n";
+  out << "Keep " << folder
+      << "/ca/key.pem secret and apart: everybody who has this file can issue identities.\n";
   return kDone;
 }
 

@@ -30,9 +30,9 @@ std::optional<config::Problem> WhyTakenBack(const std::string& file, const confi
   const std::string copy = kept.confirmed_file().string();
   const std::string why =
       kept.trial() == reload::KeptConfigs::Trial::running
-          ? "is on trial, and taken back unless somebody confirms it (baudgate confirm)"
-          : "was taken back: " + kept.why_taken_back() + "; while this file is as it is, " + copy +
-                " runs (diff " + copy + " " + file + ")";
+          ? "is on trial, and is taken back unless you confirm it with 'baudgate confirm'"
+          : "was taken back: " + kept.why_taken_back() + "; " + copy +
+                " runs until you change this file (to compare: diff " + copy + " " + file + ")";
   return config::Problem{{file, 0, 0}, why, true};
 }
 
@@ -59,8 +59,8 @@ std::string Describe(const config::Dds& dds, bool events) {
   }
   text += "; topics baudgate/points, baudgate/devices, baudgate/gateways";
   if (events) text += ", baudgate/events, baudgate/alarms";
-  return text + (dds.write ? "; write: allow, so that whoever reaches the domain may write what "
-                             "devices allow, on baudgate/write"
+  return text + (dds.write ? "; write: allow, so that everybody who reaches the domain can write "
+                             "the points that devices allow, on baudgate/write"
                            : "; write: deny");
 }
 
@@ -131,7 +131,7 @@ void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std
   if (jumps + always == 0) return;
   out << "  recheck: " << jumps + always << " of " << points << " points count a "
       << (always == 0 ? "jump only when a second reading agrees"
-                      : "reading only when a second one agrees");
+                      : "reading only when a second reading agrees");
   if (round.requests > 0) {
     const auto each = round.time / static_cast<int>(round.requests);
     out << ", one request (about "
@@ -153,8 +153,8 @@ void PrintSummary(const config::Config& config, const config::Catalog& catalog,
   PrintWeb(config, out);
   if (records::NeedsState(config, catalog)) {
     out << "state " << StateFolderOf(records::StatePlaces::Here(config.state), config.name).string()
-        << (records::CanWrite(config) ? ": what is remembered of devices, and every write\n"
-                                      : ": what is remembered of devices\n");
+        << (records::CanWrite(config) ? ": learned facts of devices, and every write\n"
+                                      : ": learned facts of devices\n");
     PrintEvents(config, out);
     PrintOfMeters(config, out);
     PrintHistory(config, out);

@@ -81,7 +81,7 @@ void PrintHistory(const config::Config& config, std::ostream& out) {
       << Megabytes(estimate.most) << ", and " << Megabytes(estimate.minutes)
       << " of minutes; the limit of " << Megabytes(history.limit) << " is reached after "
       << days(estimate.least) << ", or " << days(estimate.most) << " if every reading differs; "
-      << "days older than " << FormatDuration(history.keep) << " go\n";
+      << "days older than " << FormatDuration(history.keep) << " are deleted\n";
 }
 
 Json HistoryJson(const config::Config& config) {
@@ -173,7 +173,8 @@ void PrintWrites(const config::Line& line, std::ostream& out) {
     out << "  writes to " << device.name << ": "
         << (writes.allowed.empty() ? "none" : ListedWithRules(writes.ruled, writes.plain));
     if (!writes.off.empty()) {
-      out << "; " << Listed(writes.off) << " could be written: add 'write: allow', or a list of "
+      out << "; " << Listed(writes.off)
+          << " can be written if you add 'write: allow', or a list of "
           << "points, to the device";
     }
     out << '\n';

@@ -98,7 +98,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
       return Error{"line " + std::to_string(number) + ": " + taken.error()};
     }
   }
-  if (in.bad()) return Error{"the captures cannot be read; is this a file?"};
+  if (in.bad()) return Error{"the captures cannot be read; check that the path is a file"};
   return captures;
 }
 
@@ -188,7 +188,7 @@ class TracedDecoders {
     if (!options_.protocol.empty() || !options_.profile.empty()) devices_.clear();
     if (!devices_.empty()) return {};
     if (!options_.protocol.empty() || !options_.profile.empty()) return For("").first;
-    return Error{"--protocol is missing, and no head of a trace names one"};
+    return Error{"the captures have no trace head that names the protocol; add --protocol"};
   }
 
   /// Returns the decoder, or null and the reason in the status.
@@ -267,9 +267,10 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
       // A trace may begin in the middle of an exchange, so stray bytes are skipped.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
-        return fail(kExitUsage, "line " + std::to_string(capture.line) +
-                                    ": a reply before any request (\"> hex\"), and no device "
-                                    "that speaks by itself");
+        return fail(
+            kExitUsage,
+            "line " + std::to_string(capture.line) +
+                ": the reply has no request (\"> hex\") before it, and no device sends by itself");
       }
       any = true;
       if (capture.reply_masked) continue;
@@ -285,7 +286,7 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
     print(decoder->Decode(capture), capture);
   }
   if (any) return kExitDone;
-  return fail(kExitUsage, "no exchange here; write lines \"> hex\" and \"< hex\"");
+  return fail(kExitUsage, "the captures have no exchange; write lines \"> hex\" and \"< hex\"");
 }
 
 }  // namespace baudgate::tools

@@ -62,8 +62,8 @@ Device MakeDevice(const WantedDevice& wanted, const protocols::Protocol& protoco
   }
   const auto none = protocol.canonical_address("");
   if (device.address.empty() && !none) {
-    problems.Error(kCommandLine, "--address is missing: a device that speaks " +
-                                     std::string(protocol.name) + " has one");
+    problems.Error(kCommandLine,
+                   "--address is missing: a " + std::string(protocol.name) + " device needs it");
     return device;
   }
   if (device.address.empty()) device.address = *none;

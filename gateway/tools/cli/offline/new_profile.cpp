@@ -308,7 +308,7 @@ Result<std::string> ListedExample(const std::string& text, const std::string& fo
   auto number = ListedNumber(text);
   if (!number && IsTimeForm(form)) number = TimeNumber(text, form);
   if (!number) {
-    return Error{"is none of type " + form + "; write for example " + std::string(Like(form))};
+    return Error{"is not of type " + form + "; write for example " + std::string(Like(form))};
   }
   const Decimal raw = *number / scale;
   const auto range = RangeOfForm(form);
@@ -396,8 +396,8 @@ std::string ProfileText(const RegisterList& list, const NewProfileOptions& optio
 
 void AskForFirst(const RegisterList& list, const NewProfileOptions& options, std::ostream& err) {
   err << "baudgate: registers " << list.numbers << " of " << options.file
-      << ": what does the list call the first holding register? No list says it, and a wrong guess "
-         "reads the neighbours. Its manual has an example, or try one value with each:\n"
+      << ": say how the list numbers the first holding register, because a wrong number reads "
+         "other registers. See the example in the manual, or try a known value with each:\n"
          "  --first-register 0      0, as on the wire\n"
          "  --first-register 1      1\n"
          "  --first-register 40001  40001; 30001 is the first input register, 10001 a discrete "
@@ -442,8 +442,8 @@ int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catal
     return RegistersOf(point.form) > 1 && !point.form.starts_with("string") && point.order.empty();
   });
   if (wide) {
-    err << "note: values of several registers are read high word first; where the manual says "
-           "CDAB, \"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, "
+    err << "note: values of several registers are read high word first; if the manual says CDAB, "
+           "\"low word first\" or \"swapped\", add the line 'order: CDAB' to the profile, "
            "or a column 'order' to the list\n";
   }
   return kExitDone;

@@ -88,7 +88,7 @@ void PrintOne(const protocols::Protocol& protocol, std::ostream& out) {
     }
   }
   if (!protocol.decoders.empty()) {
-    out << "\nWhat `read` can say\n";
+    out << "\nForms of `read`\n";
     TextTable table({"form", "meaning"});
     for (const protocols::DecoderSpec& decoder : protocol.decoders) {
       table.Add({std::string(decoder.form), std::string(decoder.help)});
@@ -399,7 +399,7 @@ int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& c
   if (!judged.loaded.ok()) {
     const std::size_t errors = Errors(judged.loaded.problems);
     err << options.file << ": " << errors << (errors == 1 ? " error" : " errors") << ", read as "
-        << as << (options.protocol.empty() ? "; --protocol names another" : "") << '\n';
+        << as << (options.protocol.empty() ? "; for another protocol add --protocol" : "") << '\n';
     return kExitBadConfiguration;
   }
   PrintProfile(judged.loaded.profile, options.format, options.width, out);

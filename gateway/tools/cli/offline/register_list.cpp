@@ -41,10 +41,10 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
                                Quoted(point->name) + " (" + RegistersText(*point) + ") ";
       const std::string other = Quoted(before->name) + " in line " + std::to_string(before->line);
       if (same) {
-        list.warnings.push_back(text + "reads the same as " + other);
+        list.warnings.push_back(text + "reads the same register as " + other);
       } else {
         list.errors.push_back(text + "overlaps " + other + " (" + RegistersText(*before) +
-                              "); one of their registers or types is wrong");
+                              "); correct the register or type of one point");
       }
     }
     const bool farther = before == nullptr || before->table != point->table ||
@@ -184,7 +184,7 @@ class ListReader {
     for (std::size_t i = 0; i < row.cells.size(); ++i) {
       const auto column = ColumnNamed(row.cells[i]);
       if (column && !columns_.emplace(*column, i).second) {
-        Error(row.line, "column " + Quoted(row.cells[i]) + " stands twice, or under two names");
+        Error(row.line, "column " + Quoted(row.cells[i]) + " is there twice, or under two names");
       }
       if (!column && !row.cells[i].empty()) {
         list_.warnings.push_back(file_ + ":" + std::to_string(row.line) + ": column " +
@@ -197,8 +197,8 @@ class ListReader {
       if (columns_.contains(column)) continue;
       Error(row.line,
             "no column '" + std::string(word) +
-                "'; the first row names the columns: name, register, type, and where "
-                "there is one unit, scale, access, table, order, group, description, example");
+                "'; the first row must name the columns: name, register, type, and optionally "
+                "unit, scale, access, table, order, group, description, example");
     }
   }
 
@@ -223,8 +223,8 @@ class ListReader {
 
   std::string HintOfSeparator() const {
     if (separator_ == ',') {
-      return "where a number has a decimal comma, write it in quotes, \"0,1\", or separate the "
-             "cells by semicolons";
+      return "write a number with a decimal comma in quotes, \"0,1\", or separate the cells by "
+             "semicolons";
     }
     return "write a cell that holds a separator in quotes";
   }
@@ -240,7 +240,7 @@ class ListReader {
     list_.warnings.push_back(
         file_ + ": register " + std::to_string(*lowest_) + " is taken for address " +
         std::to_string(*lowest_ - base) +
-        " on the wire; where 40001 is the first holding register, say --first-register 40001");
+        " on the wire; if 40001 is the first holding register, add --first-register 40001");
   }
 
   void ReadRow(const CsvRow& row) {
@@ -265,13 +265,13 @@ class ListReader {
     if (point.name.empty()) {
       Error(row.line, given.empty() ? "no name"
                                     : "name " + Quoted(given) +
-                                          " has no letter or digit of ASCII; write one");
+                                          " has no ASCII letter or digit; write another name");
       return;
     }
     if (!usable && point.description.empty()) point.description = given;
     const auto [first, is_new] = names_.emplace(Lower(point.name), row.line);
     if (!is_new) {
-      Error(row.line, "point " + Quoted(point.name) + " stands twice, first in line " +
+      Error(row.line, "point " + Quoted(point.name) + " is there twice, first in line " +
                           std::to_string(first->second) + "; give one of them another name");
     }
   }
@@ -340,8 +340,8 @@ class ListReader {
     const auto place = ParseRegister(given);
     if (!place) {
       const bool modicon = first_ == FirstRegister::modicon;
-      return Error(row.line, "register " + Quoted(given) + " is none" +
-                                 (modicon ? " where 40001 is the first holding register; write "
+      return Error(row.line, "register " + Quoted(given) + " is not valid" +
+                                 (modicon ? ": 40001 is the first holding register; write "
                                             "40001 to 49999 or, in six digits, 400001 to 465536; "
                                             "input registers begin at 30001 or 300001, discrete "
                                             "inputs at 10001 or 100001, coils at 1"
@@ -349,7 +349,7 @@ class ListReader {
     }
     if (!place->table.empty() && !column.empty() && place->table != column) {
       return Error(row.line, "register " + Quoted(given) + " is of table " + place->table +
-                                 ", and the column says " + column);
+                                 ", but the column 'table' says " + column);
     }
     point.address = place->address;
     point.table = !place->table.empty() ? place->table : column;
@@ -387,7 +387,7 @@ class ListReader {
     const auto order = OrderNamed(given);
     if (!order) {
       return Error(row.line, "order " + Quoted(given) +
-                                 " is unknown or means several; write ABCD (high word first), CDAB "
+                                 " is unknown or ambiguous; write ABCD (high word first), CDAB "
                                  "(low word first), BADC or DCBA (the same with the bytes of each "
                                  "register swapped)");
     }
@@ -396,7 +396,7 @@ class ListReader {
     if (!words && *order == "DCBA") {
       Error(row.line, "order DCBA: type " + point.form +
                           " has no words to swap; write BADC if the bytes of each register are "
-                          "swapped, else nothing");
+                          "swapped, else leave the cell empty");
     }
   }
 
@@ -406,8 +406,8 @@ class ListReader {
       const auto scale = ScaleOf(given);
       if (!scale || *scale == 0) {
         return Error(row.line, "scale " + Quoted(given) +
-                                   " is no number above or below 0; write what the raw value is "
-                                   "multiplied by, for example 0.1 or 1/10" +
+                                   " is no number other than 0; write the factor of the raw value, "
+                                   "for example 0.1 or 1/10" +
                                    (separator_ == ',' ? "; " + HintOfSeparator() : ""));
       }
       point.scale = *scale;
@@ -415,7 +415,7 @@ class ListReader {
     const bool number =
         point.form != "bool" && !point.form.starts_with("string") && !IsTimeForm(point.form);
     if (point.scale != 1 && !number) {
-      return Error(row.line, "scale: only numbers have one, and the type is " + point.form);
+      return Error(row.line, "scale: only numbers have a scale, and the type is " + point.form);
     }
     point.type = TypeOf(point.form, point.scale);
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
@@ -443,7 +443,7 @@ class ListReader {
     }
     const bool written = point.access != "r";
     if (written && (point.table == "input" || point.table == "discrete")) {
-      Error(row.line, "access: nothing can be written to table " + point.table + "; write r");
+      Error(row.line, "access: table " + point.table + " is read-only; write r");
     }
     if (const std::string given = Cell(row, ListColumn::example);
         !given.empty() && !point.form.empty()) {

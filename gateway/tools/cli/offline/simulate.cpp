@@ -60,7 +60,7 @@ int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, 
   }
   if (options.events) {
     const auto [raised, lost] = (*simulator)->event_counts();
-    out << "events raised " << raised << ", lost for want of room " << lost << "\n";
+    out << "events raised " << raised << ", lost because the device was full " << lost << "\n";
   }
   return 0;
 }
@@ -138,7 +138,7 @@ class Bench {
         devices += (devices.empty() ? "" : ", ") + device.name + " (" + device.address + ")";
       }
       table.Add({line.name, simulators_[i]->path(), line.tcp ? "" : line.serial.ToString(),
-                 devices.empty() ? "none: nobody answers" : devices});
+                 devices.empty() ? "none: no reply" : devices});
     }
     table.PrintAligned(out);
   }
@@ -176,7 +176,7 @@ class Bench {
   std::string Hint() const {
     if (!options_.write.empty()) return "";
     return "; `baudgate simulate -c " + options_.file +
-           " --write TRIAL.yaml` writes the same configuration with ports that can be made";
+           " --write TRIAL.yaml` writes the same configuration with simulated ports";
   }
 
   const SimulateConfigOptions& options_;
@@ -195,7 +195,7 @@ Status CheckTarget(const std::string& file, const std::string& original) {
   if (!fs::exists(file, error)) return {};
   const auto there = ReadWhole(file);
   if (there && there->starts_with(kTrialHead)) return {};
-  return Error{file + " exists and is no trial; choose another name for --write"};
+  return Error{file + " exists and was not written by --write; choose another name"};
 }
 
 Status WriteTrial(const SimulateConfigOptions& options, const std::string& text,
@@ -235,7 +235,7 @@ int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalo
   PrintProblems(loaded.problems, err);
   if (!loaded.ok() || !text) return kExitBadConfiguration;
   if (loaded.config.lines.empty()) {
-    err << "baudgate: " << options.file << " has no lines, and so no device to simulate\n";
+    err << "baudgate: " << options.file << " has no lines, so there is no device to simulate\n";
     return kExitBadConfiguration;
   }
   if (!options.write.empty()) {

@@ -277,15 +277,17 @@ void AddAdvice(const PortsPlace& place, Row& row) {
     }
   }
   if (port.twin) {
-    row.advice.push_back(fmt::format(
-        "another adapter here has the same serial number {}: only names by place tell them apart",
-        port.serial));
+    row.advice.push_back(
+        fmt::format("another adapter has the same serial number {}; use the name by place "
+                    "(/dev/serial/by-path)",
+                    port.serial));
   }
   if (port.latency_ms.value_or(0) > kShortLatency && !row.ours) {
-    row.advice.push_back(fmt::format(
-        "the adapter holds bytes back for up to {} ms: the gateway ends that while it has the port "
-        "(low_latency); for others: echo 1 | sudo tee /sys/class/tty/{}/device/latency_timer",
-        *port.latency_ms, port.name));
+    row.advice.push_back(
+        fmt::format("the adapter delays bytes by up to {} ms; the gateway switches this off while "
+                    "it has the port open (low_latency). For other programs run: echo 1 | sudo tee "
+                    "/sys/class/tty/{}/device/latency_timer",
+                    *port.latency_ms, port.name));
   }
 }
 
@@ -369,7 +371,7 @@ int ShowPorts(bool json, const PortsPlace& place, std::ostream& out) {
     return 0;
   }
   PrintTable(rows, out);
-  if (!holders.all_seen) out << "\nPrograms of other users are seen with sudo only.\n";
+  if (!holders.all_seen) out << "\nTo see programs of other users, run this command with sudo.\n";
   return 0;
 }
 

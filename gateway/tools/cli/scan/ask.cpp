@@ -107,17 +107,18 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   const std::string name =
       options.protocol.empty() ? ProtocolLike(options.telegram, catalog) : options.protocol;
   if (name.empty()) {
-    return Fail(err, kExitUsage,
-                "--protocol is missing, and the telegram does not begin as those of one do");
+    return Fail(
+        err, kExitUsage,
+        "--protocol is missing, and the beginning of the telegram does not show the protocol");
   }
   const protocols::Protocol* known = catalog.FindProtocol(name);
   if (known != nullptr && known->telegram == nullptr) {
-    return Fail(err, kExitUsage, "telegrams by hand are not supported for " + name);
+    return Fail(err, kExitUsage, "this command cannot send telegrams of protocol " + name);
   }
   if (known != nullptr && known->describe != nullptr && options.profile.empty()) {
     return Fail(err, kExitUsage,
-                "--profile is missing: only a profile says what a telegram looks like and which "
-                "ones read");
+                "--profile is missing: only a profile defines the telegrams, and which telegrams "
+                "only read");
   }
   const auto line =
       MakeLine({.port = options.target,
@@ -134,9 +135,9 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   if (!telegram) return Fail(err, kExitUsage, telegram.error());
   if (!protocol.telegram->is_read(*telegram, its) && !options.write) {
     return Fail(err, kExitUsage,
-                "nothing proves that this telegram only reads (" +
+                "this telegram may write (" +
                     MaskedHex(*telegram, protocol.expect(*telegram, its)) +
-                    "): say --write if you mean it");
+                    "); to send it, add --write");
   }
   const StopSignals stop;
   config::SerialSettings serial = line->serial;
@@ -201,8 +202,8 @@ int RunAsk(const AskOptions& options, const config::Catalog& catalog, std::ostre
   const std::string refused = OptionOfPort(options);
   if (!refused.empty()) {
     return Fail(err, kExitUsage,
-                refused + " is for a free port; the configuration of the gateway says how line " +
-                    options.target + " speaks");
+                refused + " is for a free port; the settings of line " + options.target +
+                    " are in the configuration of the gateway");
   }
   return AskGateway(options, catalog, out, err);
 }

@@ -106,11 +106,11 @@ bool ScanView::MayTalk(const std::string& who) {
   Clear();
   if (options_.over_traffic) return true;
   const std::string why = who + "; a scan disturbs it";
-  if (AskUser("baudgate: " + why + ". Go on all the same?", stop_, err_)) return true;
+  if (AskUser("baudgate: " + why + ". Scan anyway?", stop_, err_)) return true;
   refused_ = true;
   if (!HasUser()) {
     err_ << "baudgate: " << options_.target << ": " << why
-         << ": take it off the line, or allow it with --over-traffic\n";
+         << "; disconnect the other sender, or add --over-traffic\n";
   }
   return false;
 }
@@ -119,8 +119,8 @@ void ScanView::Conclude(const scan::Report& report) {
   Clear();
   if (refused_ && report.found.empty()) return;
   if (!options_.json && report.found.empty() && report.asked) {
-    out_ << "No device has answered. Is the adapter the right one ('baudgate ports'), are A and B "
-            "swapped, is the bus powered?\n";
+    out_ << "No device has answered. Check the adapter ('baudgate ports'), swap A and B, check "
+            "that the bus is powered.\n";
   }
   if (!options_.json && !report.found.empty()) {
     TextTable table({"protocol", "serial", "address", "identity", "profile", "unit", "remarks"});
@@ -137,10 +137,11 @@ void ScanView::Conclude(const scan::Report& report) {
     words << WrapSentence(remark + ".", options_.width);
   }
   if (!report.asked && !refused_) {
-    words << (report.ended ? "Nothing was asked: no protocol has these addresses.\n"
-                           : "The scan ended while it still listened: nothing was asked yet.\n");
+    words << (report.ended
+                  ? "No request was sent: no protocol has these addresses.\n"
+                  : "The scan ended before the first request, while it listened to the line.\n");
   } else if (!report.ended && !refused_) {
-    words << "The scan has ended before everything was asked.\n";
+    words << "The scan ended before all addresses were asked.\n";
   }
 }
 
@@ -163,7 +164,7 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     const auto protocol = catalog.NeedProtocol(options.protocol);
     if (!protocol) return Error{"--protocol: " + protocol.error()};
     if ((*protocol)->scan == nullptr) {
-      return Error{"--protocol: devices that speak " + options.protocol + " cannot be looked for"};
+      return Error{"--protocol: a scan cannot find devices of protocol " + options.protocol};
     }
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
@@ -279,7 +280,7 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
   }
   if (options.config.empty() || view.was_refused()) return code;
   if (scanner.report().found.empty()) {
-    err << "baudgate: " << options.config << " was not written: there is nothing to put into it\n";
+    err << "baudgate: " << options.config << " was not written, because no device was found\n";
     return kExitCanNot;
   }
   const int written = WriteConfig(options, scanner.report(), port, catalog, err);

@@ -62,11 +62,11 @@ WriteReport SocketWriter::Write(const std::string& point, const std::string& val
   }
   const Json answer = Json::parse(line, nullptr, false);
   if (!answer.is_object())
-    return {"unknown", "what answers at " + client->path() + " is no gateway"};
+    return {"unknown", "the program that answers at " + client->path() + " is no gateway"};
   if (answer.contains("error")) return {"denied", tools::TextOf(answer, "message")};
   WriteReport report{tools::TextOf(answer, "end"), tools::TextOf(answer, "reason")};
   report.read_back = answer.value("read_back", false);
-  if (report.end.empty()) return {"unknown", "the gateway is of another version"};
+  if (report.end.empty()) return {"unknown", "the gateway has another version than this program"};
   return report;
 }
 
@@ -81,7 +81,8 @@ std::optional<std::string> SocketWriter::WhyNot(const std::string& point,
     return "the gateway at " + client->path() + " did not answer";
   }
   const Json answer = Json::parse(line, nullptr, false);
-  if (!answer.is_object()) return "what answers at " + client->path() + " is no gateway";
+  if (!answer.is_object())
+    return "the program that answers at " + client->path() + " is no gateway";
   if (answer.value("may_write", false)) return std::nullopt;
   return tools::TextOf(answer, answer.contains("error") ? "message" : "reason");
 }
@@ -113,7 +114,7 @@ Status WriteNew(const std::string& path, const std::string& text) {
   };
   const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
   if (file < 0 && errno == EEXIST) {
-    return Error{path + ": is there already; choose another name, or remove it"};
+    return Error{path + ": the file exists already; choose another name, or remove the file"};
   }
   if (file < 0) return failed("cannot be made");
   std::size_t written = 0;
@@ -164,11 +165,11 @@ int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostr
   if (unknown == 0 && !sheet.designation.empty()) return 0;
   if (unknown > 0) {
     err << "baudgate: " << options.target << ": " << Count(static_cast<std::size_t>(unknown))
-        << " of " << sheet.settings.size() << " not known at present; the file says why\n";
+        << " of " << sheet.settings.size() << " not known now; the file has the reasons\n";
   }
   if (sheet.designation.empty()) {
     err << "baudgate: " << options.target
-        << " has not said what it is: the file cannot be compared nor restored\n";
+        << " has not sent its designation, so the file cannot be compared or restored\n";
   }
   return kDiffers;
 }
@@ -315,11 +316,12 @@ class Restore {
     }
     good_ = false;
     if (one.read_back) {
-      err_ << "baudgate: " << NameOf(row) << " has changed since: it shows " << *here->value
-           << '\n';
+      err_ << "baudgate: " << NameOf(row) << " has changed since the write: the relay shows "
+           << *here->value << '\n';
     } else {
       Tell(err_, row,
-           here != nullptr ? "written, but it shows " + *here->value : "written, not read back");
+           here != nullptr ? "written, but the relay shows " + *here->value
+                           : "written, not read back");
     }
   }
 
@@ -344,7 +346,7 @@ void PrintPlan(const Comparison& comparison, const Plan& plan, const Denials& de
   const std::size_t fixed = comparison.different.size() - plan.size();
   if (fixed > 0) {
     out << now.target() << ": " << Count(fixed)
-        << " that differ can only be read, and are not written\n";
+        << " that differ are read-only and are not written\n";
   }
   for (const Difference& row : plan) {
     const auto found = denials.find(row.filed->point);
@@ -363,8 +365,8 @@ int RunSettingsRestore(const SettingsOptions& options, PointWriter& writer, std:
   const Comparison comparison = Compare(file, now);
   PrintOpen(comparison, err);
   if (comparison.unread > 0) {
-    err << "baudgate: nothing is written before " << now.target()
-        << " has told all its settings; see 'baudgate status " << now.target() << "'\n";
+    err << "baudgate: nothing is written until all settings of " << now.target()
+        << " have been read; see 'baudgate status " << now.target() << "'\n";
     return kDiffers;
   }
   const auto plan = PlanOf(comparison);

@@ -173,7 +173,7 @@ Result<Sheet> ReadSheet(const std::string& path) {
         sheet.settings.push_back(ReadSetting(node, problems));
         const Setting& setting = sheet.settings.back();
         if (!names.insert(setting.point).second) {
-          problems.Error(setting.mark, "'" + setting.point + "' stands here for the second time");
+          problems.Error(setting.mark, "'" + setting.point + "' is in the file twice");
         }
       }
     }
@@ -200,7 +200,7 @@ bool IsNear(double a, double b) {
 std::string UnitOf(const Setting& setting) {
   const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
   if (setting.scale == 1) return unit;
-  return unit + " (" + FormatNumber(setting.scale) + " times what the device says)";
+  return unit + " (" + FormatNumber(setting.scale) + " times the value of the device)";
 }
 
 }  // namespace
@@ -216,22 +216,23 @@ bool IsSameValue(const std::string& a, const std::string& b, std::optional<doubl
 Status CheckFit(const Sheet& file, const Sheet& now) {
   const auto quoted = [](const std::string& text) { return baudgate::Quoted(text); };
   if (file.protocol != now.protocol || file.profile != now.profile) {
-    return Wrong(file.mark, "these are settings of a " + file.protocol + " device of profile " +
-                                quoted(file.profile) + ", and " + now.target() + " is one of " +
-                                now.protocol + ", profile " + quoted(now.profile));
+    return Wrong(file.mark, "this file is of a " + file.protocol + " device with profile " +
+                                quoted(file.profile) + ", but " + now.target() + " is a " +
+                                now.protocol + " device with profile " + quoted(now.profile));
   }
   if (file.designation.empty()) {
-    return Wrong(file.mark, "designation: it does not say which device it was read from");
+    return Wrong(file.mark, "designation: the file does not say which device it was read from");
   }
   if (now.designation.empty()) {
-    return Wrong(file.mark, now.target() +
-                                " has not said yet what it is, or does not answer; see "
-                                "'baudgate status " +
-                                now.target() + "'");
+    return Wrong(
+        file.mark,
+        now.target() +
+            " has not sent its designation yet, or does not answer; see 'baudgate status " +
+            now.target() + "'");
   }
   if (config::SpokenName(file.designation) != config::SpokenName(now.designation)) {
-    return Wrong(file.mark, "these are settings of a " + quoted(file.designation) + ", and " +
-                                now.target() + " calls itself " + quoted(now.designation));
+    return Wrong(file.mark, "this file is of a " + quoted(file.designation) + ", but " +
+                                now.target() + " is a " + quoted(now.designation));
   }
   for (const Setting& filed : file.settings) {
     const Setting* const here = now.Find(filed.point);
@@ -239,13 +240,13 @@ Status CheckFit(const Sheet& file, const Sheet& now) {
       return Wrong(filed.mark, now.target() + " has no setting " + quoted(filed.point));
     }
     if (here->item != filed.item) {
-      return Wrong(filed.mark, quoted(filed.point) + " is " + filed.item + " here, and " +
-                                   here->item + " of " + now.target());
+      return Wrong(filed.mark, quoted(filed.point) + " is item " + filed.item +
+                                   " in this file, but item " + here->item + " of " + now.target());
     }
     if (here->unit != filed.unit || !IsNear(here->scale, filed.scale)) {
-      return Wrong(filed.mark, quoted(filed.point) + " is in " + UnitOf(filed) + " here, and in " +
-                                   UnitOf(*here) + " of " + now.target() +
-                                   ": its `ratios` or `scale` have changed");
+      return Wrong(filed.mark, quoted(filed.point) + " is in " + UnitOf(filed) +
+                                   " in this file, but in " + UnitOf(*here) + " of " +
+                                   now.target() + ": its `ratios` or `scale` have changed");
     }
   }
   return {};

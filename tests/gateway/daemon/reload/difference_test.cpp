@@ -130,8 +130,8 @@ TEST(Difference, LinesComeGoAndChangePlaces) {
   for (const LineChange& line : difference.lines) actions.emplace_back(line.line, line.action);
   EXPECT_THAT(actions, ElementsAre(std::pair("w", Action::added), std::pair("y", Action::same),
                                    std::pair("x", Action::same), std::pair("z", Action::removed)));
-  EXPECT_THAT(Sentences(difference), ElementsAre("line w: is new", "line z: ends"));
-  EXPECT_EQ(Summary(difference), "1 line new, 1 line ended; 2 lines untouched");
+  EXPECT_THAT(Sentences(difference), ElementsAre("line w: is new", "line z: is removed"));
+  EXPECT_EQ(Summary(difference), "1 line new, 1 line removed; 2 lines untouched");
 }
 
 TEST(Difference, ALineThatIsGoneIsNoLine) {
@@ -176,9 +176,10 @@ TEST(Difference, OfListenersAndRoutesIsTold) {
   });
   EXPECT_FALSE(difference.empty());
   EXPECT_EQ(WhyNot(difference), std::nullopt);
-  EXPECT_THAT(Sentences(difference), ElementsAre("line z: ends", "listener 127.0.0.1:1502: is new",
-                                                 "route 1 to x: is new", "route 1 to x: is new"));
-  EXPECT_EQ(Summary(difference), "1 line ended, 1 listener new, 2 routes new; 2 lines untouched");
+  EXPECT_THAT(Sentences(difference),
+              ElementsAre("line z: is removed", "listener 127.0.0.1:1502: is new",
+                          "route 1 to x: is new", "route 1 to x: is new"));
+  EXPECT_EQ(Summary(difference), "1 line removed, 1 listener new, 2 routes new; 2 lines untouched");
 }
 
 TEST(Difference, OfTheOrderOfRoutesIsASetting) {

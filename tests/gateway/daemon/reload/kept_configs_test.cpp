@@ -52,7 +52,7 @@ TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
   EXPECT_EQ(Again().trial(), Trial::running);
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_EQ(Again().confirmed(), "a");
-  EXPECT_EQ(Again().why_taken_back(), "the gateway ended before it was confirmed");
+  EXPECT_EQ(Again().why_taken_back(), "the gateway ended before the configuration was confirmed");
   EXPECT_FALSE(Again().IsUnconfirmed("c")) << "the file was changed since";
 }
 
@@ -149,7 +149,7 @@ TEST(Probation, LooksAtTimeAndDevices) {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
       {"nobody comes", Health::well, 60s, Health::well, "nobody has confirmed it in time"},
-      {"gone bad", Health::well, 1s, Health::ill, "bay.a worked before, and does not any more"},
+      {"gone bad", Health::well, 1s, Health::ill, "bay.a worked before the change, and fails now"},
       {"bad before", Health::ill, 30s, Health::ill, ""},
       {"not asked yet", Health::well, 19s, Health::unknown, ""},
       {"not asked for long", Health::well, 20s, Health::unknown, "has not answered since"},

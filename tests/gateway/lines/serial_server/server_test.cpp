@@ -218,7 +218,7 @@ TEST_F(ServerTest, TellsWhoHasLeft) {
   server_->OnPort(Bytes{4}, ReadClocks());
   client->stream().close();
   EXPECT_TRUE(Until([&] { return !line_.returned.empty(); }));
-  EXPECT_THAT(line_.returned, ElementsAre("it has left"));
+  EXPECT_THAT(line_.returned, ElementsAre("it disconnected"));
   EXPECT_THAT(line_.last.client, HasSubstr("127.0.0.1:"));
   EXPECT_EQ(line_.last.to_port, 2U);
   EXPECT_EQ(line_.last.from_port, 1U);
@@ -229,7 +229,7 @@ TEST_F(ServerTest, AnIdleClientLosesThePort) {
   Start(Server::Use::served);
   const auto client = Connect();
   EXPECT_TRUE(Ends(*client));
-  EXPECT_THAT(line_.returned, ElementsAre(HasSubstr("nothing was said")));
+  EXPECT_THAT(line_.returned, ElementsAre(HasSubstr("no bytes passed")));
 }
 
 TEST_F(ServerTest, TriesAgainWhereItsPortIsTaken) {
@@ -359,18 +359,18 @@ TEST_F(SessionTest, EndsWhereNobodySaysAnything) {
   Pass(kIdle - 1s);
   EXPECT_EQ(over(), "");
   Pass(1s);
-  EXPECT_EQ(over(), "nothing was said for 1min");
+  EXPECT_EQ(over(), "no bytes passed for 1min");
 }
 
 TEST_F(SessionTest, EndsBeforeItHasThePortLikewise) {
   Pass(kIdle);
-  EXPECT_EQ(over(), "nothing was said for 1min");
+  EXPECT_EQ(over(), "no bytes passed for 1min");
 }
 
 TEST_F(SessionTest, LeavesAtOnceWhereNothingIsToBeSent) {
   Begin();
   session_.OnClientEnd(now_);
-  EXPECT_EQ(over(), "it has left");
+  EXPECT_EQ(over(), "it disconnected");
 }
 
 TEST_F(SessionTest, LeavesWhenThePortHasSentAll) {
@@ -382,7 +382,7 @@ TEST_F(SessionTest, LeavesWhenThePortHasSentAll) {
   EXPECT_EQ(over(), "");
   port_.unsent = 0;
   Pass(PortDrain::kLookEvery);
-  EXPECT_EQ(over(), "it has left");
+  EXPECT_EQ(over(), "it disconnected");
 }
 
 TEST_F(SessionTest, LeavesWhenWhatItHasSentBeforeItsTurnIsOut) {
@@ -393,7 +393,7 @@ TEST_F(SessionTest, LeavesWhenWhatItHasSentBeforeItsTurnIsOut) {
   Begin();
   Pass(PortDrain::kLookEvery);
   EXPECT_EQ(port_.sent, Bytes({1, 2}));
-  EXPECT_EQ(over(), "it has left");
+  EXPECT_EQ(over(), "it disconnected");
 }
 
 TEST_F(SessionTest, LeavesAtLastWhereThePortTakesNothing) {
@@ -402,7 +402,7 @@ TEST_F(SessionTest, LeavesAtLastWhereThePortTakesNothing) {
   FromClient({1, 2, 3});
   session_.OnClientEnd(now_);
   Pass(PortDrain::kLongest);
-  EXPECT_THAT(over(), HasSubstr("the port did not take all"));
+  EXPECT_THAT(over(), HasSubstr("before the port had taken all"));
 }
 
 TEST_F(Rfc2217, NegotiatesWithoutThePort) {

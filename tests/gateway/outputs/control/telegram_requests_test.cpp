@@ -170,7 +170,7 @@ TEST_F(ServiceTest, APortThatSomebodyHasIsNotReleasedToAnother) {
     EXPECT_THAT(release(more), HasSubstr("client 10.0.0.7:40000 has the port of line 'io'"));
   }
   EXPECT_THAT(lines_.calls(), testing::SizeIs(3));
-  set("it has left");
+  set("it disconnected");
   EXPECT_THAT(release(""), HasSubstr("true"));
 }
 

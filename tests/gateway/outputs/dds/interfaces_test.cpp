@@ -198,8 +198,9 @@ TEST_F(FarGateway, IsHeardAgainWhenTheInterfaceWasMadeAnew) {
     network_.AddCable();
     Publish(3.5);
   };
-  EXPECT_THAT(Watch({{"2.5 A", renew}, {"3.5 A", StopWatch}}),
-              HasSubstr("watch: the interface of " + kInterface + " was made anew; begun anew"));
+  EXPECT_THAT(
+      Watch({{"2.5 A", renew}, {"3.5 A", StopWatch}}),
+      HasSubstr("watch: the interface of " + kInterface + " was made anew; watch restarts"));
 }
 
 TEST_F(FarGateway, IsHeardWhenTheCableIsPluggedInLate) {
@@ -209,7 +210,7 @@ TEST_F(FarGateway, IsHeardWhenTheCableIsPluggedInLate) {
     Publish(2.5);
   };
   EXPECT_THAT(Watch({{"", begin}, {"2.5 A", StopWatch}}),
-              HasSubstr("watch: the interface of " + kInterface + " is up now; begun anew"));
+              HasSubstr("watch: the interface of " + kInterface + " is up now; watch restarts"));
 }
 
 }  // namespace

@@ -114,7 +114,8 @@ TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
   EXPECT_THAT(of_trace, HasSubstr(R"({"outcome":"corrupt")"));
   const DecodeOptions wind{.protocol = "telegram", .profile = "nmea-0183-weather"};
   EXPECT_THAT(decoded(wind, "< " + ToHex(ToBytes(sentence)) + "\n"), HasSubstr(good));
-  EXPECT_THAT(decoded({.protocol = "dcon"}, "< 41\n"), HasSubstr("line 1: a reply before any"));
+  EXPECT_THAT(decoded({.protocol = "dcon"}, "< 41\n"),
+              HasSubstr("line 1: the reply has no request"));
 }
 
 TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
@@ -199,7 +200,7 @@ TEST_F(TraceTest, TraceShowsTheRing) {
   out_.str({});
   EXPECT_EQ(Trace({.line = "bay-1", .device = "feeder-2", .last = true, .socket = path()}), 0);
   EXPECT_THAT(out_.str(), Not(HasSubstr(" feeder-1")));
-  EXPECT_THAT(err_.str(), HasSubstr("nothing is recorded yet"));
+  EXPECT_THAT(err_.str(), HasSubstr("no frames are recorded yet"));
 }
 
 TEST_F(TraceTest, PiecesAreOneFrameOrBytesAsTheyCame) {

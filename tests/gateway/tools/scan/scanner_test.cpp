@@ -133,7 +133,7 @@ TEST_F(Scan, ABusOfTwelveDevicesOfThreeProtocols) {
   const auto odd = std::ranges::find_if(
       report.found, [](const Found& one) { return one.serial.ToString() == "9600 7O1"; });
   ASSERT_NE(odd, report.found.end());
-  EXPECT_THAT(odd->remarks, Contains(HasSubstr("a wrong parity?")));
+  EXPECT_THAT(odd->remarks, Contains(HasSubstr("check the parity")));
   EXPECT_TRUE(report.ended);
   EXPECT_FALSE(report.echo);
   ExpectReadsOnly(bench);
@@ -416,7 +416,7 @@ TEST(JudgeTalk, TheMasterAndItsFormatAreNamed) {
   EXPECT_THAT(WhoTalks(wish.tongues, heard.bytes, {}).text,
               testing::AllOf(HasSubstr("it has asked slave 2"), HasSubstr("spabus, 9600 7E1")));
   EXPECT_THAT(WhoTalks(wish.tongues, ToBytes("hello"), {}).text,
-              HasSubstr("somebody sends on this line, 5 characters were heard at 9600 bit/s"));
+              HasSubstr("another device sends on this line: 5 characters came at 9600 bit/s"));
 }
 
 // ---------------- The plan of a scan.

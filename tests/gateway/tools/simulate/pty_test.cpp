@@ -77,9 +77,10 @@ TEST_F(PtyLink, OfARunningTwinIsNotTaken) {
   ASSERT_TRUE(first.ok());
   const auto second = Pty::Create(link_.string());
   ASSERT_FALSE(second.ok());
-  EXPECT_EQ(second.error(), link_.string() + " is a link to " + first->slave_path() +
-                                ", which is served by this program itself; end it first, or "
-                                "choose another path");
+  EXPECT_EQ(second.error(),
+            link_.string() + " is a link to " + first->slave_path() +
+                ", which is served by this program itself; end this program first, or "
+                "choose another path");
   EXPECT_EQ(fs::read_symlink(link_), first->slave_path());
   EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left behind";
 }

@@ -120,8 +120,8 @@ TEST(Guarded, BeginsAnewWhatDies) {
   EXPECT_EQ(RunGuarded(run, kAtOnce, err), 3);
   EXPECT_EQ(*runs, 2);
   EXPECT_EQ(err.str(),
-            "watch: the DDS library was ended by signal 6; begun anew\n"
-            "watch: the DDS library was ended by signal 9; begun anew\n");
+            "watch: the DDS library was ended by signal 6; watch restarts\n"
+            "watch: the DDS library was ended by signal 9; watch restarts\n");
 }
 
 TEST(Guarded, PassesTheSignalToStopOn) {
@@ -166,9 +166,9 @@ TEST(Listening, BeginsAnewUntilItSucceeds) {
       {3s, 7, "no room", "the interface of 10.0.0.5 was made anew; no room", 2},
       {4s, 7, "no room", "", 3},
       {5s, 7, "no port", "no port", 4},
-      {6s, 7, "", "begun anew", 5},
+      {6s, 7, "", "watch restarts", 5},
       {7s, 7, "", "", 5},
-      {8s, 9, "", "the interface of 10.0.0.5 was made anew; begun anew", 6},
+      {8s, 9, "", "the interface of 10.0.0.5 was made anew; watch restarts", 6},
   };
   for (const Row& row : rows) {
     own.clear();

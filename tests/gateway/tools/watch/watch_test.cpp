@@ -146,7 +146,7 @@ TEST_F(WatchTest, SaysThatTheFilterFitsNothing) {
   options.device = "feeder-9";
   const Watched watched = RunIt(options);
   EXPECT_EQ(watched.exit_code, 4);
-  EXPECT_THAT(watched.err, HasSubstr("none of the gateway, device and point"));
+  EXPECT_THAT(watched.err, HasSubstr("none of the requested gateway, device and point"));
 }
 
 TEST_F(WatchTest, ATerminalGetsALiveTable) {
@@ -218,7 +218,7 @@ TEST_F(WatchTest, EndsCleanlyAtASignal) {
   pthread_kill(watching.native_handle(), SIGTERM);
   watching.join();
   pthread_sigmask(SIG_UNBLOCK, &stop, nullptr);
-  EXPECT_TRUE(exit_code == 0 || err.str().find("nothing came on domain") != std::string::npos);
+  EXPECT_TRUE(exit_code == 0 || err.str().find("no samples came on domain") != std::string::npos);
 }
 
 TEST(Watch, AnEndWithoutAnySampleSaysSo) {
@@ -227,7 +227,7 @@ TEST(Watch, AnEndWithoutAnySampleSaysSo) {
   const Watched watched = RunIt(options);
   EXPECT_EQ(watched.exit_code, 4);
   EXPECT_THAT(watched.err,
-              HasSubstr("watch: nothing came on domain " + std::to_string(options.domain)));
+              HasSubstr("watch: no samples came on domain " + std::to_string(options.domain)));
 }
 
 TEST(Watch, SilenceNamesWhatToCheck) {

@@ -58,7 +58,7 @@ TEST_F(BundleTest, HasAllOfARunningGateway) {
   StartServer();
   EXPECT_EQ(Run(), 0) << err_.str();
   EXPECT_THAT(err_.str(), IsEmpty());
-  EXPECT_THAT(out_.str(), HasSubstr("look into it before you send it"));
+  EXPECT_THAT(out_.str(), HasSubstr("check the contents before you send the file"));
   auto files = Files();
   EXPECT_THAT(files["baudgate-support/status.txt"], HasSubstr("substation-7: baudgate 1.2.3"));
   EXPECT_EQ(status::Json::parse(files["baudgate-support/status.json"])["gateway"], "substation-7");

@@ -68,14 +68,13 @@ TEST(CureOfSilence, NamesAProcessThatIsStopped) {
   ::waitpid(child, nullptr, WUNTRACED);
   const std::string id = std::to_string(child);
   EXPECT_EQ(CureOfSilence(child),
-            "process " + id + " is stopped; let it go on with: kill -CONT " + id);
+            "process " + id + " is stopped; continue it with: kill -CONT " + id);
   ::kill(child, SIGKILL);
   ::waitpid(child, nullptr, 0);
-  EXPECT_EQ(
-      CureOfSilence(child),
-      "process " + id +
-          " may be frozen or have no processor time; look at: systemctl status baudgate, top");
-  EXPECT_THAT(CureOfSilence(0), StartsWith("it may be frozen"));
+  EXPECT_EQ(CureOfSilence(child),
+            "process " + id +
+                " may hang or get no processor time; check with: systemctl status baudgate, top");
+  EXPECT_THAT(CureOfSilence(0), StartsWith("the gateway may hang"));
 }
 
 TEST_F(ClientTest, AWatchedStatusLeavesTheTerminalAsItWas) {
@@ -123,8 +122,8 @@ TEST_F(PointsClient, AWriteSaysWhatBecameOfIt) {
   EXPECT_EQ(Write("7.5"), kNotDone);
   EXPECT_THAT(out_.str(), IsEmpty());
   EXPECT_EQ(err_.str(),
-            "io.ai-1.setting: sent, and nobody knows what became of it: no reply; read it before "
-            "you try again\n");
+            "io.ai-1.setting: sent, but the result is unknown: no reply; read the point before you "
+            "try again\n");
   lines_.result = {WriteEnd::refused, "NACK 5"};
   EXPECT_EQ(Write("7.5"), kNotDone);
   EXPECT_EQ(err_.str(), "io.ai-1.setting: refused: NACK 5\n");
@@ -151,7 +150,7 @@ TEST_F(PointsClient, ReadPrintsATable) {
   Clear();
   lines_.result = {.reason = "the device is offline"};
   EXPECT_EQ(RunRead({"io.ai-1.setting", false, path()}, out_, err_), kNotDone);
-  EXPECT_THAT(out_.str(), HasSubstr("setting  5.25   A     not read now; before: "));
+  EXPECT_THAT(out_.str(), HasSubstr("setting  5.25   A     not read now; earlier: "));
   EXPECT_THAT(err_.str(), HasSubstr("io.ai-1.setting: the device is offline"));
 }
 
@@ -167,7 +166,7 @@ TEST_F(ClientTest, UnknownNamesAreWrongUsage) {
 TEST_F(ClientTest, WithoutAGatewayTheySayWhereTheyLooked) {
   EXPECT_EQ(Status(""), 4);
   EXPECT_THAT(err_.str(), HasSubstr("no gateway answers at " + path()));
-  EXPECT_THAT(err_.str(), HasSubstr("is baudgate running? give --socket PATH"));
+  EXPECT_THAT(err_.str(), HasSubstr("start baudgate, or name its socket with --socket PATH"));
   EXPECT_EQ(Release("io", 1min), 4);
   EXPECT_EQ(InUse("io.ai-1", true), 4);
 }
@@ -209,7 +208,7 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndSaysUntilWhen) {
   EXPECT_EQ(Release("io", 10min, true), 0);
   EXPECT_EQ(out_.str(), "io: taken back; the port is open: serial\n");
   EXPECT_EQ(Release("io", 10min, true), 0);
-  EXPECT_EQ(out_.str(), "io: was not released\n");
+  EXPECT_EQ(out_.str(), "io: the line was not released\n");
   EXPECT_EQ(Release("io", 25h), 2);
   EXPECT_THAT(err_.str(), HasSubstr("from 1s to 24h"));
   EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min", "take back 1", "take back 1"));
@@ -218,11 +217,12 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndSaysUntilWhen) {
 TEST_F(ClientTest, InUseSaysThatARestartForgets) {
   StartServer();
   EXPECT_EQ(InUse("bay-1.feeder-2", false), 0);
-  EXPECT_EQ(out_.str(),
-            "bay-1.feeder-2: out of use, it is not asked and its points are out of service. A "
-            "restart forgets this: 'enabled: false' in the configuration keeps it\n");
+  EXPECT_EQ(
+      out_.str(),
+      "bay-1.feeder-2: out of use; the gateway does not poll it, and its points are out of "
+      "service. A restart undoes this; to keep it, set 'enabled: false' in the configuration\n");
   EXPECT_EQ(InUse("bay-1.feeder-2", true), 0);
-  EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use, it is asked again\n");
+  EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use; the gateway polls it again\n");
 }
 
 // ---------------- Billing readings as a table: a gateway stores the readings of one meter.
@@ -335,7 +335,7 @@ TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
   HistoryOptions options;
   options.until = ParseWallTime("2020-01-01").value();
   EXPECT_EQ(Run(options), 0);
-  EXPECT_EQ(out_.str(), "no billing readings are kept of that time\n");
+  EXPECT_EQ(out_.str(), "no billing readings are stored for that time\n");
 }
 
 // ---------------- Stored values as a table: which points a name selects.

@@ -117,9 +117,8 @@ TEST(Check, SaysWhereClientsCanHaveAPort) {
 TEST(Check, SaysThatDdsMayWrite) {
   const Ran ran = Check(std::string(kGood) + "dds: { write: allow }\n");
   EXPECT_EQ(ran.code, 0) << ran.err;
-  EXPECT_THAT(ran.out,
-              HasSubstr("; write: allow, so that whoever reaches the domain may write what "
-                        "devices allow, on baudgate/write\n"));
+  EXPECT_THAT(ran.out, HasSubstr("; write: allow, so that everybody who reaches the domain can "
+                                 "write the points that devices allow, on baudgate/write\n"));
 }
 
 TEST(Check, BadConfigurationIsExitCode3) {
@@ -176,7 +175,7 @@ TEST(Check, SaysWhatMayBeWrittenAndWhatCouldBe) {
   EXPECT_THAT(
       Check(text).out,
       HasSubstr("  writes to d: a (0.5 to 40 A, steps of 0.5, selected first, when l.e.p is "
-                "3); b could be written: add 'write: allow', or a list of points, to the "
+                "3); b can be written if you add 'write: allow', or a list of points, to the "
                 "device\n"));
   const Json json = Json::parse(Check(text, true).out);
   EXPECT_EQ(json["summary"]["lines"][0]["devices"][0]["writes"].dump(),
@@ -357,7 +356,8 @@ TEST(Decode, WhatTheWordsSayHoldsForAll) {
 TEST(Decode, SaysThatItHasToBeToldTheProtocol) {
   const Said decoded = DecodeText(kFileTrace);
   EXPECT_EQ(decoded.code, 2);
-  EXPECT_EQ(decoded.err, "baudgate: --protocol is missing, and no head of a trace names one\n");
+  EXPECT_EQ(decoded.err,
+            "baudgate: the captures have no trace head that names the protocol; add --protocol\n");
 }
 
 TEST(Decode, PrintsProseForPeople) {

@@ -72,10 +72,10 @@ TEST(RegisterList, TheFirstRegisterDecides) {
   EXPECT_THAT(Row("a,465537,WORD", tools::FirstRegister::modicon), HasSubstr("400001 to 465536"));
   for (const char* wrong : {"40000", "50001", "20001", "0", "465537"}) {
     EXPECT_THAT(Row(std::string("a,") + wrong + ",WORD", tools::FirstRegister::modicon),
-                HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is none"));
+                HasSubstr("l.csv:2: register '" + std::string(wrong) + "' is not valid"));
   }
-  EXPECT_THAT(Row("a,0,WORD", tools::FirstRegister::one), HasSubstr("is none"));
-  EXPECT_THAT(Row("a,65536,WORD", tools::FirstRegister::zero), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,0,WORD", tools::FirstRegister::one), HasSubstr("is not valid"));
+  EXPECT_THAT(Row("a,65536,WORD", tools::FirstRegister::zero), HasSubstr("is not valid"));
 }
 
 TEST(RegisterList, RangesHaveManyDashes) {
@@ -89,7 +89,8 @@ TEST(RegisterList, RangesHaveManyDashes) {
   }
   EXPECT_EQ(Row("a,0x10\u20130x11,REAL", tools::FirstRegister::zero), "holding 16 float32 float32");
   EXPECT_EQ(Row("a,input 12\u201313,REAL", tools::FirstRegister::zero), "input 12 float32 float32");
-  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon), HasSubstr("is none"));
+  EXPECT_THAT(Row("a,40004\u201340003,DINT", tools::FirstRegister::modicon),
+              HasSubstr("is not valid"));
   EXPECT_THAT(Row("a,40003\u201340005,DINT", tools::FirstRegister::modicon), HasSubstr("are 3"));
 }
 
@@ -129,7 +130,8 @@ TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
   EXPECT_EQ(order("STRING(8)", "CDAB"), "");
   EXPECT_EQ(order("UINT", "BADC"), "BADC");
   EXPECT_THAT(order("UINT", "DCBA"), HasSubstr("write BADC"));
-  EXPECT_THAT(order("REAL", "little endian"), HasSubstr("means several")) << "nobody guesses";
+  EXPECT_THAT(order("REAL", "little endian"), HasSubstr("is unknown or ambiguous"))
+      << "nobody guesses";
 }
 
 TEST(RegisterList, IsAskedForWhereNumbersStand) {
@@ -196,7 +198,8 @@ TEST(RegisterList, PointsShareNoRegisterUnseen) {
               ElementsAre(AllOf(HasSubstr("l.csv:3: 'b' (holding 11) overlaps 'a' in line 2"),
                                 HasSubstr("(holding 10…11)")),
                           HasSubstr("l.csv:8: 'g' (holding 23) overlaps 'f'")));
-  EXPECT_THAT(list.warnings, ElementsAre(HasSubstr("'d' (holding 12) reads the same as 'c'")));
+  EXPECT_THAT(list.warnings,
+              ElementsAre(HasSubstr("'d' (holding 12) reads the same register as 'c'")));
   EXPECT_THAT(Read("name,register,type\na,1,DINT\nb,1,INT\n").errors, IsEmpty())
       << "it is not known yet where they are";
 }
@@ -242,7 +245,7 @@ TEST(RegisterList, ExamplesAreOfTheirType) {
   EXPECT_THAT(shown("INT", "-4000", "0,1"), HasSubstr("is -40000 in the device"));
   EXPECT_THAT(shown("STRING(4)", "Acme1"), HasSubstr("is longer than string(4)"));
   EXPECT_THAT(shown("DATE", "27.11.2026"), HasSubstr("2026-11-27"));
-  EXPECT_THAT(shown("UINT", "high"), HasSubstr("is none of type uint16; write for example 230.4"));
+  EXPECT_THAT(shown("UINT", "high"), HasSubstr("is not of type uint16; write for example 230.4"));
   EXPECT_THAT(shown("DATE", "5", "2"), HasSubstr("only numbers"));
 }
 
@@ -260,18 +263,18 @@ TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
       tools::FirstRegister::modicon);
   EXPECT_THAT(list.errors,
               ElementsAre(HasSubstr("l.csv:2: type 'UNIT16' is unknown; write bool"),
-                          HasSubstr("l.csv:3: point 'a' stands twice, first in line 2"),
+                          HasSubstr("l.csv:3: point 'a' is there twice, first in line 2"),
                           HasSubstr("l.csv:3: access 'readable' is unknown; write r, w or rw"),
                           HasSubstr("l.csv:4: type int16 takes 1 register, and"),
                           HasSubstr("l.csv:5: no name"),
-                          HasSubstr("l.csv:6: access: nothing can be written to table input"),
+                          HasSubstr("l.csv:6: access: table input is read-only; write r"),
                           HasSubstr("l.csv:7: register '40009' is of table holding"),
                           HasSubstr("l.csv:8: type int16 does not fit table discrete"),
                           HasSubstr("l.csv:9: no register")));
   EXPECT_THAT(Read("title\nx\n").errors, SizeIs(3));
   EXPECT_THAT(Read("").errors, ElementsAre("l.csv is empty"));
   EXPECT_THAT(Read("name,register,type\n").errors, ElementsAre(HasSubstr("no row follows")));
-  EXPECT_THAT(Read("name,tag,register,type\n").errors, ElementsAre(HasSubstr("stands twice")));
+  EXPECT_THAT(Read("name,tag,register,type\n").errors, ElementsAre(HasSubstr("is there twice")));
 }
 
 TEST(ListedWords, TypesOfManyManuals) {

@@ -98,7 +98,7 @@ TEST_F(Ports, AnFtdiAdapterWithAllItsNames) {
   const std::string shown = Shown();
   EXPECT_THAT(shown, HasSubstr("0403:6001 FT232R USB UART"));
   EXPECT_THAT(shown, HasSubstr("/dev/baudgate/sn-FT1A2B3C"));
-  EXPECT_THAT(shown, HasSubstr("ttyUSB0: the adapter holds bytes back for up to 16 ms"));
+  EXPECT_THAT(shown, HasSubstr("ttyUSB0: the adapter delays bytes by up to 16 ms"));
   const Json port = AsJson()["ports"][0];
   EXPECT_EQ(port["port"], "/dev/ttyUSB0");
   EXPECT_EQ(port["usb"]["serial"], "FT1A2B3C");
@@ -117,7 +117,7 @@ TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
   ASSERT_EQ(found.size(), 2U);
   EXPECT_THAT(found[1].links,
               ElementsAre("/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0"));
-  EXPECT_THAT(Shown(), HasSubstr("another adapter here has the same serial number 0001"));
+  EXPECT_THAT(Shown(), HasSubstr("another adapter has the same serial number 0001"));
   EXPECT_FALSE(found[0].latency_ms);
 }
 

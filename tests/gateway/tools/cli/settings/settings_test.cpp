@@ -144,7 +144,7 @@ TEST_F(SettingsTest, AFileIsNeverWrittenOver) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   EXPECT_EQ(Dump(), 4);
-  EXPECT_THAT(err_.str(), HasSubstr("is there already"));
+  EXPECT_THAT(err_.str(), HasSubstr("the file exists already"));
   file_ = directory_ / "no" / "such" / "folder";
   EXPECT_EQ(Dump(), 4);
 }
@@ -172,7 +172,8 @@ TEST_F(SettingsTest, AnotherRatioIsAnotherFile) {
   EXPECT_EQ(Compare(), 0) << err_.str();
   Replace("scale: 400", "scale: 600");
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("xIn (600 times what the device says) here, and in xIn (400"));
+  EXPECT_THAT(err_.str(),
+              HasSubstr("xIn (600 times the value of the device) in this file, but in xIn (400"));
 }
 
 TEST_F(SettingsTest, BothFormsAreReadAgain) {
@@ -212,10 +213,10 @@ TEST_F(SettingsTest, AnotherDevicesFileIsRefused) {
   ASSERT_EQ(Dump(), 0);
   const std::string good = Text();
   for (const auto& [from, to, why] :
-       {std::tuple("SPCJ 4D29", "SPCU 3D45", "'SPCU 3D45', and bay-1.feeder-1 calls itself"),
+       {std::tuple("SPCJ 4D29", "SPCU 3D45", "'SPCU 3D45', but bay-1.feeder-1 is a"),
         {"spaj140c", "spau130c", "profile 'spau130c'"},
         {"designation: \"SPCJ 4D29\"", "designation: \"\"", "does not say"},
-        {"item: \"S21\"", "item: \"S41\"", "is S41 here, and S21"},
+        {"item: \"S21\"", "item: \"S41\"", "is item S41 in this file, but item S21"},
         {"value: \"30.3\", unit: \"xIn\"", "value: \"30.3\", unit: \"A\"", "`ratios` or `scale`"},
         {"\"main_time\"", "\"mean_time\"", "has no setting 'mean_time'"}}) {
     std::ofstream(file_) << good;
@@ -238,7 +239,7 @@ TEST_F(SettingsTest, ADeviceThatHasNotSaidWhatItIsIsNotTouched) {
   Reads(kCurrent, 0.9);
   Reads(kName, {}, Quality::bad_communication);
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("has not said yet what it is"));
+  EXPECT_THAT(err_.str(), HasSubstr("has not sent its designation yet"));
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
@@ -302,11 +303,12 @@ TEST_F(SettingsTest, ARelayThatShowsAnotherValueIsNotRestored) {
   Reads(kCurrent, 0.9);
   writer_.take = [this](const std::string&, const std::string&) { Reads(kCurrent, 25.0); };
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("main_current (S21) has changed since: it shows 25\n"));
+  EXPECT_THAT(err_.str(),
+              HasSubstr("main_current (S21) has changed since the write: the relay shows 25\n"));
   Reads(kCurrent, 0.9);
   writer_.read_back = false;
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but it shows 25\n"));
+  EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but the relay shows 25\n"));
 }
 
 /// Each row ends with one result, whatever follows in the reasons.
@@ -378,7 +380,7 @@ TEST_F(SettingsTest, NothingIsWrittenBlindlyOrWithATypingError) {
   Reads(kCurrent, 0.9);
   Reads(kTime, 0.5, Quality::uncertain);
   EXPECT_EQ(Restore(true), 3);
-  EXPECT_THAT(err_.str(), HasSubstr("nothing is written before bay-1.feeder-1 has told all"));
+  EXPECT_THAT(err_.str(), HasSubstr("nothing is written until all settings of bay-1.feeder-1"));
   Reads(kTime, 0.5);
   Replace("\"30.3\"", "3O.3");
   EXPECT_EQ(Restore(true), 3);
