@@ -198,7 +198,8 @@ class LateReplies {
     Duration more_drain{};  // how much longer than its drain time its bytes kept coming after a
                             // failed exchange
     // Silence that follows its good replies, because more bytes came after one. The silence after
-    // failures is `more_drain`. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
+    // failures is `more_drain`. Needed by
+    // MisbehavingTwin.DoubledRepliesAffectNoOtherReply/Set4tm9600.
     Duration trail{};
     bool told_late = false;   // the user has been warned
     bool had_second = false;  // a second, different reply came
