@@ -35,7 +35,7 @@ class AssemblerTest : public ::testing::Test {
   const Bytes frame_ = ToyReply("A1=5");
 };
 
-TEST_F(AssemblerTest, TwoFramesInOnePieceComeOut) {
+TEST_F(AssemblerTest, TwoFramesInOnePieceAreReturned) {
   Begin();
   assembler_.Feed(frame_);
   assembler_.Feed(frame_);
@@ -44,7 +44,7 @@ TEST_F(AssemblerTest, TwoFramesInOnePieceComeOut) {
   EXPECT_EQ(assembler_.blame(), Outcome::none);
 }
 
-TEST_F(AssemblerTest, DamageIsBlamedAndTheNextFrameFound) {
+TEST_F(AssemblerTest, DamageIsReportedAndTheNextFrameIsFound) {
   Begin();
   Bytes stream = frame_;
   stream[4] ^= 0x01;
@@ -56,7 +56,7 @@ TEST_F(AssemblerTest, DamageIsBlamedAndTheNextFrameFound) {
   EXPECT_EQ(assembler_.counters().discarded, frame_.size());
 }
 
-TEST_F(AssemblerTest, StoppedMidFrameIsPartialOnlyWhenIdle) {
+TEST_F(AssemblerTest, AnIncompleteFrameIsPartialOnlyAfterSilence) {
   Begin();
   assembler_.Feed(View(frame_).first(4));
   EXPECT_TRUE(Take(false).empty());
@@ -67,7 +67,7 @@ TEST_F(AssemblerTest, StoppedMidFrameIsPartialOnlyWhenIdle) {
   EXPECT_EQ(assembler_.held(), 0U);
 }
 
-TEST_F(AssemblerTest, HarmlessNoiseIsNobodysFault) {
+TEST_F(AssemblerTest, HarmlessNoiseIsNotReportedAsDamage) {
   Begin();
   assembler_.Feed(Bytes{0, 0, 0});
   EXPECT_TRUE(Take(true).empty());
@@ -75,7 +75,7 @@ TEST_F(AssemblerTest, HarmlessNoiseIsNobodysFault) {
   EXPECT_EQ(assembler_.counters().discarded, 3U);
 }
 
-TEST_F(AssemblerTest, TheWorstBlameStays) {
+TEST_F(AssemblerTest, TheWorstDamageIsKept) {
   Begin();
   assembler_.Feed(ToBytes("x!A1"));
   Take(true);
@@ -83,7 +83,7 @@ TEST_F(AssemblerTest, TheWorstBlameStays) {
   EXPECT_EQ(assembler_.why(), "noise before frame");
 }
 
-TEST_F(AssemblerTest, BeginForgets) {
+TEST_F(AssemblerTest, BeginDiscardsEarlierBytes) {
   Begin();
   assembler_.Feed(ToBytes("x!A1"));
   Take(false);
@@ -94,7 +94,7 @@ TEST_F(AssemblerTest, BeginForgets) {
   EXPECT_TRUE(Take(true).empty()) << "the head of the last exchange was kept";
 }
 
-TEST_F(AssemblerTest, AFrameThatNeverEndsIsBounded) {
+TEST_F(AssemblerTest, AnEndlessFrameIsBounded) {
   Begin();
   for (int i = 0; i < 100'000; ++i) {
     assembler_.Feed(ToBytes(i == 0 ? "!" : "A"));
@@ -109,7 +109,7 @@ TEST_F(AssemblerTest, AFrameThatNeverEndsIsBounded) {
   EXPECT_EQ(Take().size(), 1U) << "a frame behind the overflow has its chance";
 }
 
-TEST_F(AssemblerTest, ARuleThatClaimsMoreThanThereIsHarmsNobody) {
+TEST_F(AssemblerTest, AnInvalidCutOfARuleIsHarmless) {
   assembler_.Begin([](View, const Expectation&, bool) { return Cut::Frame(1000); }, {});
   assembler_.Feed(ToBytes("abc"));
   EXPECT_EQ(Take(), std::vector<std::string>{"abc"});
@@ -120,7 +120,7 @@ TEST_F(AssemblerTest, ARuleThatClaimsMoreThanThereIsHarmsNobody) {
   EXPECT_EQ(assembler_.held(), 0U);
 }
 
-TEST_F(AssemblerTest, RandomStreamsAreConserved) {
+TEST_F(AssemblerTest, FramesInRandomStreamsAreFound) {
   std::mt19937 random(1);
   for (int round = 0; round < 300; ++round) {
     Begin();

@@ -202,7 +202,8 @@ class LateReplies {
     // How much longer than the drain time bytes came after a failed exchange.
     Duration more_drain{};
     // Silence after good replies, because more bytes came after one of them. `more_drain` is the
-    // silence after failures. Needed by MisbehavingTwin.DoubledRepliesSpoilNoOther/Set4tm9600.
+    // silence after failures. Needed by
+    // MisbehavingTwin.DoubledRepliesAffectNoOtherReply/Set4tm9600.
     Duration trail{};
     bool told_late = false;
     bool had_second = false;

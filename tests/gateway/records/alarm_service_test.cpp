@@ -58,7 +58,7 @@ class AlarmServiceTest : public ::testing::Test {
                         }};
 };
 
-TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
+TEST_F(AlarmServiceTest, ASilentRoutedSlaveRaisesAnAlarm) {
   struct Row {
     const char* what;
     std::uint8_t unit;
@@ -123,7 +123,7 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatDoesNotAnswerItsClients) {
   }
 }
 
-TEST_F(AlarmServiceTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
+TEST_F(AlarmServiceTest, ALostReplyOfARoutedSlaveIsNoAlarm) {
   const auto fails = [&] { Routed(51, Slave::silent, Outcome::no_reply, "why"); };
   const std::string raised = "drive.unit-51 no answer to clients for ";
   fails();
@@ -137,7 +137,7 @@ TEST_F(AlarmServiceTest, OneLostReplyOfARoutedSlaveIsNoAlarm) {
       << "and one a minute later makes it";
 }
 
-TEST_F(AlarmServiceTest, ARoutedSlaveThatNoClientAsksForAnyMoreIsForgotten) {
+TEST_F(AlarmServiceTest, TheAlarmOfAnUnrequestedRoutedSlaveEnds) {
   for (int time = 0; time < 3; ++time) {
     Routed(51, Slave::silent, Outcome::no_reply, "why");
     now_.instant += 1s;
@@ -149,7 +149,7 @@ TEST_F(AlarmServiceTest, ARoutedSlaveThatNoClientAsksForAnyMoreIsForgotten) {
   EXPECT_THAT(AfterAMinute(), ElementsAre("drive.unit-51 no answer to clients, over"));
 }
 
-TEST_F(AlarmServiceTest, NewsOfLinesAndDevices) {
+TEST_F(AlarmServiceTest, TroublesOfLinesAndDevicesRaiseAlarms) {
   using What = bus::News::What;
   struct Row {
     const char* device;
@@ -185,7 +185,7 @@ TEST_F(AlarmServiceTest, NewsOfLinesAndDevices) {
   }
 }
 
-TEST_F(AlarmServiceTest, DisksOfTheGateway) {
+TEST_F(AlarmServiceTest, DiskTroublesRaiseAlarms) {
   using events::Trouble;
   const auto all = [](Disk disk) {
     return std::vector<AlarmService::DiskState>{{Trouble::events_lost, disk, "full"},

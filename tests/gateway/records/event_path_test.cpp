@@ -85,7 +85,7 @@ class EventPathTest : public ::testing::Test {
   Now now_{Instant() + 1h, WallTime(1'790'000'000s)};
 };
 
-TEST_F(EventPathTest, HasCodesAndWords) {
+TEST_F(EventPathTest, RecordsHaveCodesAndTexts) {
   Tell({bus::News::What::port_down, false, {}, "unplugged"});
   Tell({bus::News::What::no_answer, true, 0U});
   Tell({bus::News::What::replaced, false, 0U, "it is another"});
@@ -105,7 +105,7 @@ TEST_F(EventPathTest, HasCodesAndWords) {
   EXPECT_EQ(records[2].text, "another device: it is another");
 }
 
-TEST_F(EventPathTest, OfAPointRestsOnWhatTheStoreThinksOfIt) {
+TEST_F(EventPathTest, PointEventsUseTheQualityOfTheStore) {
   ReadAs(1);
   store_.SetOverride(0, Quality(Quality::bad_device_failure));  // another device answers
   ReadAs(9);
@@ -197,7 +197,7 @@ TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
 }
 
 /// An alarm from before a restart ends with the first answer. This end is no event of the device.
-TEST_F(EventPathTest, AKeptAlarmEndsWhereTheDeviceAnswersAtTheNextStart) {
+TEST_F(EventPathTest, AStoredAlarmEndsAtTheFirstAnswerAfterARestart) {
   Tell({bus::News::What::no_answer, false, 0U, "no reply"});
   path_->Look({}, now_);
   now_.instant += 30s;
@@ -256,7 +256,7 @@ class EventReloadTest : public EventPathTest {
 };
 
 /// After a reload, a value that is still beyond its limit is no new event, but its return is one.
-TEST_F(EventReloadTest, APointIsWatchedOn) {
+TEST_F(EventReloadTest, AWatchedPointKeepsItsStateOverAReload) {
   const std::string on = "1000014 on current 9: above 5";
   const std::string off = "1000014 off current 1: above 5, over";
   Reload([](config::Line& line) {
@@ -276,7 +276,7 @@ TEST_F(EventReloadTest, APointIsWatchedOn) {
       << "another rule begins anew";
 }
 
-TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
+TEST_F(EventReloadTest, AReportedTroubleEndsOverAReload) {
   using What = bus::News::What;
   for (const What what : {What::port_down, What::port_lent, What::no_answer}) Begin(what);
   Reload();
@@ -291,7 +291,7 @@ TEST_F(EventReloadTest, WhatWasToldHasItsEnd) {
 }
 
 /// The new line reports the begin of these troubles, but never an end of earlier ones.
-TEST_F(EventReloadTest, WhatNobodyTellsTheEndOfEndsWithItsLine) {
+TEST_F(EventReloadTest, TroublesOfARestartedLineEndWithAReload) {
   using What = bus::News::What;
   for (const What what : {What::collisions, What::ring_open, What::wrong_device}) Begin(what);
   Reload();
@@ -306,7 +306,7 @@ TEST_F(EventReloadTest, WhatNobodyTellsTheEndOfEndsWithItsLine) {
 }
 
 /// The device is taken out of use by hand or by the configuration. The latest way counts.
-TEST_F(EventReloadTest, OutOfUseHasItsEnd) {
+TEST_F(EventReloadTest, TheUseOfADeviceIsReportedOverAReload) {
   const auto enable = [](bool enabled) {
     return [enabled](config::Line& line) { line.devices[0].enabled = enabled; };
   };

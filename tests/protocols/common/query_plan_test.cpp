@@ -56,7 +56,7 @@ std::string Shown(const Plan& plan) {
   return text;
 }
 
-TEST(QueryPlan, WhatSharesARequest) {
+TEST(QueryPlan, AdjacentPlacesShareARequest) {
   struct Case {
     const char* what;
     std::vector<PlaceInQuery> places;
@@ -108,7 +108,7 @@ TEST(QueryPlan, ARefusedBlockIsSplit) {
   }
 }
 
-TEST(QueryPlan, SplitsGoOnUntilTheBadPointStandsAlone) {
+TEST(QueryPlan, SplitsContinueUntilTheBadPointIsAlone) {
   Plan plan = MakePlan({{"a0"}, {"a1"}, {"a2"}, {"a3"}, {"a4"}});
   const auto bad = [&plan] {
     for (std::size_t query = 0; query < plan.queries().size(); ++query) {
@@ -122,7 +122,7 @@ TEST(QueryPlan, SplitsGoOnUntilTheBadPointStandsAlone) {
   EXPECT_EQ(plan.OnRefused(bad(), kStart), PlanChange::nothing);
 }
 
-TEST(QueryPlan, WhatIsRefusedIsAskedRarelyUntilItIsAnswered) {
+TEST(QueryPlan, ARefusedPointIsRequestedRarelyUntilItIsAnswered) {
   Plan plan = MakePlan({{"a0"}, {"a9"}, {"a10", Group::slow}});
   EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
   EXPECT_EQ(Shown(plan), "a0, slow a10, slow a9") << "not together with what is answered";
@@ -131,7 +131,7 @@ TEST(QueryPlan, WhatIsRefusedIsAskedRarelyUntilItIsAnswered) {
   EXPECT_EQ(Shown(plan), "a0, a9, slow a10");
 }
 
-TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
+TEST(QueryPlan, AnUncertainRefusalCountsAfterThreeTimes) {
   Plan plan = MakePlan({{"a0"}, {"b0"}},
                        {.may_join = {}, .refused = WhenRefused::ask_daily, .refusals = 3});
   plan.OnAnswered(0, kStart);
@@ -156,7 +156,7 @@ TEST(QueryPlan, WhereARefusalMayBeDamageThreeAreAVerdict) {
 }
 
 /// The rounds of rarely read points are too far apart for a second and third refusal.
-TEST(QueryPlan, WhatIsReadSeldomIsInDoubtAtSlowIntervals) {
+TEST(QueryPlan, ARarelyReadPointIsRetriedInTheSlowGroup) {
   const Plan::Rules rules = {
       .may_join = Near().may_join, .refused = WhenRefused::ask_daily, .refusals = 3};
   for (const Group group : {Group::once, Group::daily}) {
@@ -198,7 +198,7 @@ TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
 
 /// Checking all silent points at every reply would take too long, so only one reply of a round
 /// does.
-TEST(QueryPlan, OneReplyOfARoundTellsWhatTheDeviceIsSilentTo) {
+TEST(QueryPlan, OneReplyPerRoundReportsSilentlyRefusedPoints) {
   Plan plan = MakePlan({{"a0"}, {"b0"}, {"c0"}, {"d0"}});
   plan.OnProbed();
   for (int i = 0; i < 3; ++i) plan.OnSilent(3, kStart);
@@ -219,7 +219,7 @@ struct CountedKey {
   static inline int compared = 0;
 };
 
-TEST(QueryPlan, WhatAReplyCostsDoesNotGrowWithTheDevice) {
+TEST(QueryPlan, TheCostOfAReplyIsIndependentOfTheDeviceSize) {
   QueryPlan<CountedKey> plan({});
   for (int i = 0; i < 1000; ++i) plan.Add(Group::fast, static_cast<std::size_t>(i), {i});
   plan.Make();
@@ -230,7 +230,7 @@ TEST(QueryPlan, WhatAReplyCostsDoesNotGrowWithTheDevice) {
   EXPECT_EQ(CountedKey::compared, 0) << "no other item is looked at";
 }
 
-TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
+TEST(QueryPlan, ARefusedPlaceIsDroppedWhereTheProtocolDemandsIt) {
   Plan plan = MakePlan({{"a0"}, {"b0"}, {"b0", Group::slow}},
                        {.may_join = {}, .refused = WhenRefused::drop});
   EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
@@ -239,7 +239,7 @@ TEST(QueryPlan, WhatIsRefusedIsDroppedWhereTheProtocolSaysSo) {
   EXPECT_EQ(Shown(plan), "a0, b0, slow b0");
 }
 
-TEST(QueryPlan, WhatWasAnsweredIsNotDroppedForARefusal) {
+TEST(QueryPlan, APlaceThatWasAnsweredIsNotDroppedForARefusal) {
   Plan plan = MakePlan({{"a0"}}, {.may_join = {}, .refused = WhenRefused::drop});
   plan.OnAnswered(0, kStart);
   EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::set_apart);
@@ -249,7 +249,7 @@ TEST(QueryPlan, WhatWasAnsweredIsNotDroppedForARefusal) {
 }
 
 /// The request is repeated every few seconds until then.
-TEST(QueryPlan, AfterAnHourARefusalMayBeForEver) {
+TEST(QueryPlan, ARefusalOfAnHourIsRetriedSlowly) {
   for (const Group group : {Group::fast, Group::once}) {
     Plan plan = MakePlan({{"a0", group}}, {.refused = WhenRefused::ask_daily});
     plan.OnAnswered(0, kStart);
@@ -264,7 +264,7 @@ TEST(QueryPlan, AfterAnHourARefusalMayBeForEver) {
 }
 
 /// "Busy" instead of a value that is read once an hour.
-TEST(QueryPlan, WhatIsReadSeldomDoesNotWaitForItsTurnBehindAMessage) {
+TEST(QueryPlan, ABusyRarePointIsRetriedSoon) {
   Plan plan = MakePlan({{"a0", Group::slow}});
   EXPECT_EQ(plan.OnHeard(0, kStart), PlanChange::nothing) << "it was never answered";
   plan.OnAnswered(0, kStart);
@@ -276,7 +276,7 @@ TEST(QueryPlan, WhatIsReadSeldomDoesNotWaitForItsTurnBehindAMessage) {
 
 /// Silence costs time, so a silent request is not repeated every few seconds, even if it was
 /// answered before. Silence proves nothing, so it is not left for a day either.
-TEST(QueryPlan, WhatADeviceIsSilentToIsAskedWithTheSlowGroup) {
+TEST(QueryPlan, ASilentPointMovesToTheSlowGroup) {
   for (const bool proven : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"b0"}}, {.refused = WhenRefused::ask_daily});
     if (proven) plan.OnAnswered(1, kStart);
@@ -287,7 +287,7 @@ TEST(QueryPlan, WhatADeviceIsSilentToIsAskedWithTheSlowGroup) {
   }
 }
 
-TEST(QueryPlan, AReconnectForgetsWhatProbesAndRefusalsHaveShown) {
+TEST(QueryPlan, AReconnectForgetsProbesAndRefusals) {
   Plan plan = MakePlan({{"a0"}, {"a1"}});
   plan.OnProbed();
   plan.OnReconnect();
@@ -298,7 +298,7 @@ TEST(QueryPlan, AReconnectForgetsWhatProbesAndRefusalsHaveShown) {
   EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split) << "a row of refusals begins anew";
 }
 
-TEST(TryAgain, LessAndLessOftenAtLastOnceAnHour) {
+TEST(TryAgain, RetriesBecomeRarerUpToOnceAnHour) {
   TryAgain again;
   EXPECT_FALSE(again.IsDue(kStart + 1h));
   Instant refused = kStart;
@@ -317,7 +317,7 @@ TEST(TryAgain, LessAndLessOftenAtLastOnceAnHour) {
 }
 
 /// The refusal may have been a copy of the reply to another request.
-TEST(QueryPlan, WhatWasRefusedIsAskedAgainWhenThatIsInDoubt) {
+TEST(QueryPlan, ADoubtfulRefusalIsForgotten) {
   Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});
   EXPECT_FALSE(plan.ForgetRefusals()) << "nothing was refused";
   EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::set_apart);
@@ -333,7 +333,7 @@ TEST(QueryPlan, ABlockOfAnUnknownFunctionStaysWhole) {
   EXPECT_EQ(Shown(plan), "a0..1");
 }
 
-TEST(QueryPlan, AReconnectMakesBlocksWholeAgain) {
+TEST(QueryPlan, AReconnectRestoresWholeBlocks) {
   Plan plan = MakePlan({{"a0"}, {"a1"}});
   EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
   plan.OnReconnect();
@@ -341,7 +341,7 @@ TEST(QueryPlan, AReconnectMakesBlocksWholeAgain) {
 }
 
 /// Silence costs a reply time and its retries. It is temporary if the block was answered before.
-TEST(QueryPlan, WhatADeviceIsSilentToStaysSplitUnlessItWasAnswered) {
+TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   for (const bool answered : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
     if (answered) plan.OnAnswered(0, kStart);
@@ -406,7 +406,7 @@ Plan::Rules UpToFifty() {
   }};
 }
 
-TEST(QueryPlan, WhatHasAnsweredIsAskedAgainSoonAndWhole) {
+TEST(QueryPlan, ABlockThatWasAnsweredIsSoonRequestedWholeAgain) {
   std::vector<std::string> names;
   Plan plan = MakePlan(FortyPlaces(names), UpToFifty());
   AskedDevice device(plan);
@@ -422,7 +422,7 @@ TEST(QueryPlan, WhatHasAnsweredIsAskedAgainSoonAndWhole) {
   }
 }
 
-TEST(QueryPlan, WhatIsGoneAfterAnOutageCostsTheOthersNothing) {
+TEST(QueryPlan, PointsMissingAfterAnOutageCostOtherPointsNothing) {
   std::vector<std::string> names;
   Plan plan = MakePlan(FortyPlaces(names), UpToFifty());
   AskedDevice device(plan);
@@ -489,7 +489,7 @@ TEST(QueryPlan, ASilentBlockIsSplitFirst) {
   EXPECT_EQ(Shown(plan), "a0, b0, slow a1");
 }
 
-TEST(QueryPlan, AReconnectBeginsTheSilencesAnew) {
+TEST(QueryPlan, AReconnectResetsTheCountOfSilences) {
   Plan plan = MakePlan({{"a0"}, {"b0"}});
   plan.OnAnswered(0, kStart);
   for (int i = 0; i < 2; ++i) EXPECT_EQ(plan.OnSilent(1, kStart), PlanChange::nothing);
@@ -500,7 +500,7 @@ TEST(QueryPlan, AReconnectBeginsTheSilencesAnew) {
   EXPECT_FALSE(plan.IsProven(1));
 }
 
-TEST(QueryPlan, ANumberThatNoQueryHasChangesNothing) {
+TEST(QueryPlan, AnUnknownQueryNumberChangesNothing) {
   Plan plan = MakePlan({{"a0"}});
   EXPECT_EQ(plan.OnAnswered(1, kStart), PlanChange::nothing);
   EXPECT_EQ(plan.OnRefused(1, kStart), PlanChange::nothing);
@@ -535,7 +535,7 @@ std::string ProbesOf(ProbeChoice& choice, const Probed& device, int steps, std::
   return text;
 }
 
-TEST(ProbeChoice, WhatIsAskedInTurn) {
+TEST(ProbeChoice, AlternatesBetweenOwnProbeAndReads) {
   struct Case {
     Own own;
     Probed device;
@@ -554,45 +554,45 @@ TEST(ProbeChoice, WhatIsAskedInTurn) {
   }
 }
 
-TEST(ProbeChoice, WithoutReadsOnlyTheOwnOneIsThere) {
+TEST(ProbeChoice, UsesOnlyTheOwnProbeWithoutReads) {
   ProbeChoice choice(Own::identification);
   EXPECT_EQ(ProbesOf(choice, {}, 4, 0), "own own own own");
 }
 
-TEST(ProbeChoice, ADeviceThatIsOnlyAwayIsNotTakenForOneThatDoesNotKnowIt) {
+TEST(ProbeChoice, KeepsTheOwnProbeForAnAbsentDevice) {
   ProbeChoice choice(Own::identification);
   EXPECT_EQ(ProbesOf(choice, {false, false}, 20, 1),
             "own 0 own 0 own 0 own 0 own 0 own 0 own 0 own 0 own 0 own 0");
 }
 
-TEST(ProbeChoice, OneThatHasAnsweredItsOwnIsNotGivenUp) {
+TEST(ProbeChoice, KeepsAnOwnProbeThatWasAnswered) {
   ProbeChoice choice(Own::identification);
   EXPECT_EQ(ProbesOf(choice, {false, true}, 4), "own 1! own 1!");
   EXPECT_EQ(ProbesOf(choice, {true, true}, 1), "own!");
   EXPECT_EQ(ProbesOf(choice, {false, true}, 4), "own 1! own 2!");
 }
 
-TEST(ProbeChoice, AfterAReconnectItGetsOneMoreTry) {
+TEST(ProbeChoice, RetriesTheOwnProbeOnceAfterAReconnect) {
   ProbeChoice choice(Own::identification);
   EXPECT_EQ(ProbesOf(choice, {false, true}, 7), "own 1! own 1! own 1! 0!");
   choice.OnReconnect();
   EXPECT_EQ(ProbesOf(choice, {false, true}, 3), "own 1! 0!");
 }
 
-TEST(ProbeChoice, AnAnsweredReadOfItsOwnIsNeverReplaced) {
+TEST(ProbeChoice, NeverReplacesAnAnsweredOwnRead) {
   ProbeChoice choice(Own::read);
   EXPECT_EQ(ProbesOf(choice, {true, true}, 1), "own!");
   EXPECT_EQ(ProbesOf(choice, {false, true}, 4), "own own own own");
 }
 
-TEST(ProbeChoice, AnAnsweredPollBeginsAnew) {
+TEST(ProbeChoice, RestartsAfterAnAnsweredPoll) {
   ProbeChoice choice(Own::identification);
   EXPECT_EQ(ProbesOf(choice, {}, 1), "own");
   choice.OnPolled();
   EXPECT_EQ(ProbesOf(choice, {}, 1), "own");
 }
 
-TEST(ProbeChoice, PrefersTheReadThatItIsTold) {
+TEST(ProbeChoice, UsesThePreferredRead) {
   ProbeChoice choice(Own::none);
   EXPECT_EQ(choice.Next(3, 2), 2U);
 }

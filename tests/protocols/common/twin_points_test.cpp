@@ -34,7 +34,7 @@ Result<std::string> Parse(const std::string& text) {
   return text;
 }
 
-TEST(TwinPoints, AreFoundByWhatMayBeDoneWithThem) {
+TEST(TwinPoints, AreFoundByAccess) {
   config::Device device;
   device.points = {MakePoint("bad", "", config::Access::read),
                    MakePoint("r", "w", config::Access::read),
@@ -56,7 +56,7 @@ TEST(TwinPoints, AreFoundByWhatMayBeDoneWithThem) {
   EXPECT_EQ(index(points.FindWritable(is("both"))), 2U);
 }
 
-TEST(TwinPoints, GetAndSetTheirOwnValue) {
+TEST(TwinPoints, ReadAndWriteTheirOwnValue) {
   config::Device device;
   device.points = {MakePoint("a", "a", config::Access::read_write),
                    MakePoint("b", "b", config::Access::read_write)};
@@ -87,7 +87,7 @@ CivilZone::Utc Utc(year_month_day day, hours hour, minutes minute, seconds secon
 constexpr auto kSpring = 2026y / March / 29;  // the last Sunday
 constexpr auto kAutumn = 2026y / October / 25;
 
-TEST(CivilZone, AnOffsetAlone) {
+TEST(CivilZone, ConvertsAFixedOffset) {
   EXPECT_EQ(Zone("+03:00").ToUtc(At(2026y / January / 1, 2h, 30min)).utc,
             Utc(2025y / December / 31, 23h, 30min));
   EXPECT_EQ(Zone("-03:30").ToUtc(At(2024y / February / 29, 23h, 0min)).utc,
@@ -95,7 +95,7 @@ TEST(CivilZone, AnOffsetAlone) {
   EXPECT_EQ(Zone("+00:00").ToUtc(At(kAutumn, 2h, 30min)).fit, Fit::once);
 }
 
-TEST(CivilZone, SummerTimeBeginsAndEnds) {
+TEST(CivilZone, ConvertsBeginAndEndOfSummerTime) {
   const CivilZone berlin = Zone("+01:00 eu");
   EXPECT_EQ(berlin.ToUtc(At(kSpring, 1h, 59min, 59s)).utc, Utc(kSpring, 0h, 59min, 59s));
   EXPECT_EQ(berlin.ToUtc(At(kSpring, 3h, 0min)).utc, Utc(kSpring, 1h, 0min));
@@ -104,7 +104,7 @@ TEST(CivilZone, SummerTimeBeginsAndEnds) {
   EXPECT_EQ(berlin.ToUtc(At(kAutumn, 3h, 0min)).utc, Utc(kAutumn, 2h, 0min));
 }
 
-TEST(CivilZone, AnHourThatCameTwiceAndOneThatNeverCame) {
+TEST(CivilZone, DetectsRepeatedAndMissingHours) {
   const CivilZone berlin = Zone("+01:00 eu");
   const auto twice = berlin.ToUtc(At(kAutumn, 2h, 30min));
   EXPECT_EQ(twice.fit, Fit::twice);
@@ -116,7 +116,7 @@ TEST(CivilZone, AnHourThatCameTwiceAndOneThatNeverCame) {
   EXPECT_EQ(never.utc, Utc(kSpring, 1h, 30min));
 }
 
-TEST(CivilZone, ThereAndBackThroughAYear) {
+TEST(CivilZone, ConvertsBothWaysThroughAYear) {
   for (const char* text : {"+00:00", "+03:00", "+01:00 eu", "-01:00 eu", "+14:00"}) {
     const CivilZone zone = Zone(text);
     for (auto utc = Utc(2026y / January / 1, 0h, 0min); utc < Utc(2027y / January / 2, 0h, 0min);
@@ -128,7 +128,7 @@ TEST(CivilZone, ThereAndBackThroughAYear) {
   }
 }
 
-TEST(CivilZone, WhatIsNoZone) {
+TEST(CivilZone, RefusesInvalidZones) {
   for (const char* text : {"", "3", "+3", "+03", "03:00", "+03:60", "+15:00", "+03:00eu", "+0a:00",
                            "MSK", "+03:00 us", "+-3:00"}) {
     EXPECT_FALSE(CivilZone::Parse(text)) << text;
@@ -157,7 +157,7 @@ TEST(FrameCuts, NoiseIsDroppedInRunsOfOneKind) {
   }
 }
 
-TEST(FrameCuts, OneByteIsBlamedUnlessADriverGaveIt) {
+TEST(FrameCuts, AByteIsDamageUnlessItIsDriverNoise) {
   EXPECT_EQ(cut::Slide(Bytes{0x00, 1}, "").blame, Outcome::none);
   EXPECT_EQ(cut::Slide(Bytes{0xFF, 1}, "").blame, Outcome::none);
   EXPECT_EQ(cut::Slide(Bytes{0x0A, 1}, "").blame, Outcome::partial);

@@ -21,7 +21,7 @@ namespace {
 
 class Descriptor : public ::testing::TestWithParam<const Protocol*> {};
 
-TEST_P(Descriptor, IsWhole) {
+TEST_P(Descriptor, IsComplete) {
   const Protocol& protocol = *GetParam();
   EXPECT_FALSE(protocol.name.empty());
   EXPECT_FALSE(protocol.title.empty());
@@ -41,7 +41,7 @@ TEST_P(Descriptor, IsWhole) {
   EXPECT_TRUE(other.empty() || FindProtocol(other)->tcp != protocol.tcp) << other;
 }
 
-TEST_P(Descriptor, HasOptionsWhoseFallbacksAreAllowed) {
+TEST_P(Descriptor, HasOptionsWithValidFallbacks) {
   std::set<std::string_view> names;
   for (const OptionSpec& spec : GetParam()->options) {
     EXPECT_TRUE(names.insert(spec.name).second) << spec.name << " stands twice";
@@ -68,7 +68,7 @@ TEST_P(Descriptor, HasOneSpellingForEveryAddress) {
   EXPECT_FALSE(GetParam()->canonical_address("no address"));
 }
 
-TEST_P(Descriptor, HasTimesThatFitTogether) {
+TEST_P(Descriptor, HasConsistentTimes) {
   for (const int baud : {300, 9600, 115200}) {
     config::SerialSettings serial = GetParam()->serial;
     serial.baud = baud;
@@ -82,7 +82,7 @@ TEST_P(Descriptor, HasTimesThatFitTogether) {
 INSTANTIATE_TEST_SUITE_P(Every, Descriptor, ::testing::ValuesIn(AllProtocols()),
                          [](const auto& info) { return std::string(info.param->name); });
 
-TEST(Descriptors, OneSpellingTellsDevicesApart) {
+TEST(Descriptors, CanonicalAddressesDistinguishDevices) {
   const auto same = [](std::string_view protocol, const char* first, const char* second) {
     const auto canonical = FindProtocol(protocol)->canonical_address;
     return *canonical(first) == *canonical(second);
@@ -94,7 +94,7 @@ TEST(Descriptors, OneSpellingTellsDevicesApart) {
   EXPECT_TRUE(same("spabus", "007", "7"));
 }
 
-TEST(Descriptors, OneHasTheFramesOfMastersOfEachFraming) {
+TEST(Descriptors, ExactlyOneProtocolServesMastersOfEachFraming) {
   for (const auto framing : {baudgate::modbus::Framing::rtu, baudgate::modbus::Framing::ascii}) {
     const auto serves = [framing](const Protocol* protocol) {
       return protocol->carrier != nullptr && protocol->carrier->framing == framing;
@@ -162,13 +162,13 @@ TEST(SettingsTable, FillsEveryMemberFromItsOption) {
   EXPECT_EQ(settings.password, 42);
 }
 
-TEST(SettingsTable, AnOptionalNumberIsThereUnlessItIsZero) {
+TEST(SettingsTable, AnOptionalNumberIsSetUnlessItIsZero) {
   config::Options options = SomeOptions();
   options.Set("ratio", 2.5);
   EXPECT_EQ(kTable.Read(options).ratio, 2.5);
 }
 
-TEST(SettingsTable, WhatAFunctionRefusesIsSaidByCheckAndLeftAsItWas) {
+TEST(SettingsTable, ARefusedOptionIsReportedByCheckAndLeftUnchanged) {
   config::Options options = SomeOptions();
   EXPECT_TRUE(kTable.Check(options));
   options.Set("password", std::string("42"));
@@ -199,7 +199,7 @@ TEST(TimingRule, ASpanIsTheLongerOfTimeAndCharacters) {
   EXPECT_EQ(TimingRule::Span{}.At(2ms), Duration::zero());
 }
 
-TEST(TimingRule, TheCeilingHoldsTheLongestReplyAndItsGaps) {
+TEST(TimingRule, TheCeilingIncludesTheLongestReplyAndItsGaps) {
   const TimingRule rule = {.quiet = {.least = 2ms},
                            .reply = {.least = 100ms},
                            .gap = {.characters = 20},
@@ -277,7 +277,7 @@ constexpr Row kRows[] = {
     {"modbus_ascii", ":010300000001FB", ":010300000001FB\r\n", true},
 };
 
-TEST(Telegram, IsCompletedAndJudged) {
+TEST(Telegram, IsCompletedAndClassifiedAsReadOrWrite) {
   for (const Row& row : kRows) {
     const Protocol& protocol = *FindProtocol(row.protocol);
     const ParsedOptions options = ParseOptions(protocol, config::DefaultOptions(protocol));
@@ -313,7 +313,7 @@ TEST(Telegram, WritesAndSessionsAreNoReads) {
   }
 }
 
-TEST(Telegram, OptionsOfTheDeviceDecideItsChecksum) {
+TEST(Telegram, OptionsOfTheDeviceDetermineItsChecksum) {
   const Protocol& dcon = *FindProtocol("dcon");
   const auto named =
       dcon.telegram->complete(ToBytes("$01M"), OptionsWith(dcon, "checksum", "true"));
@@ -330,7 +330,7 @@ TEST(Telegram, OptionsOfTheDeviceDecideItsChecksum) {
   EXPECT_EQ(AsText(*wild), ">1RF:XX\r");
 }
 
-TEST(Telegram, WhatIsNoneIsToldInASentence) {
+TEST(Telegram, AnInvalidTelegramIsExplained) {
   for (const auto& [name, written] : {std::pair("spabus", "1RF:"),
                                       {"dcon", "01M"},
                                       {"dcon", "$0"},
@@ -347,7 +347,7 @@ TEST(Telegram, WhatIsNoneIsToldInASentence) {
 }
 
 /// The command `ask` recognises the protocol by the first character.
-TEST(Telegram, TheLeadsOfEachProtocolAreItsOwn) {
+TEST(Telegram, LeadCharactersAreUniqueToAProtocol) {
   std::map<char, std::string_view> owners;
   for (const Protocol* protocol : AllProtocols()) {
     if (protocol->telegram == nullptr) continue;

@@ -96,7 +96,7 @@ TEST_F(DconSamples, OneBroadcastServesAllModulesOfARound) {
       << "whoever comes first";
 }
 
-TEST_F(DconSamples, TheFirstMayBeOlderThanTheGatewayAndDoesNotCount) {
+TEST_F(DconSamples, TheFirstSampleIsIgnored) {
   AddSampled("1");
   const Answer answer = PollOf(0);
   EXPECT_EQ(answer.outcome, Outcome::ok);
@@ -104,7 +104,7 @@ TEST_F(DconSamples, TheFirstMayBeOlderThanTheGatewayAndDoesNotCount) {
 }
 
 /// A fetch that waits behind a probe is requested again.
-TEST_F(DconSamples, AFetchThatWasNotSentTakesNoSample) {
+TEST_F(DconSamples, AnUnsentFetchIsRepeated) {
   AddSampled("1");
   PollOf(0);
   now_ += 1s;
@@ -119,7 +119,7 @@ TEST_F(DconSamples, AFetchThatWasNotSentTakesNoSample) {
   EXPECT_EQ(TakeAsked(), (std::vector<std::string>{"$014\r"}));
 }
 
-TEST_F(DconSamples, AModuleThatHasNotHeardTheBroadcastShowsNoOldSample) {
+TEST_F(DconSamples, AModuleThatMissedTheBroadcastShowsNoOldSample) {
   AddSampled("1");
   AddSampled("2");
   for (int round = 0; round < 2; ++round, now_ += 1s) {
@@ -136,7 +136,7 @@ TEST_F(DconSamples, AModuleThatHasNotHeardTheBroadcastShowsNoOldSample) {
 
 /// Module 2 holds a sample that was not fetched, so its digit reports this sample until it is
 /// fetched.
-TEST_F(DconSamples, AfterALostReplyTheNextSampleIsProvenAnew) {
+TEST_F(DconSamples, AfterALostReplyTheNextSampleMustBeProven) {
   AddSampled("1");
   AddSampled("2");
   for (int round = 0; round < 2; ++round, now_ += 1s) {
@@ -172,7 +172,7 @@ TEST_F(DconSamples, AnOldSampleIsNotFetched) {
   EXPECT_EQ(TakeAsked(), (std::vector<std::string>{"#**\r", "$024\r"}));
 }
 
-TEST_F(DconSamples, ModulesOfAnotherChecksumModeAreAGroupOfTheirOwn) {
+TEST_F(DconSamples, ModulesOfAnotherChecksumModeAreASeparateGroup) {
   AddSampled("1");
   AddSampled("12", true);
   PollOf(0);
@@ -180,7 +180,7 @@ TEST_F(DconSamples, ModulesOfAnotherChecksumModeAreAGroupOfTheirOwn) {
   EXPECT_EQ(TakeAsked(), (std::vector<std::string>{"#**\r", "$014\r", "#**77\r", "$0C4CB\r"}));
 }
 
-TEST_F(DconSamples, WhoIsPolledTooRarelyIsToldSo) {
+TEST_F(DconSamples, ATooRarelyPolledModuleIsReported) {
   AddSampled("1");
   AddSampled("2");
   for (int i = 0; i < 4; ++i) {
@@ -191,7 +191,7 @@ TEST_F(DconSamples, WhoIsPolledTooRarelyIsToldSo) {
   EXPECT_TRUE(conversations_[0]->WhatIsLearned().empty());
 }
 
-TEST_F(DconSamples, DigitalModulesTellTheirInputs) {
+TEST_F(DconSamples, DigitalModulesReturnTheirInputs) {
   Add(MakeDevice({ReadPoint("a", "$4[b0] status", Type::boolean),
                   ReadPoint("b", "$4[b9] status", Type::boolean)}));
   values_[0]->values = {{0, true}, {1, true}};
@@ -203,7 +203,7 @@ TEST_F(DconSamples, DigitalModulesTellTheirInputs) {
 }
 
 /// `$AA4` makes an output module store its output in a memory that wears.
-TEST_F(DconSamples, AnOutputModuleIsNeverAsked) {
+TEST_F(DconSamples, AnOutputModuleIsNeverSampled) {
   const config::Device device = MakeDevice({ReadPoint("a", "$4 value")}, {{"identify", true}});
   Talk talk(DconProtocol(), device);
   talk.Run(baudgate::Poll(0), [](View request) {
@@ -217,7 +217,7 @@ TEST_F(DconSamples, AnOutputModuleIsNeverAsked) {
       << talk->trouble().text;
 }
 
-TEST_F(DconWatchdog, TheHostSaysThatItIsThereOnceAPeriodForAllModules) {
+TEST_F(DconWatchdog, HostOkIsBroadcastOncePerPeriod) {
   for (const char* address : {"1", "2"}) {
     Add(MakeDevice({ReadPoint("a", "#0")}, {{"host_watchdog", kTwoSeconds}}, address));
   }
@@ -230,7 +230,7 @@ TEST_F(DconWatchdog, TheHostSaysThatItIsThereOnceAPeriodForAllModules) {
                                       "#010\r", "#020\r", "#010\r", "#020\r"}));
 }
 
-TEST_F(DconWatchdog, ItIsToldInFrontOfWritesAndProbesToo) {
+TEST_F(DconWatchdog, HostOkIsAlsoSentBeforeWritesAndProbes) {
   const config::Device device =
       MakeDevice({WritePoint("relay", "$6[b0]", "#10{bit}", Type::boolean)},
                  {{"host_watchdog", kTwoSeconds}, {"checksum", true}});
@@ -247,7 +247,7 @@ TEST_F(DconWatchdog, ItIsToldInFrontOfWritesAndProbesToo) {
   }
 }
 
-TEST_F(DconWatchdog, ADeviceThatIsPolledTooRarelyIsDoubted) {
+TEST_F(DconWatchdog, ATooRarelyPolledDeviceIsWarnedAbout) {
   config::Device device = MakeDevice({ReadPoint("a", "#0")}, {{"host_watchdog", kTwoSeconds}});
   EXPECT_TRUE(DconProtocol().doubts(device).empty());
   device.poll = 5s;
@@ -256,7 +256,7 @@ TEST_F(DconWatchdog, ADeviceThatIsPolledTooRarelyIsDoubted) {
 }
 
 /// Reference, chapter 14: `~AA3EVV`, trips, ignores writes, `~AA1`.
-TEST_F(DconWatchdog, AModuleThatMissesTheHostHoldsItsOutputsUntilItIsCleared) {
+TEST_F(DconWatchdog, ATrippedModuleHoldsItsOutputsUntilItIsCleared) {
   std::vector<config::Point> points = {
       WritePoint("relay", "$6[b0]", "#10{bit}", Type::boolean),
       ReadPoint("state", "~0", Type::uint16),
@@ -308,7 +308,7 @@ std::string Sent(const Talk& talk, std::size_t at) {
   return std::string(AsText(talk.asked.at(at)));
 }
 
-TEST(DconOutputs, DifferentOutputsOfOneGroupGoTogether) {
+TEST(DconOutputs, DifferentOutputsOfAGroupAreWrittenTogether) {
   Talk talk(DconProtocol(), MakeDevice(Relays()));
   const auto together = [&](std::vector<PointValue> writes) {
     return talk->WritesTogether(writes);
@@ -320,7 +320,7 @@ TEST(DconOutputs, DifferentOutputsOfOneGroupGoTogether) {
   EXPECT_EQ(together({{3, true}}), 1U);
 }
 
-TEST(DconOutputs, OfAnotherWordGroupOrPlaceDoNot) {
+TEST(DconOutputs, OutputsOfAnotherWordGroupOrPlaceAreWrittenSeparately) {
   const auto together = [](const std::string& read, const std::string& write,
                            const Settable& options = {}) {
     Talk talk(DconProtocol(), MakeDevice({WritePoint("a", "$6[b0]", "#10{bit}", Type::boolean),
@@ -337,7 +337,7 @@ TEST(DconOutputs, OfAnotherWordGroupOrPlaceDoNot) {
   EXPECT_EQ(together("$6[b1]", "#11{bit}", {{"invert", std::int64_t{1}}}), 1U);
 }
 
-TEST(DconOutputs, TheOthersStayAsTheyAre) {
+TEST(DconOutputs, OtherOutputsStayUnchanged) {
   Talk talk(DconProtocol(), MakeDevice(Relays()));
   EXPECT_EQ(Exchange(talk, Poll(0), "!010900\r").outcome, Outcome::ok);
   const Task task = Several({{0, false}, {1, true}});
@@ -354,7 +354,7 @@ TEST(DconOutputs, TheOthersStayAsTheyAre) {
 }
 
 /// If "0900" is damaged to "0D00", the write would switch relay 2 on.
-TEST(DconOutputs, WhatTheOthersAreCountsWhenTwoReadingsAgree) {
+TEST(DconOutputs, OtherOutputsAreReadUntilTwoReadingsAgree) {
   Talk talk(DconProtocol(), MakeDevice(Relays()));
   Exchange(talk, Poll(0), "!000900\r");
   const Task task = Several({{0, false}, {1, true}});
@@ -379,7 +379,7 @@ TEST(DconOutputs, TheHighGroupHasItsOwnCommand) {
   EXPECT_EQ(Sent(talk, 2), "#010B93\r");
 }
 
-TEST(DconOutputs, NothingIsWrittenWhereTheyCanNotBeRead) {
+TEST(DconOutputs, NothingIsWrittenIfTheOutputsCannotBeRead) {
   Talk talk(DconProtocol(), MakeDevice(Relays()));
   Exchange(talk, Poll(0), "!000900\r");
   const Task task = Several({{0, false}, {1, true}});
@@ -389,7 +389,7 @@ TEST(DconOutputs, NothingIsWrittenWhereTheyCanNotBeRead) {
   EXPECT_EQ(talk->WritesTogether(std::vector<PointValue>{{0, true}, {1, true}}), 2U);
 }
 
-TEST(DconOutputs, AModuleThatDoesNotTakeThemTogetherGetsOneByOne) {
+TEST(DconOutputs, AModuleThatRefusesAGroupWriteGetsSingleWrites) {
   for (const char* reply : {"?01\r", ""}) {
     Talk talk(DconProtocol(), MakeDevice(Relays()));
     Exchange(talk, Poll(0), "!000900\r");
@@ -410,7 +410,7 @@ TEST(DconOutputs, AModuleThatDoesNotTakeThemTogetherGetsOneByOne) {
       << "the host watchdog had tripped";
 }
 
-TEST(DconOutputs, TheTwinTakesThem) {
+TEST(DconOutputs, TheTwinAcceptsAGroupWrite) {
   std::vector<config::Point> relays = Relays();
   relays.pop_back();
   const config::Device device = MakeDevice(relays);

@@ -47,7 +47,7 @@ struct Module {
   }
 };
 
-TEST(DconChannelTypes, AreAskedOnceAndGiveTheUnit) {
+TEST(DconChannelTypes, AreReadOnceAndGiveTheUnit) {
   Talk talk(DconProtocol(), Inputs(3));
   Module module;
   module.replies.insert({{"$016", "!0107"},
@@ -78,7 +78,7 @@ TEST(DconChannelTypes, AreAskedOnceAndGiveTheUnit) {
 }
 
 /// A slow period is one minute, so with two inputs one input is asked every 30 s.
-TEST(DconChannelTypes, AllAreAskedAnewWithinASlowPeriod) {
+TEST(DconChannelTypes, AreReadAgainWithinASlowPeriod) {
   Talk talk(DconProtocol(), Inputs(2));
   Module module;
   module.replies.insert({{"$016", "!0103"},
@@ -110,7 +110,7 @@ TEST(DconChannelTypes, AllAreAskedAnewWithinASlowPeriod) {
   EXPECT_TRUE(talk->trouble().text.empty()) << talk->trouble().text;
 }
 
-TEST(DconChannelTypes, AfterALongSilenceEachIsAskedOnceAndNoMoreThanATaskHolds) {
+TEST(DconChannelTypes, AreReadOnceAfterALongPauseWithinTheTaskLimit) {
   Talk talk(DconProtocol(), Inputs(8));
   Module module;
   module.replies.insert(
@@ -130,7 +130,7 @@ TEST(DconChannelTypes, AfterALongSilenceEachIsAskedOnceAndNoMoreThanATaskHolds) 
   EXPECT_EQ(module.Count("$018C"), 8U);
 }
 
-TEST(DconChannelTypes, AModuleThatDoesNotTellThemIsReadAsItIs) {
+TEST(DconChannelTypes, AModuleWithoutThemIsReadUnchanged) {
   for (const char* reply : {"?01", ""}) {
     Talk talk(DconProtocol(), Inputs(8, "V", {{"checksum", false}}));
     Module module;
@@ -145,7 +145,7 @@ TEST(DconChannelTypes, AModuleThatDoesNotTellThemIsReadAsItIs) {
   }
 }
 
-TEST(DconChannelTypes, AnotherInputsAnswerSaysNothing) {
+TEST(DconChannelTypes, AReplyOfAnotherInputIsIgnored) {
   Talk talk(DconProtocol(), Inputs(2));
   Module module;
   module.replies.insert({{"$016", "!0103"}, {"$018C0", "!01C1R0D"}, {"#01", ">+05.000+1.5000"}});
@@ -154,7 +154,7 @@ TEST(DconChannelTypes, AnotherInputsAnswerSaysNothing) {
   EXPECT_EQ(answer.readings.size(), 2U);
 }
 
-TEST(DconChannelTypes, WhatCanNotBeJudgedIsNotAsked) {
+TEST(DconChannelTypes, AreNotReadWhereTheyCannotBeChecked) {
   for (const auto& [unit, options] :
        std::vector<std::pair<std::string, Settable>>{{"bar", {}},
                                                      {"V", {{"channel_types", false}}},
@@ -169,7 +169,7 @@ TEST(DconChannelTypes, WhatCanNotBeJudgedIsNotAsked) {
   }
 }
 
-TEST(DconChannelTypes, OneInputAloneNeedsItsOwnOnly) {
+TEST(DconChannelTypes, ASingleInputNeedsOnlyItsOwnType) {
   config::Point point = ReadPoint("a", "#5");
   point.unit = "mA";
   Talk talk(DconProtocol(), MakeDevice({point}, {{"identify", true}, {"channel_types", true}}));
@@ -179,7 +179,7 @@ TEST(DconChannelTypes, OneInputAloneNeedsItsOwnOnly) {
   EXPECT_EQ(module.asked, (std::vector<std::string>{"$01M", "$012", "$018C5", "#015"}));
 }
 
-TEST(DconChannelTypes, ADisabledInputIsNoRemark) {
+TEST(DconChannelTypes, ADisabledInputGivesNoRemark) {
   Talk talk(DconProtocol(), Inputs(2));
   Module module;
   module.replies.insert(
@@ -191,7 +191,7 @@ TEST(DconChannelTypes, ADisabledInputIsNoRemark) {
   EXPECT_TRUE(talk->trouble().text.empty());
 }
 
-TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
+TEST(DconChannelTypes, TheTwinReturnsAndAcceptsTypes) {
   const config::Device device = Inputs(2);
   FixedValues values;
   values.values[0] = values.values[1] = Value{1.5};
@@ -215,7 +215,7 @@ TEST(DconChannelTypes, TheTwinHasThemAndTakesOthers) {
   EXPECT_EQ(answer.readings[1].quality, kNotThis);
 }
 
-TEST(DconTypes, UnitsAreKnownInOtherLetters) {
+TEST(DconTypes, UnitsAreRecognisedInOtherSpellings) {
   struct Row {
     const char* unit;
     /// Factor for type 0C; empty: the type does not measure this unit.
@@ -253,7 +253,7 @@ TEST(DconTypes, UnitsAreKnownInOtherLetters) {
   }
 }
 
-TEST(DconChannelTypes, AUnitInOtherLettersIsConvertedOrContradicted) {
+TEST(DconChannelTypes, AUnitInAnotherSpellingIsConvertedOrContradicted) {
   Talk talk(DconProtocol(), Inputs(2, "volt"));
   Module module;
   module.replies.insert({{"$016", "!0103"},
@@ -266,7 +266,7 @@ TEST(DconChannelTypes, AUnitInOtherLettersIsConvertedOrContradicted) {
   EXPECT_EQ(answer.readings[1].quality, kNotThis);
 }
 
-TEST(DconTypes, WhatNoListedTypeMeasuresIsDoubted) {
+TEST(DconTypes, AUnitOfNoListedTypeIsWarnedAbout) {
   const auto doubts = [](const std::string& read, const std::string& unit,
                          std::vector<std::string> types, Settable options = {}) {
     config::Point point =

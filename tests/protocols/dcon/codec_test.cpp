@@ -49,7 +49,7 @@ constexpr Vector kReplies[] = {
     {"!0C", "!0C94\r"},
 };
 
-TEST(DconCodec, RequestsOfTheWorkedExamples) {
+TEST(DconCodec, RequestsMatchTheWorkedExamples) {
   for (const Vector& vector : kRequests) {
     SCOPED_TRACE(vector.frame);
     const auto parsed = ParseRequest(ToBytes(vector.frame), true);
@@ -76,7 +76,7 @@ TEST(DconCodec, TheSampleBroadcastNeedsNoLineEnd) {
   EXPECT_FALSE(ParseRequest(ToBytes("#01"), false));
 }
 
-TEST(DconCodec, RepliesOfTheWorkedExamples) {
+TEST(DconCodec, RepliesMatchTheWorkedExamples) {
   for (const Vector& vector : kReplies) {
     SCOPED_TRACE(vector.frame);
     EXPECT_EQ(AsText(BuildReply(vector.body, true)), vector.frame);
@@ -100,12 +100,12 @@ TEST(DconCodec, EveryDamagedCharacterIsNoticed) {
   }
 }
 
-TEST(DconCodec, ChecksumInEitherCase) {
+TEST(DconCodec, AChecksumMayHaveEitherCase) {
   EXPECT_TRUE(ParseReply(ToBytes(">+1.2-33.44+555.666bd\r"), kChecksum).has_value());
   EXPECT_TRUE(ParseRequest(ToBytes("$0A6cb\r"), true).has_value());
 }
 
-TEST(DconCodec, CounterChecksumInFront) {
+TEST(DconCodec, ACounterReplyMayHaveItsChecksumInFront) {
   const Bytes frame = ToBytes(">D40000001E\r");
   EXPECT_EQ(BuildCounterReplyFront("0000001E"), frame);
   for (const int variant : {kChecksumEither, kChecksumFront}) {
@@ -123,7 +123,7 @@ TEST(DconCodec, CounterChecksumInFront) {
 
 /// Some counts fit with and without a checksum. They must be recognised, because only one reading
 /// is true.
-TEST(DconCodec, CounterChecksumThatFitsBothWaysIsAmbiguous) {
+TEST(DconCodec, ACounterChecksumThatFitsBothWaysIsAmbiguous) {
   int ambiguous = 0;
   for (unsigned count = 0; count < 0x10000; ++count) {
     const std::string data = "0000" + HexByte(static_cast<std::uint8_t>(count >> 8U)) +
@@ -140,7 +140,7 @@ TEST(DconCodec, CounterChecksumThatFitsBothWaysIsAmbiguous) {
   EXPECT_GT(ambiguous, 0);
 }
 
-TEST(DconCodec, RequestsThatAreNone) {
+TEST(DconCodec, InvalidRequestsAreRefused) {
   EXPECT_FALSE(ParseRequest(ToBytes("#0184"), true));    // no CR
   EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));  // wrong checksum
   EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));    // no checksum
@@ -151,7 +151,7 @@ TEST(DconCodec, RequestsThatAreNone) {
   EXPECT_FALSE(ParseRequest(Bytes{}, false));
 }
 
-TEST(DconCodec, Addresses) {
+TEST(DconCodec, AddressesAreParsed) {
   EXPECT_EQ(ParseAddress("0").value(), 0);
   EXPECT_EQ(ParseAddress("74").value(), 0x4A);
   EXPECT_EQ(ParseAddress("0x4A").value(), 0x4A);
@@ -191,7 +191,7 @@ std::vector<double> Numbers(const DecodedReply& decoded) {
   return numbers;
 }
 
-TEST(DconFaults, NinesWithAPointAnywhereWhereTheMakerSaysSo) {
+TEST(DconFaults, NinesWithAPointAreAFaultIfConfigured) {
   Settings owen;
   owen.nines = true;
   const Settings others;
@@ -213,7 +213,7 @@ TEST(DconFaults, NinesWithAPointAnywhereWhereTheMakerSaysSo) {
   EXPECT_TRUE(IsGood(quality("+99.999", others)));
 }
 
-TEST(DconDecode, EightNumbers) {
+TEST(DconDecode, DecodesEightNumbers) {
   const DecodedReply decoded =
       Decode("#", ">+100.23+34.050+124.56+07.331-101.45+1038.9-50.501+05.880", 8);
   EXPECT_EQ(decoded.outcome, Outcome::ok) << decoded.reason;
@@ -221,13 +221,13 @@ TEST(DconDecode, EightNumbers) {
             (std::vector<double>{100.23, 34.050, 124.56, 7.331, -101.45, 1038.9, -50.501, 5.880}));
 }
 
-TEST(DconDecode, NumbersOfAnyWidthOnlyWhereConfigured) {
+TEST(DconDecode, NumbersOfAnyWidthNeedTheOption) {
   EXPECT_EQ(Decode("#", ">+1.2-33.44+555.666", 3).outcome, Outcome::unexpected);
   const DecodedReply decoded = Decode("#", ">+1.2-33.44+555.666", 3, {{"width", std::int64_t{0}}});
   EXPECT_EQ(Numbers(decoded), (std::vector<double>{1.2, -33.44, 555.666}));
 }
 
-TEST(DconDecode, AnotherCountIsNotBelieved) {
+TEST(DconDecode, AnotherCountOfNumbersIsUnexpected) {
   EXPECT_EQ(Decode("#", ">+100.23+34.050", 8).outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("#", ">+100.23+34.050", 1).outcome, Outcome::unexpected);
   EXPECT_TRUE(Decode("#", ">+100.23+34.050", 8).fields.empty());
@@ -237,7 +237,7 @@ TEST(DconDecode, AnotherCountIsNotBelieved) {
 
 /// The module's checksum is on and ours is off: the two extra digits must not become part of a
 /// number.
-TEST(DconDecode, AnUnexpectedChecksumMakesNoNumber) {
+TEST(DconDecode, AnUnexpectedChecksumGivesNoNumber) {
   const DecodedReply decoded = Decode("#0", ">-02.47197");
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);
   EXPECT_NE(decoded.reason.find("checksum"), std::string::npos);
@@ -288,7 +288,7 @@ TEST(DconDecode, CodesAreNeverNumbers) {
   }
 }
 
-TEST(DconDecode, NumbersThatLookLikeCodes) {
+TEST(DconDecode, NumbersSimilarToCodesAreNumbers) {
   EXPECT_EQ(Decode("#", ">+99.999+9.9999-00.000", 3).fields[0].value, Value{99.999});
   EXPECT_EQ(Decode("#", ">+99.999+9.9999-00.000", 3).fields[1].value, Value{9.9999});
   EXPECT_EQ(ToDouble(Decode("#", ">+99.999+9.9999-00.000", 3).fields[2].value), 0.0);
@@ -297,7 +297,7 @@ TEST(DconDecode, NumbersThatLookLikeCodes) {
   EXPECT_EQ(percent.fields[0].quality, Quality::bad_sensor_failure);
 }
 
-TEST(DconDecode, TextThatIsNoNumber) {
+TEST(DconDecode, InvalidNumbersAreRefused) {
   for (const std::string_view bad : {">05.8800", "> +05.880", ">+0A.000", ">+1..000", ">+......",
                                      ">+", ">++05.88", ">+05,880", ">+1E0000", ">+05.880 "}) {
     const DecodedReply decoded = Decode("#0", bad);
@@ -308,7 +308,7 @@ TEST(DconDecode, TextThatIsNoNumber) {
   }
 }
 
-TEST(DconDecode, DisabledChannels) {
+TEST(DconDecode, DisabledChannelsHaveNoValue) {
   const Settable missing = {{"enable_mask", std::int64_t{0b101}}};
   const DecodedReply two = Decode("#", ">+01.000+03.000", 3, missing);
   ASSERT_EQ(two.outcome, Outcome::ok) << two.reason;
@@ -327,7 +327,7 @@ TEST(DconDecode, DisabledChannels) {
   EXPECT_EQ(three.fields[2].value, Value{3.0});
 }
 
-TEST(DconDecode, HexWords) {
+TEST(DconDecode, DecodesHexWords) {
   Settable volts = {{"format", std::string("hex")}, {"full_scale", 10.0}};
   const std::string_view eight = ">7FFF8000000040000000000000000000";
   EXPECT_EQ(Numbers(Decode("#", eight, 8, volts)),
@@ -343,7 +343,7 @@ TEST(DconDecode, HexWords) {
   EXPECT_EQ(Decode("$A", ">7FFG0001", 2).outcome, Outcome::corrupt);
 }
 
-TEST(DconDecode, DigitalWords) {
+TEST(DconDecode, DecodesDigitalWords) {
   EXPECT_EQ(Decode("@", ">0F00").fields[0].value, Value{std::uint64_t{0x0F00}});
   const DecodedReply status = Decode("$6", "!2A1500");
   ASSERT_EQ(status.outcome, Outcome::ok) << status.reason;
@@ -364,7 +364,7 @@ TEST(DconDecode, DigitalWords) {
   EXPECT_EQ(Decode("$L1", "!020F0000").outcome, Outcome::unexpected);
 }
 
-TEST(DconDecode, OneCommandThreeGrammars) {
+TEST(DconDecode, DecodesThreeFormsOfACommand) {
   EXPECT_EQ(Decode("#0", ">+05.880").fields[0].value, Value{5.88});
   EXPECT_EQ(Decode("#0", ">0001E240").fields[0].value, Value{std::uint64_t{123456}});
   EXPECT_EQ(Decode("#0", "!0100042").fields[0].value, Value{std::uint64_t{42}});
@@ -377,7 +377,7 @@ TEST(DconDecode, OneCommandThreeGrammars) {
   EXPECT_EQ(Decode("#0", "!010004A", 0, {}, Form::decimal).outcome, Outcome::corrupt);
 }
 
-TEST(DconDecode, CounterWithChecksumInFront) {
+TEST(DconDecode, DecodesACounterWithItsChecksumInFront) {
   const Settings settings = ReadSettings(MakeOptions({{"checksum", true}}));
   Command request;
   request.address = 1;
@@ -400,7 +400,7 @@ TEST(DconDecode, CounterWithChecksumInFront) {
   }
 }
 
-TEST(DconDecode, Readbacks) {
+TEST(DconDecode, DecodesReadbacks) {
   EXPECT_EQ(Decode("$80", "!0B+07.500", 0, {}, {}, 0x0B).fields[0].value, Value{7.5});
   EXPECT_EQ(Decode("$8", "!0107.500").fields[0].value, Value{7.5});  // I-7021: no sign
   EXPECT_EQ(Decode("$80", "!0A+07.500", 0, {}, {}, 0x0B).outcome, Outcome::unexpected);
@@ -408,7 +408,7 @@ TEST(DconDecode, Readbacks) {
   EXPECT_EQ(Decode("$6", "!01+07.500").fields[0].value, Value{7.5});
 }
 
-TEST(DconDecode, TextAndFlags) {
+TEST(DconDecode, DecodesTextAndFlags) {
   EXPECT_EQ(Decode("$M", "!0B7060", 0, {}, {}, 0x0B).fields[0].value, Value{std::string("7060")});
   EXPECT_EQ(Decode("$2", "!01200600").fields[0].value, Value{std::string("200600")});
   EXPECT_EQ(Decode("$2", "!07200600", 0, {}, {}, 0).fields[0].value, Value{std::string("200600")});
@@ -419,7 +419,7 @@ TEST(DconDecode, TextAndFlags) {
   EXPECT_EQ(Decode("$M", ">7060").outcome, Outcome::unexpected);
 }
 
-TEST(DconDecode, Refusals) {
+TEST(DconDecode, RecognisesRefusals) {
   for (const std::string_view reply : {"?01", "?"}) {
     EXPECT_EQ(Decode("#9", reply).outcome, Outcome::unsupported);
     EXPECT_EQ(Decode("#0+12.000", reply).outcome, Outcome::refused);
@@ -449,7 +449,7 @@ TEST(DconDecode, RepliesThatCarryTheAddress) {
   EXPECT_EQ(Decode("#1301", ">01", 0, trycom).outcome, Outcome::ok);
 }
 
-TEST(DconDecode, NobodyAnswersABroadcast) {
+TEST(DconDecode, AReplyToABroadcastIsUnexpected) {
   Command all;
   all.broadcast = true;
   all.text = "#";

@@ -14,7 +14,7 @@ using config::Type;
 
 constexpr std::string_view kEight = ">+100.23+34.050+124.56+07.331-101.45+1038.9-50.501+05.880FC\r";
 
-TEST(DconPlan, OneRequestForAllValuesOfACommand) {
+TEST(DconPlan, AllValuesOfACommandShareARequest) {
   const config::Device device = EightInputs();
   Talk talk(DconProtocol(), device);
   ASSERT_EQ(talk->Queries().size(), 1U);
@@ -22,7 +22,7 @@ TEST(DconPlan, OneRequestForAllValuesOfACommand) {
   EXPECT_EQ(Asked(talk, Poll(0)), "#0184\r");
 }
 
-TEST(DconPlan, CommandsAndGroupsApart) {
+TEST(DconPlan, CommandsAndGroupsHaveSeparateRequests) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "#[0]"), ReadPoint("b", "#3"), ReadPoint("c", "#[1]"),
        ReadPoint("d", "$M", Type::string, Group::once),
@@ -37,7 +37,7 @@ TEST(DconPlan, CommandsAndGroupsApart) {
   EXPECT_EQ(Asked(talk, Poll(3)), "$4AM\r");
 }
 
-TEST(DconConversation, EightValues) {
+TEST(DconConversation, ReadsEightValues) {
   const config::Device device = EightInputs();
   Talk talk(DconProtocol(), device);
   const Answer answer = Exchange(talk, Poll(0), kEight);
@@ -49,7 +49,7 @@ TEST(DconConversation, EightValues) {
   EXPECT_EQ(answer.readings[7].quality, Quality::good);
 }
 
-TEST(DconConversation, ASensorInTroubleCostsNoOther) {
+TEST(DconConversation, AFaultySensorDoesNotAffectOthers) {
   const config::Device device = MakeDevice({ReadPoint("a", "#[0]"), ReadPoint("b", "#[1]")});
   Talk talk(DconProtocol(), device);
   const Answer answer = Exchange(talk, Poll(0), ">+99999+34.050\r");
@@ -84,7 +84,7 @@ TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
   }
 }
 
-TEST(DconConversation, AnotherModulesNameIsPassedOver) {
+TEST(DconConversation, TheNameOfAnotherModuleIsSkipped) {
   const config::Device device = MakeDevice({}, {{"checksum", true}});
   Talk talk(DconProtocol(), device);
   const auto request = talk->Ask({.kind = Task::Kind::probe}, {});
@@ -98,7 +98,7 @@ TEST(DconConversation, AnotherModulesNameIsPassedOver) {
   EXPECT_EQ(assembler.blame(), Outcome::unexpected);
 }
 
-TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
+TEST(DconConversation, AModuleWithoutANameIsProbedUnlikeItsPolls) {
   const config::Device device = EightInputs({{"identify", false}});
   Talk talk(DconProtocol(), device);
   const Task probe{.kind = Task::Kind::probe};
@@ -116,7 +116,7 @@ TEST(DconConversation, AModuleWithoutANameIsProbedAsItIsNotPolled) {
   EXPECT_EQ(asked(), "#010");
 }
 
-TEST(DconConversation, AModuleThatKnowsNoSingleChannelIsProbedWithItsPoll) {
+TEST(DconConversation, AModuleWithoutSingleChannelReadsIsProbedWithItsPoll) {
   const config::Device device = EightInputs({{"identify", false}});
   Talk talk(DconProtocol(), device);
   const Task probe{.kind = Task::Kind::probe};
@@ -131,7 +131,7 @@ TEST(DconConversation, AModuleThatKnowsNoSingleChannelIsProbedWithItsPoll) {
   EXPECT_NE(asked(), "#010");
 }
 
-TEST(DconConversation, TwoDecodersOfOneCommandAreNotBothBelieved) {
+TEST(DconConversation, OnlyOneOfTwoDecodersOfACommandApplies) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "#0 counter", Type::uint32), ReadPoint("b", "#0")});
   Talk talk(DconProtocol(), device);
@@ -158,7 +158,7 @@ TEST(DconInterpret, WithoutPointsValuesCarryLabels) {
   EXPECT_EQ(talk->Interpret(ToBytes("#01\r"), ToBytes(">\r")).outcome, Outcome::corrupt);
 }
 
-TEST(DconInterpret, PointsWhereTheyMatchLabelsElsewhere) {
+TEST(DconInterpret, MatchingValuesAreAssignedToPointsAndOthersGetLabels) {
   const config::Device device =
       MakeDevice({ReadPoint("b", "#[1]")}, {{"channels", std::int64_t{2}}});
   Talk talk(DconProtocol(), device);
@@ -170,7 +170,7 @@ TEST(DconInterpret, PointsWhereTheyMatchLabelsElsewhere) {
   EXPECT_EQ(Exchange(talk, Poll(0), ">+100.23+34.050\r").readings.size(), 1U);
 }
 
-TEST(DconInterpret, APolledDeviceIsReadByItsOptionsOnly) {
+TEST(DconInterpret, APolledDeviceIsDecodedByItsOptionsOnly) {
   const config::Device device =
       MakeDevice({ReadPoint("in", "#[0]"), WritePoint("out", "#1", "#1{+00.000}")});
   Talk talk(DconProtocol(), device);
@@ -182,7 +182,7 @@ TEST(DconInterpret, APolledDeviceIsReadByItsOptionsOnly) {
 }
 
 /// The module's checksum is on but not configured: its digits must not change the number.
-TEST(DconInterpret, AnUnexpectedChecksumMakesNoNumberWithoutPointsEither) {
+TEST(DconInterpret, AnUnexpectedChecksumGivesNoNumberWithoutPoints) {
   const config::Device device = MakeDevice({});
   Talk talk(DconProtocol(), device);
   for (const auto& [request, reply] : {std::pair("#010", ">-02.47197"),
@@ -201,7 +201,7 @@ TEST(DconInterpret, AnUnexpectedChecksumMakesNoNumberWithoutPointsEither) {
   }
 }
 
-TEST(DconExpect, SaysWhatMayBeRepeatedAndWhoAnswers) {
+TEST(DconExpect, MarksRepeatableAndAnsweredRequests) {
   const Settings settings = ReadSettings(MakeOptions({{"checksum", true}}));
   const auto expect = [&](std::string_view command) {
     return Expect(BuildRequest(command, 1, true), settings);
@@ -223,7 +223,7 @@ TEST(DconExpect, SaysWhatMayBeRepeatedAndWhoAnswers) {
   EXPECT_FALSE(expect("#").shapes.empty());
 }
 
-TEST(DconRoundTrip, EveryFormAgainstTheTwin) {
+TEST(DconRoundTrip, EveryFormIsReadBackFromTheTwin) {
   for (const bool checksum : {false, true}) {
     const config::Device device = MakeDevice(
         {ReadPoint("a", "#[0]"), ReadPoint("b", "#[1]"), ReadPoint("c", "#5 counter", Type::uint32),
@@ -257,7 +257,7 @@ TEST(DconRoundTrip, EveryFormAgainstTheTwin) {
   }
 }
 
-TEST(DconRoundTrip, HexFormatsAndFloatingPoint) {
+TEST(DconRoundTrip, HexFormatsAndFloatsAreReadBackFromTheTwin) {
   for (const Settable& options : std::initializer_list<Settable>{
            {},
            {{"format", std::string("hex")}, {"full_scale", 2000.0}},
@@ -282,7 +282,7 @@ TEST(DconRoundTrip, HexFormatsAndFloatingPoint) {
 // ---------------- The state of a DCON conversation: refused and unknown commands, probes, and
 // results of writes.
 
-TEST(DconSession, ARefusedCommandCostsNoOther) {
+TEST(DconSession, ARefusedCommandDoesNotAffectOthers) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "#9")});
   Talk talk(DconProtocol(), device);
   EXPECT_EQ(Exchange(talk, Poll(0), ">+05.880\r").outcome, Outcome::ok);
@@ -303,7 +303,7 @@ TEST(DconSession, ARefusedCommandCostsNoOther) {
   EXPECT_EQ(talk->Queries()[1].group, Group::fast);
 }
 
-TEST(DconSession, ACommandThatIsNeverAnsweredIsAskedRarely) {
+TEST(DconSession, AnUnansweredCommandIsRequestedRarely) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "$3")});
   Talk talk(DconProtocol(), device);
   for (int i = 0; i < 5; ++i) {
@@ -333,7 +333,7 @@ TEST(DconSession, ProbesWithTheCheapestCommandThatWorks) {
   EXPECT_EQ(Asked(talk, Probe()), "#011\r");
 }
 
-TEST(DconSession, AProbeThatFailsGivesWayToOtherCommands) {
+TEST(DconSession, AFailedProbeIsReplacedByOtherCommands) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "$3"), ReadPoint("b", "#1"), ReadPoint("c", "$60 commanded")});
   Talk talk(DconProtocol(), device);
@@ -350,7 +350,7 @@ TEST(DconSession, AProbeThatFailsGivesWayToOtherCommands) {
   EXPECT_EQ(Asked(talk, Probe()), "$013\r");
 }
 
-TEST(DconSession, ProbesByNameWhereTheModuleHasOne) {
+TEST(DconSession, ProbesByNameIfTheModuleHasAName) {
   const config::Device named = MakeDevice({ReadPoint("a", "#[0]")}, {{"identify", true}});
   Talk talk(DconProtocol(), named);
   EXPECT_EQ(Asked(talk, Probe()), "$01M\r");
@@ -373,7 +373,7 @@ TEST(DconSession, AWriteIsOneExchange) {
   EXPECT_EQ(Asked(talk, Write(0, false)), "#011000\r");
 }
 
-TEST(DconSession, WritesThatTheModuleOrTheGatewayRefuses) {
+TEST(DconSession, RefusedWritesAreReported) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}")});
   Talk talk(DconProtocol(), device);
   EXPECT_EQ(Exchange(talk, Write(0, 5.0), "!\r").outcome, Outcome::refused);
@@ -386,7 +386,7 @@ TEST(DconSession, WritesThatTheModuleOrTheGatewayRefuses) {
 
 /// Reference, 10.1: an output value beyond the range sets the output to its limit, and the module
 /// refuses it.
-TEST(DconSession, AnAnalogOutputThatIsRefusedMayHaveMoved) {
+TEST(DconSession, ARefusedAnalogWriteMayHaveActed) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}"),
                                             WritePoint("bare", "", "#{00.000}"),
                                             WritePoint("outputs", "", "@{hex2}", Type::uint16)});
@@ -400,7 +400,7 @@ TEST(DconSession, AnAnalogOutputThatIsRefusedMayHaveMoved) {
 }
 
 /// Reference, 9.1 and 14: settings are confirmed by !AA only.
-TEST(DconSession, SettingsAreConfirmedWithTheAddress) {
+TEST(DconSession, AWriteOfASettingIsConfirmedWithTheAddress) {
   const config::Device device =
       MakeDevice({WritePoint("run", "$50[b0]", "$50{flag}", Type::boolean),
                   WritePoint("preset", "@G0", "@P0{hex8}", Type::uint32),

@@ -46,7 +46,7 @@ class Script {
   Talk talk_;
 };
 
-TEST(DconIdentification, NameTypeAndMaskComeBeforeTheFirstPoll) {
+TEST(DconIdentification, ReadsNameTypeAndMaskBeforeTheFirstPoll) {
   Script script(TwoInputs());
   const Answer answer = script.Run(
       Poll(0),
@@ -78,7 +78,7 @@ TEST(DconIdentification, APercentModuleIsNeverServedAsVolts) {
   EXPECT_EQ(script.talk()->Queries()[0].group, Group::fast);
 }
 
-TEST(DconIdentification, TheTypeDecides) {
+TEST(DconIdentification, TypeFormatAndChecksumAreCompared) {
   const std::pair<const char*, const char*> kCases[] = {
       {"!010D0600", "type 0D measures in mA, the profile says V for a"},
       {"!01080640", "the module's checksum is on, and the configuration says checksum: false"},
@@ -95,7 +95,7 @@ TEST(DconIdentification, TheTypeDecides) {
       << listed.trouble().text;
 }
 
-TEST(DconIdentification, IgnoredOnDemand) {
+TEST(DconIdentification, MayBeIgnored) {
   config::Device device = TwoInputs();
   device.identity.ignore = true;
   Script script(device);
@@ -105,7 +105,7 @@ TEST(DconIdentification, IgnoredOnDemand) {
   EXPECT_FALSE(script.trouble());
 }
 
-TEST(DconIdentification, MillivoltsBecomeTheUnitOfThePoint) {
+TEST(DconIdentification, MillivoltsAreConvertedToTheUnitOfThePoint) {
   Script script(TwoInputs());
   const Answer answer = script.Run(
       Poll(0),
@@ -115,7 +115,7 @@ TEST(DconIdentification, MillivoltsBecomeTheUnitOfThePoint) {
   EXPECT_DOUBLE_EQ(ToDouble(answer.readings[1].value), -0.25);
 }
 
-TEST(DconIdentification, TheModulesMaskPlacesItsChannels) {
+TEST(DconIdentification, TheChannelMaskAssignsTheChannels) {
   config::Device device = EightInputs({{"identify", true}, {"checksum", false}});
   Script script(device);
   const Answer answer =
@@ -140,7 +140,7 @@ TEST(DconIdentification, TheModulesMaskPlacesItsChannels) {
 }
 
 /// `checksum: true` for a module whose checksum is off. `@01A1` would set its outputs.
-TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
+TEST(DconIdentification, InAnUnknownModeNoPossibleWriteIsSent) {
   const config::Point bit = ReadPoint("bit", "@[b0]", Type::boolean);
   Script script(MakeDevice({bit}, {{"identify", true}, {"checksum", true}}));
   const Answer silent =
@@ -163,7 +163,7 @@ TEST(DconIdentification, NothingThatMayWriteGoesOutInAnUnknownMode) {
 }
 
 /// The late reply to a request with a checksum comes after a request without one.
-TEST(DconIdentification, AReplyWithAChecksumDoesNotShowThatTheChecksumIsOff) {
+TEST(DconIdentification, AReplyWithAChecksumDoesNotProveAnUncheckedMode) {
   Script script(TwoInputs({{"checksum", true}}));
   const Bytes request = ToBytes("$01M\r");
   EXPECT_EQ(script.talk()->Check(request, ToBytes("!017017\r")), Outcome::ok);
@@ -180,14 +180,14 @@ TEST(DconIdentification, AModuleWithoutNameIsReadAfterOneSilentRound) {
   script.Run(Poll(0), {{"#01", ">+05.000+06.000"}});
 }
 
-TEST(DconIdentification, ARefusalIsAnAnswerAndNoContradiction) {
+TEST(DconIdentification, ARefusalIsNoContradiction) {
   const config::Point bit = ReadPoint("bit", "@[b0]", Type::boolean);
   Script script(MakeDevice({bit}, {{"identify", true}}));
   script.Run(Poll(0), {{"$01M", "?01"}, {"$012", "?01"}, {"@01", ">0001"}});
   EXPECT_FALSE(script.trouble());
 }
 
-TEST(DconIdentification, AWriteWaitsForItAsWell) {
+TEST(DconIdentification, AWriteWaitsForTheIdentification) {
   const config::Point relay = WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean);
   Script script(
       MakeDevice({relay}, {{"identify", true}, {"types", std::vector<std::string>{"40"}}}));
@@ -200,7 +200,7 @@ TEST(DconIdentification, AWriteWaitsForItAsWell) {
 
 /// A module that was not identified, and whose checksum is on after all, would take `#01+03.0` and
 /// its checksum 70 for 3.0 instead of 3.07.
-TEST(DconIdentification, AWriteWhoseEndIsItsChecksumNeedsAModuleThatHasToldItsMode) {
+TEST(DconIdentification, AnAmbiguousWriteNeedsAModuleOfKnownChecksumMode) {
   const config::Point volts = WritePoint("volts", "", "#{+00.000 0..10}");
   const config::Device device = MakeDevice({volts}, {{"identify", true}});
   Script silent(device);
@@ -215,7 +215,7 @@ TEST(DconIdentification, AWriteWhoseEndIsItsChecksumNeedsAModuleThatHasToldItsMo
   telling.Run(Write(0, 3.07), {{"$01M", "!017024"}, {"$012", "!01320600"}, {"#01+03.070", ">"}});
 }
 
-TEST(DconIdentification, WhatPollsReadOfTheModuleCounts) {
+TEST(DconIdentification, AConfigurationReadByAPollIsCompared) {
   config::Device device = TwoInputs();
   device.points.push_back(ReadPoint("configuration", "$2", Type::string, Group::slow));
   device.points.back().text_length = 6;
@@ -235,7 +235,7 @@ std::string Say(Twin& twin, const config::Device& device, std::string_view reque
   return std::string(AsText(reply));
 }
 
-TEST(DconTwinTest, AnswersTheWorkedExample) {
+TEST(DconTwinTest, RepliesLikeTheWorkedExample) {
   const config::Device device = EightInputs();
   FixedValues values;
   values.values = {{0, 100.23},  {1, 34.050}, {2, 124.56},  {3, 7.331},
@@ -246,7 +246,7 @@ TEST(DconTwinTest, AnswersTheWorkedExample) {
   EXPECT_EQ(Say(twin, device, "#017BB\r"), AsText(BuildReply(">+05.880", true)));
 }
 
-TEST(DconTwinTest, SilentLikeTheModule) {
+TEST(DconTwinTest, IsSilentLikeTheModule) {
   const config::Device device = EightInputs();
   FixedValues values;
   DconTwin twin(device, values);
@@ -258,7 +258,7 @@ TEST(DconTwinTest, SilentLikeTheModule) {
   EXPECT_EQ(Say(twin, device, AsText(BuildRequest("#8", 1, true))), "") << "no such channel";
 }
 
-TEST(DconTwinTest, NamesItselfAndRefusesWhereItIsThatKind) {
+TEST(DconTwinTest, ReturnsItsNameAndRefusesIfConfigured) {
   const config::Device device = MakeDevice({ReadPoint("a", "#[0]")}, {{"identify", true}});
   FixedValues values;
   DconTwin twin(device, values);
@@ -268,7 +268,7 @@ TEST(DconTwinTest, NamesItselfAndRefusesWhereItIsThatKind) {
   EXPECT_EQ(Say(twin, device, "$01Z\r"), "");
 }
 
-TEST(DconTwinTest, RepliesUnderAnotherAddressWhereItsRepliesCarryOne) {
+TEST(DconTwinTest, RepliesUnderAnotherAddressInAddressedReplies) {
   const config::Device device = MakeDevice({ReadPoint("a", "#[0]")}, {{"identify", true}});
   FixedValues values;
   values.values = {{0, 1.5}};
@@ -330,7 +330,7 @@ TEST(DconTwinTest, AnalogOutputsFollowWritesWithinRange) {
   EXPECT_EQ(values.values[0], Value{7.5});
 }
 
-TEST(DconTwinTest, CounterWithChecksumInFront) {
+TEST(DconTwinTest, SendsACounterWithItsChecksumInFront) {
   const config::Device device =
       MakeDevice({ReadPoint("count", "#0 counter", Type::uint32)},
                  {{"checksum", true}, {"counter_checksum", std::string("front")}});
@@ -342,7 +342,7 @@ TEST(DconTwinTest, CounterWithChecksumInFront) {
   EXPECT_EQ(talk.Run(Poll(0), twin).readings[0].value, Value{std::uint64_t{30}});
 }
 
-TEST(DconTwinTest, DisabledChannelsInEveryManner) {
+TEST(DconTwinTest, SendsDisabledChannelsInEveryManner) {
   for (const std::string manner : {"missing", "blank", "zero"}) {
     const config::Device device =
         EightInputs({{"enable_mask", std::int64_t{0xF0}}, {"disabled", manner}});
@@ -361,7 +361,7 @@ TEST(DconTwinTest, DisabledChannelsInEveryManner) {
   }
 }
 
-TEST(DconTwinTest, FaultsAndValuesBeyondTheFieldAreCodes) {
+TEST(DconTwinTest, SendsCodesForFaultsAndTooLargeValues) {
   const config::Device device = MakeDevice({ReadPoint("a", "#[0]"), ReadPoint("b", "#[1]"),
                                             ReadPoint("c", "#[2]"), ReadPoint("d", "#[3]")});
   FixedValues values;

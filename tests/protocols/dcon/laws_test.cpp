@@ -105,7 +105,7 @@ Outcome Blame(std::string_view stream, int variant) {
   return assembler.blame();
 }
 
-TEST(DconReplyRule, BlamesChecksumCutAndNoiseApart) {
+TEST(DconReplyRule, DistinguishesChecksumErrorsCutsAndNoise) {
   EXPECT_EQ(Blame(">+05.88023\r", protocols::dcon::kChecksum), Outcome::corrupt);
   EXPECT_EQ(Blame(">+05.880", protocols::dcon::kChecksum), Outcome::partial);
   EXPECT_EQ(Blame(std::string_view("\0\xFF\n", 3), protocols::dcon::kChecksum), Outcome::none);
@@ -113,7 +113,7 @@ TEST(DconReplyRule, BlamesChecksumCutAndNoiseApart) {
   EXPECT_EQ(Blame(">+05\x80", protocols::dcon::kNoChecksum), Outcome::corrupt);
 }
 
-TEST(DconReplyRule, AnEchoOfTheRequestIsNoReply) {
+TEST(DconReplyRule, AnEchoOfTheRequestIsSkipped) {
   Assembler assembler;
   assembler.Begin(protocols::dcon::ReplyRule, Expecting(protocols::dcon::kChecksum));
   assembler.Feed(ToBytes("#0184\r>+100.23+34.050E2\r"));
@@ -130,7 +130,7 @@ TEST(DconReplyRule, ATextMayHoldAStartCharacterWhenTheChecksumFits) {
   EXPECT_EQ(assembler.Next(false), std::optional(name));
 }
 
-TEST(DconReplyRule, AfterACutReplyTheNextOneIsFound) {
+TEST(DconReplyRule, TheReplyAfterAnIncompleteReplyIsFound) {
   for (const int variant : {protocols::dcon::kNoChecksum, protocols::dcon::kChecksum}) {
     Assembler assembler;
     assembler.Begin(protocols::dcon::ReplyRule, Expecting(variant));
@@ -141,7 +141,7 @@ TEST(DconReplyRule, AfterACutReplyTheNextOneIsFound) {
   }
 }
 
-TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
+TEST(DconReplyRule, AnOverlongFrameIsDiscarded) {
   Assembler assembler;
   assembler.Begin(protocols::dcon::ReplyRule, Expecting(protocols::dcon::kNoChecksum));
   assembler.Feed(ToBytes(">" + std::string(protocols::dcon::kMaxFrame - 2, '0')));
@@ -153,7 +153,7 @@ TEST(DconReplyRule, NothingLongerThanAFrameIsHeld) {
   EXPECT_EQ(assembler.blame(), Outcome::corrupt);
 }
 
-TEST(DconReplyRule, AnOverlongTextIsBlamedTheSameHoweverItIsCut) {
+TEST(DconReplyRule, AnOverlongTextGivesTheSameOutcomeAtEveryCut) {
   // One start character within the longest frame, and one beyond it.
   for (const std::size_t start :
        {std::size_t{10}, protocols::dcon::kMaxFrame - 1, protocols::dcon::kMaxFrame + 10}) {

@@ -22,7 +22,7 @@ struct ReadCase {
   unsigned index;
 };
 
-TEST(DconRead, Addresses) {
+TEST(DconRead, AddressesAreParsed) {
   constexpr ReadCase kCases[] = {
       {"#[0]", "#", Form::numbers, Selection::index, 0},
       {"#[7]", "#", Form::numbers, Selection::index, 7},
@@ -67,12 +67,12 @@ std::string ReadFailure(std::string_view text) {
   return read ? "accepted" : read.error();
 }
 
-TEST(DconRead, EmptyTellsAboutQuotes) {
+TEST(DconRead, AnEmptyAddressIsExplainedByMissingQuotes) {
   EXPECT_NE(ReadFailure("").find("quotes"), std::string::npos);
   EXPECT_NE(ReadFailure("  ").find("quotes"), std::string::npos);
 }
 
-TEST(DconRead, RefusesWhatChangesTheModule) {
+TEST(DconRead, RefusesCommandsThatChangeTheModule) {
   for (const std::string_view bad :
        {"%01400640", "%", "~**", "#**", "~1", "~3164", "~5P", "~E1", "$0", "$1", "$9", "$90", "$40",
         "$5", "$5FF", "$7C0R08", "$C", "$C0"}) {
@@ -84,7 +84,7 @@ TEST(DconRead, RefusesWhatChangesTheModule) {
   EXPECT_NE(ReadFailure("$70").find("clears the overflow flag"), std::string::npos);
 }
 
-TEST(DconRead, RefusesWhatItDoesNotKnow) {
+TEST(DconRead, RefusesUnknownAddresses) {
   for (const std::string_view bad : {"I1",          "#",          "^",
                                      "#G",          "#a",         "#[32]",
                                      "#[0",         "#[]",        "#[b0]",
@@ -98,7 +98,7 @@ TEST(DconRead, RefusesWhatItDoesNotKnow) {
   }
 }
 
-TEST(DconRepeat, ReadsAndAbsoluteWritesOnly) {
+TEST(DconRepeat, OnlyReadsAndAbsoluteWritesAreRepeated) {
   for (const std::string_view yes :
        {"#", "#3", "#0A", "$2", "$3", "$6", "$80", "$M", "$F", "@", "~0", "~2", "#1301", "@3C",
         "#2+07.500", "#07.500", "#C0+01.000"}) {
@@ -111,7 +111,7 @@ TEST(DconRepeat, ReadsAndAbsoluteWritesOnly) {
   }
 }
 
-TEST(DconRepeat, NoSettingTwice) {
+TEST(DconRepeat, SettingsAreNotRepeated) {
   for (const std::string_view no :
        {"$501", "@P00001E240", "$31FFFFFFFF", "~1", "~3164", "~50FF0", "$X0100", "$43", "~53"}) {
     EXPECT_FALSE(IsRepeatable(no)) << no;
@@ -124,7 +124,7 @@ struct WriteCase {
   std::string_view command;  ///< empty: refused
 };
 
-TEST(DconWrite, Values) {
+TEST(DconWrite, ValuesAreEncoded) {
   const WriteCase cases[] = {
       {"#13{bit}", true, "#1301"},
       {"#13{bit}", std::int64_t{0}, "#1300"},
@@ -186,7 +186,7 @@ TEST(DconWrite, Values) {
   }
 }
 
-TEST(DconWrite, RefusesWhatIsNoOutput) {
+TEST(DconWrite, RefusesInvalidOutputs) {
   for (const std::string_view bad :
        Split("|#13|{bit}|#1{bit}|$13{bit}|~5{hex2}|%{hex2}|$5{hex2}|@1{hex2}|#{hex2}|"
              "#1{hex1}|@{hex5}|@{hex}|@{+00.000}|#2{+00}|#2{00.}|#2{+.00}|#2{+0x.00}|"
@@ -198,7 +198,7 @@ TEST(DconWrite, RefusesWhatIsNoOutput) {
   }
 }
 
-TEST(DconWrite, WhatTheModuleWouldRefuseIsKnownAsSuch) {
+TEST(DconWrite, ValuesThatTheModuleWouldRefuseAreRecognised) {
   const auto bit = ParseWrite("#13{bit}");
   EXPECT_EQ(ParseWritten(*bit, "#1302"), std::optional(Value{}));
   EXPECT_EQ(ParseWritten(*bit, "#1401"), std::nullopt);
@@ -267,7 +267,7 @@ TEST(DconDescriptor, TimingCoversTheLongestFrame) {
   }
 }
 
-TEST(DconRead, AWriteToAnOutputChangesNoOther) {
+TEST(DconRead, AWriteToAnOutputChangesNoOtherPoint) {
   const auto changes = [](const char* command, const char* read) {
     config::Point point;
     point.read = read;
@@ -362,9 +362,9 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(DconProfile, RoundTripAsShipped) { RoundTripAll(""); }
-TEST_P(DconProfile, RoundTripWithChecksum) { RoundTripAll(", checksum: true"); }
-TEST_P(DconProfile, RoundTripWithoutChecksum) { RoundTripAll(", checksum: false"); }
+TEST_P(DconProfile, IsReadBackAsShipped) { RoundTripAll(""); }
+TEST_P(DconProfile, IsReadBackWithChecksum) { RoundTripAll(", checksum: true"); }
+TEST_P(DconProfile, IsReadBackWithoutChecksum) { RoundTripAll(", checksum: false"); }
 
 std::vector<std::string> Names() {
   std::vector<std::string> names;

@@ -38,14 +38,14 @@ class DconTotals : public ::testing::Test {
   Talk talk_{DconProtocol(), Counter()};
 };
 
-TEST_F(DconTotals, BeginWithWhatTheCounterShows) {
+TEST_F(DconTotals, BeginWithTheValueOfTheCounter) {
   EXPECT_EQ(TotalIn(Poll({{"$015", "!011"}, {"#010", ">0001E240"}, {"#010", ">0001E240"}})),
             123456U);
   EXPECT_EQ(TotalIn(Poll({{"#010", ">0001E250"}, {"#010", ">0001E250"}})), 123472U);
   EXPECT_EQ(TotalIn(Poll({{"#010", ">0001E250"}})), 123472U) << "nothing to confirm";
 }
 
-TEST_F(DconTotals, GoOnOverARollOver) {
+TEST_F(DconTotals, ContinueOverARollOver) {
   Begin("FFFFFFF0");
   const Answer answer = Poll({{"#010", ">00000010"}, {"$015", "!010"}, {"#010", ">00000011"}});
   EXPECT_EQ(TotalIn(answer), 0x1'0000'0010U);
@@ -97,7 +97,7 @@ TEST_F(DconTotals, ADamagedCountChangesNothing) {
 }
 
 /// >00112345 and >00122344 have the same checksum.
-TEST_F(DconTotals, AStepThatCouldBeCountedHasToBeConfirmed) {
+TEST_F(DconTotals, AnIncreaseMustBeConfirmed) {
   Begin("00112345");
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00122344"}, {"#010", ">00112346"}, {"#010", ">00112347"}})),
             0x112346U);
@@ -106,14 +106,14 @@ TEST_F(DconTotals, AStepThatCouldBeCountedHasToBeConfirmed) {
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00112349"}, {"#010", ">00112349"}})), 0x112349U);
 }
 
-TEST_F(DconTotals, ADamagedFirstCountIsNone) {
+TEST_F(DconTotals, ADamagedFirstCountIsIgnored) {
   EXPECT_EQ(
       TotalIn(Poll(
           {{"$015", "!011"}, {"#010", ">00122344"}, {"#010", ">00112345"}, {"#010", ">00112345"}})),
       0x112345U);
 }
 
-TEST_F(DconTotals, AModuleThatDoesNotKnowWhetherItWasRestarted) {
+TEST_F(DconTotals, AModuleOfUnknownRestartStateAddsNothing) {
   Poll({{"$015", ""}, {"$015", ""}, {"#010", ">00001000"}, {"#010", ">00001000"}});
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00000005"}, {"#010", ">00000006"}})), 0x1000U);
 }
@@ -140,7 +140,7 @@ TEST_F(DconTotals, AreKeptOverARestartOfTheProgram) {
       << "and what was counted meanwhile";
 }
 
-TEST_F(DconTotals, AMemoryThatIsNotUnderstoodIsNothing) {
+TEST_F(DconTotals, InvalidStoredTextIsIgnored) {
   for (const char* text : {"serial 5", "#0", "#0 x 5", "#1 5 5", "#0 4294967296 5", ";;"}) {
     Talk talk(DconProtocol(), Counter());
     talk->Recall(text, {talk.now, {}});
@@ -187,7 +187,7 @@ TEST(DconTotalsOf, ACounterIsClearedByAWriteOnly) {
   EXPECT_EQ(talk.Run(Write(1, false), *twin).outcome, Outcome::unsupported);
 }
 
-TEST(DconTotalsOf, FrequenciesHaveNone) {
+TEST(DconTotalsOf, FrequencyModulesAreRefused) {
   Talk talk(DconProtocol(), Counter("#0 total", {{"identify", true}}));
   Asked(talk, Poll(0));
   Exchange(talk, Poll(0), "!017080\r");
@@ -198,7 +198,7 @@ TEST(DconTotalsOf, FrequenciesHaveNone) {
       << talk->trouble().text;
 }
 
-TEST(DconTotalsOf, PointsSayIt) {
+TEST(DconTotalsOf, PointsAreConfigured) {
   const auto check = [](const std::string& read, Type type) {
     return static_cast<bool>(CheckPoint(ReadPoint("a", read, type)));
   };
@@ -221,7 +221,7 @@ TEST(DconTotalsOf, PointsSayIt) {
   EXPECT_FALSE(writes("#0{clear}"));
 }
 
-TEST(DconOutputs, SafeAndPowerUpValues) {
+TEST(DconOutputs, SafeAndPowerUpValuesAreDecoded) {
   const auto one = [](const std::string& read, Type type, const std::string& reply) {
     Talk talk(DconProtocol(), MakeDevice({ReadPoint("a", read, type)}));
     Asked(talk, Poll(0));

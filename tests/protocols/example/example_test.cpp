@@ -68,19 +68,19 @@ TEST_F(Example, AReplyToAnotherRequestGivesNoReadings) {
   }
 }
 
-TEST_F(Example, WhatTheDeviceDoesNotKnowIsRefused) {
+TEST_F(Example, AnUnknownItemIsRefused) {
   const Bytes reply = twin_->Answer(ToBytes("?A99\r"), {});
   EXPECT_EQ(AsText(reply).substr(0, 5), "!A99~");
   EXPECT_EQ(talk_->Interpret(ToBytes("?A99\r"), reply).outcome, Outcome::unsupported);
   EXPECT_TRUE(twin_->Answer(ToBytes("?B7\r"), {}).empty()) << "another device is asked";
 }
 
-TEST_F(Example, RepliesAreAsTheGuideWritesThem) {
+TEST_F(Example, RepliesMatchTheGuide) {
   EXPECT_EQ(AsText(twin_->Answer(ToBytes("?A7\r"), {})), "!A7=5*0B\r");
   EXPECT_EQ(AsText(protocols::example::EncodeReply({'!', 'A', 7, "~"})), "!A7~*17\r");
 }
 
-TEST_F(Example, ATwinThatRepliesAsAnotherIsNotBelieved) {
+TEST_F(Example, AReplyOfAnotherDeviceIsUnexpected) {
   twin_->ReplyAs("B");
   EXPECT_EQ(AsText(twin_->Answer(ToBytes("?A7\r"), {})).substr(0, 5), "!B7=5");
   EXPECT_TRUE(twin_->Answer(ToBytes("?B7\r"), {}).empty()) << "it is still called A";

@@ -44,7 +44,7 @@ std::vector<Vector> Vectors() {
   };
 }
 
-TEST(ModbusRtuCodec, FramesOfTheReference) {
+TEST(ModbusRtuCodec, FramesMatchTheReference) {
   for (const Vector& vector : Vectors()) {
     const Bytes frame = Hex(vector.frame);
     EXPECT_EQ(ToHex(Wrap(Framing::rtu, 20, vector.pdu)), vector.frame) << vector.what;
@@ -94,7 +94,7 @@ TEST(ModbusAsciiCodec, LowerCaseAndAMissingLineFeedAreRead) {
   }
 }
 
-TEST(ModbusCodec, Addresses) {
+TEST(ModbusCodec, AddressesAreParsed) {
   EXPECT_EQ(ParseAddress("20").value(), 20);
   EXPECT_EQ(ParseAddress("0x14").value(), 20);
   EXPECT_EQ(ParseAddress("247").value(), 247);
@@ -105,7 +105,7 @@ TEST(ModbusCodec, Addresses) {
   }
 }
 
-TEST(ModbusPdu, WritesOfOtherKinds) {
+TEST(ModbusPdu, OtherWritesMatchTheReference) {
   EXPECT_EQ(ToHex(WriteCoilRequest(3, true)), "05 00 03 FF 00");
   EXPECT_EQ(ToHex(WriteCoilRequest(3, false)), "05 00 03 00 00");
   // Examples of the MODBUS Application Protocol, 6.11 and 6.16.
@@ -116,7 +116,7 @@ TEST(ModbusPdu, WritesOfOtherKinds) {
   EXPECT_EQ(ToHex(LoopbackRequest(0xA537)), "08 00 00 A5 37");
 }
 
-TEST(ModbusPdu, WhatAReplyMustRepeat) {
+TEST(ModbusPdu, AReplyMustRepeatItsRequest) {
   const auto outcome = [](const char* request, const char* reply) {
     return CheckReply(Hex(request), Hex(reply)).outcome;
   };
@@ -151,7 +151,7 @@ TEST(ModbusPdu, WhatAReplyMustRepeat) {
 }
 
 /// The returned write may be the echo of the bus, and the reply then follows.
-TEST(ModbusReplyRules, AWriteThatComesBackWholeIsAFrameWhereNothingFollows) {
+TEST(ModbusReplyRules, AReturnedWriteIsAFrameIfNothingFollows) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     const Protocol& protocol = ProtocolOf(framing);
     for (const char* pdu : {"1003E70001020005", "0F0013000A02CD01"}) {
@@ -172,7 +172,7 @@ TEST(ModbusReplyRules, AWriteThatComesBackWholeIsAFrameWhereNothingFollows) {
   }
 }
 
-TEST(ModbusExpect, WhoRepeatsAndWhoMirrors) {
+TEST(ModbusExpect, ReadsAreRepeatableAndWritesMirror) {
   const auto expect = [](const char* pdu) {
     return Expect(Framing::rtu, Wrap(Framing::rtu, 20, Hex(pdu)));
   };
@@ -228,7 +228,7 @@ TEST(ModbusCarrier, CarriesPdusBothWays) {
   }
 }
 
-TEST(ModbusCarrier, WhatEverySlaveAnswersIsCommon) {
+TEST(ModbusCarrier, CommonRequestsAreRecognised) {
   const auto write = [](std::uint8_t function, std::size_t quantity, std::size_t bytes) {
     Bytes pdu = ReadRequest(function, 0, quantity);
     pdu.push_back(static_cast<std::uint8_t>(bytes));

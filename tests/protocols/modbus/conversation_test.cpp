@@ -42,7 +42,7 @@ TEST(ModbusConversation, ReadsBits) {
   EXPECT_EQ(answer.readings[1].value, Value(true));
 }
 
-TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
+TEST(ModbusConversation, AMismatchedReplyGivesNoReading) {
   const config::Device device = Inverter();
   Talk talk(ModbusRtuProtocol(), device);
   const Request request = *talk->Ask(Poll(0), Instant{});
@@ -63,7 +63,7 @@ TEST(ModbusConversation, RepliesThatDoNotFitGiveNothing) {
   EXPECT_EQ(talk.Exchange(Poll(0), wire).outcome, Outcome::ok);
 }
 
-TEST(ModbusConversation, ExceptionsOfReads) {
+TEST(ModbusConversation, ExceptionsOfReadsHaveTheirOutcomes) {
   struct Case {
     const char* pdu;
     Outcome outcome;
@@ -96,7 +96,7 @@ TEST(ModbusConversation, ExceptionsOfReads) {
   }
 }
 
-TEST(ModbusConversation, ABlockThatIsRefusedIsReadInParts) {
+TEST(ModbusConversation, ARefusedBlockIsReadInParts) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 4"), ReadPoint("c", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -123,7 +123,7 @@ TEST(ModbusConversation, ABlockThatIsRefusedIsReadInParts) {
   EXPECT_EQ(talk->Queries().size(), 1U) << "the device may be another one: blocks are whole again";
 }
 
-TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
+TEST(ModbusConversation, AnUnansweredBlockIsTreatedAsRefused) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100"), ReadPoint("c", "holding 103")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -143,7 +143,7 @@ TEST(ModbusConversation, ABlockThatIsNeverAnsweredIsTakenForRefused) {
   EXPECT_EQ(Exchange(talk, Poll(2), "03 02 0001").then, Then::replan) << "it answers after all";
 }
 
-TEST(ModbusConversation, AValueBetweenTwoStepsIsNamedAsItWasWritten) {
+TEST(ModbusConversation, AValueBetweenTwoStepsIsReportedInItsUnit) {
   config::Device device = Inverter();
   device.points[2].scale = *Decimal::Parse("0.01");
   device.points[2].unit = "Hz";
@@ -152,7 +152,7 @@ TEST(ModbusConversation, AValueBetweenTwoStepsIsNamedAsItWasWritten) {
   EXPECT_EQ(Asked(talk, Write(2, 70000.0)), "error: point set: 70000 is outside 0...65535");
 }
 
-TEST(ModbusConversation, Writes) {
+TEST(ModbusConversation, WritesEncodeEachKindOfPoint) {
   const config::Device device = Inverter();
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Write(2, 2500.0)), "06 01 2C 09 C4");
@@ -175,7 +175,7 @@ TEST(ModbusConversation, Writes) {
   EXPECT_EQ(Asked(multiple, Write(5, true)), "0F 00 04 00 01 01 01");
 }
 
-TEST(ModbusConversation, AWriteIsConfirmedByWhatItRepeats) {
+TEST(ModbusConversation, AWriteIsConfirmedByItsRepeatedContent) {
   const config::Device device = Inverter();
   Talk talk(ModbusRtuProtocol(), device);
   const Task task = Write(3, std::uint64_t{2});
@@ -203,7 +203,7 @@ config::Device ByLoopback(std::vector<config::Point> points) {
 
 /// Polls read one register and the probe reads two, so a late reply to a poll is not accepted for
 /// the probe.
-TEST(ModbusProbe, IsAReadOfALengthThatNoPollHas) {
+TEST(ModbusProbe, ReadsALengthThatNoPollUses) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
   const auto request = talk->Ask(Probe(), Instant{});
@@ -218,7 +218,7 @@ TEST(ModbusProbe, IsAReadOfALengthThatNoPollHas) {
 }
 
 /// A refusal may answer any request, so it proves nothing.
-TEST(ModbusProbe, TheNextReadIsAskedWhereTheDeviceRefusesOne) {
+TEST(ModbusProbe, TriesTheNextReadAfterARefusal) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50"), ReadPoint("c", "input 7")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -239,7 +239,7 @@ TEST(ModbusProbe, TheNextReadIsAskedWhereTheDeviceRefusesOne) {
 }
 
 /// A device may refuse registers beyond the polled ones.
-TEST(ModbusProbe, ReadsNothingBeyondThePollsWhereOneIsLongEnough) {
+TEST(ModbusProbe, ReadsNoFurtherRegistersIfAPollIsLongEnough) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50", config::Type::float32),
                   ReadPoint("c", "holding 100", config::Type::float64)});
@@ -247,13 +247,13 @@ TEST(ModbusProbe, ReadsNothingBeyondThePollsWhereOneIsLongEnough) {
   EXPECT_EQ(Asked(talk, Probe()), "03 00 64 00 03");
 }
 
-TEST(ModbusProbe, WhereNothingIsReadItIsALoopback) {
+TEST(ModbusProbe, IsALoopbackWithoutReads) {
   const config::Device device = MakeDevice({WritePoint("a", "", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Probe()), kLoopback);
 }
 
-TEST(ModbusProbe, ALoopbackIsAlwaysTheSame) {
+TEST(ModbusProbe, RepeatsTheSameLoopback) {
   const config::Device device = ByLoopback({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
   const auto request = talk->Ask(Probe(), Instant{});
@@ -267,7 +267,7 @@ TEST(ModbusProbe, ALoopbackIsAlwaysTheSame) {
   EXPECT_EQ(Asked(talk, Probe()), kLoopback);
 }
 
-TEST(ModbusProbe, ADeviceThatIsSilentToALoopbackIsFoundByARead) {
+TEST(ModbusProbe, FindsADeviceThatIgnoresLoopbacksByARead) {
   const config::Device device = ByLoopback({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
   for (int round = 0; round < 3; ++round) {
@@ -283,7 +283,7 @@ TEST(ModbusProbe, ADeviceThatIsSilentToALoopbackIsFoundByARead) {
 }
 
 /// The slave ignores all requests except polls.
-TEST(ModbusProbe, ADeviceThatIsSilentToItsProbeIsFoundByAPoll) {
+TEST(ModbusProbe, FindsADeviceThatIgnoresProbesByAPoll) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
   for (int round = 0; round < 3; ++round) {
@@ -295,13 +295,13 @@ TEST(ModbusProbe, ADeviceThatIsSilentToItsProbeIsFoundByAPoll) {
   EXPECT_EQ(Asked(talk, Probe()), "03 00 05 00 01");
 }
 
-TEST(ModbusProbe, AGatewayThatAnswersForADeadDeviceProvesNothing) {
+TEST(ModbusProbe, TreatsAGatewayExceptionAsNoReply) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Exchange(talk, Probe(), "830B").outcome, Outcome::no_reply);
 }
 
-TEST(ModbusProbe, ABlockThatIsNeverAnsweredDoesNotHideTheDevice) {
+TEST(ModbusProbe, AlternatesReadsWhenABlockIsNeverAnswered) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 100")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -316,7 +316,7 @@ TEST(ModbusProbe, ABlockThatIsNeverAnsweredDoesNotHideTheDevice) {
 
 // ---------------------------------------------------------------- decode
 
-TEST(ModbusDecode, PointsAndRegistersWithoutAPoint) {
+TEST(ModbusDecode, NamesPointsAndLabelsOtherRegisters) {
   const config::Device device = Inverter();
   Talk talk(ModbusRtuProtocol(), device);
   const Bytes request = Wrap(Framing::rtu, 20, Hex("0300C80003"));
@@ -339,7 +339,7 @@ TEST(ModbusDecode, PointsAndRegistersWithoutAPoint) {
   EXPECT_EQ(both.readings[0].point, 0U);
 }
 
-TEST(ModbusDecode, AnySlaveAndWhatIsNoFrame) {
+TEST(ModbusDecode, AcceptsAnySlaveAndRefusesDamagedFrames) {
   const config::Device device = Inverter();
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(talk->Interpret(Wrap(Framing::rtu, 7, Hex("0600080002")),
@@ -354,7 +354,7 @@ TEST(ModbusDecode, AnySlaveAndWhatIsNoFrame) {
   EXPECT_EQ(talk->Interpret({}, {}).outcome, Outcome::corrupt);
 }
 
-TEST(ModbusTiming, SilenceOfThreeAndAHalfCharacters) {
+TEST(ModbusTiming, SilenceIsThreeAndAHalfCharacters) {
   config::SerialSettings serial = ModbusRtuProtocol().serial;
   EXPECT_EQ(serial.ToString(), "19200 8E1");
   EXPECT_EQ(ModbusAsciiProtocol().serial.ToString(), "9600 7E1");

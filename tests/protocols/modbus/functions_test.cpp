@@ -35,7 +35,7 @@ struct One {
   std::string shows;
 };
 
-TEST(ModbusFunctions, AreReadAsTheSpecificationPrintsThem) {
+TEST(ModbusFunctions, MatchTheExamplesOfTheSpecification) {
   const One kCases[] = {
       {"exception status", Type::uint16, "07", "07 6D", "109"},
       {"exception status[b5]", Type::boolean, "07", "07 6D", "true"},
@@ -64,7 +64,7 @@ TEST(ModbusFunctions, AreReadAsTheSpecificationPrintsThem) {
   }
 }
 
-TEST(ModbusFunctions, WhatDoesNotFitItsRequestIsNotBelieved) {
+TEST(ModbusFunctions, AMismatchedReplyIsUnexpected) {
   const struct {
     const char* read;
     const char* reply;
@@ -99,7 +99,7 @@ TEST(ModbusFunctions, NeighboursShareARequest) {
                                              "14 07 06 00 05 00 01 00 01", "18 00 09", "0B"}));
 }
 
-TEST(ModbusFunctions, AnUnknownFunctionIsAskedRarely) {
+TEST(ModbusFunctions, AnUnsupportedFunctionIsRequestedRarely) {
   Talk talk(ModbusRtuProtocol(), MakeDevice({ReadPoint("p", "exception status")}));
   const Answer answer = Exchange(talk, Poll(0), "87 01");
   EXPECT_EQ(answer.outcome, Outcome::unsupported);
@@ -114,7 +114,7 @@ const std::string kKbr =
     "01 2B 0E 01 01 00 00 03 00 08 4B 42 52 20 47 6D 62 48 01 12 6D 75 6C 74 69 63 6F 6D 70 20 46 "
     "31 34 34 2D 33 20 20 02 09 20 32 2E 30 30 72 30 31 36 CD DB";
 
-TEST(ModbusIdentification, IsPoints) {
+TEST(ModbusIdentification, IsReadIntoPoints) {
   Talk talk(ModbusRtuProtocol(), MakeDevice({Once("maker", "identification vendor"),
                                              Once("type", "identification product"),
                                              Once("firmware", "identification revision")},
@@ -125,7 +125,7 @@ TEST(ModbusIdentification, IsPoints) {
   EXPECT_EQ(Shown(talk.Reply(Poll(0), reply)), "KBR GmbH, multicomp F144-3, 2.00r016");
 }
 
-TEST(ModbusIdentification, ComesInSeveralReplies) {
+TEST(ModbusIdentification, IsReadInSeveralReplies) {
   Talk talk(ModbusTcpProtocol(),
             MakeDevice({Once("maker", "identification vendor"), Once("name", "identification name"),
                         Once("url", "identification url"), Once("model", "identification model"),
@@ -191,7 +191,7 @@ class ModbusNames : public ::testing::Test {
   const std::string value_ = "03 02 00 31";
 };
 
-TEST_F(ModbusNames, AreAskedOnceAConnectionBeforeThePoll) {
+TEST_F(ModbusNames, AreReadOncePerConnectionBeforeThePoll) {
   Talk talk(ModbusRtuProtocol(), Listing({"Meter 7"}));
   const std::map<std::string, std::string> says = {{objects_, Product("METER7")}, {read_, value_}};
   EXPECT_EQ(AskedBy(talk, says), (std::vector{objects_, read_}));
@@ -202,7 +202,7 @@ TEST_F(ModbusNames, AreAskedOnceAConnectionBeforeThePoll) {
   EXPECT_EQ(AskedBy(talk, says), (std::vector{objects_, read_}));
 }
 
-TEST_F(ModbusNames, AreNotAskedWhereNoneAreListedOrWanted) {
+TEST_F(ModbusNames, AreNotReadIfUnlistedOrIgnored) {
   Talk none(ModbusRtuProtocol(), Listing({}));
   EXPECT_EQ(AskedBy(none, {{read_, value_}}), std::vector{read_});
   config::Device device = Listing({"Meter 7"});
@@ -223,14 +223,14 @@ TEST_F(ModbusNames, OfAnotherProfileAreAContradiction) {
   EXPECT_FALSE(talk->trouble());
 }
 
-TEST_F(ModbusNames, ThatNobodyListsAreARemark) {
+TEST_F(ModbusNames, UnlistedNamesAreARemark) {
   Talk talk(ModbusRtuProtocol(), Listing({"Meter 7"}));
   AskedBy(talk, {{objects_, Product("Clone X")}, {read_, value_}});
   EXPECT_FALSE(talk->trouble());
   EXPECT_NE(talk->trouble().text.find("'Clone X'"), std::string::npos);
 }
 
-TEST_F(ModbusNames, AreLookedForInTheServerIdAsWell) {
+TEST_F(ModbusNames, AreAlsoReadFromTheServerId) {
   Talk talk(ModbusRtuProtocol(), Listing({"Meter 7"}));
   EXPECT_EQ(
       AskedBy(talk,
@@ -239,7 +239,7 @@ TEST_F(ModbusNames, AreLookedForInTheServerIdAsWell) {
   EXPECT_TRUE(talk->trouble().text.empty()) << talk->trouble().text;
 }
 
-TEST_F(ModbusNames, RefusedOrSilentAreNoContradiction) {
+TEST_F(ModbusNames, MissingNamesAreNoContradiction) {
   for (const bool silent : {false, true}) {
     Talk talk(ModbusRtuProtocol(), Listing({"Meter 7"}));
     std::map<std::string, std::string> says = {{read_, value_}};
@@ -283,7 +283,7 @@ TEST(ModbusTwinFunctions, AnswersItsOwnConversation) {
   }
 }
 
-TEST(ModbusTwinFunctions, SaysTheNameThatItsProfileLists) {
+TEST(ModbusTwinFunctions, ReturnsTheNameFromItsProfile) {
   config::Device device = MakeDevice({ReadPoint("level", "holding 500")});
   device.identity.names = {"Meter 7"};
   FixedValues values;
@@ -295,7 +295,7 @@ TEST(ModbusTwinFunctions, SaysTheNameThatItsProfileLists) {
   EXPECT_TRUE(talk->trouble().text.empty()) << talk->trouble().text;
 }
 
-TEST(ModbusTwinFunctions, RefusesWhatItsProfileDoesNotHave) {
+TEST(ModbusTwinFunctions, RefusesFunctionsMissingInItsProfile) {
   const config::Device device = MakeDevice({ReadPoint("level", "holding 500")});
   FixedValues values;
   ModbusTwin twin(Framing::rtu, device, values);
@@ -335,7 +335,7 @@ TEST(ModbusPlan, NeighboursShareARequest) {
   EXPECT_EQ(Shown(Plan(points, {})), "fast holding 8+1 fast holding 200+2 fast input 200+1");
 }
 
-TEST(ModbusPlan, HolesAreReadAlongUpToALimit) {
+TEST(ModbusPlan, HolesAreReadUpToALimit) {
   const auto points = Points({"holding 0", "holding 9", "holding 19"});
   EXPECT_EQ(Shown(Plan(points, {})), "fast holding 0+10 fast holding 19+1");
   Settings none;
@@ -358,14 +358,14 @@ TEST(ModbusPlan, NoRequestIsLongerThanABlock) {
   EXPECT_EQ(Shown(Plan(Points({"input 0"}, Type::float32), small)), "fast input 0+2");
 }
 
-TEST(ModbusPlan, GroupsAreApartAndWritePointsAreNotRead) {
+TEST(ModbusPlan, GroupsAreSeparateAndWritePointsAreNotRead) {
   auto points = Points({"holding 0", "holding 1", "holding 2"});
   points[1].group = Group::slow;
   points.push_back(WritePoint("w", "", "holding 3"));
   EXPECT_EQ(Shown(Plan(points, {})), "fast holding 0+3 slow holding 1+1");
 }
 
-TEST(ModbusPlan, PointsOfOneRegisterShareIt) {
+TEST(ModbusPlan, PointsOfARegisterShareItsRequest) {
   auto points = Points({"holding 8[b0]", "holding 8[b15]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
   points.push_back(ReadPoint("wide", "holding 7", Type::uint32));
@@ -383,7 +383,7 @@ TEST(ModbusPlan, ARefusedBlockIsSplitUntilAReconnect) {
   EXPECT_EQ(Shown(plan), "fast holding 0+9");
 }
 
-TEST(ModbusPlan, OverlappingPointsAreNotParted) {
+TEST(ModbusPlan, OverlappingPointsAreNotSeparated) {
   auto points = Points({"holding 8[b0]", "holding 8[b1]"}, Type::boolean);
   points.push_back(ReadPoint("word", "holding 8"));
   SpacePlan plan = Plan(points);
@@ -392,7 +392,7 @@ TEST(ModbusPlan, OverlappingPointsAreNotParted) {
   EXPECT_EQ(plan.queries()[0].points.size(), 3U);
 }
 
-TEST(ModbusPlan, WhatIsRefusedIsAskedRarelyAndApart) {
+TEST(ModbusPlan, ARefusedPointIsRequestedRarelyAndSeparately) {
   auto points = Points({"holding 0", "holding 1", "holding 2"});
   points[2].group = Group::slow;
   SpacePlan plan = Plan(points);

@@ -54,7 +54,7 @@ const Row kReference[] = {
     {"two registers", Hex("10 00 01 00 02 04 00 0A 01 02"), 16, 1, 2, 4, 5},
 };
 
-TEST(ModbusPdu, RequestsOfTheReference) {
+TEST(ModbusPdu, RequestsMatchTheReference) {
   for (const Row& row : kReference) {
     PlainRequest request;
     ASSERT_EQ(ParseRequest(row.request, request), kNoException) << row.what;
@@ -70,7 +70,7 @@ TEST(ModbusPdu, RequestsOfTheReference) {
   }
 }
 
-TEST(ModbusPdu, ARequestsLengthIsKnownBeforeItIsWhole) {
+TEST(ModbusPdu, TheLengthOfARequestIsKnownBeforeItsEnd) {
   using Kind = PduLength::Kind;
   for (const Row& row : kReference) {
     bool known = false;
@@ -86,7 +86,7 @@ TEST(ModbusPdu, ARequestsLengthIsKnownBeforeItIsWhole) {
   }
 }
 
-TEST(ModbusPdu, TheLengthOfADiagnosisIsJudgedWhereItIsKnown) {
+TEST(ModbusPdu, TheLengthOfADiagnosisIsCheckedWhereItIsFixed) {
   EXPECT_EQ(AwaitedLength(Hex("08 00 00 A5 37 11")), 6U) << "a loopback";
   EXPECT_EQ(AwaitedLength(Hex("08 00 0B 00 00")), 5U) << "a counter";
   for (const char* own : {"08 00 05 00 00", "08 00 13 00 00", "08 00 15 00 03", "08 80 00 00 00"}) {
@@ -98,7 +98,7 @@ TEST(ModbusPdu, TheLengthOfADiagnosisIsJudgedWhereItIsKnown) {
   EXPECT_EQ(CheckReply(Hex("08 00 15 00 03"), statistics).outcome, Outcome::ok);
 }
 
-TEST(ModbusPdu, FunctionCodesByKind) {
+TEST(ModbusPdu, FunctionCodesAreClassified) {
   const auto codes = [](auto is) {
     std::string text;
     for (int code = 0; code < 256; ++code) {
@@ -115,7 +115,7 @@ TEST(ModbusPdu, FunctionCodesByKind) {
   EXPECT_FALSE(IsFunction(128));
 }
 
-TEST(ModbusPdu, WhatMayChangeItsSlave) {
+TEST(ModbusPdu, RequestsThatMayChangeASlaveAreRecognised) {
   for (const char* reads : {"03 00 00 00 01", "07", "0B", "0C", "11", "14", "18", "2B 0E 01 00",
                             "08 00 00 01 01", "08 00 0B 00 00"}) {
     EXPECT_FALSE(MayChangeSlave(Hex(reads))) << reads;
@@ -132,7 +132,7 @@ struct Refused {
   ExceptionCode exception;
 };
 
-TEST(ModbusPdu, WhatASlaveRefuses) {
+TEST(ModbusPdu, InvalidRequestsGetTheirException) {
   const Refused rows[] = {
       {"no function", Hex(""), kIllegalFunction},
       {"function 0", Hex("00"), kIllegalFunction},
@@ -158,7 +158,7 @@ TEST(ModbusPdu, WhatASlaveRefuses) {
   }
 }
 
-TEST(ModbusPdu, TheLargestRequestsOfEachKind) {
+TEST(ModbusPdu, TheLargestRequestOfEachKindIsAccepted) {
   for (const Bytes& request :
        {Hex("03 FF 83 00 7D"), Hex("01 F8 30 07 D0"), Padded("10 00 00 00 7B F6", 246),
         Padded("0F 00 00 07 B0 F6", 246)}) {
@@ -176,7 +176,7 @@ struct Exchange {
   Outcome outcome;
 };
 
-TEST(ModbusPdu, RepliesOfTheReference) {
+TEST(ModbusPdu, RepliesMatchTheReference) {
   using enum Outcome;
   const Exchange rows[] = {
       {"25.00 Hz", "03 00 C8 00 01", "03 02 09 C4", ok},
@@ -203,7 +203,7 @@ TEST(ModbusPdu, RepliesOfTheReference) {
   }
 }
 
-TEST(ModbusPdu, ExceptionsSayWhatTheyMean) {
+TEST(ModbusPdu, ExceptionsHaveTheirTexts) {
   EXPECT_EQ(ToHex(Exception(kReadHolding, kIllegalAddress)), "83 02");
   EXPECT_EQ(ExceptionText(kIllegalAddress), "exception 02, illegal data address");
   EXPECT_EQ(ExceptionText(0x63), "exception 63");

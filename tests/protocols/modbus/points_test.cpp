@@ -20,7 +20,7 @@ std::string ErrorOf(const config::Point& point) {
   return status ? "" : status.error();
 }
 
-TEST(ModbusPlace, TablesAddressesAndTypes) {
+TEST(ModbusPlace, ParsesTablesAddressesAndTypes) {
   const auto holding = ReadLocation(PointOf("holding 200", Type::uint16));
   ASSERT_TRUE(holding);
   EXPECT_EQ(holding->table, Table::holding);
@@ -38,7 +38,7 @@ TEST(ModbusPlace, TablesAddressesAndTypes) {
   EXPECT_EQ(bit->bit, 15U);
 }
 
-TEST(ModbusPlace, FormsAndOrders) {
+TEST(ModbusPlace, ParsesFormsAndOrders) {
   EXPECT_EQ(ReadLocation(PointOf("holding 200 uint16", Type::float32))->count, 1U);
   const auto swapped = ReadLocation(PointOf("holding 200 float32 CDAB", Type::float64));
   ASSERT_TRUE(swapped);
@@ -53,7 +53,7 @@ TEST(ModbusPlace, FormsAndOrders) {
   EXPECT_EQ(ReadLocation(PointOf("holding 500 text(fault)", Type::string, 24))->texts, "fault");
 }
 
-TEST(ModbusPlace, ErrorsSayWhatWouldBeRight) {
+TEST(ModbusPlace, ErrorsSuggestValidPlaces) {
   const std::pair<config::Point, const char*> cases[] = {
       {PointOf("40201", Type::uint16), "names no table"},
       {PointOf("", Type::uint16), "names no table"},
@@ -91,7 +91,7 @@ TEST(ModbusPlace, ErrorsSayWhatWouldBeRight) {
   EXPECT_NE(ErrorOf(meaning).find("cannot be written"), std::string::npos);
 }
 
-TEST(ModbusPlace, AWritePlaceHasTheFormOfTheRead) {
+TEST(ModbusPlace, AWritePlaceInheritsTheFormOfItsReadPlace) {
   const config::Point scaled =
       WritePoint("p", "holding 13 uint16", "holding 14", config::Type::float32);
   const auto write = WriteLocation(scaled);
@@ -130,7 +130,7 @@ Value Decoded16(const std::string& read, Type type, const Registers& registers,
   return Decode(*place, registers, settings).value;
 }
 
-TEST(ModbusValues, NumbersInEveryForm) {
+TEST(ModbusValues, DecodesNumbersInEveryForm) {
   EXPECT_EQ(Decoded16("holding 0 int16", Type::int32, {0xFFFE}), Value(std::int64_t{-2}));
   EXPECT_EQ(Decoded16("holding 0 uint16", Type::int32, {0xFFFE}), Value(std::uint64_t{65534}));
   EXPECT_EQ(Decoded16("holding 0", Type::int32, {0xFFFF, 0xFFFE}), Value(std::int64_t{-2}));
@@ -148,7 +148,7 @@ TEST(ModbusValues, NumbersInEveryForm) {
   EXPECT_EQ(Decoded16("holding 0[b3]", Type::boolean, {0xFFF7}), Value(false));
 }
 
-TEST(ModbusValues, OrdersOfBytes) {
+TEST(ModbusValues, DecodesEveryByteOrder) {
   // 230.5 = 43 66 80 00
   const auto value = [](const char* order, const Registers& registers) {
     return Decoded16(std::string("holding 0 ") + order, Type::float32, registers);
@@ -182,7 +182,7 @@ TEST(ModbusValues, StringsEndAtTheirPadding) {
   EXPECT_EQ(text({0x2020, 0x2020, 0x2020}), Value(std::string()));
 }
 
-TEST(ModbusValues, WhatIsNoNumberHasAQuality) {
+TEST(ModbusValues, AnInvalidNumberHasABadQuality) {
   const auto quality = [](const std::string& read, Type type, const Registers& registers) {
     const auto place = ReadLocation(PointOf(read, type));
     const Decoded decoded = Decode(*place, registers, {});
@@ -194,7 +194,7 @@ TEST(ModbusValues, WhatIsNoNumberHasAQuality) {
   EXPECT_EQ(quality("holding 0 bcd16", Type::uint16, {0x00A0}), Quality::bad_device_failure);
 }
 
-TEST(ModbusValues, ACodeHasItsMeaning) {
+TEST(ModbusValues, ACodeIsShownAsItsText) {
   Settings settings;
   settings.texts["fault"] = {{0, "none"}, {49, "E.THM"}};
   const auto text = [&](std::uint16_t code) {
@@ -225,7 +225,7 @@ TEST(ModbusValues, EncodingIsTheInverse) {
   }
 }
 
-TEST(ModbusValues, WhatDoesNotFitIsRefused) {
+TEST(ModbusValues, AValueThatDoesNotFitIsRefused) {
   const auto refused = [](const config::Point& point, const Value& value) {
     return !Encode(*ReadLocation(point), value, {}).ok();
   };
@@ -286,7 +286,7 @@ TEST(ModbusForms, BitsAreWrittenByMask) {
   EXPECT_EQ(Asked(talk, Write(0, 1.5)), "error: point mode: 1.5 is not 0...7");
 }
 
-TEST(ModbusForms, ThreeAndSixBytes) {
+TEST(ModbusForms, ThreeAndSixBytesAreNumbers) {
   EXPECT_EQ(Read("holding 8 uint24", Type::uint32, {0xAB12, 0x3456}), "1193046");
   EXPECT_EQ(Read("holding 8 int24", Type::int32, {0x00FF, 0xFFFE}), "-2");
   EXPECT_EQ(Read("holding 8 int24", Type::int32, {0x007F, 0xFFFF}), "8388607");
@@ -302,7 +302,7 @@ TEST(ModbusForms, ThreeAndSixBytes) {
       << "the fourth byte is not its own";
 }
 
-TEST(ModbusForms, OneByteOfARegister) {
+TEST(ModbusForms, AByteOfARegisterIsANumber) {
   EXPECT_EQ(Read("holding 8 uint8", Type::uint16, {0xAB12}), "18");
   EXPECT_EQ(Read("holding 8 uint8 BADC", Type::uint16, {0xAB12}), "171");
   EXPECT_EQ(Read("holding 8 int8", Type::int16, {0x7FFE}), "-2");
@@ -314,7 +314,7 @@ TEST(ModbusForms, OneByteOfARegister) {
       << "the other byte is not its own";
 }
 
-TEST(ModbusForms, WordsSwappedInPairs) {
+TEST(ModbusForms, WordsMayBeSwappedInPairs) {
   EXPECT_EQ(Read("holding 8 uint64 CDABGHEF", Type::uint64, {0x0002, 0x0001, 0x0004, 0x0003}),
             "281483566841860");
   const Location place = LocationOf("holding 8 float64 CDABGHEF", Type::float64);
@@ -330,7 +330,7 @@ TEST(ModbusForms, WordsSwappedInPairs) {
       << "of a device: numbers of two registers as CDAB";
 }
 
-TEST(ModbusForms, DecimalDigitsOfThreeAndFourRegisters) {
+TEST(ModbusForms, DecimalDigitsMayUseThreeOrFourRegisters) {
   EXPECT_EQ(Read("holding 8 bcd48", Type::uint64, {0x1234, 0x5678, 0x9012}), "123456789012");
   EXPECT_EQ(Read("holding 8 bcd64", Type::uint64, {0x1234, 0x5678, 0x9012, 0x3456}),
             "1234567890123456");
@@ -358,7 +358,7 @@ TEST(ModbusScale, MultipliesByThePowerOfTenInTheSameReply) {
   }
 }
 
-TEST(ModbusScale, IsReadInOneRequestAndNeverParted) {
+TEST(ModbusScale, IsReadTogetherWithItsPoint) {
   Talk talk(ModbusRtuProtocol(),
             MakeDevice({ReadPoint("a", "holding 200 int16 scale(220)", Type::float32),
                         ReadPoint("b", "holding 205")},
@@ -373,13 +373,13 @@ TEST(ModbusScale, IsReadInOneRequestAndNeverParted) {
 }
 
 /// 8000 is the sentinel, whatever the power of ten.
-TEST(ModbusScale, LeavesSentinelsAsTheyAre) {
+TEST(ModbusScale, DoesNotScaleSentinels) {
   const Location place = LocationOf("holding 200 int16 scale(201)", Type::float32);
   const config::Sentinel none{-32768, Quality::bad_sensor_failure};
   EXPECT_EQ(Shown(DecodeBlock(place, Registers{0x8000, 0xFFFE}, {}, {{none}})), "-32768");
 }
 
-TEST(ModbusScale, SaysWhereItCanNotBe) {
+TEST(ModbusScale, RefusesInvalidPlaces) {
   EXPECT_NE(ErrorOf("holding 200 int16 scale(400)", Type::float32).find("one request"),
             std::string::npos);
   EXPECT_NE(ErrorOf("holding 200 int16 scale(203)", Type::int16).find("float32 or float64"),
@@ -411,7 +411,7 @@ TEST(ModbusDates, OfMetersAreText) {
   EXPECT_EQ(Read("holding 9 date(bcd)", text, {0x2611, 0x2304, 0x4530}), "2026-11-23 04:45:30");
 }
 
-TEST(ModbusDates, ThatCanNotBeAreBad) {
+TEST(ModbusDates, ImpossibleDatesAreBad) {
   const Type text = Type::string;
   EXPECT_EQ(Read("holding 9 date(ti081)", text, {0xFFFF, 0xFFFF, 0xFFFF, 0xFFFF}), "bad 12");
   EXPECT_EQ(Read("holding 9 date(ti081)", text, {0, 0, 0, 0}), "bad 12");
@@ -423,7 +423,7 @@ TEST(ModbusDates, ThatCanNotBeAreBad) {
   EXPECT_NE(ErrorOf("holding 9 date(unix)", Type::uint32), "");
 }
 
-TEST(ModbusDates, ComeBackFromTheTwin) {
+TEST(ModbusDates, AreReadBackFromTheTwin) {
   std::vector<config::Point> points;
   for (const char* const form : {"unix", "ti081", "registers", "bytes", "bcd"}) {
     points.push_back(
@@ -454,7 +454,7 @@ TEST(ModbusDates, ComeBackFromTheTwin) {
 
 // ---------------------------------------------------------------- times of functions
 
-TEST(ModbusReplyTimes, AreThoseOfTheirFunctions) {
+TEST(ModbusReplyTimes, ApplyToTheirFunctions) {
   const std::vector<std::string> times = {"16=5s", "0x16=2s"};
   Talk talk(ModbusRtuProtocol(), MakeDevice({WritePoint("block", "holding 8", {}, Type::uint32)},
                                             {{"reply_times", times}}));
@@ -462,7 +462,7 @@ TEST(ModbusReplyTimes, AreThoseOfTheirFunctions) {
   EXPECT_EQ(talk.Ask(Write(0, std::uint64_t{1}))->reply, 5s);
 }
 
-TEST(ModbusReplyTimes, SayWhatIsWrong) {
+TEST(ModbusReplyTimes, ReportErrors) {
   const auto error = [](const std::string& entry) {
     const auto times = ParseReplyTimes({"22=2s", entry});
     return times ? "" : times.error();

@@ -139,7 +139,7 @@ TEST(ModbusProfiles, TheInverterIsReadInFewRequests) {
                                            "frequency_detected"}));
 }
 
-TEST(ModbusProfiles, TheMeterIsAdaptedByOptions) {
+TEST(ModbusProfiles, OptionsAdaptTheMeter) {
   const config::Loaded loaded = Load("generic-meter", Framing::rtu, ", order: CDAB, hole: 0");
   ASSERT_TRUE(loaded.ok());
   const config::Device& device = loaded.config.lines[0].devices[0];
@@ -154,7 +154,7 @@ TEST(ModbusProfiles, TheMeterIsAdaptedByOptions) {
   }
 }
 
-TEST(ModbusProfiles, AsciiUsesThoseOfRtu) {
+TEST(ModbusProfiles, AsciiUsesTheProfilesOfRtu) {
   const config::Catalog catalog = Installed();
   EXPECT_TRUE(catalog.FindProfile("modbus_ascii", "generic-meter").has_value());
   EXPECT_FALSE(catalog.FindProfile("modbus_ascii", "spaj140c").has_value());
@@ -204,7 +204,7 @@ class ModbusTwinTest : public ::testing::Test {
   std::unique_ptr<ModbusTwin> twin_;
 };
 
-TEST_F(ModbusTwinTest, Reads) {
+TEST_F(ModbusTwinTest, AnswersReads) {
   Make();
   EXPECT_EQ(Ask("0300C80001"), "03 02 09 C4");
   EXPECT_EQ(Ask("0300CC0002"), "03 04 00 01 00 02");
@@ -215,7 +215,7 @@ TEST_F(ModbusTwinTest, Reads) {
   EXPECT_EQ(Ask("0400000002"), "04 04 43 66 80 00");
 }
 
-TEST_F(ModbusTwinTest, RepliesUnderAnotherSlaveWhenToldSo) {
+TEST_F(ModbusTwinTest, RepliesUnderAnotherSlaveIfConfigured) {
   Make();
   twin_->ReplyAs("0x15");
   const auto reply_to = [&](std::uint8_t slave) {
@@ -229,7 +229,7 @@ TEST_F(ModbusTwinTest, RepliesUnderAnotherSlaveWhenToldSo) {
             Wrap(Framing::ascii, 21, Hex("030209C4")));
 }
 
-TEST_F(ModbusTwinTest, RefusesAsTheSpecificationSays) {
+TEST_F(ModbusTwinTest, RefusesByTheSpecification) {
   Make();
   EXPECT_EQ(Ask("0300C80002"), "83 02") << "201 is missing";
   EXPECT_EQ(Ask("0300000001"), "83 02");
@@ -245,7 +245,7 @@ TEST_F(ModbusTwinTest, RefusesAsTheSpecificationSays) {
   EXPECT_EQ(Ask("1000CA0002020005"), "90 03") << "count and bytes contradict each other";
 }
 
-TEST_F(ModbusTwinTest, MissingRegistersReadZeroBesideOthers) {
+TEST_F(ModbusTwinTest, MissingRegistersReadZeroNextToExistingOnes) {
   Make("zero");
   EXPECT_EQ(Ask("0300C70003"), "03 06 00 00 09 C4 00 00");
   EXPECT_EQ(Ask("0301C80001"), "83 02") << "all of them are missing";
@@ -256,7 +256,7 @@ TEST_F(ModbusTwinTest, MissingRegistersReadZeroBesideOthers) {
   EXPECT_EQ(Ask("0601C80005"), "86 02");
 }
 
-TEST_F(ModbusTwinTest, WhatIsWrittenIsReadLater) {
+TEST_F(ModbusTwinTest, WrittenValuesAreReadBack) {
   Make();
   EXPECT_EQ(Ask("0600CA0055"), "06 00 CA 00 55");
   EXPECT_EQ(Ask("0300CA0001"), "03 02 00 55");
@@ -276,7 +276,7 @@ TEST_F(ModbusTwinTest, WhatIsWrittenIsReadLater) {
   EXPECT_EQ(values_.values[11], Value(true)) << "a view of the same register";
 }
 
-TEST_F(ModbusTwinTest, LoopbackAndIdentification) {
+TEST_F(ModbusTwinTest, AnswersLoopbackAndIdentification) {
   Make();
   EXPECT_EQ(Ask("080000A55A"), "08 00 00 A5 5A");
   EXPECT_EQ(Ask("0800000102030405"), "08 00 00 01 02 03 04 05");
@@ -290,7 +290,7 @@ TEST_F(ModbusTwinTest, LoopbackAndIdentification) {
   EXPECT_EQ(Ask("2B0E0409"), "AB 02");
 }
 
-TEST_F(ModbusTwinTest, SilentOnDamageAndOtherAddresses) {
+TEST_F(ModbusTwinTest, IsSilentToDamageAndOtherAddresses) {
   Make();
   const Bytes good = Wrap(Framing::rtu, 20, Hex("0300C80001"));
   EXPECT_FALSE(twin_->Answer(good, Instant{}).empty());
@@ -303,13 +303,13 @@ TEST_F(ModbusTwinTest, SilentOnDamageAndOtherAddresses) {
   EXPECT_TRUE(twin_->Answer(Wrap(Framing::rtu, 20, Hex("8302")), Instant{}).empty());
 }
 
-TEST_F(ModbusTwinTest, ABroadcastIsDoneAndNotAnswered) {
+TEST_F(ModbusTwinTest, ExecutesABroadcastWithoutReply) {
   Make();
   EXPECT_TRUE(twin_->Answer(Wrap(Framing::rtu, 0, Hex("0600CA0055")), Instant{}).empty());
   EXPECT_EQ(values_.values[1], Value(std::uint64_t{0x55}));
 }
 
-TEST_F(ModbusTwinTest, NoRequestBreaksIt) {
+TEST_F(ModbusTwinTest, AnswersRandomRequestsWithAValidLength) {
   Make("zero");
   std::uint32_t state = 1;
   for (int round = 0; round < 20000; ++round) {

@@ -77,7 +77,7 @@ Listener Heard(View bytes, std::size_t piece = 1000) {
 
 // ---------------------------------------------------------------- clean traffic
 
-TEST(ModbusRtuRequestRule, OtherSlavesRepliesDoNotHideTheNextRequest) {
+TEST(ModbusRtuRequestRule, RepliesOfOtherSlavesDoNotHideTheNextRequest) {
   for (const char* other : {"030209C4", "0102CD6B", "8302", "1003E70078", "0F0013000A",
                             "170400010002", "2B0E0181000001000141", "0308000100020003FFFF"}) {
     for (const std::size_t piece : kPieces) {
@@ -108,7 +108,7 @@ TEST(ModbusRtuRequestRule, RepliesInAnyPiecesAreNoDamage) {
   }
 }
 
-TEST(ModbusRtuRequestRule, RepliesTornBySilenceAreDamageAndNothingElse) {
+TEST(ModbusRtuRequestRule, RepliesInterruptedBySilenceAreOnlyDamage) {
   for (const std::size_t registers : {2U, 10U, 60U, 120U}) {
     Bytes data;
     for (std::size_t i = 0; i < registers; ++i) AppendU16(data, 1000 + 7 * i);
@@ -127,7 +127,7 @@ TEST(ModbusRtuRequestRule, RepliesTornBySilenceAreDamageAndNothingElse) {
   }
 }
 
-TEST(ModbusRtuRequestRule, GluedRequestsAndRepliesAreAllTaken) {
+TEST(ModbusRtuRequestRule, AllRequestsOfAContinuousStreamAreFound) {
   const std::pair<const char*, const char*> exchanges[] = {
       {"0300C80002", "030409C400CA"},
       {"0100000010", "0102CD6B"},
@@ -155,7 +155,7 @@ TEST(ModbusRtuRequestRule, GluedRequestsAndRepliesAreAllTaken) {
   }
 }
 
-TEST(ModbusRtuRequestRule, UnknownFunctionsAreTakenApartAtSilence) {
+TEST(ModbusRtuRequestRule, FramesOfUnknownFunctionsAreSeparatedAtSilence) {
   const Bytes request = Rtu(kOther, "42");
   const Bytes reply = Wrap(Framing::rtu, kOther, Joined({Hex("42 0A 01 FF"), kWrite}));
   for (const std::size_t piece : kPieces) {
@@ -174,7 +174,7 @@ TEST(ModbusRtuRequestRule, UnknownFunctionsAreTakenApartAtSilence) {
   EXPECT_EQ(Heard(stream).frames(), expected) << "without any silence, more than a frame is long";
 }
 
-TEST(ModbusRtuRequestRule, AWriteThatContradictsItselfIsWholeAtSilence) {
+TEST(ModbusRtuRequestRule, AnInconsistentWriteEndsAtSilence) {
   for (const char* pdu : {"1003E70003020005", "17F00001000A0001030005"}) {
     const Bytes odd = Rtu(20, pdu);
     Listener listener;
@@ -192,7 +192,7 @@ TEST(ModbusRtuRequestRule, ALoopbackDoesNotWaitForSilence) {
   EXPECT_EQ(listener.frames(), Frames{loopback});
 }
 
-TEST(ModbusRtuRequestRule, ARequestThatBeginsLikeAWholeReplyIsARequest) {
+TEST(ModbusRtuRequestRule, ARequestThatBeginsLikeAReplyIsARequest) {
   Bytes reply = Rtu(20, "03025800");
   reply.push_back(0x00);  // the CRC stays good
   for (const std::size_t piece : kPieces) {
@@ -200,7 +200,7 @@ TEST(ModbusRtuRequestRule, ARequestThatBeginsLikeAWholeReplyIsARequest) {
   }
 }
 
-TEST(ModbusRtuRequestRule, TheLongestFramesAreTaken) {
+TEST(ModbusRtuRequestRule, TheLongestFramesAreAccepted) {
   Bytes pdu = WriteRegistersRequest(0, std::vector<std::uint16_t>(123, 0x0106));
   const Bytes known = Wrap(Framing::rtu, 20, pdu);
   pdu.assign(kMaxPdu, 0x64);
@@ -214,7 +214,7 @@ TEST(ModbusRtuRequestRule, TheLongestFramesAreTaken) {
 
 // ---------------------------------------------------------------- noise
 
-TEST(ModbusRtuRequestRule, BytesOfADriverBeforeARequestAreSkipped) {
+TEST(ModbusRtuRequestRule, DriverNoiseBeforeARequestIsSkipped) {
   for (const char* noise : {"00", "FF", "00 00 00", "FF 00", "00 FF FF", "FE", "F8 FF"}) {
     for (std::uint8_t slave = 1; slave <= kLastSlave; ++slave) {
       const Bytes request = Rtu(slave, "0301F40001");
@@ -232,14 +232,14 @@ TEST(ModbusRtuRequestRule, BytesOfADriverBeforeARequestAreSkipped) {
   }
 }
 
-TEST(ModbusRtuRequestRule, ABroadcastIsNotNoise) {
+TEST(ModbusRtuRequestRule, ABroadcastIsAFrame) {
   const Bytes all = Rtu(0, "0600080002");
   Listener listener;
   listener.Hear(all);
   EXPECT_EQ(listener.frames(), Frames{all});
 }
 
-TEST(ModbusRtuRequestRule, OtherNoiseCostsTheRequestBehindIt) {
+TEST(ModbusRtuRequestRule, OtherNoiseDiscardsTheFollowingRequest) {
   Listener listener;
   listener.Hear(Joined({Hex("13 37 01 03"), kRead}));
   EXPECT_TRUE(listener.frames().empty());
@@ -294,7 +294,7 @@ TEST(ModbusRtuRequestRule, AWriteInsideADamagedReplyIsNotExecuted) {
   }
 }
 
-TEST(ModbusRtuRequestRule, AWriteInsideATornReplyIsNotExecuted) {
+TEST(ModbusRtuRequestRule, AWriteInsideAnIncompleteReplyIsNotExecuted) {
   for (const std::uint8_t filler : kFillers) {
     const Bytes reply = ReadReply(DataAround(50, filler));
     for (std::size_t length = 1; length < reply.size(); ++length) {
@@ -307,7 +307,7 @@ TEST(ModbusRtuRequestRule, AWriteInsideATornReplyIsNotExecuted) {
   }
 }
 
-TEST(ModbusRtuRequestRule, ALineWithoutSilenceExecutesNothingInItsFlood) {
+TEST(ModbusRtuRequestRule, AFloodWithoutSilenceExecutesNothing) {
   std::mt19937 random(5);
   for (int round = 0; round < 200; ++round) {
     const int kind = round % 4;
@@ -486,7 +486,7 @@ struct Cutter {
   Assembler assembler;
 };
 
-TEST(ModbusRtuReplyRule, AFrameIsWholeWithItsLastByte) {
+TEST(ModbusRtuReplyRule, AFrameEndsWithItsLastByte) {
   Cutter cutter("0301F40001");
   const Bytes reply = Hex("14 03 02 00 31 74 53");
   for (std::size_t i = 0; i + 1 < reply.size(); ++i) {
@@ -508,7 +508,7 @@ TEST(ModbusRtuReplyRule, ALongReplyInFragmentsIsOneFrame) {
   EXPECT_EQ(cutter.Take(View(reply).subspan(216)), std::optional(reply));
 }
 
-TEST(ModbusRtuReplyRule, AnotherSlavesReplyIsPassedOver) {
+TEST(ModbusRtuReplyRule, AReplyOfAnotherSlaveIsSkipped) {
   Cutter cutter("0301F40001");
   Bytes stream = Wrap(Framing::rtu, 21, Hex("03020099"));
   EXPECT_FALSE(cutter.Take(stream).has_value());
@@ -517,7 +517,7 @@ TEST(ModbusRtuReplyRule, AnotherSlavesReplyIsPassedOver) {
 }
 
 /// A late reply may have another form; the conversation judges it.
-TEST(ModbusReplyRules, AReplyOfAnotherFormIsAFrame) {
+TEST(ModbusReplyRules, AReplyOfAnotherFormIsAccepted) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     for (const char* pdu : {"030400310032", "080000A55A", "04020031", "8402", "0600080002"}) {
       Cutter cutter("0301F40001", framing);
@@ -527,13 +527,13 @@ TEST(ModbusReplyRules, AReplyOfAnotherFormIsAFrame) {
   }
 }
 
-TEST(ModbusRtuReplyRule, AnEchoOfAReadIsNoReply) {
+TEST(ModbusRtuReplyRule, AnEchoOfAReadIsSkipped) {
   Cutter cutter("0301F40001");
   EXPECT_EQ(cutter.Take(Hex("14 03 01 F4 00 01 C6 C1 14 03 02 00 31 74 53")),
             std::optional(Hex("14 03 02 00 31 74 53")));
 }
 
-TEST(ModbusRtuReplyRule, BlamesDamageSilenceAndNoiseApart) {
+TEST(ModbusRtuReplyRule, DistinguishesDamageSilenceAndNoise) {
   const auto blame = [](const char* wire) {
     Cutter cutter("0301F40001");
     EXPECT_FALSE(cutter.Take(Hex(wire), true).has_value()) << wire;
@@ -545,33 +545,33 @@ TEST(ModbusRtuReplyRule, BlamesDamageSilenceAndNoiseApart) {
   EXPECT_EQ(blame("55 55"), Outcome::partial);
 }
 
-TEST(ModbusRtuReplyRule, AnUnknownFunctionIsEndedBySilence) {
+TEST(ModbusRtuReplyRule, AReplyOfAnUnknownFunctionEndsWithSilence) {
   Cutter cutter("640102");
   const Bytes reply = Frame(Framing::rtu, "640504030201");
   EXPECT_FALSE(cutter.Take(reply).has_value());
   EXPECT_EQ(cutter.Take({}, true), std::optional(reply));
 }
 
-TEST(ModbusAsciiReplyRule, AMissingLineFeedIsFoundBySilence) {
+TEST(ModbusAsciiReplyRule, AReplyWithoutLineFeedEndsWithSilence) {
   Cutter cutter("0301F40001", Framing::ascii);
   EXPECT_FALSE(cutter.Take(ToBytes(":1403020031B6\r")).has_value());
   EXPECT_EQ(cutter.Take({}, true), std::optional(ToBytes(":1403020031B6\r")));
 }
 
-TEST(ModbusAsciiReplyRule, AColonBeginsAnew) {
+TEST(ModbusAsciiReplyRule, AColonStartsANewFrame) {
   Cutter cutter("0301F40001", Framing::ascii);
   EXPECT_EQ(cutter.Take(ToBytes(":140302:1403020031b6\r\n")),
             std::optional(ToBytes(":1403020031b6\r\n")));
 }
 
-TEST(ModbusAsciiReplyRule, OtherSlavesAndEchoesArePassedOver) {
+TEST(ModbusAsciiReplyRule, OtherSlavesAndEchoesAreSkipped) {
   Cutter cutter("0301F40001", Framing::ascii);
   EXPECT_FALSE(cutter.Take(Wrap(Framing::ascii, 21, Hex("03020031"))).has_value());
   EXPECT_FALSE(cutter.Take(Frame(Framing::ascii, "0301F40001")).has_value()) << "an echo";
   EXPECT_TRUE(cutter.Take(Frame(Framing::ascii, "03020031")).has_value());
 }
 
-TEST(ModbusAsciiReplyRule, NothingLongerThanAFrameIsHeld) {
+TEST(ModbusAsciiReplyRule, AnOverlongFrameIsDiscarded) {
   Cutter cutter("0301F40001", Framing::ascii);
   EXPECT_FALSE(cutter.Take(ToBytes(":" + std::string(510, '0'))).has_value());
   EXPECT_EQ(cutter.assembler.held(), 511U);

@@ -88,7 +88,7 @@ TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
 }
 
 /// The header counts 4 bytes, but the unit and an exception of two bytes follow.
-TEST_F(ModbusSession, AnExceptionWhoseHeaderCountsTooManyCostsNothing) {
+TEST_F(ModbusSession, AnExceptionWithATooLongHeaderDelaysNoOther) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -106,7 +106,7 @@ TEST_F(ModbusSession, AnExceptionWhoseHeaderCountsTooManyCostsNothing) {
   EXPECT_NE(line_->StatusOf(1).state, bus::DeviceState::offline);
 }
 
-TEST_F(ModbusSession, WithoutAnySilenceBetweenFrames) {
+TEST_F(ModbusSession, WorksWithoutSilenceBetweenFrames) {
   line_ = std::make_unique<VirtualLine>(
       [] {
         config::Line line = Bus();
@@ -119,7 +119,7 @@ TEST_F(ModbusSession, WithoutAnySilenceBetweenFrames) {
   EXPECT_TRUE(Becomes(0, 5s));
 }
 
-TEST_F(ModbusSession, ADeadSlaveComesBack) {
+TEST_F(ModbusSession, ADeadSlaveRecovers) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.dead = true;
@@ -130,7 +130,7 @@ TEST_F(ModbusSession, ADeadSlaveComesBack) {
   EXPECT_TRUE(Becomes(0, 2min));
 }
 
-TEST_F(ModbusSession, ASlaveThatVanishesInsideAReplyComesBack) {
+TEST_F(ModbusSession, ASlaveThatStopsInsideAReplyRecovers) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.distort = [](Bytes reply) {
@@ -144,7 +144,7 @@ TEST_F(ModbusSession, ASlaveThatVanishesInsideAReplyComesBack) {
 }
 
 /// Each reply of a TCP server contains the number of its request.
-TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
+TEST_F(ModbusSession, ALateNumberedReplyAffectsOnlyItsRequest) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.think = 1100ms;
@@ -160,7 +160,7 @@ TEST_F(ModbusSession, NumberedRepliesThatComeLateCostTheirRequestAlone) {
 }
 
 /// The retry is answered at once, the first try after other requests.
-TEST_F(ModbusSession, ANumberTellsThatAReplyBehindItsRepeatIsLate) {
+TEST_F(ModbusSession, ANumberShowsThatAReplyAfterARetryIsLate) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   int count = 0;
@@ -175,7 +175,7 @@ TEST_F(ModbusSession, ANumberTellsThatAReplyBehindItsRepeatIsLate) {
   EXPECT_EQ(findings.Last(Symptom::noise_behind).symptom, Symptom::clean) << "never seen";
 }
 
-TEST_F(ModbusSession, AServerThatLosesItsPlaceIsReadAgainBehindTheNextSilence) {
+TEST_F(ModbusSession, AServerWithMisalignedFramesRecoversAfterSilence) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   int count = 0;
@@ -189,7 +189,7 @@ TEST_F(ModbusSession, AServerThatLosesItsPlaceIsReadAgainBehindTheNextSilence) {
   EXPECT_TRUE(Becomes(0, 1min));
 }
 
-TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
+TEST_F(ModbusSession, RepliesOneRequestLateAreNeverAccepted) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   AnswerOneRequestLate();
@@ -201,7 +201,7 @@ TEST_F(ModbusSession, RepliesThatComeOneRequestLateAreNeverBelieved) {
   EXPECT_TRUE(Becomes(0, 5min)) << "in step again";
 }
 
-TEST_F(ModbusSession, AReplyBeyondTheTimeoutMeetsNoOtherRequest) {
+TEST_F(ModbusSession, AReplyAfterTheTimeoutAnswersNoOtherRequest) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.think = 560ms;
@@ -210,7 +210,7 @@ TEST_F(ModbusSession, AReplyBeyondTheTimeoutMeetsNoOtherRequest) {
   EXPECT_TRUE(Becomes(0, 5min));
 }
 
-TEST_F(ModbusSession, AForeignReplyInFrontDoesNotCostTheOwn) {
+TEST_F(ModbusSession, AForeignReplyInFrontDoesNotHideTheOwnReply) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.distort = [](Bytes reply) {
@@ -222,7 +222,7 @@ TEST_F(ModbusSession, AForeignReplyInFrontDoesNotCostTheOwn) {
   EXPECT_TRUE(AllGood(0));
 }
 
-TEST_F(ModbusSession, ASlaveThatIsSilentToTheLoopbackIsServed) {
+TEST_F(ModbusSession, ASlaveThatIgnoresLoopbacksIsServed) {
   Make();
   const auto mute = [](View request) -> std::optional<Bytes> {
     if (request[1] == kDiagnostics) return Bytes();
@@ -244,7 +244,7 @@ TEST_F(ModbusSession, ASlaveThatIsSilentToTheLoopbackIsServed) {
   EXPECT_LT(Count(20, kDiagnostics), before + 60) << "it is not asked in vain for ever";
 }
 
-TEST_F(ModbusSession, ASlaveWithoutTheFunctionIsInStepByItsRefusal) {
+TEST_F(ModbusSession, ASlaveWithoutLoopbackIsSynchronisedByItsRefusal) {
   Make();
   line_->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[1] == kDiagnostics) return Wrap(Framing::rtu, 20, Hex("8801"));
@@ -269,7 +269,7 @@ TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
 }
 
 /// Example: an inverter that clears its parameters.
-TEST_F(ModbusSession, AFunctionMayTakeItsOwnTime) {
+TEST_F(ModbusSession, AFunctionMayHaveItsOwnReplyTime) {
   for (const bool given : {false, true}) {
     const std::vector<std::string> times = {"6=5s"};
     Make(given ? Settable{{"reply_times", times}} : Settable());
@@ -287,7 +287,7 @@ TEST_F(ModbusSession, AFunctionMayTakeItsOwnTime) {
   }
 }
 
-TEST_F(ModbusSession, ADeviceThatAnotherProfileIsForServesNoGoodValue) {
+TEST_F(ModbusSession, ADeviceOfAnotherProfileHasNoGoodValue) {
   for (const Framing framing : {Framing::rtu, Framing::tcp}) {
     config::Line line = Bus({}, framing);
     for (config::Device& device : line.devices) {

@@ -16,7 +16,7 @@ constexpr const char* kIts31 = "00 01 00 00 00 05 14 03 02 00 31";
 
 // ---------------------------------------------------------------- messages
 
-TEST(ModbusTcpCodec, AHeaderStandsBeforeThePdu) {
+TEST(ModbusTcpCodec, AHeaderPrecedesThePdu) {
   const Bytes frame = Wrap(Framing::tcp, 20, ReadRequest(kReadHolding, 500, 1), 1);
   EXPECT_EQ(ToHex(frame), ToHex(Hex(kRead500)));
   const auto adu = Unwrap(Framing::tcp, frame);
@@ -27,7 +27,7 @@ TEST(ModbusTcpCodec, AHeaderStandsBeforeThePdu) {
   EXPECT_EQ(Wrap(Framing::tcp, 20, Bytes(kMaxPdu)).size(), kMaxTcp);
 }
 
-TEST(ModbusTcpCodec, OtherProtocolsAndLengthsAreNone) {
+TEST(ModbusTcpCodec, OtherProtocolsAndLengthsAreRefused) {
   for (const char* const wrong :
        {"00 01 00 01 00 05 14 03 02 00 31", "00 01 00 00 00 04 14 03 02 00 31",
         "00 01 00 00 00 01 14", "00 01 00 00 01 05 14 03 02 00 31", "00 01 00 00 00 05 14", ""}) {
@@ -38,7 +38,7 @@ TEST(ModbusTcpCodec, OtherProtocolsAndLengthsAreNone) {
   EXPECT_FALSE(Unwrap(Framing::tcp, long_one)) << "length 255: longer than any message";
 }
 
-TEST(ModbusTcpAddress, ServersThemselvesAre0And255) {
+TEST(ModbusTcpAddress, AcceptsUnits0To255) {
   for (const char* const unit : {"0", "255", "0xFF", "1", "248"}) {
     EXPECT_TRUE(ModbusTcpProtocol().canonical_address(unit)) << unit;
   }
@@ -60,7 +60,7 @@ struct Connection {
   Assembler assembler;
 };
 
-TEST(ModbusTcpReplyRule, ALateReplyIsPassedOver) {
+TEST(ModbusTcpReplyRule, ALateReplyIsSkipped) {
   Connection connection(kRead500);
   EXPECT_FALSE(connection.Take("00 00 00 00 00 05 14 03 02 00 99"));
   EXPECT_EQ(connection.assembler.blame(), Outcome::unexpected);
@@ -68,21 +68,21 @@ TEST(ModbusTcpReplyRule, ALateReplyIsPassedOver) {
   EXPECT_EQ(connection.Take(kIts31), Hex(kIts31));
 }
 
-TEST(ModbusTcpReplyRule, AnotherUnitsReplyIsPassedOver) {
+TEST(ModbusTcpReplyRule, AReplyOfAnotherUnitIsSkipped) {
   Connection connection(kRead500);
   EXPECT_FALSE(connection.Take("00 01 00 00 00 05 15 03 02 00 99"));
   EXPECT_EQ(connection.assembler.blame(), Outcome::unexpected);
   EXPECT_EQ(connection.Take(kIts31), Hex(kIts31));
 }
 
-TEST(ModbusTcpReplyRule, LateRepliesAndTheirOwnMayComeInOnePiece) {
+TEST(ModbusTcpReplyRule, ALateReplyAndTheOwnReplyMayArriveInOnePiece) {
   Connection connection(kRead500);
   EXPECT_EQ(connection.Take(std::string("FF FF 00 00 00 05 14 03 02 00 99 ") + kIts31),
             Hex(kIts31));
 }
 
 /// Example: a serial server that forwards RTU frames.
-TEST(ModbusTcpReplyRule, BehindDamageNothingIsBelievedBeforeSilence) {
+TEST(ModbusTcpReplyRule, AfterDamageNothingIsAcceptedBeforeSilence) {
   for (const char* const damage :
        {"14 03 02 00 31 74 53", "00 01 00 07 00 05 14 03 02 00 31", "00 01 00 00 01 00 14 03",
         "00 01 00 00 00 00 14 03", "00 01 00 00 00 FF 14 03"}) {
@@ -95,7 +95,7 @@ TEST(ModbusTcpReplyRule, BehindDamageNothingIsBelievedBeforeSilence) {
   }
 }
 
-TEST(ModbusTcpReplyRule, WhatBreaksOffIsPartial) {
+TEST(ModbusTcpReplyRule, AnIncompleteReplyIsPartial) {
   Connection connection(kRead500);
   EXPECT_FALSE(connection.Take("00 01 00 00 00 05 14 03 02 00"));
   EXPECT_FALSE(connection.Take("", true));
@@ -103,7 +103,7 @@ TEST(ModbusTcpReplyRule, WhatBreaksOffIsPartial) {
   EXPECT_EQ(connection.assembler.held(), 0U);
 }
 
-TEST(ModbusTcpReplyRule, AFloodIsNotKept) {
+TEST(ModbusTcpReplyRule, AFloodIsBounded) {
   Connection connection(kRead500);
   connection.assembler.Feed(Bytes(5000, 0x55));
   EXPECT_FALSE(connection.assembler.Next(false));
@@ -122,7 +122,7 @@ constexpr Misframed kMisframed[] = {
     {"00 01 00 00 00 08 14 0F 00 13 00 01 01 01", "00 01 00 00 00 07 14 0F 00 13 00 01"},
 };
 
-TEST(ModbusTcpReplyRule, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
+TEST(ModbusTcpReplyRule, AKnownReplySizeOverridesTheHeader) {
   for (const Misframed& one : kMisframed) {
     SCOPED_TRACE(one.reply);
     Connection connection(one.request);
@@ -140,7 +140,7 @@ TEST(ModbusTcpReplyRule, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
 }
 
 /// 32 bits in one register, and a returned write: both are correct messages.
-TEST(ModbusTcpReplyRule, WhatItsHeaderCountsRightIsNotCut) {
+TEST(ModbusTcpReplyRule, AReplyWithACorrectHeaderIsNotCut) {
   for (const auto& [request, reply] :
        {Misframed{kRead500, "00 01 00 00 00 07 14 03 04 00 31 00 32"},
         Misframed{"00 01 00 00 00 08 14 0F 00 13 00 01 01 01",
@@ -173,7 +173,7 @@ TEST(ModbusTcpConversation, EveryRequestHasItsOwnNumber) {
   EXPECT_FALSE(first->expect.mirrors) << "nothing echoes here";
 }
 
-TEST(ModbusTcpConversation, NoTwoDevicesOfAConnectionUseOneNumber) {
+TEST(ModbusTcpConversation, DevicesOfAConnectionShareNoTransactionNumber) {
   const config::Device a = MakeServer(TwoBlocks(), "1");
   const config::Device b = MakeServer(TwoBlocks(), "1");
   const Protocol& protocol = ModbusTcpProtocol();
@@ -191,7 +191,7 @@ TEST(ModbusTcpConversation, NoTwoDevicesOfAConnectionUseOneNumber) {
   EXPECT_EQ(other->Check(also->bytes, reply), Outcome::ok) << "the frame rule compares the numbers";
 }
 
-TEST(ModbusTcpConversation, AReplyIsRead) {
+TEST(ModbusTcpConversation, AReplyIsDecoded) {
   Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
   ASSERT_TRUE(talk.Ask(Poll(0)));
   const Answer answer = talk.Reply(Poll(0), Hex("00 01 00 00 00 05 FF 03 02 09 C4"));
@@ -201,7 +201,7 @@ TEST(ModbusTcpConversation, AReplyIsRead) {
 }
 
 /// Example: the gateway works, but the meter behind it is off.
-TEST(ModbusTcpConversation, AGatewaysExceptionsSayThatTheUnitIsSilent) {
+TEST(ModbusTcpConversation, AGatewayExceptionMeansNoReply) {
   for (const char* const reply : {"00 01 00 00 00 03 FF 83 0A", "00 01 00 00 00 03 FF 83 0B"}) {
     Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
     ASSERT_TRUE(talk.Ask(Poll(0)));
@@ -209,14 +209,14 @@ TEST(ModbusTcpConversation, AGatewaysExceptionsSayThatTheUnitIsSilent) {
   }
 }
 
-TEST(ModbusTcpConversation, AnExceptionWhoseHeaderCountsTooManyIsOne) {
+TEST(ModbusTcpConversation, AnExceptionWithATooLongHeaderIsAccepted) {
   Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));
   ASSERT_TRUE(talk.Ask(Poll(0)));
   const Answer answer = talk.Reply(Poll(0), Hex("00 01 00 00 00 04 FF 83 02"));
   EXPECT_EQ(answer.outcome, Outcome::unsupported) << answer.reason;
 }
 
-TEST(ModbusTcpConversation, Unit0IsAServerAndNoBroadcast) {
+TEST(ModbusTcpConversation, Unit0IsTheServerAndNoBroadcast) {
   Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks(), "0"));
   ASSERT_TRUE(talk.Ask(Poll(0)));
   EXPECT_EQ(talk.request().expect.reply, Expectation::Reply::one);

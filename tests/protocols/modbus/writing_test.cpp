@@ -53,13 +53,13 @@ Task WriteAll(std::vector<PointValue> writes) {
   return task;
 }
 
-TEST(ModbusTogether, OnlyWithItsOption) {
+TEST(ModbusTogether, PointsAreWrittenTogetherOnlyWithTheOption) {
   EXPECT_EQ(Together(Several(), {0, 1}), 1U);
   EXPECT_EQ(Together(Several(kTogether), {0, 1}), 2U);
   EXPECT_EQ(Together(Several(kTogether), {0}), 1U);
 }
 
-TEST(ModbusTogether, OnlyWhatLiesSideBySideInItsOrder) {
+TEST(ModbusTogether, OnlyAdjacentPointsInOrderAreWrittenTogether) {
   const config::Device device = Several(kTogether);
   EXPECT_EQ(Together(device, {1, 0}), 1U);
   EXPECT_EQ(Together(device, {0, 2}), 1U) << "holding 3 is nobody's";
@@ -69,7 +69,7 @@ TEST(ModbusTogether, OnlyWhatLiesSideBySideInItsOrder) {
   EXPECT_EQ(Together(device, {4, 5, 6}), 3U);
 }
 
-TEST(ModbusTogether, NoMoreThanARequestHolds) {
+TEST(ModbusTogether, ARequestHoldsALimitedNumberOfPoints) {
   std::vector<config::Point> points;
   std::vector<std::size_t> all;
   for (std::size_t i = 0; i < 130; ++i) {
@@ -79,7 +79,7 @@ TEST(ModbusTogether, NoMoreThanARequestHolds) {
   EXPECT_EQ(Together(MakeDevice(std::move(points), kTogether), all), 123U);
 }
 
-TEST(ModbusTogether, RegistersAndCoilsGoOutByOneRequest) {
+TEST(ModbusTogether, RegistersOrCoilsAreWrittenInOneRequest) {
   Talk talk(ModbusRtuProtocol(), Several(kTogether));
   const Task registers = WriteAll({{0, std::uint64_t{10}}, {1, std::uint64_t{258}}});
   EXPECT_EQ(Asked(talk, registers), "10 00 01 00 02 04 00 0A 01 02");
@@ -93,14 +93,14 @@ TEST(ModbusTogether, RegistersAndCoilsGoOutByOneRequest) {
   EXPECT_EQ(Asked(talk, WriteAll(coils)), "0F 00 13 00 0A 02 CD 01");
 }
 
-TEST(ModbusTogether, OneThatDoesNotFitStopsAll) {
+TEST(ModbusTogether, AValueThatDoesNotFitRefusesAllValues) {
   Talk talk(ModbusRtuProtocol(), Several(kTogether));
   EXPECT_THAT(Asked(talk, WriteAll({{0, std::uint64_t{10}}, {1, std::uint64_t{65536}}})),
               HasSubstr("point b: "));
 }
 
 /// Example of 6.16, masks F2 and 25: bits 0, 2 and 3 become 1, 1 and 0.
-TEST(ModbusTogether, BitsOfOneRegisterAreOneMask) {
+TEST(ModbusTogether, BitsOfARegisterAreOneMaskWrite) {
   const config::Device device = MakeDevice({WritePoint("b0", "holding 4[b0]", {}, Type::boolean),
                                             WritePoint("b2-b3", "holding 4[b2-b3]")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -127,7 +127,7 @@ TEST(ModbusBits, WithoutMaskWriteTheRegisterIsReadTwiceAndWritten) {
   EXPECT_EQ(Asked(talk, task), "03 00 04 00 01") << "the next write reads anew";
 }
 
-TEST(ModbusBits, ManyAtOnceAndByFunction16) {
+TEST(ModbusBits, AreWrittenTogetherAndByFunction16) {
   Talk talk(ModbusRtuProtocol(), Bits({{"bit_write", std::string("read_write")},
                                        {"write_function", std::string("multiple")}}));
   const Task task = WriteAll({{0, false}, {2, true}, {3, std::uint64_t{5}}});
@@ -136,7 +136,7 @@ TEST(ModbusBits, ManyAtOnceAndByFunction16) {
   EXPECT_EQ(Asked(talk, task), "10 00 04 00 01 02 F5 FE");
 }
 
-TEST(ModbusBits, ARegisterThatChangesBetweenTheReadsIsLeftAlone) {
+TEST(ModbusBits, ARegisterThatChangesBetweenTheReadsIsNotWritten) {
   Talk talk(ModbusRtuProtocol(), Bits(kByRead));
   const Task task = Write(1, true);
   Exchange(talk, task, "03 02 1203");
@@ -147,7 +147,7 @@ TEST(ModbusBits, ARegisterThatChangesBetweenTheReadsIsLeftAlone) {
   EXPECT_EQ(Asked(talk, task), "03 00 04 00 01");
 }
 
-TEST(ModbusBits, NoReadOfAnotherTaskIsUsed) {
+TEST(ModbusBits, AReadOfAnotherTaskIsNotUsed) {
   Talk talk(ModbusRtuProtocol(), Bits(kByRead));
   const auto read_twice = [&] {
     Exchange(talk, Write(1, true), "03 02 1203");
@@ -184,7 +184,7 @@ TEST(ModbusBits, ADeviceWithoutMaskWriteNamesTheOption) {
   EXPECT_THAT(Exchange(talk, Write(1, true), "96 01").reason, HasSubstr("bit_write: read_write"));
 }
 
-TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsAPromise) {
+TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsOkWithAWait) {
   Talk talk(ModbusRtuProtocol(), Several());
   const Answer busy = Exchange(talk, Write(0, std::uint64_t{1}), "86 06");
   EXPECT_EQ(busy.outcome, Outcome::busy);
@@ -195,7 +195,7 @@ TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsAPromise) {
 }
 
 /// The gate has converted the value (Convert); here it only becomes registers and bits.
-TEST(ModbusWrittenValue, IsEncodedAsTheGateHasConvertedIt) {
+TEST(ModbusWrittenValue, IsEncodedFromTheConvertedValue) {
   struct Case {
     const char* place;
     Type type;
@@ -261,7 +261,7 @@ class WritingLine : public testing::Test {
   std::vector<WriteResult> results_;
 };
 
-TEST_F(WritingLine, BitsAreChangedAndTheOthersStay) {
+TEST_F(WritingLine, OnlyTheWrittenBitsChange) {
   Make(Bits(kByRead));
   for (std::uint32_t point = 0; point < 3; ++point) line_->twin(0).values.Set(point, point != 1);
   line_->twin(0).values.Set(3, std::uint64_t{6});
@@ -277,7 +277,7 @@ TEST_F(WritingLine, BitsAreChangedAndTheOthersStay) {
 }
 
 /// The slave does not answer the read before the write, so nothing was written.
-TEST_F(WritingLine, AnUnansweredReadIsNotAWrite) {
+TEST_F(WritingLine, AnUnansweredReadBeforeAWriteIsNotSent) {
   Make(Bits(kByRead));
   line_->twin(0).manner.dead = true;
   Submit({{1, true}});
@@ -300,7 +300,7 @@ TEST_F(WritingLine, SeveralPointsAreOneExchange) {
 }
 
 /// The device needs 900 ms to carry out an acknowledged write.
-TEST_F(WritingLine, WhatIsAcknowledgedIsReadBackAfterAWhile) {
+TEST_F(WritingLine, AnAcknowledgedWriteIsReadBackLater) {
   for (const bool does_it : {true, false}) {
     results_.clear();
     Make(Several());
@@ -322,7 +322,7 @@ TEST_F(WritingLine, WhatIsAcknowledgedIsReadBackAfterAWhile) {
   }
 }
 
-TEST_F(WritingLine, ABusySlaveSaysLater) {
+TEST_F(WritingLine, ABusySlaveEndsTheWriteAsBusy) {
   Make(Several());
   line_->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[1] != kWriteRegister) return std::nullopt;
@@ -335,7 +335,7 @@ TEST_F(WritingLine, ABusySlaveSaysLater) {
   EXPECT_THAT(SentWrites(), ElementsAre("06 00 01 00 07"));
 }
 
-TEST(ModbusChanges, WhatARequestWritesIsKnownByItsAddress) {
+TEST(ModbusChanges, TheWrittenPointsAreDerivedFromTheRequest) {
   struct Case {
     const char* pdu;
     const char* read;

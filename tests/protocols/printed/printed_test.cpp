@@ -63,7 +63,7 @@ Answer Decode(const Protocol& protocol, Conversation& conversation, const Bytes&
 
 class Printed : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Printed, IsUnderstood) {
+TEST_P(Printed, ExchangesAreDecodedAsPrinted) {
   const Protocol* protocol = testing::Shipped().FindProtocol(GetParam());
   ASSERT_NE(protocol, nullptr);
   const std::string path = std::string(kFolder) + GetParam() + ".printed";

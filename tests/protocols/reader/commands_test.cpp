@@ -36,7 +36,7 @@ std::string Information(const std::string& text) {
   return said ? *said : "error: " + said.error();
 }
 
-TEST(ReaderCommands, AreTwoAndNoneOfThemIsTheBootloader) {
+TEST(ReaderCommands, AreOnlyReadAndInformation) {
   EXPECT_EQ(AsText(EncodeCommand(Command::read)), "r\r");
   EXPECT_EQ(AsText(EncodeCommand(Command::information)), "i\r");
   for (int any = 0; any < 256; ++any) {
@@ -45,7 +45,7 @@ TEST(ReaderCommands, AreTwoAndNoneOfThemIsTheBootloader) {
   }
 }
 
-TEST(ReaderCommands, InformationIsItsLines) {
+TEST(ReaderCommands, InformationConsistsOfItsLines) {
   EXPECT_EQ(Information("\r\nMOD-RFID125-BOX\r\n>"), "MOD-RFID125-BOX");
   EXPECT_EQ(Information("\r\nMOD-RFID125-BOX\r\nVer 1.3\r\n>"), "MOD-RFID125-BOX Ver 1.3");
   EXPECT_EQ(Information(">i\r\nMOD-RFID125-BOX\r\n>"), "MOD-RFID125-BOX") << "it echoes";
@@ -81,7 +81,7 @@ class ReaderCommandsTest : public ::testing::Test {
   VirtualLine line_;
 };
 
-TEST_F(ReaderCommandsTest, IsAskedOnceWhatItIsAndForTheTagAtEveryPoll) {
+TEST_F(ReaderCommandsTest, IdentityIsReadOnceAndTheTagAtEveryPoll) {
   line_.Open();
   line_.RunFor(65s);
   EXPECT_EQ(line_.CountSent("i\r"), 1U);
@@ -101,7 +101,7 @@ TEST_F(ReaderCommandsTest, IsAskedOnceWhatItIsAndForTheTagAtEveryPoll) {
   EXPECT_EQ(line_.CountSent("i\r"), 2U) << "it may be another one";
 }
 
-TEST_F(ReaderCommandsTest, ATagThatIsReadIsAnEventAndOneThatStaysIsOne) {
+TEST_F(ReaderCommandsTest, AReadTagIsOneEventWhileItStays) {
   line_.Open();
   tag_ = kA;
   line_.RunFor(5min);
@@ -116,7 +116,7 @@ TEST_F(ReaderCommandsTest, ATagThatIsReadIsAnEventAndOneThatStaysIsOne) {
 }
 
 /// Tags come at every moment between the command and the end of its answer; each makes one event.
-TEST_F(ReaderCommandsTest, ATagBetweenACommandAndItsAnswerIsNeitherLostNorDoubled) {
+TEST_F(ReaderCommandsTest, ATagDuringACommandIsNotLostOrDuplicated) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
   line_.RunFor(5s);
@@ -137,7 +137,7 @@ TEST_F(ReaderCommandsTest, ATagBetweenACommandAndItsAnswerIsNeitherLostNorDouble
 }
 
 /// The same tag comes again long after `same_tag`: its return is an event, its presence is not.
-TEST_F(ReaderCommandsTest, TheSameTagOnceMoreBesideItsAnswerIsTold) {
+TEST_F(ReaderCommandsTest, AReturningTagNextToItsReplyIsReported) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
   line_.Inject(TagFrame(kA), 1s);
@@ -153,7 +153,7 @@ TEST_F(ReaderCommandsTest, TheSameTagOnceMoreBesideItsAnswerIsTold) {
   }
 }
 
-TEST_F(ReaderCommandsTest, ALateAnswerIsNoTag) {
+TEST_F(ReaderCommandsTest, ALateReplyIsNoTag) {
   line_.Open();
   tag_ = kA;
   line_.RunFor(30s);
@@ -166,7 +166,7 @@ TEST_F(ReaderCommandsTest, ALateAnswerIsNoTag) {
   }
 }
 
-TEST_F(ReaderCommandsTest, SilenceIsAnOutageWhereItIsAskedAndTagsComeAllTheSame) {
+TEST_F(ReaderCommandsTest, SilenceOfAPolledReaderIsAnOutageButTagsAreAccepted) {
   line_.twin(0).manner.dead = true;
   line_.Open();
   line_.Inject(TagFrame(kA), 5s);
@@ -185,7 +185,7 @@ TEST_F(ReaderCommandsTest, SilenceIsAnOutageWhereItIsAskedAndTagsComeAllTheSame)
   EXPECT_EQ(Events(), kA + " " + kB + " ");
 }
 
-TEST_F(ReaderCommandsTest, DamagedAnswersAreNoTags) {
+TEST_F(ReaderCommandsTest, DamagedRepliesAreNoTags) {
   line_.Open();
   tag_ = kA;
   Bytes damaged;
@@ -205,7 +205,7 @@ TEST_F(ReaderCommandsTest, DamagedAnswersAreNoTags) {
   EXPECT_EQ(Events(), kA + " ");
 }
 
-TEST_F(ReaderCommandsTest, EveryCutOfTheInformationGivesTheSame) {
+TEST_F(ReaderCommandsTest, InformationIsReadAtEveryCut) {
   const Bytes said = ToBytes("\r\nMOD-RFID125-BOX\r\nVer 1.3\r\n>");
   line_.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
     return request[0] == 'i' ? said : TagFrame(kNoTag);
@@ -224,7 +224,7 @@ TEST_F(ReaderCommandsTest, EveryCutOfTheInformationGivesTheSame) {
   EXPECT_EQ(line_.StatusOf(0).Count(Outcome::partial), 0U);
 }
 
-TEST_F(ReaderCommandsTest, AReaderThatRepeatsCommandsIsUnderstood) {
+TEST_F(ReaderCommandsTest, AReaderThatEchoesCommandsIsUnderstood) {
   line_.echo = [](View request) { return Bytes(request.begin(), request.end()); };
   line_.twin(0).manner.think = 300ms;
   line_.Open();
@@ -236,7 +236,7 @@ TEST_F(ReaderCommandsTest, AReaderThatRepeatsCommandsIsUnderstood) {
   EXPECT_EQ(line_.StatusOf(0).Count(Outcome::no_reply), 0U);
 }
 
-TEST_F(ReaderCommandsTest, ATagInsideTheInformationIsTakenOutOfIt) {
+TEST_F(ReaderCommandsTest, ATagInsideTheInformationIsExtracted) {
   const std::string said = "\r\nMOD-RFID125-BOX\r\n>";
   std::string expected;
   for (std::size_t at = 0; at <= said.size(); ++at) {
@@ -255,7 +255,7 @@ TEST_F(ReaderCommandsTest, ATagInsideTheInformationIsTakenOutOfIt) {
   }
 }
 
-TEST_F(ReaderCommandsTest, APortThatIsLostInsideAnAnswerDoublesAndMisdatesNothing) {
+TEST_F(ReaderCommandsTest, APortLostInsideAReplyDuplicatesNoTag) {
   line_.Open();
   line_.Inject(TagFrame(kA), 1s);
   tag_ = kA;
@@ -275,7 +275,7 @@ TEST_F(ReaderCommandsTest, APortThatIsLostInsideAnAnswerDoublesAndMisdatesNothin
   }
 }
 
-TEST_F(ReaderCommandsTest, WhoWantsItReadNowHasIt) {
+TEST_F(ReaderCommandsTest, AReadOnDemandReturnsTheCurrentTag) {
   line_.Open();
   line_.RunFor(2s);
   WriteResult result;
@@ -303,7 +303,7 @@ class ReaderOnAFastPort : public ReaderCommandsTest {
   ReaderOnAFastPort() { line_.keeps_bit_rate = false; }
 };
 
-TEST_F(ReaderOnAFastPort, AnAnswerThatIsThereAtOnceIsOne) {
+TEST_F(ReaderOnAFastPort, AnImmediateReplyIsAccepted) {
   line_.twin(0).manner.deliver = [](View, Bytes reply, Instant) {
     return std::vector<tools::TimedPiece>{{-1ms, std::move(reply)}};
   };

@@ -45,7 +45,7 @@ class ReaderConversationTest : public ::testing::Test {
   std::unique_ptr<ReaderConversation> reader_;
 };
 
-TEST_F(ReaderConversationTest, ATagIsSixValuesAndAnEvent) {
+TEST_F(ReaderConversationTest, ATagGivesSixValuesAndAnEvent) {
   Make(Reader());
   const Answer answer = Hear("06001259e3", 1h);
   EXPECT_EQ(Shown(answer, 0), "06001259E3");
@@ -64,7 +64,7 @@ TEST_F(ReaderConversationTest, ATagIsSixValuesAndAnEvent) {
 }
 
 /// The period of 2 s begins with the latest message of the tag.
-TEST_F(ReaderConversationTest, ATagThatStaysIsOne) {
+TEST_F(ReaderConversationTest, ARepeatedTagIsNotNewWithinTheWindow) {
   Make(Reader({{"same_tag", "2s"}}));
   EXPECT_TRUE(IsNew("0000000001", 1h));
   EXPECT_FALSE(IsNew("0000000001", 1h + 1999ms));
@@ -77,13 +77,13 @@ TEST_F(ReaderConversationTest, ATagThatStaysIsOne) {
   EXPECT_EQ(Shown(repeat, 5), "true");
 }
 
-TEST_F(ReaderConversationTest, WithoutAWindowEveryMessageIsATag) {
+TEST_F(ReaderConversationTest, WithoutAWindowEveryMessageIsANewTag) {
   Make(Reader({{"same_tag", "0s"}}));
   EXPECT_TRUE(IsNew("0000000001", 1h));
   EXPECT_TRUE(IsNew("0000000001", 1h));
 }
 
-TEST_F(ReaderConversationTest, NoTagAndTimeEndItsPresence) {
+TEST_F(ReaderConversationTest, ANoTagMessageOrATimeoutEndsThePresence) {
   Make(Reader({{"present", "3s"}}));
   EXPECT_EQ(reader_->DueAt(), std::nullopt);
   Hear("0000000001", 1h);
@@ -120,7 +120,7 @@ TEST_F(ReaderConversationTest, TheRingKeepsSixteen) {
   EXPECT_EQ(Shown(answer, 10), std::to_string(1'790'000'000 + 3600 + 20));
 }
 
-TEST_F(ReaderConversationTest, NumbersGoOnBehindARestart) {
+TEST_F(ReaderConversationTest, NumbersContinueAfterARestart) {
   Make(Reader());
   reader_->OnEventsKept("41");
   EXPECT_EQ(Shown(Hear("0000000001", 1h), 4), "42");
@@ -128,13 +128,13 @@ TEST_F(ReaderConversationTest, NumbersGoOnBehindARestart) {
   EXPECT_EQ(Shown(Hear("0000000002", 1h), 4), "43");
 }
 
-TEST_F(ReaderConversationTest, NumbersThatAreNotUnderstoodBeginAnew) {
+TEST_F(ReaderConversationTest, AnInvalidStoredNumberRestartsTheCount) {
   Make(Reader());
   reader_->OnEventsKept("what is this");
   EXPECT_EQ(Shown(Hear("0000000001", 1h), 4), "1");
 }
 
-TEST_F(ReaderConversationTest, WithoutEventsThereAreValuesOnly) {
+TEST_F(ReaderConversationTest, WithoutEventsATagGivesOnlyValues) {
   config::Device device = Reader();
   device.events = false;
   Make(std::move(device));
@@ -143,7 +143,7 @@ TEST_F(ReaderConversationTest, WithoutEventsThereAreValuesOnly) {
   EXPECT_EQ(Shown(answer, 4), "1");
 }
 
-TEST_F(ReaderConversationTest, MemoryIsBounded) {
+TEST_F(ReaderConversationTest, TheListOfRecentTagsIsBounded) {
   Make(Reader({{"same_tag", "1h"}}));
   for (int tag = 1; tag <= 5000; ++tag) {
     std::string digits = std::to_string(tag);
@@ -153,7 +153,7 @@ TEST_F(ReaderConversationTest, MemoryIsBounded) {
   EXPECT_FALSE(IsNew("0000005000", 1h + 6s)) << "the latest are known";
 }
 
-TEST_F(ReaderConversationTest, ATextIsACodeAndANumber) {
+TEST_F(ReaderConversationTest, ATextGivesACodeAndANumber) {
   config::Device device = Reader({{"form", "text"}});
   device.points = {ReaderPoint("tag", config::Type::string),
                    ReaderPoint("number", config::Type::float32),
@@ -191,14 +191,14 @@ TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {
   EXPECT_FALSE(answer.batch);
 }
 
-TEST_F(ReaderConversationTest, ACapturedQuestionOfAnotherMasterIsUnderstood) {
+TEST_F(ReaderConversationTest, ACapturedRequestOfAnotherMasterIsDecoded) {
   Make(Reader());  // without `i` in the configuration
   const Answer answer = reader_->Interpret(ToBytes("i\r"), ToBytes("A\r"));
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(ToText(answer.readings[0].value), "A");
 }
 
-TEST_F(ReaderConversationTest, IsNeverAsked) {
+TEST_F(ReaderConversationTest, AnUnaskedReaderIsNeverPolled) {
   Make(Reader());
   EXPECT_TRUE(reader_->Queries().empty());
   EXPECT_FALSE(reader_->Ask({.kind = Task::Kind::probe}, Instant()));
@@ -212,7 +212,7 @@ namespace {
 
 // ---------------- Findings about messages that cannot be read.
 
-TEST(ReaderRecognise, SaysWhatIsOtherwiseThanConfigured) {
+TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
   const struct {
     std::string form;
     std::string start;

@@ -88,7 +88,7 @@ std::vector<std::string> CutBy(const config::Options& options, std::string_view 
 
 using Frames = std::vector<std::string>;
 
-TEST(ReaderFrames, ThePromptMayBeMissingOrStandInFront) {
+TEST(ReaderFrames, ThePromptMayBeMissingOrComeFirst) {
   const config::Options tags = config::DefaultOptions(ReaderProtocol());
   EXPECT_EQ(CutBy(tags, ">\r\n-06001259E3\r\n>\r\n-06001259E4\r\n>"),
             (Frames{"\r\n-06001259E3\r\n>", "\r\n-06001259E4\r\n>"}));
@@ -96,7 +96,7 @@ TEST(ReaderFrames, ThePromptMayBeMissingOrStandInFront) {
             (Frames{"\r\n-06001259E3\r\n", "\r\n-06001259E4\r\n"}));
 }
 
-TEST(ReaderFrames, ATagThatLacksOrHasACharacterIsNone) {
+TEST(ReaderFrames, ATagWithAMissingOrExtraCharacterIsDropped) {
   const config::Options tags = config::DefaultOptions(ReaderProtocol());
   const std::string good = "\r\n-06001259E3\r\n>";
   for (std::size_t at = 0; at + 1 < good.size(); ++at) {
@@ -110,7 +110,7 @@ TEST(ReaderFrames, ATagThatLacksOrHasACharacterIsNone) {
   }
 }
 
-TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
+TEST(ReaderFrames, ATooLongTextIsDroppedCompletely) {
   config::Options line = TextOptions("", "0x0D", 0);
   line.Set("most", std::int64_t{10});
   EXPECT_EQ(CutBy(line, "12345678901\r123\r"), Frames{"123\r"});
@@ -122,7 +122,7 @@ TEST(ReaderFrames, ATextThatIsTooLongGivesNoPartOfItself) {
 }
 
 /// A message that is too long is trimmed only if it comes in pieces.
-TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
+TEST(ReaderFrames, AStreamGivesTheSameFramesAtEveryCut) {
   config::Options tags = config::DefaultOptions(ReaderProtocol());
   std::vector<config::Options> forms = {tags};
   for (const auto& [start, end, length] :
@@ -175,7 +175,7 @@ TEST(ReaderFrames, AnyStreamGivesTheSameHoweverItIsCut) {
   }
 }
 
-TEST(ReaderFrames, InformationEndsAtItsPromptOrWithSilenceBehindALine) {
+TEST(ReaderFrames, InformationEndsAtItsPromptOrSilenceAfterALine) {
   const auto cut = [](const std::string& text, bool idle) {
     return reader::MessageRule(
         ToBytes(text),
@@ -198,7 +198,7 @@ TEST(ReaderFrames, InformationEndsAtItsPromptOrWithSilenceBehindALine) {
   EXPECT_EQ(cut(std::string(300, 'a'), false).blame, Outcome::corrupt);
 }
 
-TEST(ReaderFrames, ABrokenTextGivesWayToTheNext) {
+TEST(ReaderFrames, ABrokenTextIsFollowedByTheNextText) {
   EXPECT_EQ(CutBy(TextOptions("0x02", "0x03", 0),
                   "\x02"
                   "12\x02"
@@ -207,12 +207,12 @@ TEST(ReaderFrames, ABrokenTextGivesWayToTheNext) {
                    "3456\x03"});
 }
 
-TEST(ReaderFrames, LineFeedsBetweenLinesAreNothing) {
+TEST(ReaderFrames, LineFeedsBetweenLinesAreIgnored) {
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 0), "12\r\n34\r\n\r\n"), (Frames{"12\r", "\n34\r"}));
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 2), "12\r\n34\r\n"), (Frames{"12\r", "\n34\r"}));
 }
 
-TEST(ReaderRequests, AreNoLongerThanAnyFrame) {
+TEST(ReaderRequests, AreLimitedToTheLongestFrame) {
   const Expectation expect{.max_bytes = 4};
   EXPECT_EQ(reader::RequestRule(ToBytes("abc\r"), expect, false).kind, Cut::Kind::frame);
   EXPECT_EQ(reader::RequestRule(ToBytes("abc"), expect, false).kind, Cut::Kind::need_more);

@@ -31,7 +31,7 @@ class ReaderLineTest : public ::testing::Test {
   VirtualLine line_;
 };
 
-TEST_F(ReaderLineTest, ATagBecomesValuesAndAnEvent) {
+TEST_F(ReaderLineTest, ATagGivesValuesAndAnEvent) {
   line_.Open();
   line_.RunFor(3h);
   EXPECT_EQ(line_.QualityOf(0, kTag), Quality::bad_waiting) << "never read, and nothing like a 0";
@@ -48,7 +48,7 @@ TEST_F(ReaderLineTest, ATagBecomesValuesAndAnEvent) {
   EXPECT_TRUE(line_.sent.empty()) << "nothing is ever sent";
 }
 
-TEST(ReaderLine, ALetterBeyondAsciiIsNoParity) {
+TEST(ReaderLine, ALetterBeyondAsciiIsNoParityBit) {
   const struct {
     std::string text;
     Symptom symptom;
@@ -65,7 +65,7 @@ TEST(ReaderLine, ALetterBeyondAsciiIsNoParity) {
   }
 }
 
-TEST(ReaderLine, AServerThatBeginsWithTelnet) {
+TEST(ReaderLine, TelnetNegotiationOfAServerIsCounted) {
   config::Line gate = GateLine(Reader());
   gate.port = "tcp://10.0.0.9:4001";
   VirtualLine line(std::move(gate), {&ReaderProtocol()});
@@ -87,7 +87,7 @@ TEST_F(ReaderLineTest, SilenceIsNormal) {
   EXPECT_TRUE(line_.warnings.empty());
 }
 
-TEST_F(ReaderLineTest, EveryCutGivesTheSame) {
+TEST_F(ReaderLineTest, ATagIsReadAtEveryCut) {
   line_.Open();
   const Bytes frame = TagFrame("06001259E3");
   int tags = 0;
@@ -108,7 +108,7 @@ TEST_F(ReaderLineTest, EveryCutGivesTheSame) {
   EXPECT_EQ(line_.events.size(), static_cast<std::size_t>(tags));
 }
 
-TEST_F(ReaderLineTest, TwoTagsInOneReadAreTwo) {
+TEST_F(ReaderLineTest, TwoTagsInOnePieceAreTwoEvents) {
   line_.Open();
   Bytes both = TagFrame("0000000001");
   Append(both, TagFrame("0000000002"));
@@ -119,7 +119,7 @@ TEST_F(ReaderLineTest, TwoTagsInOneReadAreTwo) {
   EXPECT_EQ(ToText(line_.ValueOf(0, 6)), "0000000001") << "the one before";
 }
 
-TEST_F(ReaderLineTest, DamageIsCountedAndNoTag) {
+TEST_F(ReaderLineTest, ADamagedTagIsCountedAndDropped) {
   line_.Open();
   Bytes damaged = TagFrame("0000000001");
   damaged[7] ^= 0x80U;
@@ -132,7 +132,7 @@ TEST_F(ReaderLineTest, DamageIsCountedAndNoTag) {
   EXPECT_EQ(Events(), "0000000002 ");
 }
 
-TEST_F(ReaderLineTest, APortThatIsLostTakesHalfATagWithIt) {
+TEST_F(ReaderLineTest, ALostPortDropsHalfATag) {
   line_.Open();
   line_.Inject(TagFrame("0000000001"));
   line_.RunFor(1s);
@@ -158,7 +158,7 @@ TEST_F(ReaderLineTest, APortThatIsLostTakesHalfATagWithIt) {
   EXPECT_EQ(ToText(line_.ValueOf(0, kCounter)), "2");
 }
 
-TEST_F(ReaderLineTest, OutOfUseIsNotHeard) {
+TEST_F(ReaderLineTest, ADisabledReaderIsIgnored) {
   line_.Open();
   line_.poller().SetInUse(0, false, line_.now());
   line_.Inject(TagFrame("0000000001"));
@@ -170,7 +170,7 @@ TEST_F(ReaderLineTest, OutOfUseIsNotHeard) {
   EXPECT_EQ(Events(), "0000000002 ");
 }
 
-TEST_F(ReaderLineTest, WhoWantsItAskedNowIsToldThatItIsNot) {
+TEST_F(ReaderLineTest, AReadOnDemandOfAnUnaskedReaderIsRefused) {
   line_.Open();
   WriteResult result;
   bus::WriteCommand command;
@@ -184,7 +184,7 @@ TEST_F(ReaderLineTest, WhoWantsItAskedNowIsToldThatItIsNot) {
             "this device cannot be polled (it sends unasked); its last message is shown");
 }
 
-TEST_F(ReaderLineTest, NumbersGoOnBehindARestart) {
+TEST_F(ReaderLineTest, NumbersContinueAfterARestart) {
   line_.Open();
   line_.Inject(TagFrame("0000000001"));
   line_.RunFor(1s);
@@ -196,7 +196,7 @@ TEST_F(ReaderLineTest, NumbersGoOnBehindARestart) {
 }
 
 /// The disk fails while tags come as fast as the line can carry them.
-TEST_F(ReaderLineTest, WhatWaitsForTheDiskIsBoundedAndWhatIsLostIsTold) {
+TEST_F(ReaderLineTest, WaitingEventsAreBoundedAndLostEventsAreReported) {
   bool works = false;
   std::size_t kept = 0;
   std::string told;
@@ -238,7 +238,7 @@ class WeighingTest : public ReaderLineTest {
   }
 };
 
-TEST_F(WeighingTest, AWeightGrowsOldWhereTheConfigurationSaysSo) {
+TEST_F(WeighingTest, AWeightAgesIfConfigured) {
   line_.Open();
   line_.RunFor(1s);
   line_.Inject(ToBytes("ST,GS,+  12.35kg\r\n"));
@@ -252,7 +252,7 @@ TEST_F(WeighingTest, AWeightGrowsOldWhereTheConfigurationSaysSo) {
 }
 
 /// The end of "112.35" would be another weight.
-TEST_F(WeighingTest, WhatBeganBeforeThePortOpenedIsNoWeight) {
+TEST_F(WeighingTest, AMessageBegunBeforeThePortOpenedIsDropped) {
   line_.Open();
   line_.Inject(ToBytes("2.35kg\r\n"), 5ms);
   line_.Inject(ToBytes("112.40kg\r\n"), 30ms);

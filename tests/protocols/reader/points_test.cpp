@@ -24,7 +24,7 @@ std::string ErrorOf(const std::string& read, Type type) {
   return status ? "" : status.error();
 }
 
-TEST(ReaderPoints, WhatIsKnown) {
+TEST(ReaderPoints, ValidPlacesAreAccepted) {
   EXPECT_EQ(ErrorOf("tag", Type::string), "");
   EXPECT_EQ(ErrorOf("tag@15", Type::string), "");
   EXPECT_EQ(ErrorOf("low@3", Type::uint16), "");
@@ -34,7 +34,7 @@ TEST(ReaderPoints, WhatIsKnown) {
   EXPECT_EQ(ErrorOf("identity", Type::string), "");
 }
 
-TEST(ReaderPoints, WhatIsNot) {
+TEST(ReaderPoints, InvalidPlacesAreRefused) {
   for (const char* read : {"", "tags", "tag@16", "tag@", "tag 3", "present@1", "number 0-3",
                            "number 4-3", "number 4", "number 4-121", "b", "identity@1"}) {
     EXPECT_NE(ErrorOf(read, Type::uint16), "") << read;
@@ -48,7 +48,7 @@ TEST(ReaderPoints, WhatIsNot) {
   EXPECT_FALSE(reader::CheckPoint(written));
 }
 
-TEST(ReaderOptions, FitTogether) {
+TEST(ReaderOptions, MustBeConsistent) {
   using Texts = std::vector<std::pair<std::string, std::string>>;
   const auto error = [](const Texts& texts) {
     config::Device device = Reader(texts);
@@ -73,7 +73,7 @@ TEST(ReaderOptions, FitTogether) {
   EXPECT_EQ(error({{"commands", "ask"}, {"answer", "5s"}, {"same_tag", "10s"}}), "");
 }
 
-TEST(ReaderOptions, WhatIsAskedNeedsCommands) {
+TEST(ReaderOptions, PolledPointsNeedCommands) {
   config::Device device = Reader();
   device.points.push_back(ReaderPoint("message", Type::string));
   device.points.push_back(ReaderPoint("identity", Type::string));
@@ -93,7 +93,7 @@ TEST(ReaderOptions, WhatIsAskedNeedsCommands) {
             "number are");
 }
 
-TEST(ReaderTwins, AnswerWhereTheyAreAsked) {
+TEST(ReaderTwins, AnswerCommandsIfConfigured) {
   FixedValues values;
   const config::Device silent = Reader();
   const config::Device asked = Reader({{"commands", "ask"}});
@@ -110,7 +110,7 @@ TEST(ReaderTwins, AnswerWhereTheyAreAsked) {
   EXPECT_TRUE(reader::ReaderTwin(silent, values).Answer(ToBytes("r\r"), Instant()).empty());
 }
 
-TEST(ReaderNumbers, OneAndNoOther) {
+TEST(ReaderNumbers, ATextMustContainExactlyOneNumber) {
   const auto shown = [](const std::string& text, const std::string& read = "number",
                         const char* unit = "") {
     const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
@@ -146,7 +146,7 @@ TEST(ReaderNumbers, OneAndNoOther) {
   EXPECT_EQ(shown("12.35 l/h"), "12.35");
 }
 
-TEST(ReaderNumbers, AWeightHasItsUnit) {
+TEST(ReaderNumbers, AWeightMustHaveItsOwnUnitOrNone) {
   const auto weight = [](const std::string& text, const std::string& read = "number") {
     const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
     const Decoded decoded = reader::NumberIn(*item, text, "kg");
@@ -163,7 +163,7 @@ TEST(ReaderNumbers, AWeightHasItsUnit) {
   EXPECT_EQ(weight("ST,GS,+  27.22lb", "number 7-14"), "bad") << "its unit stands behind";
 }
 
-TEST(ReaderNumbers, AnotherUnitOfTheSameQuantityIsNoValue) {
+TEST(ReaderNumbers, AnotherUnitOfTheSameQuantityIsBad) {
   const std::tuple<const char*, const char*, bool> kRows[] = {
       {"12.35mm", "mm", true},     {"12.35 MM", "mm", true}, {"0.486in", "mm", false},
       {"12.35", "mm", true},       {"12.35 OK", "mm", true}, {"12.35 cm", "mm", false},
@@ -177,7 +177,7 @@ TEST(ReaderNumbers, AnotherUnitOfTheSameQuantityIsNoValue) {
   }
 }
 
-TEST(ReaderNumbers, AreNotCutInTheMiddle) {
+TEST(ReaderNumbers, ARangeMustNotCutANumber) {
   const auto shown = [](const std::string& text, const std::string& read) {
     const auto item = reader::ParseItem(ReaderPoint(read, Type::float32));
     const Decoded decoded = reader::NumberIn(*item, text, "");
@@ -198,7 +198,7 @@ TEST(ReaderNumbers, AreNotCutInTheMiddle) {
   EXPECT_EQ(shown("+12.30-45.60", "number 7-12"), "-45.6");
 }
 
-TEST(ReaderTwins, SayWhatIsRaised) {
+TEST(ReaderTwins, SendRaisedTags) {
   const config::Device device = Reader();
   FixedValues values;
   reader::ReaderTwin twin(device, values);
@@ -254,7 +254,7 @@ TEST(ReaderConfig, TagsAreEventsAndWeightsAreNot) {
   EXPECT_FALSE(has_events("weighing"));
 }
 
-TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
+TEST(ReaderConfig, PointsDoNotAgeUnlessConfigured) {
   const auto limits = [](const std::string& more) {
     const auto loaded = Load("{ name: g, address: 1, profile: weighing" + more + " }");
     return bus::LimitsOf(loaded.config.lines[0].devices[0],
@@ -268,7 +268,7 @@ TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
               HasSubstr("error: dead_age: give max_age too"));
 }
 
-TEST(ReaderConfig, TheEightTagsStandInOneRow) {
+TEST(ReaderConfig, TheEightTagsHaveAdjacentRegisters) {
   const auto loaded = Load("{ name: g, address: 1, profile: olimex-mod-rfid125, unit: 40 }");
   std::vector<int> owners(63);
   for (const config::Point& point : loaded.config.lines[0].devices[0].points) {
@@ -278,7 +278,7 @@ TEST(ReaderConfig, TheEightTagsStandInOneRow) {
   EXPECT_THAT(owners, ::testing::Each(1)) << "one request reads all, without a hole";
 }
 
-TEST(ReaderConfig, WhatIsAskedBehindATagIsOneRecord) {
+TEST(ReaderConfig, ReadsAfterATagAreOneRecord) {
   const auto loaded = Load("{ name: g, address: 1, profile: olimex-mod-rfid125-asked }");
   const config::Device& device = loaded.config.lines[0].devices[0];
   ASSERT_EQ(device.records.size(), 1U);
@@ -288,7 +288,7 @@ TEST(ReaderConfig, WhatIsAskedBehindATagIsOneRecord) {
       HasSubstr("needs commands: ask"));
 }
 
-TEST(ReaderConfig, AReaderHasItsLineToItself) {
+TEST(ReaderConfig, AReaderNeedsALineOfItsOwn) {
   const std::string reader = "{ name: g, address: 1, profile: bar-code }";
   EXPECT_THAT(
       ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
@@ -298,7 +298,7 @@ TEST(ReaderConfig, AReaderHasItsLineToItself) {
               HasSubstr("needs a line of its own"));
 }
 
-TEST(ReaderConfig, WrongOptionsAreNamedWithTheirPlace) {
+TEST(ReaderConfig, ErrorsInOptionsAreReportedWithTheirPlace) {
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: bar-code, start: STX }"),
               HasSubstr("test.yaml:4:17: error: device 'g': 'STX' is no character; write it, as "
                         "':', or its number"));

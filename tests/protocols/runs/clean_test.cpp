@@ -31,7 +31,7 @@ Duration WireTime(Rig& rig) {
          rig.setup().serial.CharacterTime();
 }
 
-TEST_P(CleanRun, EveryPointBecomesGoodAndIsWhatTheTwinMeasures) {
+TEST_P(CleanRun, EveryPointBecomesGoodWithTheValueOfTheTwin) {
   Rig rig(GetParam());
   rig.LearnTruth();
   for (std::uint32_t device = 0; device < rig.devices(); ++device) {
@@ -60,7 +60,7 @@ TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   EXPECT_LE(rig->sent.size(), different.size() + probes + identity + 4) << "requests made twice";
 }
 
-TEST_P(CleanRun, TheLineIsNeverIdleWhereMoreIsWantedThanItCarries) {
+TEST_P(CleanRun, AnOverloadedLineIsNeverIdle) {
   Rig rig(GetParam(), [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1ms;
   });
@@ -94,7 +94,7 @@ TEST_P(CleanRun, APollPeriodIsKept) {
 }
 
 /// A USB adapter delivers its bytes every 16 ms, wherever that cuts a reply.
-TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostNoMoreThanThemselves) {
+TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostOnlyTheirLatency) {
   constexpr Duration kLatency = 16ms;
   Rig clean(GetParam());
   clean.LearnTruth();
@@ -151,7 +151,7 @@ std::string PrefixOf(const std::string& file) { return file.substr(0, file.find(
 
 class GoldenTranscript : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(GoldenTranscript, IsPlayed) {
+TEST_P(GoldenTranscript, MatchesTheReplay) {
   ASSERT_TRUE(GetParam().ends_with(".transcript")) << "no transcript: " << GetParam();
   const Protocol* protocol = testing::Shipped().FindProtocol(PrefixOf(GetParam()));
   ASSERT_NE(protocol, nullptr) << "no protocol of this name: " << GetParam();
@@ -224,7 +224,7 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
   bool wrong_ = false;
 };
 
-TEST_P(FirstReading, OfAllIsNeverTakenAlone) {
+TEST_P(FirstReading, OfAPointIsNeverUsedAlone) {
   Damage();
   line_->Open();
   EXPECT_TRUE(IsGoodWithin(20s));
@@ -232,7 +232,7 @@ TEST_P(FirstReading, OfAllIsNeverTakenAlone) {
   EXPECT_FALSE(wrong_);
 }
 
-TEST_P(FirstReading, BehindAnOutageIsNeverTakenAlone) {
+TEST_P(FirstReading, AfterAnOutageIsNeverUsedAlone) {
   line_->Open();
   EXPECT_TRUE(IsGoodWithin(20s));
   for (const Duration outage : {Duration(4s), Duration(1min)}) {
@@ -254,7 +254,7 @@ INSTANTIATE_TEST_SUITE_P(Rules, FirstReading,
 
 class Undisturbed : public ::testing::TestWithParam<LagCase> {};
 
-TEST_P(Undisturbed, EverythingIsRightAndGood) {
+TEST_P(Undisturbed, AllValuesAreRightAndGood) {
   LagRig rig(GetParam(), 1);
   rig.Open();
   rig.oracle().RestartAvailability();
@@ -301,7 +301,7 @@ class Judged {
 
 using ::testing::HasSubstr;
 
-TEST(BirthOracle, AcceptsWhatIsNoMoreThanAPollOlderThanItsStamp) {
+TEST(BirthOracle, AcceptsAValueAtMostAPollOlderThanItsStamp) {
   Judged judged;
   EXPECT_EQ(judged.Shows(judged.BornAt(0, 0)), "");
   EXPECT_EQ(judged.Shows(judged.BornAt(0, 0, 1900ms)), "");
@@ -311,22 +311,22 @@ TEST(BirthOracle, AcceptsWhatIsNoMoreThanAPollOlderThanItsStamp) {
   EXPECT_EQ(judged.rig.oracle().judged(), 4U);
 }
 
-TEST(BirthOracle, SeesAnotherPoint) {
+TEST(BirthOracle, DetectsAValueOfAnotherPoint) {
   Judged judged;
   EXPECT_THAT(judged.Shows(judged.BornAt(0, 1)), HasSubstr("the value of twin 0, point 1"));
 }
 
-TEST(BirthOracle, SeesAnotherDevice) {
+TEST(BirthOracle, DetectsAValueOfAnotherDevice) {
   Judged judged;
   EXPECT_THAT(judged.Shows(judged.BornAt(1, 0)), HasSubstr("the value of twin 1"));
 }
 
-TEST(BirthOracle, SeesNobodysValue) {
+TEST(BirthOracle, DetectsAnUnknownValue) {
   Judged judged;
   EXPECT_THAT(judged.Shows(123456.5), HasSubstr("nobody's value"));
 }
 
-TEST(BirthOracle, KnowsWhoHasTakenThePlaceOfADevice) {
+TEST(BirthOracle, AcceptsValuesOfADemandedReplacement) {
   Judged judged;
   judged.rig.oracle().Replace(0, 2, false);
   EXPECT_EQ(judged.Shows(judged.BornAt(2, 0)), "");
@@ -334,7 +334,7 @@ TEST(BirthOracle, KnowsWhoHasTakenThePlaceOfADevice) {
   EXPECT_THAT(judged.Shows(judged.BornAt(3, 0)), HasSubstr("not the demanded one"));
 }
 
-TEST(BirthOracle, SeesValuesOfTwoDevicesAtOneAddress) {
+TEST(BirthOracle, DetectsMixedValuesOfAReplacedDevice) {
   Judged judged;
   EXPECT_EQ(judged.Shows(judged.BornAt(0, 0)), "");
   judged.rig.oracle().Replace(0, 2, false);
@@ -342,7 +342,7 @@ TEST(BirthOracle, SeesValuesOfTwoDevicesAtOneAddress) {
   EXPECT_THAT(judged.ShowsAt(1, judged.BornAt(2, 1)), HasSubstr("of the replaced device"));
 }
 
-TEST(BirthOracle, SeesTheValueBeforeAConfirmedWrite) {
+TEST(BirthOracle, DetectsTheValueBeforeAConfirmedWrite) {
   Judged judged;
   const auto point = WritablePoint(*judged.rig->store().device(0));
   ASSERT_TRUE(point);

@@ -204,7 +204,7 @@ class SoakStation {
   std::map<std::string, std::vector<std::uint32_t>> told_;
 };
 
-TEST(EventSoak, ReachEachConsumerOnceAndInOrder) {
+TEST(EventSoak, EventsReachEachConsumerOnceAndInOrder) {
   SoakTally all;
   for (unsigned seed = 1; all.events < Wanted() && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -129,7 +129,7 @@ class RelayStation {
   std::vector<std::vector<Raised>> raised_;
 };
 
-TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
+TEST(SpaEvents, ArriveOnceAndInOrderOverAGoodLine) {
   RelayStation station(1, {});
   station.RunFor(10min);
   station.End();
@@ -139,7 +139,7 @@ TEST(SpaEvents, ComeOnceAndInOrderOverAGoodLine) {
       << "only what came before the first empty reply";
 }
 
-TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
+TEST(SpaEvents, ArriveOnceAndInOrderOverABadLine) {
   const std::size_t seeds = LongRun(6);
   std::size_t asked_again = 0;
   for (unsigned seed = 1; seed <= seeds && !::testing::Test::HasFailure(); ++seed) {
@@ -153,7 +153,7 @@ TEST(SpaEvents, ComeOnceAndInOrderOverABadLine) {
   EXPECT_GT(asked_again, 3 * seeds) << "no reply was lost";
 }
 
-TEST(SpaEvents, OutliveKillsAndPowerCutsOverABadLine) {
+TEST(SpaEvents, SurviveKillsAndPowerCutsOverABadLine) {
   const std::size_t seeds = LongRun(40);
   std::size_t restarts = 0;
   std::uint64_t repeats = 0;
@@ -216,7 +216,7 @@ struct Minute {
   std::map<std::string, Instant> last_;
 };
 
-TEST(EventFlood, TheSameForEverIsHeardOnceAPoll) {
+TEST(EventFlood, AnEndlesslyRepeatedEventIsReadOncePerPoll) {
   const Minute in_peace({});
   const Minute same([](char) { return "12.345 0E1"; });
   EXPECT_GE(same.polls + 2, in_peace.polls);
@@ -224,7 +224,7 @@ TEST(EventFlood, TheSameForEverIsHeardOnceAPoll) {
   EXPECT_LE(same.asked, 2 * 62U) << "L and B a second";
 }
 
-TEST(EventFlood, EverNewEventsTakeARoundOfTheLine) {
+TEST(EventFlood, EndlessNewEventsTakeARoundOfTheLine) {
   const Minute in_peace({});
   int number = 0;
   const Minute flooded([&number](char asked) {
@@ -290,7 +290,7 @@ class EventOwner : public ::testing::Test {
   std::optional<std::string> name_;  ///< replaces the name of the relay; empty: silence
 };
 
-TEST_F(EventOwner, TheRelayItself) {
+TEST_F(EventOwner, EventsOfTheConfiguredRelayAreReported) {
   Raise(7);
   rig_->RunFor(5s);
   EXPECT_TRUE(lost_);
@@ -299,7 +299,7 @@ TEST_F(EventOwner, TheRelayItself) {
   EXPECT_EQ(rig_->events[0].batch.events[0].code, 7U);
 }
 
-TEST_F(EventOwner, AnotherRelayWhoseEventsAreNotItsOwn) {
+TEST_F(EventOwner, EventsOfAnotherRelayAreHeldBack) {
   name_ = "SPAU 130 C";
   Raise(7);
   rig_->RunFor(1min);
@@ -313,7 +313,7 @@ TEST_F(EventOwner, AnotherRelayWhoseEventsAreNotItsOwn) {
   EXPECT_EQ(rig_->events[0].batch.events[0].code, 7U);
 }
 
-TEST_F(EventOwner, NobodyWhoTellsAName) {
+TEST_F(EventOwner, EventsOfARelayWithoutANameAreHeldBack) {
   name_ = "";
   Raise(7);
   rig_->RunFor(20s);
@@ -451,7 +451,7 @@ class Meters {
   std::vector<History> raised_;
 };
 
-TEST(MeterJournals, ComeOnceAndInOrderOverAGoodLine) {
+TEST(MeterJournals, ArriveOnceAndInOrderOverAGoodLine) {
   Meters meters(1, {});
   meters.RunFor(1h);
   meters.End();
@@ -460,7 +460,7 @@ TEST(MeterJournals, ComeOnceAndInOrderOverAGoodLine) {
   EXPECT_GT(meters.told, 100U);
 }
 
-TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
+TEST(MeterJournals, ArriveOnceOverABadLineWithLateReplies) {
   for (unsigned seed = 1; seed <= LongRun(2) && !::testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     Meters meters(seed, {.wire_one_in = 30, .late_one_in = seed % 2 != 0 ? 40U : 0U});
@@ -471,7 +471,7 @@ TEST(MeterJournals, ComeOnceOverABadLineWithLateReplies) {
   }
 }
 
-TEST(MeterJournals, OutliveKillsAndPowerCutsOverABadLine) {
+TEST(MeterJournals, SurviveKillsAndPowerCutsOverABadLine) {
   const std::size_t seeds = LongRun(4);
   std::size_t restarts = 0;
   for (unsigned seed = 1; seed <= seeds && !::testing::Test::HasFailure(); ++seed) {
@@ -486,7 +486,7 @@ TEST(MeterJournals, OutliveKillsAndPowerCutsOverABadLine) {
   EXPECT_GT(restarts, 3 * seeds);
 }
 
-TEST(MeterJournals, AJournalThatWentRoundMeanwhileSaysSo) {
+TEST(MeterJournals, ReportAGapIfTheyWereOverwritten) {
   Meters meters(1, {});
   meters.Sleep(10);
   meters.End();

@@ -86,7 +86,7 @@ Outcome OutcomeOf(const std::string& name) {
   return static_cast<Outcome>(number);
 }
 
-TEST(Examine, SaysWhatCame) {
+TEST(Examine, ReportsTheCauseOfABadReply) {
   const auto cases = ReadFileCases("tests/protocols/runs/examine.txt");
   EXPECT_GT(cases.size(), 80U);
   for (const FileCase& one : cases) {
@@ -107,7 +107,7 @@ TEST(Examine, SaysWhatCame) {
   }
 }
 
-TEST(Examine, ATextSaysWhatItIs) {
+TEST(Examine, ATextIsReportedWithItsProbableSource) {
   const struct {
     std::string text;
     std::string remedy;
@@ -134,7 +134,7 @@ TEST(Examine, ATextSaysWhatItIs) {
   EXPECT_EQ(boot.symptom, text) << "where replies are text as well";
 }
 
-TEST(Examine, WhatComesBehindAPasswordIsNotQuoted) {
+TEST(Examine, AReplyToAPasswordIsNotQuoted) {
   const auto& setup = RealLine("Spa9600");
   const config::Device device = LineOf(setup).devices[0];
   const ParsedOptions options = ParseOptions(*setup.protocol, device.options);
@@ -165,7 +165,7 @@ struct Words {
   std::string cause;  ///< empty: nothing is recognised
 };
 
-TEST(Recognise, WhatIsNearlyTheirs) {
+TEST(Recognise, ReportsRepliesThatNearlyFitTheProtocol) {
   const auto set4tm = [](const std::string& hex) {
     Bytes bytes = ParseHex(hex).value();
     return std::string(AsText(bytes));
@@ -203,7 +203,7 @@ TEST(Recognise, WhatIsNearlyTheirs) {
   }
 }
 
-TEST(Recognise, AChecksumThatIsNotConfigured) {
+TEST(Recognise, ReportsAnUnconfiguredChecksum) {
   const auto& setup = RealLine("Dcon9600");
   config::Device device = LineOf(setup).devices[0];
   device.options.Set("checksum", false);

@@ -49,7 +49,7 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
 /// Modbus TCP header its bytes are rejected.
 class FaultySerialRun : public FaultyRun {};
 
-TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
+TEST_P(FaultyRun, ADeadNeighbourDoesNotAffectTheOtherDevice) {
   rig_->twin(1).manner.dead = true;
   Holds(
       20s, [&] { return rig_.FastUsable(0); }, "the neighbour is usable");
@@ -65,7 +65,7 @@ TEST_P(FaultyRun, ADeadNeighbourCostsTheLivingNothing) {
 }
 
 /// If replies contain their sender, the line does not wait for the late reply of an absent device.
-TEST_P(FaultyRun, ANeighbourThatWasNeverThereCostsItsSilenceAlone) {
+TEST_P(FaultyRun, AnAbsentNeighbourCostsOnlyItsTimeout) {
   Rig rig(GetParam());
   rig->twin(1).manner.dead = true;
   rig->Open();
@@ -81,7 +81,7 @@ TEST_P(FaultyRun, ANeighbourThatWasNeverThereCostsItsSilenceAlone) {
   EXPECT_TRUE(rig.FastGood(0));
 }
 
-TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
+TEST_P(FaultyRun, RetriesCompensateOneLostReplyInEight) {
   std::mt19937 random(5);
   unsigned lost = 0;
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
@@ -118,7 +118,7 @@ TEST_P(FaultyRun, OneLostReplyInEightIsMadeUpForByRetries) {
   EverythingComesBack();
 }
 
-TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
+TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreAReply) {
   const config::Timing timing = GetParam().protocol->timing(GetParam().serial);
   for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
     rig_->twin(device).manner.fragment = 7;
@@ -130,7 +130,7 @@ TEST_P(FaultyRun, FragmentsWithPausesBelowTheGapAreOneReply) {
   EXPECT_EQ(rig_->StatusOf(0).Count(Outcome::ok), rig_->StatusOf(0).exchanges);
 }
 
-TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
+TEST_P(FaultySerialRun, ABabblingDeviceGoesOfflineAndTheOtherRecovers) {
   rig_->twin(0).manner.babble = 20s;
   Comes(
       10min, [&] { return rig_->StatusOf(0).state == bus::DeviceState::offline; }, "offline");
@@ -142,7 +142,7 @@ TEST_P(FaultySerialRun, ABabblingDeviceIsLeftAloneAndTheOtherComesBack) {
   EverythingComesBack();
 }
 
-TEST_P(FaultyRun, ALostPortTakesAllValuesAndGivesThemBack) {
+TEST_P(FaultyRun, ALostPortInvalidatesAllValuesUntilItReturns) {
   for (int round = 0; round < 3; ++round) {
     rig_->RunFor(round * 37ms);  // in the middle of some exchange
     const std::size_t sent = rig_->sent.size();
@@ -160,7 +160,7 @@ TEST_P(FaultyRun, ALostPortTakesAllValuesAndGivesThemBack) {
   }
 }
 
-TEST_P(FaultyRun, SwitchedOffAndOnAgain) {
+TEST_P(FaultyRun, ADeviceSwitchedOffAndOnRecovers) {
   for (std::uint32_t device = 0; device < rig_.devices(); ++device)
     rig_->twin(device).manner.dead = true;
   rig_->RunFor(10min);
@@ -193,7 +193,7 @@ Lateness LatenessOf(const config::Device& device, const Setup& setup) {
   return {*timing.reply, ceiling - kLongest * setup.serial.CharacterTime()};
 }
 
-TEST_P(LateRun, AnAnswerIsNeverTakenForAnother) {
+TEST_P(LateRun, ALateReplyIsNeverTakenForAnother) {
   constexpr int kSteps = 12;
   for (int step = 0; step < kSteps; ++step) {
     Rig rig(GetParam());
@@ -268,9 +268,9 @@ void RunMoody(const Setup& setup, bool both) {
   }
 }
 
-TEST_P(LateRun, NeitherIsOneAmongOthersInTime) { RunMoody(GetParam(), false); }
+TEST_P(LateRun, ALateReplyAmongPunctualOnesIsNeverTakenForAnother) { RunMoody(GetParam(), false); }
 
-TEST_P(LateRun, NorAreBothOfTwo) { RunMoody(GetParam(), true); }
+TEST_P(LateRun, LateRepliesOfTwoDevicesAreNeverTakenForOthers) { RunMoody(GetParam(), true); }
 
 /// The worst case of late answers: numbers without any tag, eight queries of one form, two modules.
 Setup SingleChannels() {
@@ -350,7 +350,7 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
   std::size_t undetected_ = 0;
 };
 
-TEST_P(DamagedRun, NothingWrongBecomesGood) {
+TEST_P(DamagedRun, NoWrongValueBecomesGood) {
   for (unsigned seed = 1; seed <= LongRun(10); ++seed) {
     Run(seed);
     if (HasFailure()) FAIL() << "seed " << seed;
@@ -363,7 +363,7 @@ TEST_P(DamagedRun, NothingWrongBecomesGood) {
 INSTANTIATE_TEST_SUITE_P(Real, DamagedRun, ::testing::ValuesIn(DamagedLines()), SetupName);
 
 /// Checks the check values that the test computes itself; excuses depend on them.
-TEST(DamageOracle, KnowsGoodCheckValuesFromBadOnes) {
+TEST(DamageOracle, DistinguishesGoodAndBadCheckValues) {
   const auto spa = RealLine("Spa9600").good_checksum;
   EXPECT_TRUE(spa(ToBytes("<1D:SPCJ 4D29:18\r\n")));
   EXPECT_FALSE(spa(ToBytes("<1D:SPCJ 4D28:18\r\n")));
@@ -375,7 +375,7 @@ TEST(DamageOracle, KnowsGoodCheckValuesFromBadOnes) {
   EXPECT_FALSE(meter(*ParseHex("C8 00 80 67 43 AE 69")));
 }
 
-TEST(DamageOracle, SeesAWrongValue) {
+TEST(DamageOracle, DetectsAWrongValue) {
   Rig rig(RealLine("Spa9600"));
   rig.LearnTruth();
   rig.Watch([](std::uint32_t device) { return device == 1; });
@@ -445,7 +445,7 @@ TEST_P(APortThatReturns, IsServedAtOnce) {
 
 /// A serial server stores bytes while no client is connected, for as long as a reply may take. Only
 /// the device with the outstanding reply waits.
-TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServerToo) {
+TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServer) {
   Returning line(GetParam(), "tcp://server:4001");
   EXPECT_LE(Longest(line, 15s), kWanted);
 }
@@ -453,7 +453,7 @@ TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServerToo) {
 INSTANTIATE_TEST_SUITE_P(RealLines, APortThatReturns, ::testing::ValuesIn(RealLines()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Network, APortThatReturns, ::testing::Values(TcpLine()), SetupName);
 
-TEST(APortThatReturns, IsServedSoonWhereItHasOneDeviceOnly) {
+TEST(APortThatReturns, IsServedSoonWithASingleDevice) {
   protocols::Setup alone = RealLine("Spa9600");
   alone.addresses.resize(1);
   Returning line(alone, "/dev/ttyTEST0");

@@ -107,7 +107,7 @@ class RandomRun {
 
 class RandomLag : public ::testing::TestWithParam<LagCase> {};
 
-TEST_P(RandomLag, NothingWrongIsEverGood) {
+TEST_P(RandomLag, NoWrongValueIsEverGood) {
   const std::size_t one = Setting("BAUDGATE_LAG_SEED", 0);
   const std::size_t exchanges =
       Setting("BAUDGATE_LAG_EXCHANGES", LongRun(kExchanges)) / LagCases().size();
@@ -146,7 +146,7 @@ TEST_P(RandomLag, NothingWrongIsEverGood) {
 }
 
 /// After any trouble has ended and the right devices are back, no point stays bad.
-TEST_P(RandomLag, LeavesNothingBehindForLong) {
+TEST_P(RandomLag, AllPointsRecoverAfterwards) {
   const std::size_t first = FirstSeed(GetParam());
   const std::size_t runs = Setting("BAUDGATE_LAG_RUNS", LongRun(kRecoveries));
   for (std::size_t seed = first; seed < first + runs; ++seed) {
@@ -177,7 +177,7 @@ double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration ti
 class LagAvailability : public ::testing::TestWithParam<LagCase> {};
 
 /// A rule that makes everything uncertain would be useless.
-TEST_P(LagAvailability, MostIsGood) {
+TEST_P(LagAvailability, MostReadingsAreGood) {
   constexpr double kToday = 1.0;  // the share without disturbance
   const double undisturbed = ShareOfGood(GetParam(), {}, 10min);
   const double lost = ShareOfGood(GetParam(), {.drop = 100}, 30min);
@@ -201,7 +201,7 @@ TEST_P(LagAvailability, MostIsGood) {
 }
 
 /// Half a minute after the server is in step again, all points are good.
-TEST_P(LagAvailability, AllIsGoodAgainBehindAServerInStep) {
+TEST_P(LagAvailability, AllPointsAreGoodAgainBehindASynchronousServer) {
   for (const std::size_t behind : {1U, 2U, 3U}) {
     LagRig rig(GetParam(), 1);
     rig.Open();
@@ -241,14 +241,14 @@ class Queue {
   LaggingServer server;
 };
 
-TEST(LaggingServer, WithoutFaultsHandsOnWhatItIsGiven) {
+TEST(LaggingServer, ForwardsRepliesUnchangedWithoutFaults) {
   Queue queue;
   EXPECT_EQ(queue.Ask(1), "1+5");
   EXPECT_EQ(queue.Ask(2, false), "");
   EXPECT_EQ(queue.Ask(3), "3+5");
 }
 
-TEST(LaggingServer, AnswersSoManyBehindForEver) {
+TEST(LaggingServer, StaysBehindByTheConfiguredNumberOfReplies) {
   Queue queue;
   queue.server.faults.behind = 2;
   EXPECT_EQ(queue.Ask(1), "");
@@ -258,7 +258,7 @@ TEST(LaggingServer, AnswersSoManyBehindForEver) {
   EXPECT_EQ(queue.Ask(5), "2+5");
 }
 
-TEST(LaggingServer, WhatItOwesComesAtOnceOrNotAtAllWhenItIsWellAgain) {
+TEST(LaggingServer, SendsOrDropsPendingRepliesWhenItRecovers) {
   bool at_once = false;
   bool lost = false;
   for (unsigned seed = 1; seed < 20; ++seed) {
@@ -274,7 +274,7 @@ TEST(LaggingServer, WhatItOwesComesAtOnceOrNotAtAllWhenItIsWellAgain) {
   EXPECT_TRUE(at_once && lost);
 }
 
-TEST(LaggingServer, ADelayedReplyHoldsUpThoseBehindIt) {
+TEST(LaggingServer, ADelayedReplyDelaysLaterReplies) {
   Queue queue;
   queue.server.faults = {.delay = 1, .longest_delay = 5s, .growing = true};
   EXPECT_EQ(queue.Ask(1), "1+1005");
@@ -284,7 +284,7 @@ TEST(LaggingServer, ADelayedReplyHoldsUpThoseBehindIt) {
   EXPECT_EQ(queue.Ask(4), "4+5");
 }
 
-TEST(LaggingServer, ACopyComesAtOnceOrInPlaceOfTheNextAnswer) {
+TEST(LaggingServer, ACopyIsSentAtOnceOrInsteadOfTheNextReply) {
   Queue queue;
   queue.server.faults.copy = 1;
   EXPECT_EQ(queue.Ask(1), "1+5 1+5");
@@ -293,7 +293,7 @@ TEST(LaggingServer, ACopyComesAtOnceOrInPlaceOfTheNextAnswer) {
   EXPECT_EQ(queue.Ask(3), "2+5 3+5");
 }
 
-TEST(LaggingServer, OneReplyMayOvertakeAnotherAndIsThrownAwayInTime) {
+TEST(LaggingServer, AReplySetAsideMayBeOvertakenAndExpires) {
   Queue queue;
   queue.server.faults = {.overtake = 1, .aside = 1h};
   EXPECT_EQ(queue.Ask(1), "");
@@ -309,7 +309,7 @@ TEST(LaggingServer, OneReplyMayOvertakeAnotherAndIsThrownAwayInTime) {
   EXPECT_EQ(comes.find("30+"), std::string::npos) << comes;
 }
 
-TEST(LaggingServer, LosesCutsAndDamages) {
+TEST(LaggingServer, LosesCutsAndDamagesReplies) {
   Queue queue;
   queue.server.faults.drop = 1;
   EXPECT_EQ(queue.Ask(1), "");
@@ -327,7 +327,7 @@ TEST(LaggingServer, LosesCutsAndDamages) {
   EXPECT_EQ(queue.server.arrivals().front().intact, ToBytes("1234567"));
 }
 
-TEST(LaggingServer, DoesTheSameForTheSameSeed) {
+TEST(LaggingServer, RepeatsItsFaultsForTheSameSeed) {
   const auto run = [](unsigned seed) {
     Queue queue(seed);
     queue.server.faults = {.drop = 5, .delay = 3, .hold = 7, .overtake = 6, .copy = 4};

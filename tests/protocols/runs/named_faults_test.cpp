@@ -392,7 +392,7 @@ TEST_P(NamedFaults, AreNamed) {
 }
 
 /// Also at the first look: a start is not a fault.
-TEST_P(NamedFaults, HealthyLinesAreNotTalkedAbout) {
+TEST_P(NamedFaults, HealthyLinesGetNoAdvice) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, Small(setup));
   rig->Open();

@@ -73,7 +73,7 @@ void PrintTo(const LateByCount& late, std::ostream* out) {
 class OneQuery : public ::testing::TestWithParam<LateByCount> {};
 
 /// With one query, the reply to an earlier request is valid and from the right point.
-TEST_P(OneQuery, ShowsNoOldValueUnderAYoungAge) {
+TEST_P(OneQuery, ShowsNoOldValueWithARecentTime) {
   const LateByCount& late = GetParam();
   ForPhases([&](Duration phase) {
     LagRig rig(late.which, 1, [&](config::Line& line) {
@@ -137,12 +137,12 @@ class AnotherDevice : public ::testing::TestWithParam<Exchanged> {
 };
 
 /// `serial_number` is configured. The new meter's channel is not open (status 05).
-TEST_P(AnotherDevice, IsNeverBelievedInSpiteOfTheSerialNumber) {
+TEST_P(AnotherDevice, WithAnotherSerialNumberIsNeverAccepted) {
   Replace(LagCaseOf("Set4tm9600", Queries::many, Proof::answered));
 }
 
 /// Points of group `once` were read from the replaced relay, other values come from the new one.
-TEST_P(AnotherDevice, NeverStandsBesideWhatWasReadOnceOfTheOldOne) {
+TEST_P(AnotherDevice, IsNeverMixedWithValuesReadOnceFromTheOldDevice) {
   Replace(LagCaseOf("Spa9600", Queries::many, Proof::answered));
 }
 
@@ -202,7 +202,7 @@ void AnswerLate(LagRig& rig, Duration first, Duration retry) {
   }
 }
 
-TEST(OrderCases, ARetryMayBeAnsweredLaterThanItsFirstTry) {
+TEST(OrderCases, ARetryAnsweredLaterThanItsFirstTryGivesNoWrongValue) {
   for (Duration first = 310ms; first <= 670ms; first += 20ms) {
     for (Duration retry = first; retry <= 670ms; retry += 20ms) {
       LagRig rig(LagCaseOf("Dcon9600", Queries::one, Proof::answered), 1, [](config::Line& line) {
@@ -222,7 +222,7 @@ class NamedNeighbour : public ::testing::TestWithParam<Setup> {};
 
 /// A client writes continuously to a point whose writes the device ignores. Replies contain the
 /// address, so the neighbour waits only for the tries of the write.
-TEST_P(NamedNeighbour, DoesNotStarveBesideWritesThatAreIgnored) {
+TEST_P(NamedNeighbour, IsServedDuringIgnoredWrites) {
   LagRig rig({GetParam(), Queries::many, Proof::answered}, 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 100ms;
     for (config::Point& point : line.devices[1].points) point.group = config::Group::fast;
@@ -258,7 +258,7 @@ class EarlyDamage : public ::testing::TestWithParam<Setup> {};
 
 /// On a pty or behind a network a reply may come before the computed end of its request. A damaged
 /// reply must count as damaged, not as silence.
-TEST_P(EarlyDamage, IsCorruptAndNoSilence) {
+TEST_P(EarlyDamage, IsCountedAsCorruptAndNotAsNoReply) {
   LagRig rig({GetParam(), Queries::one, Proof::answered}, 1, OneDeviceEverySecond);
   rig->keeps_bit_rate = false;
   bool damages = false;
@@ -292,7 +292,7 @@ void PrintTo(const BehindBefore& before, std::ostream* out) {
 class Predecessor : public ::testing::TestWithParam<BehindBefore> {};
 
 /// The server stays behind while the program restarts, so it answers requests of the old one.
-TEST_P(Predecessor, LeavesNoReplyThatIsBelieved) {
+TEST_P(Predecessor, LeavesNoReplyThatIsAccepted) {
   const BehindBefore& before = GetParam();
   LagRig rig(before.which, 1, [](config::Line& line) {
     line.devices.resize(1);

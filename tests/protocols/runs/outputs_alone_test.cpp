@@ -95,7 +95,7 @@ TEST_P(OutputsAlone, AreWrittenToAtOnce) {
   EXPECT_EQ(Write(), WriteEnd::ok);
 }
 
-TEST_P(OutputsAlone, ComeBackWithTheNextWrite) {
+TEST_P(OutputsAlone, RecoverWithTheNextWrite) {
   line_->RunFor(10s);
   ASSERT_EQ(Write(), WriteEnd::ok);
   for (const int lost : {1, 5}) {
@@ -166,7 +166,7 @@ bool WasWritten(const VirtualLine& line) {
 
 /// The checksum is on in the configuration and off in the module. The requests before the write
 /// show this, and the write is not sent.
-TEST(OutputsOfDcon, AWriteThatWasNotSentIsNotConfirmed) {
+TEST(OutputsOfDcon, AnUnsentWriteIsNotConfirmed) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     return AsText(request) == "$01M\r" ? ToBytes("!017060\r") : Bytes();
@@ -180,7 +180,7 @@ TEST(OutputsOfDcon, AWriteThatWasNotSentIsNotConfirmed) {
 }
 
 /// The module is silent, so a command without its checksum might be another write.
-TEST(OutputsOfDcon, AModuleThatDoesNotTellItsModeIsNotWrittenToAndThatIsSaid) {
+TEST(OutputsOfDcon, AModuleOfUnknownChecksumModeIsNotWritten) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View) { return std::optional(Bytes()); };
   ASSERT_TRUE(line->Write(0, 0, Value(true), 5s));

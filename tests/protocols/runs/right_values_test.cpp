@@ -265,7 +265,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
   std::size_t wrong_ = 0;
 };
 
-TEST_P(RightValues, NothingIsGoodThatTheDeviceDidNotMean) {
+TEST_P(RightValues, NoValueThatTheDeviceDidNotSendIsGood) {
   LearnTruth();
   if (HasFatalFailure()) return;
   line_->always = [this] { Look(); };
@@ -480,7 +480,7 @@ TEST_P(ConstantValues, AreNeverExchanged) {
 }
 
 /// Without a server that falls behind, points without proof of order must be good.
-TEST_P(ConstantValues, AreGoodWhereNothingFallsBehind) {
+TEST_P(ConstantValues, AreGoodWithoutALaggingServer) {
   std::mt19937 random(20261126);
   Run(random, false, 10min);
   EXPECT_EQ(wrong_, 0U);

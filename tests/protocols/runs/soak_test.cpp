@@ -94,7 +94,7 @@ class Soak : public ::testing::TestWithParam<Setup> {
   std::size_t deaths_ = 0;
 };
 
-TEST_P(Soak, NothingWrongIsEverGoodAndNothingGrows) {
+TEST_P(Soak, NoWrongValueIsEverGoodAndMemoryDoesNotGrow) {
   rig_.LearnTruth();
   rig_->keep_sent = false;
   rig_->sent.clear();

@@ -83,7 +83,7 @@ class TemporaryRefusal : public ::testing::TestWithParam<Setup> {
   std::unique_ptr<Rig> rig_;
 };
 
-TEST_P(TemporaryRefusal, IsSoonOver) {
+TEST_P(TemporaryRefusal, RecoversSoon) {
   const auto usual = static_cast<double>(RequestsIn(2min));
   for (const Duration time : {4s, 30s, 300s}) {
     Refuse(true);
@@ -99,7 +99,7 @@ TEST_P(TemporaryRefusal, IsSoonOver) {
 
 /// A device that restarts repeatedly: it refuses all requests, is silent, refuses again in every
 /// second round, and then answers for a while.
-TEST_P(TemporaryRefusal, AmongSilencesIsSoonOver) {
+TEST_P(TemporaryRefusal, AmongSilencesRecoversSoon) {
   struct Cycle {
     Duration refused{};
     Duration silent{};
@@ -176,7 +176,7 @@ TEST_F(SilentRefusal, OfALongBlockSplitsIt) {
   EXPECT_TRUE(line_->states.empty()) << "it does not flap";
 }
 
-TEST_F(SilentRefusal, OfOneRegisterIsNotFitted) {
+TEST_F(SilentRefusal, OfARegisterIsNotFitted) {
   SilentTo([](unsigned first, unsigned count) { return first <= 5 && 5 < first + count; });
   line_->Open();
   line_->RunFor(3min);
@@ -239,7 +239,7 @@ class RefusingStart : public ::testing::Test {
   std::size_t readings_ = 0;
 };
 
-TEST_F(RefusingStart, OfARelayThatHasLittle) {
+TEST_F(RefusingStart, OfARelayWithFewItemsNeedsFewRequests) {
   Start("Spa9600", SmallRelay);
   EXPECT_LE(line().CountSent(">1RF"), 7U) << "the proof of a start, a minute later, and a point";
   for (std::uint32_t point = 0; point < 5; ++point) {
@@ -254,13 +254,13 @@ TEST_F(RefusingStart, OfARelayThatHasLittle) {
   EXPECT_EQ(line().QualityOf(0, 5), Quality(Quality::bad_configuration, Reason::not_fitted));
 }
 
-TEST_F(RefusingStart, OfAMeterThatDoesNotTellItsSerialNumber) {
+TEST_F(RefusingStart, OfAMeterWithoutSerialNumberGivesGoodValues) {
   Start("Set4tm9600", ShyMeter);
   EXPECT_LE(line().CountSent(std::string("\xC8\x08\x00", 3)), 3U);
   EXPECT_EQ(line().QualityOf(0, 0), Quality::good);
 }
 
-TEST_F(RefusingStart, OfAMeterThatShouldTellItsSerialNumberAndDoesNot) {
+TEST_F(RefusingStart, OfAMeterWithoutRequiredSerialNumberGivesNoGoodValue) {
   Start("Set4tm9600", ShyMeter, 9020001);
   EXPECT_LE(line().CountSent(std::string("\xC8\x08\x00", 3)), 5U)
       << "once a minute, and at first until it is certain that the refusal is its own";
@@ -297,7 +297,7 @@ class OneRefusal : public ::testing::TestWithParam<std::string> {
   }
 };
 
-TEST_P(OneRefusal, OfWhatWasAnsweredBeforeChangesNothing) {
+TEST_P(OneRefusal, OfAnAnsweredRequestChangesNothing) {
   EXPECT_NEAR(static_cast<double>(Requests(1)), static_cast<double>(Requests(0)), 8)
       << "it is asked as before";
 }

@@ -190,7 +190,7 @@ class TripStation {
   std::uint32_t serial_ = 0;
 };
 
-TEST(TripRecords, AreKeptWithTheirTripsOverAGoodLine) {
+TEST(TripRecords, AreStoredWithTheirTripsOverAGoodLine) {
   TripStation station(1, {});
   station.RunFor(15min);
   station.End();
@@ -200,7 +200,7 @@ TEST(TripRecords, AreKeptWithTheirTripsOverAGoodLine) {
   EXPECT_EQ(station.not_read, 0U);
 }
 
-TEST(TripRecords, AreNeverThoseOfAnotherTripOverABadLineKillsAndPowerCuts) {
+TEST(TripRecords, AreNeverMixedUpOverABadLineKillsAndPowerCuts) {
   const std::size_t seeds = LongRun(6);
   std::size_t read = 0;
   std::size_t restarts = 0;
@@ -353,7 +353,7 @@ class Gate {
   int restarts_ = 0;
 };
 
-TEST(ReaderRecords, WhatItAnswersIsKeptWithItsTagAsOne) {
+TEST(ReaderRecords, AreStoredTogetherWithTheirTag) {
   Gate gate(1);
   gate.RunFor(5s);
   gate.Pass("0000000001", 5s);
@@ -374,7 +374,7 @@ TEST(ReaderRecords, WhatItAnswersIsKeptWithItsTagAsOne) {
   EXPECT_EQ(ToText(all[1].record.values[0].value), kNoTag);
 }
 
-TEST(ReaderRecords, AreNeverThoseOfAnotherTag) {
+TEST(ReaderRecords, AreNeverMixedUp) {
   const std::size_t seeds = LongRun(6);
   std::size_t read = 0;
   std::size_t superseded = 0;
@@ -413,7 +413,7 @@ TEST(ReaderRecords, AreNeverThoseOfAnotherTag) {
 }
 
 /// The reader was unplugged after the tag, while the program was stopped.
-TEST(StoppedReader, ShowsATagAsOldAsTheStop) {
+TEST(StoppedReader, DatesItsTagBeforeTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(GateLine(), {&ReaderProtocol()});
     line.Open();
@@ -459,7 +459,7 @@ class ClockRun : public ::testing::Test {
   VirtualLine& rig_line_ = rig_.line();
 };
 
-TEST_F(ClockRun, TellsItWhenTheClockIsRightAndAtTheMomentOfSending) {
+TEST_F(ClockRun, SendsTheTimeOnlyWhileTheHostClockIsRight) {
   rig_.LearnTruth();
   rig_.Watch();
   rig_->RunFor(1min);
@@ -485,7 +485,7 @@ TEST_F(ClockRun, TellsItWhenTheClockIsRightAndAtTheMomentOfSending) {
 }
 
 /// A late relay delays the message before its time stamp is made, not after.
-TEST_F(ClockRun, IsRightBehindSilenceAndLateReplies) {
+TEST_F(ClockRun, SendsTheRightTimeAfterSilenceAndLateReplies) {
   rig_.LearnTruth();
   rig_->poller().OnHostClock(true);
   rig_->twin(1).manner.dead = true;

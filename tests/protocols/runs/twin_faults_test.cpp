@@ -30,7 +30,7 @@ TEST_P(MisbehavingTwin, LostRepliesAreNoReply) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, SomeLostRepliesAreMadeUpForByRetries) {
+TEST_P(MisbehavingTwin, RetriesCompensateSomeLostReplies) {
   Misbehave("loss:rate=0.15,seed=3");
   // Within a task, a reply after a lost one may belong to any request if it contains no tag.
   OnlyThese({Outcome::ok, Outcome::no_reply, Outcome::unexpected});
@@ -74,7 +74,7 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, AStallWithinTheGapIsNothing) {
+TEST_P(MisbehavingTwin, AStallWithinTheGapIsHarmless) {
   Misbehave("stall:pause=" + FormatDuration(*Times().gap / 2));
   OnlyThese({Outcome::ok});
   TheNeighbourWasServed();
@@ -103,14 +103,14 @@ TEST_P(MisbehavingTwin, DribbleBeyondTheGapIsPartial) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, GarbageBeforeHidesNoReply) {
+TEST_P(MisbehavingTwin, GarbageBeforeAReplyDoesNotHideTheReply) {
   Misbehave("garbage_before");
   OnlyThese({Outcome::ok});
   TheNeighbourWasServed();
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, GarbageAfterSpoilsNoOther) {
+TEST_P(MisbehavingTwin, GarbageAfterAReplyAffectsNoOtherReply) {
   Misbehave("garbage_after");
   OnlyThese({Outcome::ok});
   EXPECT_GT(rig_->poller().accounts().line.counters().stray_bytes, struck_);
@@ -118,7 +118,7 @@ TEST_P(MisbehavingTwin, GarbageAfterSpoilsNoOther) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
+TEST_P(MisbehavingTwin, DoubledRepliesAffectNoOtherReply) {
   Misbehave("double");
   // The second copy of a probe's answer may be accepted for the next request, if it has no tag.
   if (untagged_ > 0) {
@@ -133,7 +133,7 @@ TEST_P(MisbehavingTwin, DoubledRepliesSpoilNoOther) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, LateRepliesAreWaitedForAndTheUserIsTold) {
+TEST_P(MisbehavingTwin, LateRepliesAreAwaitedAndReportedInAWarning) {
   Misbehave("late:delay=" + FormatDuration(*Times().reply + 200ms));
   OnlyThese({Outcome::ok, Outcome::no_reply});
   EXPECT_GE(own_[Outcome::no_reply], 1U);
@@ -144,7 +144,7 @@ TEST_P(MisbehavingTwin, LateRepliesAreWaitedForAndTheUserIsTold) {
 
 /// The device answers each request with the reply to the one before. It does not catch up after any
 /// silence; the probe shows the lag. See Shifted below for more cases.
-TEST_P(MisbehavingTwin, RepliesThatAreOneBehind) {
+TEST_P(MisbehavingTwin, RepliesOneRequestBehindAreNeverAccepted) {
   Misbehave("late:exchanges=1");
   EXPECT_GT(own_[Outcome::no_reply], 0U) << "the first";
   EXPECT_EQ(rig_.wrong(), 0U);
@@ -154,7 +154,7 @@ TEST_P(MisbehavingTwin, RepliesThatAreOneBehind) {
 
 /// Numbers of DCON modules contain no address, so a wrong address is undetectable there. If the
 /// reply contains the address, the reply is unexpected.
-TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedWhereTheReplyCarriesOne) {
+TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedInAddressedReplies) {
   rig_.Watch([this](std::uint32_t device) { return device == kTroubled && untagged_ > 0; });
   Misbehave("wrong_address");
   EXPECT_EQ(rig_.wrong() > 0, untagged_ > 0);
@@ -167,7 +167,7 @@ TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedWhereTheReplyCarriesOne) {
   EverythingComesBack();
 }
 
-TEST_P(MisbehavingTwin, DeathAndReturn) {
+TEST_P(MisbehavingTwin, ADeadDeviceRecoversAfterItsReturn) {
   Misbehave("death");
   OnlyThese({Outcome::ok, Outcome::no_reply});
   EXPECT_EQ(end_state_, bus::DeviceState::offline);
@@ -178,7 +178,7 @@ TEST_P(MisbehavingTwin, DeathAndReturn) {
 
 /// The stranger's frames are valid frames of another device with the awaited form. With equal
 /// values they differ only by the address, if the protocol has one in its replies.
-TEST_P(MisbehavingTwin, ItsStrangerSpeaksTheProtocol) {
+TEST_P(MisbehavingTwin, ItsStrangerSendsValidFrames) {
   const tools::TwinFaults::Stranger stranger = MeetStranger();
   const Protocol& protocol = *GetParam().protocol;
   const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};
@@ -268,7 +268,7 @@ class HostWatchdog : public ::testing::Test {
   Rig rig_;
 };
 
-TEST_F(HostWatchdog, IsFedAtItsIntervalWhateverElseTheLineHasToDo) {
+TEST_F(HostWatchdog, IsFedAtItsIntervalUnderLoad) {
   RunUnderLoad();
   const std::vector<Sent>& sent = rig_->sent;
   ASSERT_GT(sent.size(), 1000U) << "it was a busy minute";
@@ -303,7 +303,7 @@ class NoHostWatchdog : public HostWatchdog {
 };
 
 /// Shows that the test above can fail.
-TEST_F(NoHostWatchdog, LetsThemTrip) {
+TEST_F(NoHostWatchdog, LetsModulesTrip) {
   RunUnderLoad();
   EXPECT_EQ(rig_->CountSent("~**"), 0U);
   EXPECT_EQ(Tell(1, "0").substr(3, 2), "04");
@@ -344,7 +344,7 @@ class Shifted {
 
 class ShiftedRun : public ::testing::TestWithParam<Setup> {};
 
-TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
+TEST_P(ShiftedRun, NoShiftedReplyIsTakenForAnotherPoint) {
   for (const std::size_t requests : {1U, 2U, 3U, 5U}) {
     Rig rig(GetParam());
     rig.LearnTruth();
@@ -364,7 +364,7 @@ TEST_P(ShiftedRun, NoReplyBecomesTheValueOfAnotherPoint) {
   }
 }
 
-TEST_P(ShiftedRun, NorWhereASerialServerShiftsAllOfThem) {
+TEST_P(ShiftedRun, NoReplyShiftedByASerialServerIsTakenForAnotherPoint) {
   for (const std::size_t requests : {1U, 2U, 3U, 5U}) {
     Rig rig(GetParam());
     rig.LearnTruth();
@@ -387,7 +387,7 @@ TEST_P(ShiftedRun, NorWhereASerialServerShiftsAllOfThem) {
 INSTANTIATE_TEST_SUITE_P(Real, ShiftedRun, ::testing::ValuesIn(RealLines()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Network, ShiftedRun, ::testing::Values(TcpLine()), SetupName);
 
-TEST(ReplacedDevice, IsBelievedAfterAWhile) {
+TEST(ReplacedDevice, IsAcceptedAfterAWhile) {
   Rig rig(RealLine("Spa9600"));
   rig.LearnTruth();
   std::string other = "<1D:SPCX 1C1:";

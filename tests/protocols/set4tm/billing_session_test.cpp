@@ -145,7 +145,7 @@ std::vector<std::string> Months(int year, unsigned month, int count) {
   return all;
 }
 
-TEST(BillingSession, TakesWhatTheMeterHasAndThenEachDayAndMonth) {
+TEST(BillingSession, ReadsTheHistoryAndThenEachDayAndMonth) {
   BillingBench bench;
   bench.Run(5h);
   EXPECT_EQ(bench.told["month"], Months(2025, 3, 12));
@@ -159,7 +159,7 @@ TEST(BillingSession, TakesWhatTheMeterHasAndThenEachDayAndMonth) {
   EXPECT_EQ(bench.said, "day 2026-04-08;month 2026-04-01");
 }
 
-TEST(BillingSession, RequestsOfTheReference) {
+TEST(BillingSession, RequestsMatchTheReference) {
   BillingBench bench({BillingPeriod::month});
   bench.Run(20min);
   ASSERT_GT(bench.asked.size(), 8U);
@@ -172,7 +172,7 @@ TEST(BillingSession, RequestsOfTheReference) {
   EXPECT_EQ(bench.asked[7], "04 00");
 }
 
-TEST(BillingSession, AnOutageIsFilledAsFarAsTheMeterKeepsIt) {
+TEST(BillingSession, AnOutageIsFilledFromTheMemoryOfTheMeter) {
   BillingBench bench;
   bench.Run(5h);
   bench.Pass(90 * 24h);
@@ -186,7 +186,7 @@ TEST(BillingSession, AnOutageIsFilledAsFarAsTheMeterKeepsIt) {
   EXPECT_EQ(bench.told["day"], days);
 }
 
-TEST(BillingSession, WhatWasBeforeTheMeterIsLeftOut) {
+TEST(BillingSession, DaysBeforeTheInstallationAreOmitted) {
   BillingBench bench;
   bench.installed = kFirstDay - std::chrono::days(10);
   bench.Run(5h);
@@ -196,7 +196,7 @@ TEST(BillingSession, WhatWasBeforeTheMeterIsLeftOut) {
   EXPECT_EQ(bench.told["month"], Months(2026, 3, 1));
 }
 
-TEST(BillingSession, AMeterWithoutCalendarDaysHasToday) {
+TEST(BillingSession, AMeterWithoutCalendarDaysIsReadForToday) {
   BillingBench bench({BillingPeriod::day});
   bench.deaf = [](View pdu) {
     return pdu[0] == kEnergyExtended && (pdu[1] == 0x86 || pdu[3] == 2);
@@ -205,7 +205,7 @@ TEST(BillingSession, AMeterWithoutCalendarDaysHasToday) {
   EXPECT_EQ(bench.told["day"], Days(kFirstDay, bench.today()));
 }
 
-TEST(BillingSession, AMeterThatRefusesAllIsLeftInPeace) {
+TEST(BillingSession, AMeterThatRefusesAllIsNotAskedAgain) {
   BillingBench bench;
   bench.deaf = [](View pdu) { return pdu[0] == kEnergyExtended; };
   bench.Run(3h);
@@ -215,7 +215,7 @@ TEST(BillingSession, AMeterThatRefusesAllIsLeftInPeace) {
             "it refuses them");
 }
 
-TEST(BillingSession, EachIsToldOnceWhateverHappens) {
+TEST(BillingSession, EachReadingIsReportedOnceInSpiteOfDisturbances) {
   for (unsigned seed = 1; seed <= 30 && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     std::mt19937 random(seed);

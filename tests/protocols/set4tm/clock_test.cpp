@@ -39,24 +39,24 @@ std::string ShownUtc(const Decoded& decoded) {
 // Reference, example 8.
 constexpr const char* kSummer = "31 30 15 01 02 09 02 00";
 
-TEST(MeterClock, IsUtcByItsZone) {
+TEST(MeterClock, IsConvertedToUtcByItsZone) {
   EXPECT_EQ(ShownUtc(ReadClock(kSummer, "+03:00")), "2002-09-02T12:30:31");
   EXPECT_EQ(ShownUtc(ReadClock(kSummer, "+01:00 eu")), "2002-09-02T13:30:31");
   EXPECT_EQ(ShownUtc(ReadClock(kSummer, "+00:00", "09 00 00 clock@0")), "2002-09-02T15:30:31");
 }
 
-TEST(MeterClock, TellsTheTwoHoursOfAutumnApart) {
+TEST(MeterClock, DistinguishesTheTwoHoursOfAutumn) {
   EXPECT_EQ(ShownUtc(ReadClock("00 30 02 07 25 10 26 00", "+01:00 eu")), "2026-10-25T00:30:00");
   EXPECT_EQ(ShownUtc(ReadClock("00 30 02 07 25 10 26 01", "+01:00 eu")), "2026-10-25T01:30:00");
 }
 
-TEST(MeterClock, WithoutAZoneIsNoNumber) {
+TEST(MeterClock, HasNoValueWithoutAZone) {
   const Decoded decoded = ReadClock(kSummer, "");
   EXPECT_FALSE(HasValue(decoded.value));
   EXPECT_EQ(decoded.quality, (Quality{Quality::bad_configuration, Reason::not_fitted}));
 }
 
-TEST(MeterClock, ThatCanNotBeIsNoNumber) {
+TEST(MeterClock, HasNoValueForAnImpossibleDate) {
   for (const char* data : {"31 30 25 01 02 09 02 00", "31 30 15 01 31 02 02 00",
                            "00 00 00 00 00 00 00 00", "31 30 15 01 02 09"}) {
     const Decoded decoded = ReadClock(data, "+03:00");
@@ -65,7 +65,7 @@ TEST(MeterClock, ThatCanNotBeIsNoNumber) {
   }
 }
 
-TEST(MeterClock, ComesBackAsItWasWritten) {
+TEST(MeterClock, IsEncodedAndDecoded) {
   const Field field = ParseField("04 00 clock@0").value();
   for (const char* zone : {"+03:00", "+01:00 eu", "-05:30"}) {
     for (std::uint64_t seconds = 1'790'000'000; seconds < 1'822'000'000; seconds += 1801) {
@@ -76,7 +76,7 @@ TEST(MeterClock, ComesBackAsItWasWritten) {
   }
 }
 
-TEST(MeterClock, StandsInTheAnswerToItsOwnRequestOnly) {
+TEST(MeterClock, IsAcceptedInItsOwnRequestOnly) {
   EXPECT_FALSE(ParseField("09 01 09 clock@0"));
   EXPECT_FALSE(ParseField("04 00 clock@1"));
 }
@@ -92,7 +92,7 @@ Scale InZone(std::string_view zone) {
 }
 
 /// 2002-09-02T15:30:31, summer (MFR 2.4.1.1.1): 11:30:31 UTC in a zone of +04:00.
-TEST(ClockDrift, IsTakenAtTheMiddleOfTheExchange) {
+TEST(ClockDrift, IsMeasuredAtTheMiddleOfTheExchange) {
   const Bytes data = Hex("31 30 15 01 02 09 02 00");
   const WallTime shown = std::chrono::sys_days(std::chrono::year(2002) / 9 / 2) + 11h + 30min + 31s;
   ClockDrift drift;
@@ -112,7 +112,7 @@ TEST(ClockDrift, IsTakenAtTheMiddleOfTheExchange) {
   EXPECT_TRUE(IsBad(drift.Of(data, 11, Scale(), whole).quality)) << "no zone";
 }
 
-TEST(ClockDrift, AnExchangeThatTookLongSaysNothingCertain) {
+TEST(ClockDrift, IsUncertainAfterALongExchange) {
   ClockDrift drift;
   drift.OnHostClock(true);
   drift.OnAsked();
@@ -124,7 +124,7 @@ TEST(ClockDrift, AnExchangeThatTookLongSaysNothingCertain) {
 }
 
 /// Reference, 12, example 14: + 10 s.
-TEST(ClockDrift, CorrectionOfTheReference) {
+TEST(ClockDrift, CorrectionMatchesTheReference) {
   const ClockDrift drift;
   const auto pdu = ClockCorrection(Value(10.0), drift, Instant(1h));
   ASSERT_TRUE(pdu);
@@ -139,7 +139,7 @@ TEST(ClockDrift, CorrectionOfTheReference) {
 }
 
 /// `baudgate check` rejects a configuration without the points that the correction needs.
-TEST(ClockCare, IsCheckedWithItsPoints) {
+TEST(ClockCare, RequiresItsPoints) {
   config::Device right = MakeDevice("5", {MakePoint("04 00 drift@0")});
   right.points[0].name = "clock_drift";
   config::Point correction;
@@ -222,7 +222,7 @@ class ClockLine : public ::testing::Test {
   std::unique_ptr<VirtualLine> line;
 };
 
-TEST_F(ClockLine, TheDriftIsGoodWhileThisClockIs) {
+TEST_F(ClockLine, TheDriftIsGoodWhileTheHostClockIsGood) {
   MeterIsAhead(-42s);
   line->Open();
   line->RunFor(5s);
@@ -236,7 +236,7 @@ TEST_F(ClockLine, TheDriftIsGoodWhileThisClockIs) {
   EXPECT_TRUE(IsUncertain(line->QualityOf(0, 0)));
 }
 
-TEST_F(ClockLine, IsCorrectedOnceADay) {
+TEST_F(ClockLine, TheMeterClockIsCorrectedOnceADay) {
   MeterIsAhead(30s);
   line->Open();
   line->RunFor(5s);
@@ -275,7 +275,7 @@ class Reluctant : public Twin {
 };
 
 /// 05: the channel was closed meanwhile; 06: repeat the request. The write has not been executed.
-TEST_F(ClockLine, WhatTheMeterWantsOnceMoreIsSentOnceMore) {
+TEST_F(ClockLine, ACorrectionIsRepeatedOnRequestOfTheMeter) {
   for (const int status : {5, 6}) {
     Make();
     MeterIsAhead(30s);

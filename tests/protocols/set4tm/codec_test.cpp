@@ -18,7 +18,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-TEST(Set4tmAddress, ShortExtendedAndSerial) {
+TEST(Set4tmAddress, ParsesShortExtendedAndSerialAddresses) {
   EXPECT_EQ(*ParseAddress("0"), Hex("00"));
   EXPECT_EQ(*ParseAddress("200"), Hex("C8"));
   EXPECT_EQ(*ParseAddress("239"), Hex("EF"));
@@ -29,7 +29,7 @@ TEST(Set4tmAddress, ShortExtendedAndSerial) {
   EXPECT_EQ(*ParseAddress("4294967295"), Hex("FC FF FF FF FF"));
 }
 
-TEST(Set4tmAddress, ReservedAndMalformedAreRefusedWithReason) {
+TEST(Set4tmAddress, RefusesReservedAndMalformedAddressesWithAReason) {
   for (const char* text : {"240", "251", "252", "253", "254", "-1", "", "C8", "4294967296", "1 "}) {
     EXPECT_FALSE(ParseAddress(text)) << text;
   }
@@ -37,7 +37,7 @@ TEST(Set4tmAddress, ReservedAndMalformedAreRefusedWithReason) {
   EXPECT_NE(ParseAddress("245").error().find("sn:245"), std::string::npos);
 }
 
-TEST(Set4tmPassword, TextOrHex) {
+TEST(Set4tmPassword, MayBeTextOrHex) {
   EXPECT_EQ(*ParsePassword("000000"), Hex("30 30 30 30 30 30"));
   EXPECT_EQ(*ParsePassword("hex:01 02 03 04 05 06"), Hex("01 02 03 04 05 06"));
   for (const char* text : {"", "00000", "0000000", "hex:01 02", "hex:0102030405zz"}) {
@@ -88,7 +88,7 @@ constexpr Vector kVectors[] = {
      "05 15 00 50 5A 44 C2 F5 D6 41 60 E5 A0 40 CC 8A"},
 };
 
-TEST(Set4tmFrames, WorkedExamplesAreBuiltAndCutAsPrinted) {
+TEST(Set4tmFrames, WorkedExamplesAreEncodedAndCutAsPrinted) {
   for (const Vector& vector : kVectors) {
     const Bytes request = MakeFrame(*ParseAddress(vector.address), Hex(vector.pdu));
     EXPECT_EQ(ToHex(request), vector.request);
@@ -101,7 +101,7 @@ TEST(Set4tmFrames, WorkedExamplesAreBuiltAndCutAsPrinted) {
   }
 }
 
-TEST(Set4tmLengths, RepliesAsTheReferenceLists) {
+TEST(Set4tmLengths, MatchTheReference) {
   const std::pair<const char*, std::size_t> kLengths[] = {
       {"08 00", 7},
       {"08 02", 10},
@@ -134,7 +134,7 @@ TEST(Set4tmLengths, RepliesAsTheReferenceLists) {
   for (const auto& [pdu, length] : kLengths) EXPECT_EQ(LengthOfData(Hex(pdu)), length) << pdu;
 }
 
-TEST(Set4tmLengths, WhatIsNotDocumentedHasNone) {
+TEST(Set4tmLengths, AreUnknownForUndocumentedRequests) {
   for (const char* pdu : {"", "08", "08 7F", "08 1B 00", "00", "01 30 30 30 30 30 30",
                           "03 0B 00 0A", "0A 00 00 00 00 00", "08 23 00 00 00 00 00 00 00 00 00 00",
                           "06 03 00 00 01", "06 03 00 00 FF", "09 46 00", "08 18 09"}) {
@@ -142,7 +142,7 @@ TEST(Set4tmLengths, WhatIsNotDocumentedHasNone) {
   }
 }
 
-TEST(Set4tmExpect, HidesThePasswordAndKnowsWhatMayBeRepeated) {
+TEST(Set4tmExpect, HidesThePasswordAndMarksRepeatableRequests) {
   const Expectation open = Expect(Hex("C8 01 30 30 30 30 30 30 03 D2"), DefaultSettings());
   ASSERT_EQ(open.secrets.size(), 1U);
   EXPECT_EQ(open.secrets[0], (std::pair<std::size_t, std::size_t>{2, 8}));
@@ -239,7 +239,7 @@ std::string IntegerOf(std::string_view read) {
 }
 
 /// Reference, 9.5 to 9.7: the same parameter byte; four values of three bytes instead of four.
-TEST(Set4tmIntegers, StandAtTheSameParameter) {
+TEST(Set4tmIntegers, UseTheSameParameterAsFloats) {
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");
   EXPECT_EQ(IntegerOf("08 1B 02 04 float_le@4"), "08 16 04 reactive_be@3");
@@ -253,7 +253,7 @@ TEST(Set4tmIntegers, StandAtTheSameParameter) {
   EXPECT_EQ(IntegerOf("08 1B 00 70 float_le@0"), "08 01 i8@1");
 }
 
-TEST(Set4tmIntegers, WhatIsNoLiveFloatStays) {
+TEST(Set4tmIntegers, ReplaceOnlyLiveFloats) {
   EXPECT_EQ(IntegerOf("08 1B 01 11 float_le@0"), "") << "latched";
   EXPECT_EQ(IntegerOf("08 16 10 voltage_be@3"), "");
   EXPECT_EQ(IntegerOf("05 00 00 energy@0"), "");
@@ -263,7 +263,7 @@ TEST(Set4tmIntegers, WhatIsNoLiveFloatStays) {
 
 using ::testing::ElementsAre;
 
-TEST(Set4tmEnergy, OptionsTakeThePlaceOfTheMetersConstants) {
+TEST(Set4tmEnergy, OptionsReplaceTheConstantsOfTheMeter) {
   config::Device device = MakeDevice("5", {MakePoint("05 00 02 energy@0", Group::slow)});
   device.options.Set("meter_constant", std::int64_t{5000});
   device.options.Set("voltage_ratio", 100.0);

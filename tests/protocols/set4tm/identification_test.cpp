@@ -35,7 +35,7 @@ constexpr const char* kIsType8 = "10 40 80";
 constexpr const char* kIsType1 = "10 40 10";
 constexpr const char* kFloat = "00 80 66 43";
 
-TEST(Set4tmType, IsAskedOnceBeforeAnythingElse) {
+TEST(Set4tmType, IsReadOnceBeforeOtherRequests) {
   Talk talk = OpenTalk(OfTypes({"8"}));
   EXPECT_EQ(talk.Run(Poll(0), Script({kIsType8, kFloat})).outcome, Outcome::ok);
   EXPECT_FALSE(talk->trouble());
@@ -51,7 +51,7 @@ TEST(Set4tmType, IsAskedOnceBeforeAnythingElse) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 12", "08 1B 00 11"));
 }
 
-TEST(Set4tmType, IsAskedAgainAfterSilence) {
+TEST(Set4tmType, IsReadAgainAfterSilence) {
   Talk talk = OpenTalk(OfTypes({"8"}));
   talk.Run(Poll(0), Script({kIsType8, kFloat}));
   talk.Run(Poll(0), Script({}));
@@ -61,7 +61,7 @@ TEST(Set4tmType, IsAskedAgainAfterSilence) {
   EXPECT_EQ(talk->trouble().reason, Reason::other_module);
 }
 
-TEST(Set4tmType, AnotherOneIsNamedAndLeftInPeaceUntilItIsRight) {
+TEST(Set4tmType, AnotherTypeIsReportedAndOnlyIdentifiedUntilItIsRight) {
   Talk talk = OpenTalk(OfTypes({"8"}));
   const Answer answer = talk.Run(Poll(0), Script({kIsType1}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
@@ -77,7 +77,7 @@ TEST(Set4tmType, AnotherOneIsNamedAndLeftInPeaceUntilItIsRight) {
   EXPECT_FALSE(talk->trouble());
 }
 
-TEST(Set4tmType, BitsOfAnotherTypeAreNeverCalledByTheTableOfDotZeroThreeM) {
+TEST(Set4tmType, StatusBitsOfAnotherTypeHaveNoNames) {
   // Each type of the reference and an unknown one. Only type 8 has a table.
   for (unsigned type = 0; type < 16; ++type) {
     const std::string code(1, "0123456789ABCDEF"[type]);
@@ -96,7 +96,7 @@ TEST(Set4tmType, BitsOfAnotherTypeAreNeverCalledByTheTableOfDotZeroThreeM) {
   }
 }
 
-TEST(Set4tmType, AMeterThatDoesNotTellContradictsNobody) {
+TEST(Set4tmType, AMeterWithoutTypeIsNoContradiction) {
   Talk talk = OpenTalk(OfTypes({"8"}));
   EXPECT_EQ(talk.Run(Poll(0), Script({"01", kFloat})).outcome, Outcome::ok);
   EXPECT_FALSE(talk->trouble());
@@ -105,14 +105,14 @@ TEST(Set4tmType, AMeterThatDoesNotTellContradictsNobody) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre("08 12", "08 1B 00 11", "08 0A"));
 }
 
-TEST(Set4tmType, ALaterTypeThanTheReferenceIsOnlyARemark) {
+TEST(Set4tmType, AnUnknownLaterTypeIsOnlyARemark) {
   Talk talk = OpenTalk(OfTypes({"8"}));
   EXPECT_EQ(talk.Run(Poll(0), Script({"10 40 C0", kFloat})).outcome, Outcome::ok);
   EXPECT_FALSE(talk->trouble());
   EXPECT_THAT(talk->trouble().text, HasSubstr("type C"));
 }
 
-TEST(Set4tmType, IdentityIgnoreServesItWithoutTheBits) {
+TEST(Set4tmType, IgnoredIdentityServesAnyTypeWithoutStatusBits) {
   config::Device device = OfTypes({"8"});
   device.identity.ignore = true;
   Talk talk = OpenTalk(device);
@@ -122,7 +122,7 @@ TEST(Set4tmType, IdentityIgnoreServesItWithoutTheBits) {
   EXPECT_EQ(flags.readings.at(0).quality, Quality::bad_configuration);
 }
 
-TEST(Set4tmType, WithoutAListItIsAskedForTheStatusWordOnly) {
+TEST(Set4tmType, WithoutAListItIsReadForTheStatusWordOnly) {
   config::Device device = OfTypes({"8"});
   device.options.Set("types", std::vector<std::string>());
   Talk talk = OpenTalk(device);
@@ -132,7 +132,7 @@ TEST(Set4tmType, WithoutAListItIsAskedForTheStatusWordOnly) {
   EXPECT_FALSE(talk->trouble());
 }
 
-TEST(Set4tmType, ATwinOfAnotherTypeIsFoundOut) {
+TEST(Set4tmType, ATwinOfAnotherTypeIsDetected) {
   for (const char* type : {"0", "1", "3", "6"}) {
     config::Device other = OfTypes({type});
     FixedValues values;
@@ -146,7 +146,7 @@ TEST(Set4tmType, ATwinOfAnotherTypeIsFoundOut) {
   }
 }
 
-TEST(Set4tmType, RefusesAListThatIsNone) {
+TEST(Set4tmType, RefusesAnInvalidList) {
   config::Options options = DefaultOptions();
   options.Set("types", std::vector<std::string>{"8", "G"});
   const Status status = CheckSettings(options);
@@ -154,7 +154,7 @@ TEST(Set4tmType, RefusesAListThatIsNone) {
   EXPECT_THAT(status.error(), HasSubstr("\"G\" is no type code"));
 }
 
-TEST(Set4tmDay, WithTheMetersDayAllIsReadAnew) {
+TEST(Set4tmDay, ANewDayOfTheMeterRestartsAllReads) {
   Talk talk = OpenTalk(MakeDevice("5", {MakePoint("04 00 time@0", Group::slow, Type::string)}));
   const auto clock = [&](const char* data) { return talk.Run(Poll(0), Script({data})).then; };
   EXPECT_EQ(clock("31 30 15 01 02 09 02 00"), Then::done) << "the first reading is no new day";
@@ -163,7 +163,7 @@ TEST(Set4tmDay, WithTheMetersDayAllIsReadAnew) {
   EXPECT_EQ(clock("06 00 00 02 03 09 02 00"), Then::done);
 }
 
-TEST(Set4tmPace, TheMultiplierStretchesSilenceAndReply) {
+TEST(Set4tmPace, TheMultiplierExtendsSilenceAndReplyTime) {
   config::Device device = MakeDevice("5", {MakePoint("08 17 u8@1", Group::once, Type::uint16)});
   Talk talk = OpenTalk(device);
   const Duration character = 1145833ns;  // 11 bits at 9600
@@ -188,7 +188,7 @@ config::Options WithKs() {
   return options;
 }
 
-TEST(Set4tmKs, IsFfXorAllBytes) {
+TEST(Set4tmKs, IsTheXorOfAllBytesAndFf) {
   EXPECT_EQ(ToHex(MakeFrame(Hex("00"), Hex("00"), Checksum::ks)), "00 00 FF");
   // FF ^ 05 ^ 08 = F2; FF ^ 05 ^ 05 = FF
   EXPECT_EQ(ToHex(MakeFrame(Hex("05"), Hex("08 00"), Checksum::ks)), "05 08 00 F2");
@@ -200,7 +200,7 @@ TEST(Set4tmKs, IsFfXorAllBytes) {
   EXPECT_FALSE(EndsInChecksum(Hex("FF"), Checksum::ks)) << "of nothing";
 }
 
-TEST(Set4tmKs, AnyOneBitTurnedIsFound) {
+TEST(Set4tmKs, DetectsAnySingleBitError) {
   const Bytes good = MakeFrame(Hex("05"), Hex("00 00 27 11 00 00 13 89"), Checksum::ks);
   for (std::size_t bit = 0; bit < good.size() * 8; ++bit) {
     Bytes bad = good;
@@ -216,7 +216,7 @@ TEST(Set4tmKs, HidesThePasswordAndItsChecksum) {
   EXPECT_EQ(expect.secrets[0], (std::pair<std::size_t, std::size_t>{2, 7}));
 }
 
-TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
+TEST(Set4tmKs, AStatusHasThreeBytesAndWaitsForSilence) {
   const Expectation expect = Expect(Hex("05 08 00 F2"), ReadSettings(WithKs()));
   const Bytes status = Hex("05 05 FF");
   EXPECT_EQ(ReplyRule(status, expect, false).kind, Cut::Kind::need_more);
@@ -229,7 +229,7 @@ TEST(Set4tmKs, AStatusIsThreeBytesAndWaitsForSilence) {
 }
 
 /// The reply proves only that the meter is there: some damaged replies fit the other checksum too.
-TEST(Set4tmKs, ASilentMeterIsAskedInTheOtherChecksumNowAndThen) {
+TEST(Set4tmKs, ASilentMeterIsSometimesProbedWithTheOtherChecksum) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
   device.options.Set("checksum", std::string("ks"));
   Talk talk(Set4tmProtocol(), device);
@@ -270,7 +270,7 @@ TEST(Set4tmKs, AnotherSerialNumberMustComeTwice) {
   EXPECT_FALSE(session.Doubts(9));
 }
 
-TEST(Set4tmKs, MeterAndTwinSpeakIt) {
+TEST(Set4tmKs, IsUsedByConversationAndTwin) {
   config::Device device = MakeDevice("5", {MakePoint("05 00 02 energy@0")});
   device.options.Set("checksum", std::string("ks"));
   device.options.Set("types", std::vector<std::string>{"0"});
@@ -284,7 +284,7 @@ TEST(Set4tmKs, MeterAndTwinSpeakIt) {
   EXPECT_EQ(ToHex(talk.asked.back()), "05 05 00 02 FD");
 }
 
-TEST(Set4tmKs, AMeterWithTheOtherChecksumIsSilentOrCorrupt) {
+TEST(Set4tmKs, AMeterWithTheOtherChecksumIsNotRead) {
   config::Device device = OneFloat();
   FixedValues values;
   MeterTwin with_crc(device, values);
@@ -322,7 +322,7 @@ FixedValues Simulated(const std::vector<config::Point>& points) {
 
 class Set4tmProfile : public ::testing::TestWithParam<std::pair<std::string, const char*>> {};
 
-TEST_P(Set4tmProfile, ComesBackFromTheTwinPointByPoint) {
+TEST_P(Set4tmProfile, EveryPointIsReadBackFromTheTwin) {
   const config::Profile profile = Load(GetParam().first);
   ASSERT_FALSE(profile.points.empty());
   config::Device device = MakeDevice("1", profile.points);
@@ -357,7 +357,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, Set4tmProfile,
                                            std::pair{"set-4tm.03m", "auto"},
                                            std::pair{"set-4tm.02", "auto"}));
 
-TEST(Set4tmProfileLayout, FastBlockIsContiguousAndTakesFewRequests) {
+TEST(Set4tmProfileLayout, TheFastBlockIsContiguousAndNeedsFewRequests) {
   const config::Profile profile = Load("set-4tm.03m");
   std::size_t next = 0;
   for (const config::Point& point : profile.points) {

@@ -47,14 +47,14 @@ constexpr const char* kEnded = "31 30 15 01 02 09 02 12 32 15 01 02 09 02";
 const JournalReader kMoscow{CivilZone::Parse("+03:00").value(), true};
 const JournalReader kBerlin{CivilZone::Parse("+01:00 eu").value(), true};
 
-TEST(Journal, AsksByTheShortFormWhereThatCanNameTheRecord) {
+TEST(Journal, UsesTheShortRequestWherePossible) {
   EXPECT_EQ(ToHex(JournalRequest(Numbered(0x01), 0)), "04 10");
   EXPECT_EQ(ToHex(JournalRequest(Numbered(0x0A), 9)), "04 A9");
   EXPECT_EQ(ToHex(JournalRequest(Numbered(0x07), 19)), "09 07 13");
   EXPECT_EQ(ToHex(JournalRequest(Numbered(0x3C), 9)), "09 3C 09");
 }
 
-TEST(Journal, AnIntervalThatIsNotOverAndOneThatIs) {
+TEST(Journal, OpenAndEndedIntervalsAreDecoded) {
   EXPECT_EQ(Told(kMoscow, 0x07, kOpen), Events{"E71 2002-09-02T12:30:31"});
   EXPECT_EQ(Told(kMoscow, 0x07, kEnded),
             (Events{"E71 2002-09-02T12:30:31", "E72 2002-09-02T12:32:12"}));
@@ -62,20 +62,20 @@ TEST(Journal, AnIntervalThatIsNotOverAndOneThatIs) {
   EXPECT_EQ(Told(kMoscow, 0x07, kEnded, kOpen), Events{"E72 2002-09-02T12:32:12"});
 }
 
-TEST(Journal, EndedIsOnlyWhatHadNot) {
+TEST(Journal, HasEndedNeedsAnEarlierOpenInterval) {
   EXPECT_FALSE(HasEnded(Hex(kEnded), Hex(kEnded)));
   EXPECT_FALSE(HasEnded(Hex(kOpen), Hex(kOpen)));
   EXPECT_FALSE(HasEnded(Hex(kOpen), Hex("32 30 15 01 02 09 02 12 32 15 01 02 09 02")));
   EXPECT_FALSE(HasEnded(Hex("31 30 15 01 02 09 02"), Hex("31 30 15 01 02 09 02")));
 }
 
-TEST(Journal, ACorrectionOfTheClockSaysByHowMuch) {
+TEST(Journal, AClockCorrectionIncludesItsAmount) {
   EXPECT_EQ(Told(kMoscow, 0x02, kEnded), Events{"E22 2002-09-02T12:32:12 by +101 s"});
   EXPECT_EQ(Told(kMoscow, 0x02, "12 32 15 01 02 09 02 31 30 15 01 02 09 02"),
             Events{"E22 2002-09-02T12:30:31 by -101 s"});
 }
 
-TEST(Journal, OneTimeAndTheStatusWord) {
+TEST(Journal, SingleTimesAndStatusWordsAreDecoded) {
   EXPECT_EQ(Told(kMoscow, 0x05, "31 30 15 01 02 09 02"), Events{"E51 2002-09-02T12:30:31"});
   constexpr const char* kStatus = "31 30 15 01 02 09 02 00 00 11 00 00 00 80";
   EXPECT_EQ(Told(kMoscow, 0x3C, kStatus), Events{"E601 2002-09-02T12:30:31 E-01 E-05 E-40"});
@@ -84,7 +84,7 @@ TEST(Journal, OneTimeAndTheStatusWord) {
       << "flags of another type are not named";
 }
 
-TEST(Journal, WhatCanNotBeReadIsToldAsItIs) {
+TEST(Journal, AnUndecodableRecordIsReportedInHex) {
   EXPECT_EQ(Told(kMoscow, 0x05, "31 30 25 01 02 09 02"),
             Events{"E0 journal 05: 31 30 25 01 02 09 02"});
   EXPECT_EQ(Told(kMoscow, 0x05, "31 30 15 01 31 02 02"),
@@ -95,14 +95,14 @@ TEST(Journal, WhatCanNotBeReadIsToldAsItIs) {
   EXPECT_EQ(Told(kMoscow, 0x05, "31 30"), Events{"E0 journal 05: 31 30"});
 }
 
-TEST(Journal, WithoutAZoneTheMetersTimeIsAText) {
+TEST(Journal, WithoutAZoneTheTimeOfTheMeterIsAText) {
   EXPECT_EQ(Told({}, 0x07, kEnded), (Events{"E71 2002-09-02T15:30:31 by its clock",
                                             "E72 2002-09-02T15:32:12 by its clock"}));
   EXPECT_EQ(Told({}, 0x02, kEnded), Events{"E22 2002-09-02T15:32:12 by its clock, by +101 s"});
 }
 
 /// 25.10.2026, Sunday: 02:00 to 03:00 comes twice. 29.03.2026: 02:00 to 03:00 does not exist.
-TEST(Journal, BordersOfSummerTime) {
+TEST(Journal, BeginAndEndOfSummerTimeAreDecoded) {
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 01 07 25 10 26"), Events{"E51 2026-10-24T23:59:59"});
   EXPECT_EQ(Told(kBerlin, 0x05, "00 30 02 07 25 10 26"),
             Events{"E51 2026-10-25T01:30:00 or an hour earlier"});
@@ -204,7 +204,7 @@ class JournalBench {
   Bytes last_reply_;
 };
 
-TEST(JournalSession, TellsTheWholeHistoryOnce) {
+TEST(JournalSession, ReportsTheWholeHistoryOnce) {
   JournalBench bench;
   for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) bench.Raise(code);
   bench.Run(500);
@@ -216,7 +216,7 @@ TEST(JournalSession, TellsTheWholeHistoryOnce) {
   EXPECT_TRUE(bench.gaps.empty());
 }
 
-TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
+TEST(JournalSession, UrgentJournalsAreReadFirstAndEverySecondTime) {
   JournalBench bench;
   bench.Run(500);
   EXPECT_EQ(bench.asked.front(), "04 10");
@@ -229,7 +229,7 @@ TEST(JournalSession, UrgentJournalsComeFirstAndEveryOtherTime) {
 }
 
 /// A request that waits behind a probe is asked for twice.
-TEST(JournalSession, WhatIsAskedStaysUntilItIsAnswered) {
+TEST(JournalSession, ARequestIsKeptUntilItIsAnswered) {
   JournalBench bench;
   JournalBench twice;
   twice.asks = 2;
@@ -242,7 +242,7 @@ TEST(JournalSession, WhatIsAskedStaysUntilItIsAnswered) {
   EXPECT_EQ(twice.asked, bench.asked);
 }
 
-TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
+TEST(JournalSession, ATaskWithoutNewsIsOneExchange) {
   JournalBench bench;
   bench.Run(500);
   const std::size_t before = bench.asked.size();
@@ -250,7 +250,7 @@ TEST(JournalSession, OneExchangeATaskWhereNothingIsNew) {
   EXPECT_EQ(bench.asked.size(), before + 100);
 }
 
-TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
+TEST(JournalSession, ALostAndRestoredPhaseIsTwoEvents) {
   JournalBench bench;
   bench.Run(500);
   bench.Raise(81);
@@ -262,7 +262,7 @@ TEST(JournalSession, APhaseThatIsLostAndComesBackIsTwoEvents) {
   EXPECT_EQ(bench.told, bench.raised);
 }
 
-TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
+TEST(JournalSession, AnOverwrittenJournalReportsAGap) {
   JournalBench bench;
   for (int i = 0; i < 10; ++i) bench.Raise(51);
   bench.Run(500);
@@ -278,7 +278,7 @@ TEST(JournalSession, AJournalThatWentRoundWhileNobodyReadItSaysSo) {
   EXPECT_EQ(bench.gaps.size(), 1U);
 }
 
-TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
+TEST(JournalSession, AnOverlapOfOneRecordProvesThatNothingIsMissing) {
   JournalBench bench;
   bench.Run(500);
   for (int i = 0; i < 10; ++i) {
@@ -291,7 +291,7 @@ TEST(JournalSession, OneOldRecordIsEnoughToKnowThatNothingIsMissing) {
   EXPECT_EQ(bench.told, bench.raised);
 }
 
-TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
+TEST(JournalSession, AnotherMeterHasItsOwnHistory) {
   JournalBench bench;
   bench.Raise(71);
   bench.Run(500);
@@ -305,7 +305,7 @@ TEST(JournalSession, AnotherMeterHasAHistoryOfItsOwn) {
   EXPECT_EQ(bench.told[7].size(), 2U);
 }
 
-TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
+TEST(JournalSession, UnsupportedJournalsAreOmitted) {
   JournalBench bench;
   bench.deaf = {8, 9, 0x3C};
   bench.Raise(51);
@@ -317,7 +317,7 @@ TEST(JournalSession, WhatTheMeterDoesNotKnowIsLeftOut) {
   for (const std::string& pdu : bench.asked) EXPECT_FALSE(pdu.starts_with("04 8")) << pdu;
 }
 
-TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
+TEST(JournalSession, AMeterWithoutJournalsIsNotAskedAgain) {
   JournalBench bench;
   bench.deaf = {1, 2, 5, 6, 7, 8, 9, 0x0A, 0x3C};
   bench.Run(200);
@@ -326,7 +326,7 @@ TEST(JournalSession, AMeterWithoutJournalsIsLeftInPeace) {
 }
 
 /// A damaged reply may look like a refusal.
-TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
+TEST(JournalSession, ARefusalOfAKnownJournalIsTemporary) {
   JournalBench bench;
   bench.Raise(11);
   bench.Run(500);
@@ -338,7 +338,7 @@ TEST(JournalSession, ARefusalOfWhatWasThereIsNotTheEnd) {
   EXPECT_EQ(bench.told, bench.raised);
 }
 
-TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
+TEST(JournalSession, AnUnansweredJournalIsSkipped) {
   JournalSession session(true, kRecords);
   session.OnKept({});
   Instant now{1h};
@@ -350,7 +350,7 @@ TEST(JournalSession, AJournalThatIsNeverAnsweredRests) {
   EXPECT_NE(session.Next(now)[1] >> 4U, first[1] >> 4U);
 }
 
-TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
+TEST(JournalSession, InvalidStoredTextIsIgnored) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 05:zz", "-1 05:-", "9020001 05",
                            "9020001 ;;:", "9020001 0G:31301501020902"}) {
     JournalBench bench;
@@ -363,7 +363,7 @@ TEST(JournalSession, WordsThatNobodyUnderstandsCountAsNothing) {
 }
 
 /// All disturbances at once.
-TEST(JournalSession, EachRecordIsToldOnceWhateverHappens) {
+TEST(JournalSession, EachRecordIsReportedOnceInSpiteOfDisturbances) {
   std::size_t told = 0;
   for (unsigned seed = 1; seed <= 60 && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

@@ -18,7 +18,7 @@ namespace {
 constexpr WallTime kWall = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 3 / 1)) + 12h;
 Now SinceNoon(Duration since_noon) { return {Instant(1h) + since_noon, kWall + since_noon}; }
 
-TEST(Latch, FramesOfTheReference) {
+TEST(Latch, FramesMatchTheReference) {
   EXPECT_EQ(ToHex(MakeFrame(Bytes{kBroadcast}, LatchPdu())), "FE 03 08 55 AA 33 CC C0 74");
   EXPECT_TRUE(IsLatch(Hex("03 08 55 AA 33 CC")));
   EXPECT_TRUE(IsLatch(Hex("03 08 07 AA 33 CC"))) << "an id of a master";
@@ -44,7 +44,7 @@ TEST(LineLatch, IsDueAtWholeMultiples) {
   EXPECT_EQ(latch.DueAt(15min), SinceNoon(30min).instant);
 }
 
-TEST(LineLatch, AfterAnOutageItIsSentOnceAndThenInTimeAgain) {
+TEST(LineLatch, AfterAnOutageIsSentOnceAndThenOnScheduleAgain) {
   LineLatch latch;
   latch.OnClock(SinceNoon(20s));
   latch.OnClock(SinceNoon(100min));
@@ -53,7 +53,7 @@ TEST(LineLatch, AfterAnOutageItIsSentOnceAndThenInTimeAgain) {
   EXPECT_EQ(latch.DueAt(15min), SinceNoon(105min).instant);
 }
 
-TEST(LineLatch, TheClockIsSet) {
+TEST(LineLatch, FollowsAClockStep) {
   LineLatch latch;
   latch.OnClock(SinceNoon(15min));
   latch.OnSent();
@@ -67,7 +67,7 @@ TEST(LineLatch, TheClockIsSet) {
       << "far back: in two periods at the latest";
 }
 
-TEST(MeterLatch, HearsWhereItsTimeIsAnother) {
+TEST(MeterLatch, IsConfirmedByAChangedLatchTime) {
   MeterLatch latch;
   EXPECT_TRUE(latch.WantsTime(0));
   latch.OnTime(Hex("01"), 0);
@@ -111,7 +111,7 @@ Settable Every(Duration period) {
   return {{"snapshot", std::string("false")}, {"latch", std::int64_t{period.count()}}};
 }
 
-TEST(Latch, IsChecked) {
+TEST(Latch, ConfigurationIsChecked) {
   config::Device device = MakeDevice("5", {MakePoint("08 14 50 latched@0")}, Every(15min));
   const auto says = [&](Duration period) {
     device.options.Set("latch", std::int64_t{period.count()});
@@ -224,7 +224,7 @@ TEST_F(LatchLine, BothMetersShowTheSameMoment) {
 }
 
 /// `08 14 50` returns the new moment at once, but the power would be read a minute later.
-TEST_F(LatchLine, NoValueStandsBesideTheMomentOfAnother) {
+TEST_F(LatchLine, NoValueIsShownWithTheTimeOfAnother) {
   for (int second = 0; second < 200; ++second) {
     Show(second < 45 ? 100 : second < 105 ? 200 : 300);
     line->RunFor(1s);
@@ -237,7 +237,7 @@ TEST_F(LatchLine, NoValueStandsBesideTheMomentOfAnother) {
   EXPECT_EQ(Said(0, kLatched), 300);
 }
 
-TEST_F(LatchLine, AMeterThatHasNotHeardItShowsNothing) {
+TEST_F(LatchLine, AMeterThatMissedABroadcastShowsNoLatchedValue) {
   line->RunFor(45s);
   ASSERT_TRUE(Good(1, kLatched));
   deaf[1] = true;
@@ -254,7 +254,7 @@ TEST_F(LatchLine, AMeterThatHasNotHeardItShowsNothing) {
 }
 
 /// The meter may have been replaced, and has missed a broadcast.
-TEST_F(LatchLine, AMeterThatWasAwayWaitsForTheNextOne) {
+TEST_F(LatchLine, AMeterThatWasAbsentWaitsForTheNextBroadcast) {
   line->RunFor(45s);
   line->twin(1).manner.dead = true;
   deaf[1] = true;
@@ -270,7 +270,7 @@ TEST_F(LatchLine, AMeterThatWasAwayWaitsForTheNextOne) {
 }
 
 /// A meter that refuses 08 14 50 has no proven latch; its other requests continue.
-TEST_F(LatchLine, AMeterThatDoesNotTellIsNotBelieved) {
+TEST_F(LatchLine, AMeterWithoutLatchTimeHasNoGoodLatchedValue) {
   line->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
     const auto parts = SplitFrame(request);
     if (!parts || !std::ranges::equal(parts->body, AskLatchTime())) return std::nullopt;
@@ -284,7 +284,7 @@ TEST_F(LatchLine, AMeterThatDoesNotTellIsNotBelieved) {
 }
 
 /// No other reply is accepted for the missing one.
-TEST_F(LatchLine, SilenceToTheTimeIsNoLatch) {
+TEST_F(LatchLine, AnUnansweredLatchTimeGivesNoLatchedValue) {
   line->twin(1).manner.distort = [](Bytes reply) { return reply.size() == 10 ? Bytes() : reply; };
   line->RunFor(70s);
   EXPECT_FALSE(Good(1, kLatched));

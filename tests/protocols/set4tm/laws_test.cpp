@@ -108,7 +108,7 @@ TEST(Set4tmReplyRule, StatusInPlaceOfDataWaitsForSilence) {
   EXPECT_EQ(cut.size, 4U);
 }
 
-TEST(Set4tmReplyRule, StatusToAWriteIsWholeAtOnce) {
+TEST(Set4tmReplyRule, StatusToAWriteIsCompleteAtOnce) {
   const Expectation expect = protocols::set4tm::Expect(Hex("05 01 30 30 30 30 30 30 CE 1B"),
                                                        protocols::set4tm::DefaultSettings());
   EXPECT_EQ(protocols::set4tm::ReplyRule(Hex("05 00 02 E0"), expect, false).size, 4U);
@@ -135,7 +135,7 @@ TEST(Set4tmReplyRule, AReplyOfAnotherLengthIsAFrameBeforeSilence) {
   }
 }
 
-TEST(Set4tmReplyRule, DamageIsCorruptAndACutReplyIsPartial) {
+TEST(Set4tmReplyRule, DamageIsCorruptAndAnIncompleteReplyIsPartial) {
   Assembler assembler;
   assembler.Begin(protocols::set4tm::ReplyRule, AwaitFloat());
   assembler.Feed(Hex("C8 00 80 66 43 AE 68"));
@@ -147,7 +147,7 @@ TEST(Set4tmReplyRule, DamageIsCorruptAndACutReplyIsPartial) {
   EXPECT_EQ(assembler.blame(), Outcome::partial);
 }
 
-TEST(Set4tmRequestRule, UnlistedCodesAreWholeBeforeSilence) {
+TEST(Set4tmRequestRule, UnlistedCodesEndWithSilence) {
   const Bytes request = protocols::set4tm::MakeFrame(Bytes{5}, Hex("08 7F 01"));
   const Expectation expect = protocols::set4tm::Expect({}, protocols::set4tm::DefaultSettings());
   EXPECT_EQ(protocols::set4tm::RequestRule(request, expect, false).kind, Cut::Kind::need_more);

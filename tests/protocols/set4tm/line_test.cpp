@@ -54,7 +54,7 @@ std::size_t Count(const VirtualLine& line, std::string_view pdu) {
   return count;
 }
 
-TEST(Set4tmLine, FloatsAreReadTogetherByItself) {
+TEST(Set4tmLine, FloatsAreReadTogetherAutomatically) {
   VirtualLine line = LineOf(Meter());
   Measure(line);
   line.Open();
@@ -66,7 +66,7 @@ TEST(Set4tmLine, FloatsAreReadTogetherByItself) {
   EXPECT_EQ(line.StatusOf(0).learned, "floats together (08 23)");
 }
 
-TEST(Set4tmLine, SilenceToATrialCostsOneExchangeAndNoState) {
+TEST(Set4tmLine, SilenceToATrialCostsOneExchangeOnly) {
   VirtualLine line = LineOf(Meter());
   Measure(line);
   line.twin(0).manner.instead = [](View request) {
@@ -81,7 +81,7 @@ TEST(Set4tmLine, SilenceToATrialCostsOneExchangeAndNoState) {
 }
 
 /// The answer to the trial comes after the next request was sent.
-TEST(Set4tmLine, ALateAnswerToATrialIsNobodysValue) {
+TEST(Set4tmLine, ALateReplyToATrialIsDropped) {
   VirtualLine line = LineOf(Meter());
   Measure(line);
   line.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
@@ -126,7 +126,7 @@ TEST(Set4tmLine, AMeterOfAnotherTypeHasNoGoodValue) {
   EXPECT_EQ(line.QualityOf(0, kAlarm), Quality::good);
 }
 
-TEST(Set4tmLine, TheDailyRoundComesWithTheMetersDay) {
+TEST(Set4tmLine, TheDailyRoundFollowsTheDayOfTheMeter) {
   VirtualLine line = LineOf(Meter());
   Measure(line);
   line.Open();
@@ -143,7 +143,7 @@ TEST(Set4tmLine, TheDailyRoundComesWithTheMetersDay) {
   EXPECT_EQ(Count(line, "0A 83"), at_start + 1);
 }
 
-TEST(Set4tmLine, AnIdentifiedMeterCostsNoMoreThanAnotherInTheSteadyState) {
+TEST(Set4tmLine, IdentificationCostsNothingInTheSteadyState) {
   std::array<std::size_t, 2> sent{};
   for (const bool identified : {false, true}) {
     Settable options = {{"snapshot", std::string("false")}};
@@ -159,7 +159,7 @@ TEST(Set4tmLine, AnIdentifiedMeterCostsNoMoreThanAnotherInTheSteadyState) {
   EXPECT_EQ(sent[0], sent[1]);
 }
 
-TEST(Set4tmLine, AStretchedMeterIsGivenItsTime) {
+TEST(Set4tmLine, AMeterWithAMultiplierGetsLongerTimes) {
   config::Device device = MakeDevice("5", {MakePoint("08 1B 00 00 float_le@0"),
                                            MakePoint("08 17 u8@1", Group::once, Type::uint16)});
   device.name = "meter";

@@ -22,7 +22,7 @@ CivilZone Zone(std::string_view text) { return *CivilZone::Parse(text); }
 std::string Shown(CivilZone::Utc utc) { return FormatWallTime(WallTime(utc)).substr(0, 16); }
 
 /// MFR 2.4.4.1: 14 h of 14.08.02, summer, 2 min.
-TEST(LoadProfile, HeaderOfTheDescription) {
+TEST(LoadProfile, HeaderMatchesTheDescription) {
   const Bytes bytes = Hex("14 14 08 02 00 02 34 37");
   const auto header = ParseLoadHeader(bytes);
   ASSERT_TRUE(header);
@@ -35,7 +35,7 @@ TEST(LoadProfile, HeaderOfTheDescription) {
   EXPECT_EQ(again, bytes);
 }
 
-TEST(LoadProfile, AHeaderNeedsItsSumAndADate) {
+TEST(LoadProfile, AHeaderNeedsAChecksumAndADate) {
   EXPECT_FALSE(ParseLoadHeader(Hex("00 00 00 00 00 00 00 00"))) << "zeros have a good sum";
   EXPECT_FALSE(ParseLoadHeader(Hex("14 14 08 02 00 02 35 37")));
   EXPECT_FALSE(ParseLoadHeader(Hex("24 14 08 02 00 02 44 00"))) << "24 h";
@@ -46,7 +46,7 @@ TEST(LoadProfile, AHeaderNeedsItsSumAndADate) {
 }
 
 /// MFR 2.4.3.5: 11:35 of 08.09.99, 0658.
-TEST(LoadProfile, PointerOfTheDescription) {
+TEST(LoadProfile, PointerMatchesTheDescription) {
   const auto pointer = ParseLoadPointer(Hex("35 11 08 09 99 06 58"));
   ASSERT_TRUE(pointer);
   EXPECT_EQ(pointer->minute, 35U);
@@ -64,7 +64,7 @@ TEST(LoadProfile, PointerOfTheDescription) {
   EXPECT_FALSE((LoadRing{65536, 30}.HourOf({.minute = 35, .address = 8})));
 }
 
-TEST(LoadProfile, AnHourThatDoesNotFitInStandsAtTheBegin) {
+TEST(LoadProfile, AnHourThatDoesNotFitIsStoredAtTheBeginning) {
   const LoadRing half{65536, 30};
   EXPECT_EQ(half.Next(0), 24U);
   EXPECT_EQ(half.Next(2728 * 24), 2729U * 24);
@@ -73,7 +73,7 @@ TEST(LoadProfile, AnHourThatDoesNotFitInStandsAtTheBegin) {
   EXPECT_EQ((LoadRing{64, 60}.Next(32)), 48U) << "to the last byte";
 }
 
-TEST(LoadProfile, MeanPowersInKilowatts) {
+TEST(LoadProfile, MeanPowersAreInKilowatts) {
   const LoadSlice slice = ParseLoadSlice(Hex("00 64 00 00 80 0A 7F FF"));
   const auto header = ParseLoadHeader(Hex("14 14 08 02 00 1E 50 00"));
   ASSERT_TRUE(header);
@@ -100,14 +100,14 @@ TEST(LoadProfile, MeanPowersInKilowatts) {
 }
 
 /// 2026-10-25: 02:00 comes twice.
-TEST(LoadProfile, TheSeasonTellsTwoHoursApart) {
+TEST(LoadProfile, TheSeasonDistinguishesTheTwoHoursOfAutumn) {
   const CivilZone zone = Zone("+01:00 eu");
   const auto begin = std::chrono::local_days(std::chrono::year(2026) / 10 / 25) + 2h;
   EXPECT_EQ(Shown(UtcOf({begin, true, 30}, zone)), "2026-10-25T00:00");
   EXPECT_EQ(Shown(UtcOf({begin, false, 30}, zone)), "2026-10-25T01:00");
 }
 
-TEST(LoadProfile, ATwinSaysWhatTheDescriptionSays) {
+TEST(LoadProfile, ATwinRepliesByTheDescription) {
   const CivilZone::Utc begin = std::chrono::sys_days(std::chrono::year(2026) / 11 / 1);
   TwinLoad twin(Zone("+03:00"), 30, 65536, begin);
   twin.Advance(begin + 75min);
@@ -119,7 +119,7 @@ TEST(LoadProfile, ATwinSaysWhatTheDescriptionSays) {
   EXPECT_EQ(UtcOf(*header, Zone("+03:00")), begin + 1h);
 }
 
-TEST(LoadPlace, IsTheSameAsText) {
+TEST(LoadPlace, IsPrintedAndParsed) {
   const LoadPlace place{0x0658, Hex("14 14 08 02 00 02 34 37"), 12};
   EXPECT_EQ(place.Text(), "0658:1414080200023437:12");
   const auto again = LoadPlace::Parse(place.Text());
@@ -265,7 +265,7 @@ class LoadPace : public testing::TestWithParam<Pace> {
   }
 };
 
-TEST_P(LoadPace, ABacklogOfAHundredDaysMakesNoPollLater) {
+TEST_P(LoadPace, ABacklogOfAHundredDaysDelaysNoPoll) {
   const auto with = Run(std::chrono::days(100), 30min);
   const auto without = Run(std::chrono::days(0), 30min);
   ASSERT_GE(with->told[0].size(), 100U * 48) << "all of it came";
@@ -289,7 +289,7 @@ INSTANTIATE_TEST_SUITE_P(, LoadPace,
                          [](const auto& info) { return std::string(info.param.name); });
 
 /// The pauses are too short: polls are due faster than they can be answered.
-TEST(LoadLine, ALineThatIsNeverIdleGivesABacklogOneExchangeAMinute) {
+TEST(LoadLine, ABusyLineGivesABacklogOneExchangeAMinute) {
   const auto run = [](std::chrono::days backlog) {
     auto station = std::make_unique<Station>(true, 100ms);
     for (std::size_t i = 0; i < 2; ++i) station->line.twin(i).manner.instead = NoJournals;
@@ -322,7 +322,7 @@ void ExpectAll(const std::vector<PastRecord>& told, Utc begin, Utc end) {
   EXPECT_GE(next, end);
 }
 
-TEST(LoadLine, EachRecordIsKeptOnceOverKillsAndADiskThatFails) {
+TEST(LoadLine, EachRecordIsStoredOnceOverKillsAndDiskFailures) {
   Station station(true);
   const Utc begin = std::chrono::floor<std::chrono::hours>(station.utc()) - std::chrono::days(20);
   station.Fill(begin);

@@ -176,7 +176,7 @@ class LoadDesk {
   std::unique_ptr<LoadSession> session_;
 };
 
-TEST(LoadSession, ReadsWhatThereIsAndThenWhatComes) {
+TEST(LoadSession, ReadsTheHistoryAndThenNewRecords) {
   LoadDesk service;
   service.Pass(5 * 24h);
   service.Run(1h);
@@ -187,7 +187,7 @@ TEST(LoadSession, ReadsWhatThereIsAndThenWhatComes) {
   EXPECT_EQ(service.session().Shown(), "load_1 read to 2026-09-16T00:30:00.000Z");
 }
 
-TEST(LoadSession, AtMostThreeHoursAnExchange) {
+TEST(LoadSession, ReadsAtMostThreeHoursPerExchange) {
   LoadDesk service;
   service.Pass(100 * 24h);
   service.Run(1h);
@@ -199,7 +199,7 @@ TEST(LoadSession, AtMostThreeHoursAnExchange) {
   EXPECT_EQ(service.asked[3], "0C 02 03 00 00 48") << "three hours";
 }
 
-TEST(LoadSession, GoesOnAfterAnOutageOfDays) {
+TEST(LoadSession, ContinuesAfterAnOutageOfDays) {
   LoadDesk service;
   service.Run(26h);
   service.Pass(20 * 24h + 7min);
@@ -209,14 +209,14 @@ TEST(LoadSession, GoesOnAfterAnOutageOfDays) {
   EXPECT_TRUE(service.gaps.empty());
 }
 
-TEST(LoadSession, TheRingWrapsWithoutALoss) {
+TEST(LoadSession, AWrappedRingLosesNothing) {
   LoadDesk service({.bytes = 4096});  // 170 hours
   service.Run(40 * 24h);
   service.ExpectAll();
   EXPECT_TRUE(service.gaps.empty());
 }
 
-TEST(LoadSession, ARingThatWentRoundIsAGap) {
+TEST(LoadSession, AnOverwrittenRingIsAGap) {
   LoadDesk service({.bytes = 4096});
   service.Run(100h);
   service.Pass(250h);
@@ -239,7 +239,7 @@ TEST(LoadSession, ARingThatWentRoundIsAGap) {
 }
 
 /// In this case exactly one hour is overwritten, or none.
-TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
+TEST(LoadSession, AnExactlyFullRingIsNoGap) {
   for (const int hours : {168, 169, 170, 171}) {
     SCOPED_TRACE(hours);
     LoadDesk service({.bytes = 4096});
@@ -251,7 +251,7 @@ TEST(LoadSession, ARingThatIsJustFullIsNoGap) {
   }
 }
 
-TEST(LoadSession, SummerTimeComesAndGoes) {
+TEST(LoadSession, ReadsOverBeginAndEndOfSummerTime) {
   LoadDesk service({.zone = "+01:00 eu"});
   service.Run(70 * 24h);  // over 2026-10-25
   service.ExpectAll();
@@ -260,7 +260,7 @@ TEST(LoadSession, SummerTimeComesAndGoes) {
   service.ExpectAll();
 }
 
-TEST(LoadSession, OldMetersAndOtherIntervals) {
+TEST(LoadSession, ReadsOldMetersAndOtherIntervals) {
   for (const unsigned minutes : {1U, 3U, 15U, 30U, 60U}) {
     for (const std::uint8_t type : {std::uint8_t{0}, std::uint8_t{8}}) {
       for (const bool deaf : {false, true}) {
@@ -276,7 +276,7 @@ TEST(LoadSession, OldMetersAndOtherIntervals) {
   }
 }
 
-TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
+TEST(LoadSession, PowerOutagesAreIncompleteOrMissingRecords) {
   LoadDesk service;
   service.Run(10h);
   service.twin.PowerOff(kBegin + 10h + 10min, kBegin + 10h + 20min);
@@ -297,7 +297,7 @@ TEST(LoadSession, WhatTheMeterMissedIsIncompleteOrNotThere) {
   EXPECT_TRUE(service.gaps.empty()) << "nothing was lost";
 }
 
-TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
+TEST(LoadSession, AnotherMeterContinuesWhereTheLastEnded) {
   LoadDesk service;
   service.Run(50h);
   service.meter = kMeter + 1;
@@ -319,7 +319,7 @@ TEST(LoadSession, AnotherMeterGoesOnWhereTheLastHasEnded) {
   EXPECT_GE(service.gaps[0].span, 10h);
 }
 
-TEST(LoadSession, AMemoryThatWasClearedIsAGapAndNothingTwice) {
+TEST(LoadSession, AClearedMemoryIsAGapWithoutDuplicates) {
   LoadDesk service;
   service.Run(50h);
   service.twin = TwinLoad(*CivilZone::Parse("+03:00"), 30, 65536, kBegin + 55h);
@@ -338,7 +338,7 @@ class LoadHeaderMissing : public testing::TestWithParam<const char*> {
   static Bytes Unwritten() { return *ParseHex(GetParam()); }
 };
 
-TEST_P(LoadHeaderMissing, TakesWhatIsThereAndWaitsForTheNextSlice) {
+TEST_P(LoadHeaderMissing, ReadsTheExistingRecordsAndWaitsForTheNextSlice) {
   for (const std::size_t bytes : {65536U, 4096U}) {
     for (const Duration age : {Duration(0s), Duration(30h), Duration(10 * 24h)}) {
       LoadDesk service({.bytes = bytes});
@@ -363,7 +363,7 @@ INSTANTIATE_TEST_SUITE_P(, LoadHeaderMissing,
                                          "00 64 00 00 80 0A 00 00"));  // a slice
 
 /// While an hour has no header, the pointer contains the place after the last record.
-TEST(LoadSession, APointerBehindTheLastRecordIsUnderstood) {
+TEST(LoadSession, APointerAfterTheLastRecordIsAccepted) {
   for (const unsigned minutes : {30U, 15U, 60U}) {
     for (const std::size_t bytes : {65536U, 4096U, 120U * 24}) {
       for (const Duration age : {Duration(2h), Duration(60h + 10min), Duration(10 * 24h + 5min)}) {
@@ -384,7 +384,7 @@ TEST(LoadSession, APointerBehindTheLastRecordIsUnderstood) {
   EXPECT_EQ(first.told.size(), 120U) << "within a minute, in an hour without a header";
 }
 
-TEST(LoadSession, AMemoryThatIsNotUnderstoodIsSaid) {
+TEST(LoadSession, AnInvalidMemoryPointerIsReported) {
   LoadDesk service;
   service.pointer = *ParseHex("10 15 03 09 26 05 A4");  // not the place of a record
   service.Pass(60h);
@@ -401,7 +401,7 @@ TEST(LoadSession, AMemoryThatIsNotUnderstoodIsSaid) {
   EXPECT_EQ(service.session().Shown().find("08 04"), std::string::npos);
 }
 
-TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
+TEST(LoadSession, InvalidStoredTextIsIgnored) {
   for (const char* said : {"", "x", "9020001", "9020001 ", "9020001 1:zz", "-1 1:-",
                            "9020001 ;;:", "9020001 4:0000:1414080200023437:1"}) {
     LoadDesk service;
@@ -413,7 +413,7 @@ TEST(LoadSession, WordsThatNobodyUnderstandsCountAsNothing) {
 }
 
 /// All disturbances at once, checked over weeks.
-TEST(LoadSession, EachHalfHourIsToldOnceWhateverHappens) {
+TEST(LoadSession, EachRecordIsReportedOnceInSpiteOfDisturbances) {
   std::size_t told = 0;
   for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

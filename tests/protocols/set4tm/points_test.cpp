@@ -34,7 +34,7 @@ std::string TextOf(const std::string& read, std::string_view data) {
   return ToText(Read(read, data).value);
 }
 
-TEST(Set4tmFields, ParseAndPrint) {
+TEST(Set4tmFields, AreParsedAndPrinted) {
   for (const char* read : {"08 1B 00 11 float_le@0", "05 00 00 energy@12", "08 0A flag@40",
                            "08 0B text_cp1251(16)@0", "08 06 01 bcd(2)@0"}) {
     const auto field = ParseField(read);
@@ -71,7 +71,7 @@ TEST(Set4tmFields, ErrorsNameTheFaultyPart) {
   }
 }
 
-TEST(Set4tmFields, TypeMustFitTheDecoder) {
+TEST(Set4tmFields, NeedATypeThatFitsTheDecoder) {
   const auto check = [](const char* read, config::Type type) {
     config::Point point = MakePoint(read, config::Group::fast, type);
     return static_cast<bool>(Set4tmProtocol().check_point(point));
@@ -88,7 +88,7 @@ TEST(Set4tmFields, TypeMustFitTheDecoder) {
   EXPECT_FALSE(Set4tmProtocol().check_point(writable));
 }
 
-TEST(Set4tmFields, WorkedExamples) {
+TEST(Set4tmFields, MatchTheWorkedExamples) {
   EXPECT_FLOAT_EQ(static_cast<float>(NumberOf("08 1B 00 11 float_le@0", "00 80 66 43")), 230.5F);
   EXPECT_NEAR(NumberOf("08 1B 00 00 float_le@0", "08 FF 47 44"), 799.98, 0.01);
   EXPECT_EQ(NumberOf("08 00 u32_be@0", "00 89 A2 61 06 09 02"), 9020001);
@@ -121,7 +121,7 @@ TEST(Set4tmFields, IntegerValuesMaskTheDirectionBits) {
   EXPECT_DOUBLE_EQ(NumberOf("08 11 00 power_be@0", "00 03 E8", ratios), 4000);
 }
 
-TEST(Set4tmFields, TroubleIsNeverANumber) {
+TEST(Set4tmFields, ErrorCodesAreNeverNumbers) {
   const std::pair<const char*, Quality> kFloats[] = {
       {"07 00 80 7F", {Quality::uncertain_last_usable, Reason::not_ready}},
       {"01 00 80 7F", {Quality::bad_configuration, Reason::not_fitted}},
@@ -152,7 +152,7 @@ TEST(Set4tmFields, WithoutConstantsThereIsNoEnergy) {
   EXPECT_FALSE(HasValue(Read("08 11 00 power_be@0", "00 03 E8", Scale{5000, {}, 1, 1, 1}).value));
 }
 
-TEST(Set4tmFields, StatusWordFlags) {
+TEST(Set4tmFields, StatusWordFlagsAreDecoded) {
   // E-01 is bit 0 of the first byte, E-40 bit 7 of the fifth.
   EXPECT_TRUE(std::get<bool>(Read("08 0A flag@1", "01 00 00 00 00").value));
   EXPECT_FALSE(std::get<bool>(Read("08 0A flag@2", "01 00 00 00 00").value));
@@ -163,7 +163,7 @@ TEST(Set4tmFields, StatusWordFlags) {
   EXPECT_TRUE(std::get<bool>(Read("08 0A alarm@0", "00 80 00 00 80").value));
 }
 
-TEST(Set4tmConstants, VariantGivesMeterConstantAndCoefficients) {
+TEST(Set4tmConstants, TheVariantGivesMeterConstantAndCoefficients) {
   const double kConstants[] = {5000, 25000, 1250, 6250, 500, 250, 6400};
   for (unsigned code = 0; code < 7; ++code) {
     const Bytes variant = {0x10, static_cast<std::uint8_t>(0x40 | code), 0x80};
@@ -180,21 +180,21 @@ TEST(Set4tmConstants, VariantGivesMeterConstantAndCoefficients) {
   EXPECT_FALSE(ParseVariant(Hex("14 40")).meter_constant);
 }
 
-TEST(Set4tmConstants, ARatioOfZeroIsNone) {
+TEST(Set4tmConstants, ARatioOfZeroIsIgnored) {
   const Scale ratios = ParseRatios(Hex("00 64 00 14 00 00 00 00 00 00"));
   EXPECT_EQ(ratios.voltage_ratio, 100);
   EXPECT_EQ(ratios.current_ratio, 20);
   EXPECT_FALSE(ParseRatios(Hex("00 00 00 14 00 00 00 00 00 00")).voltage_ratio);
 }
 
-TEST(Set4tmText, Windows1251) {
+TEST(Set4tmText, IsConvertedFromWindows1251) {
   EXPECT_EQ(FromCp1251(Hex("C2 E2 EE E4 20 B9 31 20 20 00 41")), "Ввод №1");
   EXPECT_EQ(FromCp1251(Hex("A8 B8 01 7F")), "Ёё??");
   EXPECT_EQ(ToCp1251("Ввод №1"), Hex("C2 E2 EE E4 20 B9 31"));
   EXPECT_EQ(ToCp1251("Ёё漢"), Hex("A8 B8 3F"));
 }
 
-TEST(Set4tmSnapshot, MaskBitsAsTheReferenceLists) {
+TEST(Set4tmSnapshot, MaskBitsMatchTheReference) {
   const std::vector<unsigned> bits = MaskBits(Hex("08 23 15 00 00 00 00 00 02 00 00 03"));
   EXPECT_EQ(bits, (std::vector<unsigned>{0, 1, 25}));
   EXPECT_EQ(MaskBit(0x00), 0U);
@@ -207,7 +207,7 @@ TEST(Set4tmSnapshot, MaskBitsAsTheReferenceLists) {
   EXPECT_FALSE(MaskedParameter(46));
 }
 
-TEST(Set4tmSnapshot, SlotsOfGroupReads) {
+TEST(Set4tmSnapshot, SlotsOfGroupReadsMatchTheReference) {
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 00"), 0), 0x00);
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 30"), 12), 0x33);
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 10"), 0), 0x11);  // there is no sum, so phase 1 comes first
@@ -304,7 +304,7 @@ class Set4tmRatios : public ::testing::TestWithParam<Site> {
   }
 };
 
-TEST_P(Set4tmRatios, VoltagesTakeTheVoltageRatio) {
+TEST_P(Set4tmRatios, VoltagesUseTheVoltageRatio) {
   for (const char* rr : {"11", "15", "18", "A1", "A5", "A8"}) {
     const std::string read = std::string("08 1B 00 ") + rr + " float_le@0";
     EXPECT_NEAR(Read(read, Float(kVolts, true, false)), kVolts * Kn(), kVolts * Kn() * 1e-6) << rr;
@@ -312,13 +312,13 @@ TEST_P(Set4tmRatios, VoltagesTakeTheVoltageRatio) {
   EXPECT_NEAR(Read("08 11 11 voltage_be@0", "00 16 8A"), kVolts * Kn(), 1e-6) << "5770 / 100";
 }
 
-TEST_P(Set4tmRatios, CurrentsTakeTheCurrentRatio) {
+TEST_P(Set4tmRatios, CurrentsUseTheCurrentRatio) {
   EXPECT_NEAR(Read("08 1B 00 21 float_le@0", Float(kAmperes, false, true)), kAmperes * Kt(),
               kAmperes * Kt() * 1e-6);
   EXPECT_NEAR(Read("08 11 21 current_be@0", "00 61 A8"), kAmperes * Kt(), 1e-6) << "25000 / 10 mA";
 }
 
-TEST_P(Set4tmRatios, PowersTakeBoth) {
+TEST_P(Set4tmRatios, PowersUseBothRatios) {
   const double watts = kVolts * kAmperes;
   const double primary = watts * Kn() * Kt();
   for (const char* rr : {"00", "01", "04", "08", "E0", "E4"}) {
@@ -336,7 +336,7 @@ TEST_P(Set4tmRatios, PowerAndEnergyAgree) {
   EXPECT_NEAR(kwh, watts * 10 / 1000, kwh * 1e-6);
 }
 
-TEST_P(Set4tmRatios, AnglesAndFrequencyTakeNone) {
+TEST_P(Set4tmRatios, AnglesAndFrequencyUseNoRatio) {
   // Ubat, KI, K2i, K0i, cos, sin, tg, f, T, KU, K2u, K0u, averaged f, averaged KU
   for (const char* rr :
        {"1C", "25", "28", "2C", "31", "35", "39", "40", "70", "81", "88", "8C", "90", "B1", "B8"}) {
@@ -348,7 +348,7 @@ TEST_P(Set4tmRatios, AnglesAndFrequencyTakeNone) {
 INSTANTIATE_TEST_SUITE_P(Sites, Set4tmRatios, ::testing::ValuesIn(kSites),
                          [](const auto& site) { return "Site" + std::to_string(site.index); });
 
-TEST(Set4tmRatiosAsked, OnlyWhereTheyAreNeeded) {
+TEST(Set4tmRatiosAsked, AreReadOnlyWhereNeeded) {
   config::Device device =
       MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0"), MakePoint("08 1B 00 40 float_le@0")});
   Talk plain = OpenTalk(device);
@@ -362,7 +362,7 @@ TEST(Set4tmRatiosAsked, OnlyWhereTheyAreNeeded) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 40", "08 02", "08 1B 00 11", "08 1B 00 11"));
 }
 
-TEST(Set4tmRatiosAsked, AScaleBesideThemIsDoubted) {
+TEST(Set4tmRatiosAsked, AScaleInAdditionIsWarnedAbout) {
   config::Device device =
       MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0"), MakePoint("08 1B 00 21 float_le@0"),
                        MakePoint("08 1B 00 40 float_le@0")});
@@ -375,7 +375,7 @@ TEST(Set4tmRatiosAsked, AScaleBesideThemIsDoubted) {
 }
 
 /// Without its ratios it is unknown which factors its floats already contain.
-TEST(Set4tmRatiosAsked, AMeterThatDoesNotTellThemHasNoGoodFloatsThen) {
+TEST(Set4tmRatiosAsked, AMeterWithoutRatiosHasNoGoodFloats) {
   config::Device device = MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0")});
   device.options.Set("voltage_ratio", 100.0);
   Talk talk = OpenTalk(device);
@@ -387,7 +387,7 @@ TEST(Set4tmRatiosAsked, AMeterThatDoesNotTellThemHasNoGoodFloatsThen) {
 // ---------------- Requests that a SET-4TM meter answers with a status code.
 
 /// After a refused float the type is read, because the meter may have no floats.
-TEST(Set4tmStatus, UnsupportedPointIsNotAskedAgain) {
+TEST(Set4tmStatus, AnUnsupportedPointIsNotReadAgain) {
   Talk talk =
       OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));
   const Answer answer = talk.Run(Poll(0), Script({"01", "10 40 80", "01"}));
@@ -402,7 +402,7 @@ TEST(Set4tmStatus, UnsupportedPointIsNotAskedAgain) {
   EXPECT_EQ(talk->Queries().size(), 2U);
 }
 
-TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
+TEST(Set4tmStatus, EachCodeHasItsOutcomeAndWait) {
   struct Row {
     const char* body;
     Outcome outcome;
@@ -426,7 +426,7 @@ TEST(Set4tmStatus, EachCodeHasItsOutcomeAndPatience) {
 
 constexpr const char* kSerialPoint = "08 00 u32_be@0";
 
-TEST(Set4tmStatus, ASerialNumberThatIsNotToldIsAskedForOnce) {
+TEST(Set4tmStatus, ARefusedSerialNumberIsReadOnce) {
   for (const char* status : {"01", "03"}) {
     Talk talk = OpenTalk(MakeDevice("5", {MakePoint(kSerialPoint, config::Group::once)}));
     const Answer answer = talk.Run(Poll(0), Script(std::vector<std::string>(10, status)));
@@ -439,7 +439,7 @@ TEST(Set4tmStatus, ASerialNumberThatIsNotToldIsAskedForOnce) {
 }
 
 /// The meter was not known before and has its own memory.
-TEST(Set4tmStatus, WhoDoesNotTellItsSerialNumberContradictsNothing) {
+TEST(Set4tmStatus, AMeterWithoutSerialNumberIsNoContradiction) {
   for (const char* status : {"01", "02", "03", "04", "0A"}) {
     Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint(kOneFloat),
                                                  MakePoint(kSerialPoint, config::Group::once)}));
@@ -458,7 +458,7 @@ TEST(Set4tmStatus, WhoDoesNotTellItsSerialNumberContradictsNothing) {
 }
 
 /// The values may belong to another meter.
-TEST(Set4tmStatus, WhoShouldTellItsSerialNumberAndDoesNotIsAskedRarely) {
+TEST(Set4tmStatus, AMissingRequiredSerialNumberIsReadRarely) {
   for (const char* status : {"01", "02", "0A"}) {
     config::Device device = OneFloat();
     device.options.Set("serial_number", std::int64_t{kMeter});
@@ -478,7 +478,7 @@ TEST(Set4tmStatus, NotReadyKeepsTheLastValueAsUncertain) {
   EXPECT_EQ(answer.readings[0].quality, Quality::uncertain_last_usable);
 }
 
-TEST(Set4tmStatus, RepeatsOnceWhenAsked) {
+TEST(Set4tmStatus, ARequestIsRepeatedOnceOnDemand) {
   Talk talk = OpenTalk(OneFloat());
   EXPECT_EQ(talk.Run(Poll(0), Script({"06", "00 80 66 43"})).outcome, Outcome::ok);
   EXPECT_EQ(TakeAsked(talk).size(), 2U);

@@ -42,7 +42,7 @@ TEST(Set4tmSession, ReopensOnceOnAClosedChannel) {
   EXPECT_EQ(TakeAsked(talk).size(), 3U);
 }
 
-TEST(Set4tmSession, AWrongPasswordIsTriedTwiceAndThenNotBeforeSomebodyHasLooked) {
+TEST(Set4tmSession, AWrongPasswordIsTriedTwiceUntilTheDeviceIsEnabledAgain) {
   Talk talk(Set4tmProtocol(), OneFloat());
   ASSERT_TRUE(talk.Ask(Poll(0)));
   EXPECT_FALSE(talk.request().expect.repeatable) << "a meter that answers late gets it once";
@@ -78,7 +78,7 @@ TEST(Set4tmSession, AWrongPasswordIsTriedTwiceAndThenNotBeforeSomebodyHasLooked)
   EXPECT_FALSE(talk->trouble());
 }
 
-TEST(Set4tmSession, ProbeIsAnOpenAndNoEcho) {
+TEST(Set4tmSession, AProbeOpensTheChannelAndRefusesAnEcho) {
   Talk talk(Set4tmProtocol(), OneFloat());
   const Task probe = Probe();
   EXPECT_EQ(talk.Run(probe, Script({"00"})).outcome, Outcome::ok);
@@ -108,7 +108,7 @@ TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
 }
 
 /// 08 1B 00 41 read as a float would be 8.0.
-TEST(Set4tmSession, TheQuestionOfAnotherMasterIsNoFloat) {
+TEST(Set4tmSession, ARequestOfAnotherMasterIsNoFloat) {
   for (const char* question : {"08 1B 00 41", "08 1B 02 00", "08 1B 00 11"}) {
     Talk talk = OpenTalk(OneFloat());
     const Answer answer = talk.Run(Poll(0), Script({question}));
@@ -155,7 +155,7 @@ TEST(Set4tmSnapshotRead, MergesFloatsOfDifferentRequests) {
   EXPECT_EQ(answer.readings[2].quality, Quality::uncertain_last_usable);
 }
 
-TEST(Set4tmSnapshotRead, AnotherIdIsALateReply) {
+TEST(Set4tmSnapshotRead, AReplyWithAnotherIdIsLate) {
   Talk talk = OpenTalk(SnapshotMeter());
   const Answer answer = talk.Run(Poll(0), Script({"77 00 50 5A 44 C2 F5 D6 41 60 E5 A0 40"}));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);
@@ -198,7 +198,7 @@ constexpr const char* kThree = "00 50 5A 44 C2 F5 D6 41 60 E5 A0 40";
 constexpr const char* kGroup = "00 00 80 3F 00 00 80 3F 00 00 80 3F 00 00 80 3F";
 constexpr const char* kMaskedRead = "08 23 01 00 00 00 00 00 02 00 00 03";
 
-TEST(Set4tmSnapshotTrial, OneGoodAnswerAndAllIsReadSo) {
+TEST(Set4tmSnapshotTrial, AGoodReplyEnablesReadsByMask) {
   Talk talk = OpenTalk(Automatic());
   ASSERT_EQ(talk->Queries().size(), 3U);
   const Answer answer = talk.Run(Poll(0), Script({std::string("01 ") + kThree}));
@@ -223,7 +223,7 @@ TEST(Set4tmSnapshotTrial, ARefusalIsRememberedAndCostsNoValue) {
   }
 }
 
-TEST(Set4tmSnapshotTrial, SoIsSilence) {
+TEST(Set4tmSnapshotTrial, SilenceIsRememberedAndCostsNoValue) {
   Talk talk = OpenTalk(Automatic());
   ASSERT_TRUE(talk.Ask(Poll(0)));
   EXPECT_FALSE(talk.request().expect.repeatable) << "silent once";
@@ -236,7 +236,7 @@ TEST(Set4tmSnapshotTrial, SoIsSilence) {
   EXPECT_EQ(talk->Queries().size(), 2U) << "it may be another meter";
 }
 
-TEST(Set4tmSnapshotTrial, NotSentIsNotTried) {
+TEST(Set4tmSnapshotTrial, AnUnsentTrialIsRepeated) {
   Talk talk = OpenTalk(Automatic());
   ASSERT_TRUE(talk.Ask(Poll(0)));
   EXPECT_EQ(talk.Fail(Poll(0), Outcome::busy), Then::done);
@@ -244,7 +244,7 @@ TEST(Set4tmSnapshotTrial, NotSentIsNotTried) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre(kMaskedRead, "08 23 02 00 00 00 00 00 02 00 00 03"));
 }
 
-TEST(Set4tmSnapshotTrial, WhatIsNotAllGoodIsNotTaken) {
+TEST(Set4tmSnapshotTrial, AReplyWithABadValueIsNotUsed) {
   Talk talk = OpenTalk(Automatic());
   const Answer answer =
       talk.Run(Poll(0), Script({"01 00 50 5A 44 C2 F5 D6 41 01 00 80 7F", kGroup}));
@@ -253,7 +253,7 @@ TEST(Set4tmSnapshotTrial, WhatIsNotAllGoodIsNotTaken) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre(kMaskedRead, "08 1B 02 00"));
 }
 
-TEST(Set4tmSnapshotTrial, AnAnswerOfAnotherLengthIsNone) {
+TEST(Set4tmSnapshotTrial, AReplyOfAnotherLengthIsUnexpected) {
   Talk talk = OpenTalk(Automatic());
   ASSERT_TRUE(talk.Ask(Poll(0)));
   for (const char* body : {"01 00 50 5A 44 C2 F5 D6 41", kGroup, "02 00 50 5A 44"}) {
@@ -262,7 +262,7 @@ TEST(Set4tmSnapshotTrial, AnAnswerOfAnotherLengthIsNone) {
   }
 }
 
-TEST(Set4tmSnapshotTrial, NoTrialWhereItSavesNothingOrTheTypeHasNone) {
+TEST(Set4tmSnapshotTrial, IsOmittedWhereItSavesNothingOrIsUnsupported) {
   config::Device one =
       MakeDevice("5", {MakePoint("08 1B 02 00 float_le@0"), MakePoint("08 1B 02 00 float_le@4")});
   one.options.Set("snapshot", std::string("auto"));
@@ -278,7 +278,7 @@ TEST(Set4tmSnapshotTrial, NoTrialWhereItSavesNothingOrTheTypeHasNone) {
 }
 
 /// Every float has a different value; read by mask, by group or alone, each is at its place.
-TEST(Set4tmSnapshotRead, NoValueComesFromAnotherPlace) {
+TEST(Set4tmSnapshotRead, EveryValueIsReadFromItsOwnPlace) {
   config::Device device = MakeDevice("5", {});
   FixedValues values;
   for (unsigned bit = 0; bit < 56; ++bit) {
@@ -305,7 +305,7 @@ TEST(Set4tmSnapshotRead, NoValueComesFromAnotherPlace) {
 
 // ---------------- The requests to a SET-4TM meter, and the frames that are accepted as replies.
 
-TEST(Set4tmPlan, PointsOfOnePduShareAnExchange) {
+TEST(Set4tmPlan, PointsOfAPduShareAnExchange) {
   const Talk talk(
       Set4tmProtocol(),
       MakeDevice("1",
@@ -341,7 +341,7 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
 }
 
 /// C8 03 09 30 C8 00 has two bytes of data or three: C8 00 is also the CRC of 03 09 30.
-TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerWhoAwaitsOneByteMore) {
+TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerALongerRequest) {
   const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
   MeterBus bus;
   const MeterConversation conversation(device, ReadSettings(device.options), bus);

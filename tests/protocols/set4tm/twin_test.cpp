@@ -48,7 +48,7 @@ class Set4tmTwin : public ::testing::Test {
   Instant now_{std::chrono::hours(1)};
 };
 
-TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
+TEST_F(Set4tmTwin, IsSilentToDamageAndOtherAddresses) {
   Bytes damaged = Hex("05 08 00 66 01");
   damaged[1] ^= 1;
   EXPECT_TRUE(twin_->Answer(damaged, now_).empty());
@@ -60,7 +60,7 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndToOthers) {
   EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
 }
 
-TEST_F(Set4tmTwin, IsNotCorrectedAcrossAnHourOfItsOwnZone) {
+TEST_F(Set4tmTwin, RefusesAClockCorrectionAcrossALocalHour) {
   // 10:00:04 UTC is 15:45:04 in this zone.
   device_.options.Set("time_zone", std::string("+05:45"));
   twin_ = std::make_unique<MeterTwin>(device_, values_);
@@ -73,7 +73,7 @@ TEST_F(Set4tmTwin, IsNotCorrectedAcrossAnHourOfItsOwnZone) {
   EXPECT_EQ(Ask("05", "03 0B FF C4"), Frame("05", "01")) << "over one of its own";
 }
 
-TEST_F(Set4tmTwin, RepliesUnderAnotherAddressWhenToldSo) {
+TEST_F(Set4tmTwin, RepliesUnderAnotherAddressIfConfigured) {
   twin_->ReplyAs("6");
   EXPECT_EQ(Ask("05", "00"), Frame("06", "00"));
   EXPECT_EQ(Ask("FC 00 89 A2 61", "00"), Frame("06", "00"));
@@ -82,7 +82,7 @@ TEST_F(Set4tmTwin, RepliesUnderAnotherAddressWhenToldSo) {
   EXPECT_EQ(Ask("05", "00"), Frame("FC 00 00 00 01", "00"));
 }
 
-TEST_F(Set4tmTwin, ChannelNeedsThePasswordAndLives20Seconds) {
+TEST_F(Set4tmTwin, ItsChannelNeedsThePasswordAndExpiresAfter20Seconds) {
   EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
   EXPECT_EQ(Ask("05", "01 30 30 30 30 30 31"), Frame("05", "03"));
   EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
@@ -98,14 +98,14 @@ TEST_F(Set4tmTwin, ChannelNeedsThePasswordAndLives20Seconds) {
   EXPECT_EQ(Ask("05", "08 00"), "05 05 C2 E3");
 }
 
-TEST_F(Set4tmTwin, AnswersAtItsExtendedAndAtTheCommonAddress) {
+TEST_F(Set4tmTwin, AnswersAtItsExtendedAndTheCommonAddress) {
   Open();
   EXPECT_EQ(Ask("FC 00 89 A2 61", "08 00"), "FC 00 89 A2 61 00 89 A2 61 06 09 02 58 BB");
   EXPECT_EQ(Ask("00", "08 05"), Frame("05", "00 05"));
   EXPECT_EQ(Ask("05", "08 05 01"), Frame("05", "00 89 A2 61"));
 }
 
-TEST_F(Set4tmTwin, EncodesAsTheMeterDoes) {
+TEST_F(Set4tmTwin, EncodesLikeTheMeter) {
   Open();
   // 2000.2 kWh = 10001 / (2 * 5000) * 100 * 20
   EXPECT_EQ(Ask("05", "05 00 00"), Frame("05", "00 00 27 11 00 00 00 00 00 00 00 00 00 00 00 00"));
@@ -115,7 +115,7 @@ TEST_F(Set4tmTwin, EncodesAsTheMeterDoes) {
   EXPECT_EQ(Ask("05", "08 12"), Frame("05", "10 40 80"));
 }
 
-TEST_F(Set4tmTwin, GivesAFloatByEveryRequestThatNamesIt) {
+TEST_F(Set4tmTwin, ReturnsAFloatForEveryRequestThatNamesIt) {
   Open();
   EXPECT_EQ(Ask("05", "08 1B 00 11"), Frame("05", "00 80 66 43"));
   EXPECT_EQ(Ask("05", "08 1B 02 10"),
@@ -125,7 +125,7 @@ TEST_F(Set4tmTwin, GivesAFloatByEveryRequestThatNamesIt) {
   EXPECT_EQ(Ask("05", "08 23 A5 02 00 00 00 00 00 02 00 00"), Frame("05", "01"));
 }
 
-TEST_F(Set4tmTwin, KnowsWhatItsTypeKnows) {
+TEST_F(Set4tmTwin, SupportsTheRequestsOfItsType) {
   const auto ask = [&](const char* type, const char* snapshot, std::string_view pdu) {
     config::Device device = device_;
     device.options.Set("types", std::vector<std::string>{type});
@@ -153,7 +153,7 @@ TEST_F(Set4tmTwin, CorrectsItsClockOnceADayAndWritesNothingElse) {
   EXPECT_EQ(Ask("05", "03 1B 00 01"), Frame("05", "03"));
 }
 
-TEST_F(Set4tmTwin, KnowsOnlyItsOwnParameters) {
+TEST_F(Set4tmTwin, SupportsOnlyItsOwnParameters) {
   Open();
   EXPECT_EQ(Ask("05", "08 0B"), Frame("05", "01"));
   EXPECT_EQ(Ask("05", "08 7F"), Frame("05", "01"));
@@ -169,7 +169,7 @@ Now Earlier(Duration since) { return {Instant(5h) + since, WallTime(1'790'000'00
 /// Another process: its monotonic clock is unrelated to the one before.
 Now Later(Duration since) { return {Instant(7min) + since, WallTime(1'790'000'000s) + since}; }
 
-TEST(MeterMemory, TheFirstMeterIsTheMeter) {
+TEST(MeterMemory, TheFirstSerialNumberIsStored) {
   MeterMemory memory(kPassword);
   memory.Recall("", Earlier(0s));
   EXPECT_EQ(memory.text(), "");
@@ -183,7 +183,7 @@ TEST(MeterMemory, TheFirstMeterIsTheMeter) {
   EXPECT_EQ(next.text(), "");
 }
 
-TEST(MeterMemory, ARefusedPasswordIsTriedOnceMoreAfterAnHour) {
+TEST(MeterMemory, ARefusedPasswordIsRetriedOnceAfterAnHour) {
   MeterMemory memory(kPassword);
   memory.Recall("", Earlier(0s));
   EXPECT_TRUE(memory.MayTry(Earlier(0s).instant));
@@ -198,7 +198,7 @@ TEST(MeterMemory, ARefusedPasswordIsTriedOnceMoreAfterAnHour) {
   EXPECT_TRUE(memory.MayTry(Earlier(48h).instant));
 }
 
-TEST(MeterMemory, RestartsDoNotCountAsPatience) {
+TEST(MeterMemory, RestartsDoNotShortenTheWait) {
   MeterMemory memory(kPassword);
   memory.Recall("", Earlier(0s));
   memory.OnRefused(Earlier(0s).instant);
@@ -213,7 +213,7 @@ TEST(MeterMemory, RestartsDoNotCountAsPatience) {
   EXPECT_FALSE(third.MayTry(Later(72h).instant));
 }
 
-TEST(MeterMemory, AnotherPasswordIsTriedAnew) {
+TEST(MeterMemory, AnotherPasswordMayBeTried) {
   MeterMemory memory(ToBytes("secret"));
   memory.Recall("serial 5", Earlier(0s));
   memory.OnRefused(Earlier(0s).instant);
@@ -226,7 +226,7 @@ TEST(MeterMemory, AnotherPasswordIsTriedAnew) {
   EXPECT_EQ(next.text(), "serial 5");
 }
 
-TEST(MeterMemory, AClockThatWasSetBackGivesNoTryAway) {
+TEST(MeterMemory, AClockSetBackAllowsNoEarlierRetry) {
   MeterMemory memory(kPassword);
   memory.Recall("", Earlier(0s));
   memory.OnRefused(Earlier(0s).instant);
@@ -237,7 +237,7 @@ TEST(MeterMemory, AClockThatWasSetBackGivesNoTryAway) {
   EXPECT_TRUE(next.MayTry(in_1970.instant + 60min));
 }
 
-TEST(MeterMemory, WhatItDoesNotUnderstandIsNothing) {
+TEST(MeterMemory, InvalidTextIsIgnored) {
   for (const char* text : {"x", "serial", "serial -1", "serial 99999999999", "password", ";;;",
                            "password ZZ refused 1", "password 00 refused x y", "serial 1 2"}) {
     MeterMemory memory(kPassword);
@@ -247,7 +247,7 @@ TEST(MeterMemory, WhatItDoesNotUnderstandIsNothing) {
   }
 }
 
-TEST(MeterMemory, KeepsNothingWhereNothingCanBeKept) {
+TEST(MeterMemory, StoresNothingWithoutAFile) {
   MeterMemory memory(kPassword);
   memory.OnSerial(5);
   memory.OnRefused(Instant(1h));

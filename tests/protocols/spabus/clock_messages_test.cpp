@@ -29,13 +29,13 @@ class Zoned {
   }
 };
 
-TEST(SpaClock, TellsTheSecondOfTheMinute) {
+TEST(SpaClock, SendsTheSecondOfTheMinute) {
   EXPECT_EQ(ClockText(kSeconds, At(12, 345ms), Zone::utc), "12.345");
   EXPECT_EQ(ClockText(kSeconds, At(59, 999999999ns), Zone::utc), "59.999") << "never 60";
   EXPECT_EQ(ClockText(kSeconds, At(60), Zone::utc), "00.000");
 }
 
-TEST(SpaClock, TellsTheDateAsTheReferencePrintsIt) {
+TEST(SpaClock, SendsTheDateInTheFormOfTheReference) {
   EXPECT_EQ(ClockText(kDate, At(kLeapDay, 125ms), Zone::utc), "24-02-29 23.59;58.125");
   EXPECT_EQ(Encode(WriteOf(kBroadcast, {0, 'D', std::nullopt}, "24-02-29 23.59;58.125"), false),
             ToBytes(">900WD:24-02-29 23.59;58.125:36\r"));
@@ -44,7 +44,7 @@ TEST(SpaClock, TellsTheDateAsTheReferencePrintsIt) {
 }
 
 /// Central Europe: summer time began on 2026-03-29 at 01:00 UTC and ended on 2026-10-25 at 01:00.
-TEST(SpaClock, CountsHoursInTheZoneThatWasChosen) {
+TEST(SpaClock, UsesTheChosenZone) {
   const Zoned zone("CET-1CEST,M3.5.0,M10.5.0/3");
   constexpr std::int64_t kSpring = 1774746000;
   constexpr std::int64_t kAutumn = 1792890000;
@@ -94,7 +94,7 @@ ClockOffset::Offset OffsetOf(const std::string& said, WallTime arrives, Duration
   return offset.Of(said, 16, kSent + answered, right);
 }
 
-TEST(SpaClockOffset, IsAgainstTheMiddleOfTheTurnaround) {
+TEST(SpaClockOffset, IsMeasuredAtTheMiddleOfTheTurnaround) {
   // The reply of 16 ms begins 20 ms after the request.
   const auto ahead = OffsetOf("01.510", kNoon, 36ms);
   EXPECT_NEAR(ToDouble(ahead.value), 1.5, 1e-9);
@@ -103,14 +103,14 @@ TEST(SpaClockOffset, IsAgainstTheMiddleOfTheTurnaround) {
   EXPECT_NEAR(ToDouble(OffsetOf("00.000", kNoon - 2ms, 20ms).value), 0, 1e-9);
 }
 
-TEST(SpaClockOffset, IsNeverMoreThanHalfAMinute) {
+TEST(SpaClockOffset, IsAtMostHalfAMinute) {
   EXPECT_NEAR(ToDouble(OffsetOf("30.000", kNoon, 16ms).value), 30, 1e-9);
   EXPECT_NEAR(ToDouble(OffsetOf("30.001", kNoon, 16ms).value), -29.999, 1e-9);
   EXPECT_NEAR(ToDouble(OffsetOf("00.500", kNoon + 59s, 16ms).value), 1.5, 1e-9);
   EXPECT_NEAR(ToDouble(OffsetOf("59.500", kNoon + 1s, 16ms).value), -1.5, 1e-9);
 }
 
-TEST(SpaClockOffset, IsUncertainWhereTheHostClockIsOrTheRelayWasSlow) {
+TEST(SpaClockOffset, IsUncertainWithAnUncertainHostClockOrASlowRelay) {
   EXPECT_EQ(OffsetOf("01.510", kNoon, 36ms, false).quality, Quality::uncertain_sub_normal);
   EXPECT_EQ(OffsetOf("01.510", kNoon, 516ms).quality, Quality::good);
   EXPECT_EQ(OffsetOf("01.510", kNoon, 517ms).quality, Quality::uncertain_sub_normal);
@@ -125,7 +125,7 @@ TEST(SpaClockOffset, IsUncertainWhereTheHostClockIsOrTheRelayWasSlow) {
   EXPECT_EQ(repeated.Of("02.000", 16, kSent + 2016ms, true).quality, Quality::good);
 }
 
-TEST(SpaClockOffset, OfWhatIsNoSecondIsNone) {
+TEST(SpaClockOffset, HasNoValueForAnInvalidSecond) {
   for (const char* said : {"60.000", "-1", "", "12:34", "nan"}) {
     const auto offset = OffsetOf(said, kNoon, 36ms);
     EXPECT_FALSE(HasValue(offset.value)) << said;
@@ -133,7 +133,7 @@ TEST(SpaClockOffset, OfWhatIsNoSecondIsNone) {
   }
 }
 
-TEST(SpaClockOffset, IsAPoint) {
+TEST(SpaClockOffset, IsReadAsAPoint) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("T offset"), MakePoint("I1")}));
   std::size_t query = 0;
   while (talk->Queries()[query].points.front() != 0) ++query;
@@ -171,7 +171,7 @@ config::Device Relay() {
   return device;
 }
 
-TEST(Designation, OnlyANameThatAnotherProfileListsContradicts) {
+TEST(Designation, OnlyANameListedByAnotherProfileIsAContradiction) {
   config::Identity identity = Relay().identity;
   EXPECT_EQ(JudgeName(identity, " SPAJ 140C").text, "");
   EXPECT_EQ(JudgeName(identity, "spcj 4d29").text, "");
@@ -187,7 +187,7 @@ TEST(Designation, OnlyANameThatAnotherProfileListsContradicts) {
   EXPECT_EQ(JudgeName({}, "anything").text, "");
 }
 
-TEST(SpaDesignation, IsAskedBeforeTheFirstPollAndDecides) {
+TEST(SpaDesignation, IsReadAndComparedBeforeTheFirstPoll) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");
   const Answer foreign = Hear(talk, Poll(0), "<1D:SPAU 130 C:");
@@ -206,7 +206,7 @@ TEST(SpaDesignation, IsAskedBeforeTheFirstPollAndDecides) {
   EXPECT_NE(Asked(talk, Poll(0)), ">1RF:21");
 }
 
-TEST(SpaDesignation, SilenceAndRefusalContradictNothing) {
+TEST(SpaDesignation, SilenceAndRefusalAreNoContradiction) {
   for (const char* reply : {"", "<1N:6:"}) {
     Talk talk(SpabusProtocol(), Relay());
     const Bytes wire = *reply == '\0' ? Bytes() : ReplyText(reply);
@@ -218,7 +218,7 @@ TEST(SpaDesignation, SilenceAndRefusalContradictNothing) {
 }
 
 /// The request for the designation waits behind a probe, or is parked.
-TEST(SpaDesignation, AFailureOfAnotherTaskIsNoAnswerToIt) {
+TEST(SpaDesignation, AFailureOfAnotherTaskDoesNotReplaceItsReply) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");
   Asked(talk, Probe());

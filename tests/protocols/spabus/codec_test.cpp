@@ -26,7 +26,7 @@ Expectation Accepting(int bits) {
   return expect;
 }
 
-TEST(SpaRequest, WorkedExamplesOfTheReference) {
+TEST(SpaRequest, MatchesTheWorkedExamplesOfTheReference) {
   const Address identification{0, 'F', {}};
   EXPECT_EQ(ToHex(Encode(ReadOf(1, identification, 0), false)), "3E 31 52 46 3A 32 31 0D");
   EXPECT_EQ(Text(Encode(ReadOf(2, {0, 'I', 1}, 5), false)), ">2RI1/5:06\r");
@@ -39,12 +39,12 @@ TEST(SpaRequest, WorkedExamplesOfTheReference) {
   EXPECT_EQ(Text(Encode(WriteOf(1, {0, 'V', 160}, "1"), false)), ">1WV160:1:08\r");
 }
 
-TEST(SpaRequest, ChannelIsWrittenUnlessItIsZero) {
+TEST(SpaRequest, HasAChannelUnlessItIsZero) {
   EXPECT_TRUE(Text(Encode(ReadOf(1, {14, 'V', 1}, 1), false)).starts_with(">1R14V1:"));
   EXPECT_EQ(Text(Encode(ReadOf(1, {14, 'V', 1}, 1), true)), ">1R14V1:XX\r");
 }
 
-TEST(SpaRequest, ReadsBackWhatItWrites) {
+TEST(SpaRequest, IsEncodedAndDecoded) {
   for (const Command& command : {ReadOf(2, {0, 'I', 1}, 5), ReadOf(899, {14, 'V', 1}, 1),
                                  ReadOf(1, {3, 'A', {}}, 0), WriteOf(7, {0, 'S', 21}, "0.5")}) {
     const ReceivedRequest got = ParseRequest(Encode(command, false));
@@ -54,14 +54,14 @@ TEST(SpaRequest, ReadsBackWhatItWrites) {
   }
 }
 
-TEST(SpaRequest, KnowsWhereTheDataStands) {
+TEST(SpaRequest, ReportsThePositionOfItsData) {
   const ReceivedRequest got = ParseRequest(ToBytes(">12WV160:345:XX\r"));
   ASSERT_TRUE(got.command);
   EXPECT_EQ(got.command->data, "345");
   EXPECT_EQ(got.data_at, 9U);
 }
 
-TEST(SpaRequest, TellsDamageFromSyntax) {
+TEST(SpaRequest, DistinguishesDamageFromSyntaxErrors) {
   EXPECT_FALSE(ParseRequest(ToBytes(">1RF:22\r")).intact);
   EXPECT_TRUE(ParseRequest(ToBytes(">1RF:XX\r")).intact);
   EXPECT_FALSE(ParseRequest(ToBytes("1RF:21\r")).slave);
@@ -75,7 +75,7 @@ TEST(SpaRequest, TellsDamageFromSyntax) {
   }
 }
 
-TEST(SpaReply, ChecksumsOfTheReference) {
+TEST(SpaReply, ChecksumsMatchTheReference) {
   for (const auto& [covered, checksum] :
        std::map<std::string, std::string>{{"<1D:0.52/0.49/0.51/0.00/0:", "77"},
                                           {"<1D:SPCJ 4D29:", "18"},
@@ -87,7 +87,7 @@ TEST(SpaReply, ChecksumsOfTheReference) {
   }
 }
 
-TEST(SpaReply, ContinuedExampleMatchesOneReadingEach) {
+TEST(SpaReply, EachContinuedExampleMatchesOneChecksumReading) {
   const std::string covered = "<3D:1.00/2.00/3.0&\r\n0/4.00/5.00:";
   EXPECT_EQ(MatchingReadings(Sealed(covered, "75"), false), kCoversAll);
   EXPECT_EQ(MatchingReadings(Sealed(covered, "72"), false), kCoversNoLineEnds);
@@ -100,13 +100,13 @@ TEST(SpaReply, ContinuedExampleMatchesOneReadingEach) {
   EXPECT_TRUE(reply->continued);
 }
 
-TEST(SpaReply, LineFeedChangesTheChecksumByItsCode) {
+TEST(SpaReply, ALineFeedChangesTheChecksumByItsCode) {
   EXPECT_EQ(MatchingReadings(Sealed("<1A:", "7C"), true), kCoversAny);
   EXPECT_EQ(Text(EncodeAck(1, kCoversAll | kLineFeedCovered)), "\n<1A:7C\r\n");
   EXPECT_EQ(Text(EncodeAck(1, kCoversAll)), "\n<1A:76\r\n");
 }
 
-TEST(SpaReply, NackCodeIsTheFirstDigitWhateverTheLayout) {
+TEST(SpaReply, TheNackCodeIsTheFirstDigitInAnyLayout) {
   for (const char* text : {"<1N:5:XX\r", "<1N5:XX\r", "<1N: 5:XX\r", "<1N:E5 blocked:XX\r"}) {
     const auto reply = ParseReply(ToBytes(text));
     ASSERT_TRUE(reply) << text;
@@ -116,14 +116,14 @@ TEST(SpaReply, NackCodeIsTheFirstDigitWhateverTheLayout) {
   EXPECT_EQ(ParseReply(ToBytes("<1N::XX\r"))->nack, std::nullopt);
 }
 
-TEST(SpaReply, LetterNInDataIsNoNack) {
+TEST(SpaReply, AnNInTheDataIsNoNack) {
   const auto reply = ParseReply(ToBytes("<1D:NONE 5:XX\r"));
   ASSERT_TRUE(reply);
   EXPECT_EQ(reply->type, 'D');
   EXPECT_FALSE(reply->nack);
 }
 
-TEST(SpaReply, WrongSyntaxIsNoReply) {
+TEST(SpaReply, WrongSyntaxIsRefused) {
   for (const char* wrong : {"<D:1:XX\r", "<1234D:1:XX\r", "<1D1:XX\r", "<1D:1XX\r", "<1A:1:XX\r",
                             "<1Q:XX\r", "<1D:1:2:XX\r", "<1D:1:GG\r", "<1D:1:XX:XX\r", "<1D:XX\r",
                             "<1A&\r\n:XX\r", "<1\r", "<1D:1&2:XX\r"}) {
@@ -145,7 +145,7 @@ TEST(SpaReply, LongDataIsContinuedWithinLinesOf255) {
   EXPECT_FALSE(EncodeData(1, std::string(5000, '7'), kCoversAll)) << "more than 16 lines";
 }
 
-TEST(SpaReply, EveryLengthAroundTheLineEndSurvives) {
+TEST(SpaReply, DataOfEveryLengthAroundTheLineEndIsDecoded) {
   for (std::size_t length = 245; length <= 260; ++length) {
     const auto frame = EncodeData(1, std::string(length, '1'), kCoversAll);
     const auto frames = Cut(ReplyRule, Accepting(kCoversAll), *frame);
@@ -154,7 +154,7 @@ TEST(SpaReply, EveryLengthAroundTheLineEndSurvives) {
   }
 }
 
-TEST(SpaReplyRule, EchoIsDroppedWithoutBlame) {
+TEST(SpaReplyRule, AnEchoIsDroppedWithoutReportingDamage) {
   Assembler assembler;
   assembler.Begin(ReplyRule, Accepting(kCoversAny));
   assembler.Feed(ToBytes(">1RF:21\r\n<1D:SPCJ 4D29:18\r\n"));
@@ -167,7 +167,7 @@ TEST(SpaReplyRule, EchoIsDroppedWithoutBlame) {
   EXPECT_EQ(assembler.blame(), Outcome::none) << "an echo alone is no reply, and no damage";
 }
 
-TEST(SpaReplyRule, BlamesWhatWentWrong) {
+TEST(SpaReplyRule, ReportsTheKindOfDamage) {
   const auto blame = [](const std::string& stream) {
     Assembler assembler;
     assembler.Begin(ReplyRule, Accepting(kCoversAny));
@@ -183,14 +183,14 @@ TEST(SpaReplyRule, BlamesWhatWentWrong) {
   EXPECT_EQ(blame("<1D:SPCJ 4D29:XX\r\n"), Outcome::corrupt) << "XX is not accepted here";
 }
 
-TEST(SpaReplyRule, WildcardAndMissingLineFeedsAreTaken) {
+TEST(SpaReplyRule, WildcardsAndMissingLineFeedsAreAccepted) {
   const auto frames =
       Cut(ReplyRule, Accepting(kCoversAny | kWildcardAccepted), ToBytes("<1D: SPAJ 142C:XX\r"));
   ASSERT_EQ(frames.size(), 1U);
   EXPECT_TRUE(ParseReply(frames[0])->wildcard);
 }
 
-TEST(SpaReplyRule, BoundsLinesAndTheirNumber) {
+TEST(SpaReplyRule, LimitsLengthAndNumberOfLines) {
   const auto frames = [](const std::string& covered) {
     return Cut(ReplyRule, Accepting(kCoversAny), ReplyText(covered)).size();
   };
@@ -203,13 +203,13 @@ TEST(SpaReplyRule, BoundsLinesAndTheirNumber) {
   EXPECT_EQ(frames(lines + "1&\r\n:"), 0U) << "17 lines";
 }
 
-TEST(SpaReplyRule, PinnedReadingRefusesTheOthers) {
+TEST(SpaReplyRule, AFixedChecksumReadingRefusesTheOthers) {
   const Bytes frame = Sealed("<3D:1.00/2.00/3.0&\r\n0/4.00/5.00:", "72");
   EXPECT_EQ(Cut(ReplyRule, Accepting(kCoversNoLineEnds), frame).size(), 1U);
   EXPECT_EQ(Cut(ReplyRule, Accepting(kCoversAll), frame).size(), 0U);
 }
 
-TEST(SpaAddress, ReadsAndPrintsTheForms) {
+TEST(SpaAddress, ParsesAndPrintsTheForms) {
   for (const char* text : {"I1", "14V1", "F", "C", "V205", "3A", "T", "D", "M0", "O999999"}) {
     const auto address = ParseAddress(text);
     ASSERT_TRUE(address) << text;
@@ -218,7 +218,7 @@ TEST(SpaAddress, ReadsAndPrintsTheForms) {
   EXPECT_EQ(*ParseAddress("0I1"), *ParseAddress("I01"));
 }
 
-TEST(SpaAddress, RefusesWithWhatWouldBeRight) {
+TEST(SpaAddress, RefusesWithAnExample) {
   for (const char* text : {"", "1", "I", "i1", "Z1", "F1", "I1/5", "I1 ", "1000I1", "V1234567"}) {
     const auto address = ParseAddress(text);
     ASSERT_FALSE(address) << text;
@@ -247,7 +247,7 @@ TEST(SpaValue, DecodesByTypeOfThePoint) {
   EXPECT_EQ(DecodedAs("0.52", Type::int16, 100).value, Value(0.52)) << "the scale makes it whole";
 }
 
-TEST(SpaValue, NeverMakesANumberOfAnythingElse) {
+TEST(SpaValue, NeverDecodesInvalidTextAsANumber) {
   for (const auto& [text, type] :
        std::vector<std::pair<std::string, Type>>{{"2", Type::boolean},
                                                  {"0.5", Type::boolean},
@@ -303,7 +303,7 @@ std::string HundredthsText(int hundredths) {
 /// A register that is written as 30.3 contains 30.299999237. Tests all values of 0.05…300 in steps
 /// of 0.01 (including 0.5…40 in steps of 0.1): as float, as double, with the decimals of the point
 /// and without.
-TEST(SpaValue, EncodesTheDecimalsThatWereMeant) {
+TEST(SpaValue, EncodesTheIntendedDecimals) {
   config::Point settled = MakePoint("S23");
   settled.writing.decimals = 2;
   for (int hundredths = 5; hundredths <= 30000; ++hundredths) {
@@ -356,7 +356,7 @@ TEST(SpaValue, RoundsToTheDecimalsOfThePoint) {
             "small to be written");
 }
 
-TEST(SpaValue, RoundingDoesNotLeadOutOfTheLimits) {
+TEST(SpaValue, RoundingStaysWithinTheLimits) {
   config::Point point = MakePoint("S1");
   point.writing.decimals = 1;
   point.writing.min = 0.25;
@@ -371,7 +371,7 @@ TEST(SpaValue, RoundingDoesNotLeadOutOfTheLimits) {
   EXPECT_EQ(*EncodeValue(2.55, point), "2.55") << "limits are in units of the value";
 }
 
-TEST(SpaValue, NeverAnExponent) {
+TEST(SpaValue, NeverEncodesAnExponent) {
   EXPECT_EQ(Encoded(1e12, Type::float64), "1000000000000");
   EXPECT_EQ(Encoded(123456789012.5, Type::float64), "123456789012.5");
   EXPECT_EQ(Encoded(16777216.0, Type::float32), "16777216");
@@ -380,7 +380,7 @@ TEST(SpaValue, NeverAnExponent) {
   EXPECT_EQ(Encoded(0.1 + 0.2, Type::float64), "0.3");
 }
 
-TEST(SpaValue, RefusesWhatDoesNotFit) {
+TEST(SpaValue, RefusesValuesThatDoNotFit) {
   EXPECT_EQ(Encoded(std::int64_t{70000}, Type::uint16), "error");
   EXPECT_EQ(Encoded(std::int64_t{-1}, Type::uint16), "error");
   EXPECT_EQ(Encoded(0.5, Type::uint16), "error");
@@ -393,14 +393,14 @@ TEST(SpaValue, RefusesWhatDoesNotFit) {
   EXPECT_EQ(Encoded(1.0, Type::string), "error");
 }
 
-TEST(SpaValue, NobodyCanInjectASecondFrame) {
+TEST(SpaValue, ATextCannotInjectASecondFrame) {
   for (const char* text : {"a:b", "a/b", "a<b", "a>b", "a&b", "a\rb", "a\nb", "\x80", ""}) {
     EXPECT_EQ(Encoded(std::string(text), Type::string), "error") << text;
   }
   EXPECT_EQ(Encoded(std::string(132, 'x'), Type::string), "error");
 }
 
-TEST(SpaValue, PrintsAsARelayDoes) {
+TEST(SpaValue, PrintsLikeARelay) {
   EXPECT_EQ(PrintValue(0.5, MakePoint("I1")), "0.50");
   EXPECT_EQ(PrintValue(0.4567891, MakePoint("I1")), "0.4568");
   config::Point settled = MakePoint("S1");
@@ -419,7 +419,7 @@ std::vector<config::Point> ThreeChannels() {
   return {MakePoint("1I1"), MakePoint("2I1"), MakePoint("3I1")};
 }
 
-TEST(SpaChannels, ReadsARangeOfChannels) {
+TEST(SpaChannels, AreReadAsARange) {
   Talk talk(SpabusProtocol(), MakeDevice(ThreeChannels()));
   EXPECT_EQ(AllRequests(talk), (Texts{">1R1/3I1:"}));
   Asked(talk, Poll(0));
@@ -430,7 +430,7 @@ TEST(SpaChannels, ReadsARangeOfChannels) {
   EXPECT_EQ(talk->WhatIsLearned(), "several channels in one request");
 }
 
-TEST(SpaChannels, AsksChannelByChannelWhereARangeIsNotUnderstood) {
+TEST(SpaChannels, AreReadOneByOneIfARangeIsRefused) {
   for (const char* refusal : {"<1N:3:", "<1N:5:"}) {
     Talk talk(SpabusProtocol(), MakeDevice(ThreeChannels()));
     Asked(talk, Poll(0));
@@ -448,7 +448,7 @@ TEST(SpaChannels, AsksChannelByChannelWhereARangeIsNotUnderstood) {
   }
 }
 
-TEST(SpaChannels, ALostReplyIsNotHeldAgainstARangeThatHasWorked) {
+TEST(SpaChannels, KeepTheirRangeAfterALostReply) {
   Talk talk(SpabusProtocol(), MakeDevice(ThreeChannels()));
   Asked(talk, Poll(0));
   Hear(talk, Poll(0), "<1D:1/2/3:");
@@ -459,7 +459,7 @@ TEST(SpaChannels, ALostReplyIsNotHeldAgainstARangeThatHasWorked) {
   EXPECT_EQ(AllRequests(talk), (Texts{">1R1/3I1:"}));
 }
 
-TEST(SpaChannels, ADeviceThatIsSilentToSeveralItemsIsAskedForFewer) {
+TEST(SpaChannels, SilenceToSeveralItemsReducesTheirNumber) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1"), MakePoint("I2"), MakePoint("V1")}));
   ASSERT_EQ(AllRequests(talk), (Texts{">1RI1/2:", ">1RV1:"}));
   const auto fail = [&] {

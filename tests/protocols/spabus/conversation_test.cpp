@@ -27,7 +27,7 @@ TEST(SpaConversation, ReadsARangeInOneExchange) {
   for (const Reading& reading : answer.readings) EXPECT_EQ(reading.quality, Quality::good);
 }
 
-TEST(SpaConversation, SendsTheWildcardWhenTold) {
+TEST(SpaConversation, SendsTheWildcardIfConfigured) {
   config::Device device = MakeDevice(Inputs());
   device.options.Set("send_xx", true);
   Talk talk(SpabusProtocol(), std::move(device));
@@ -59,7 +59,7 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
 }
 
 /// "<1D:SPAJ 140 C:" answers RF. It is accepted for a number only if no other reply is awaited.
-TEST(SpaConversation, ATextInPlaceOfANumberMayAnswerAnotherRequest) {
+TEST(SpaConversation, ATextInsteadOfANumberMayAnswerAnotherRequest) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   const Bytes request = talk->Ask(Poll(0), Instant{})->bytes;
   const Bytes numbers = ReplyText("<2D:0.52/0.49/0.51/0.00/0:");
@@ -69,7 +69,7 @@ TEST(SpaConversation, ATextInPlaceOfANumberMayAnswerAnotherRequest) {
   EXPECT_EQ(talk->Interpret(request, texts).outcome, Outcome::ok) << "a row of a profile is wrong";
 }
 
-TEST(SpaConversation, TheReplyOfAnotherSlaveIsPassedOver) {
+TEST(SpaConversation, TheReplyOfAnotherSlaveIsSkipped) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
   Assembler assembler;
@@ -82,7 +82,7 @@ TEST(SpaConversation, TheReplyOfAnotherSlaveIsPassedOver) {
   EXPECT_EQ(assembler.Next(true), own);
 }
 
-TEST(SpaConversation, OneBadValueDoesNotCostTheOthers) {
+TEST(SpaConversation, ABadValueDoesNotAffectTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
   const Answer answer = Hear(talk, Poll(0), "<1D:0.52//0.51/***/2:");
@@ -96,7 +96,7 @@ TEST(SpaConversation, OneBadValueDoesNotCostTheOthers) {
   for (const std::size_t bad : {1, 3, 4}) EXPECT_FALSE(HasValue(answer.readings[bad].value));
 }
 
-TEST(SpaConversation, RefusalsMapToOutcomes) {
+TEST(SpaConversation, RefusalsHaveTheirOutcomes) {
   const std::map<int, Outcome> expected = {{0, Outcome::corrupt},     {1, Outcome::busy},
                                            {2, Outcome::busy},        {3, Outcome::unsupported},
                                            {4, Outcome::refused},     {5, Outcome::unsupported},
@@ -112,7 +112,7 @@ TEST(SpaConversation, RefusalsMapToOutcomes) {
   }
 }
 
-TEST(SpaConversation, TooComplicatedMeansFewerItemsForAll) {
+TEST(SpaConversation, ATooComplicatedRequestReducesTheItemsOfAllRequests) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
   EXPECT_EQ(Hear(talk, Poll(0), "<1N:3:").then, Then::replan);
@@ -122,7 +122,7 @@ TEST(SpaConversation, TooComplicatedMeansFewerItemsForAll) {
   EXPECT_EQ(AllRequests(talk).size(), 5U);
 }
 
-TEST(SpaConversation, AFullInputBufferMeansFewerItemsToo) {
+TEST(SpaConversation, AFullInputBufferReducesTheItemsOfAllRequests) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
   const Answer answer = Hear(talk, Poll(0), "<1N:2:");
@@ -134,7 +134,7 @@ TEST(SpaConversation, AFullInputBufferMeansFewerItemsToo) {
   EXPECT_EQ(talk->WhatIsLearned(), "") << "it may be another device now";
 }
 
-TEST(SpaConversation, SaysWhatStandsWhereANumberBelongs) {
+TEST(SpaConversation, ReportsTheTextInPlaceOfANumber) {
   const struct {
     const char* reply;
     std::optional<std::string> said;
@@ -146,7 +146,7 @@ TEST(SpaConversation, SaysWhatStandsWhereANumberBelongs) {
   }
 }
 
-TEST(SpaConversation, LacksTheTimeWhileTheClockOfThisMachineIsNotKnown) {
+TEST(SpaConversation, LacksTheTimeUntilTheHostClockIsRight) {
   config::Device device = MakeDevice(Inputs());
   EXPECT_FALSE(Talk(SpabusProtocol(), device)->LacksTime()) << "it is not to be told";
   device.options.Set("send_seconds", std::int64_t{Duration(1s).count()});
@@ -156,7 +156,7 @@ TEST(SpaConversation, LacksTheTimeWhileTheClockOfThisMachineIsNotKnown) {
   EXPECT_FALSE(talk->LacksTime());
 }
 
-TEST(SpaConversation, AnErrorOfAnotherKindIsWorthOneMoreTry) {
+TEST(SpaConversation, AnUnknownErrorIsRetriedOnce) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
   EXPECT_EQ(Hear(talk, Poll(0), "<1N:9:").then, Then::ask_again);
@@ -170,7 +170,7 @@ TEST(SpaConversation, AnErrorOfAnotherKindIsWorthOneMoreTry) {
   EXPECT_EQ(Hear(talk, Poll(0), "<1D:0.52/0.49/0.51/0.00/0:").outcome, Outcome::ok);
 }
 
-TEST(SpaConversation, TellsWhichChecksumsItHasLearned) {
+TEST(SpaConversation, ReportsTheLearnedChecksums) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   Asked(talk, Poll(0));
   talk.Reply(Poll(0), Sealed("<1D:0.5:", "XX"));
@@ -181,7 +181,7 @@ TEST(SpaConversation, TellsWhichChecksumsItHasLearned) {
 }
 
 /// An XOR does not detect some pairs of bit errors, so noise may look like NACK 5.
-TEST(SpaConversation, ARefusalOfWhatWasAnsweredIsAFailureLikeAnyOther) {
+TEST(SpaConversation, ARefusalOfAnAnsweredItemIsAnOrdinaryFailure) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   const auto say = [&](const std::string& reply) {
     Asked(talk, Poll(0));
@@ -198,7 +198,7 @@ TEST(SpaConversation, ARefusalOfWhatWasAnsweredIsAFailureLikeAnyOther) {
   }
 }
 
-TEST(SpaConversation, FindsTheMissingItemAndKeepsTheOthers) {
+TEST(SpaConversation, FindsAMissingItemAndKeepsTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   // The device lacks I4: requests are halved until I4 is read alone, and is refused three times.
   std::vector<Reading> bad;
@@ -232,7 +232,7 @@ TEST(SpaConversation, ABusyDeviceChangesNoPlan) {
   EXPECT_EQ(AllRequests(talk), (Texts{">1RI1/5:"}));
 }
 
-TEST(SpaConversation, LearnsTheReadingOfContinuedReplies) {
+TEST(SpaConversation, LearnsTheChecksumReadingOfContinuedReplies) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "3"));
   const std::string covered = "<3D:1.00/2.00/3.0&\r\n0/4.00/1:";
   std::uint8_t sum = 0;
@@ -248,7 +248,7 @@ TEST(SpaConversation, LearnsTheReadingOfContinuedReplies) {
   EXPECT_EQ(talk.request().expect.checksum & kCoversAny, kCoversNoLineEnds);
 }
 
-TEST(SpaConversation, DoubtsWhatItLearnedAfterRepeatedDamage) {
+TEST(SpaConversation, ForgetsALearnedChecksumAfterRepeatedDamage) {
   ContinuationChecksum learned;
   learned.Confirm(kCoversAll | kCoversNoLineEnds);
   learned.Confirm(kCoversAll);
@@ -263,7 +263,7 @@ TEST(SpaConversation, DoubtsWhatItLearnedAfterRepeatedDamage) {
   EXPECT_EQ(learned.accepted(), kCoversAny);
 }
 
-TEST(SpaConversation, AChosenReadingIsNeverLearnedAway) {
+TEST(SpaConversation, AConfiguredChecksumReadingIsNeverChanged) {
   config::Device device = MakeDevice(Inputs(), "3");
   device.options.Set("continuation_checksum", std::string("d"));
   Talk talk(SpabusProtocol(), std::move(device));
@@ -271,7 +271,7 @@ TEST(SpaConversation, AChosenReadingIsNeverLearnedAway) {
   EXPECT_EQ(talk.request().expect.checksum & kCoversAny, kCoversLastLine);
 }
 
-TEST(SpaConversation, InterpretSaysWhatOnFrameSays) {
+TEST(SpaConversation, InterpretDecodesLikeOnFrame) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   const Answer answer =
       talk->Interpret(ToBytes(">2RI1/5:06\r"), ReplyText("<2D:0.52/0.49/0.51/0.00/0:"));
@@ -283,7 +283,7 @@ TEST(SpaConversation, InterpretSaysWhatOnFrameSays) {
   EXPECT_EQ(talk->Interpret(ToBytes("what"), ReplyText("<2N:6:")).outcome, Outcome::unexpected);
 }
 
-TEST(SpaConversation, InterpretLabelsWhatNoPointKnows) {
+TEST(SpaConversation, InterpretLabelsItemsWithoutAPoint) {
   Talk talk(SpabusProtocol(), MakeDevice({}, "1"));
   const auto labels = [&](const std::string& request, const std::string& reply) {
     std::string text;
@@ -301,7 +301,7 @@ TEST(SpaConversation, InterpretLabelsWhatNoPointKnows) {
   EXPECT_EQ(labels(">1R3A:XX\r", "<1D:trip/start:"), "3A=trip/start ");
 }
 
-TEST(SpaConversation, AHugeRangeInACaptureCostsNothing) {
+TEST(SpaConversation, AHugeRangeInACaptureIsHarmless) {
   Talk talk(SpabusProtocol(), MakeDevice({}, "1"));
   const Answer answer = talk->Interpret(ToBytes(">1R0/999V0/999999:XX\r"), ReplyText("<1D:1:"));
   EXPECT_EQ(answer.outcome, Outcome::unexpected);

@@ -10,7 +10,7 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-TEST(SpaEventText, IsRead) {
+TEST(SpaEventText, IsParsed) {
   struct Case {
     const char* text;
     std::uint32_t channel;
@@ -53,14 +53,14 @@ TEST(SpaEventText, IsRead) {
   }
 }
 
-TEST(SpaEventText, HasOneEventInEachPart) {
+TEST(SpaEventText, HasAnEventInEachPart) {
   EXPECT_TRUE(ParseEvents("").empty());
   EXPECT_TRUE(ParseEvents("  ").empty());
   EXPECT_EQ(ParseEvents("12.345 0E1/12.410 0E3").size(), 2U);
   EXPECT_EQ(ParseEvents("12.345 0E1/").size(), 2U) << "nothing is dropped";
 }
 
-TEST(SpaEventText, IsToldFromOtherReplies) {
+TEST(SpaEventText, IsDistinguishedFromOtherReplies) {
   for (const char* text : {"", "12.345 0E1", "12.345 0E1/12.410 0E3", "12.3450E1", "12.345 Q1 5"}) {
     EXPECT_TRUE(LooksLikeEvents(text)) << text;
   }
@@ -69,7 +69,7 @@ TEST(SpaEventText, IsToldFromOtherReplies) {
   }
 }
 
-TEST(SpaEventText, IsPrintedAsARelayDoes) {
+TEST(SpaEventText, IsPrintedLikeARelay) {
   EXPECT_EQ(PrintEvent({0, 1, SaidTime{12'345ms, 1min}, ""}), "12.345 0E1");
   EXPECT_EQ(PrintEvent({2, 17, SaidTime{5ms, 1min}, "0.5"}), "00.005 2E17 0.5");
   EXPECT_EQ(PrintEvent({0, 51, std::nullopt, ""}), "00.000 0E51");
@@ -96,7 +96,7 @@ class SpaTwinEvents : public ::testing::Test {
   std::unique_ptr<Twin> twin_;
 };
 
-TEST_F(SpaTwinEvents, GoWithLAndComeOnceMoreWithB) {
+TEST_F(SpaTwinEvents, AreRemovedByLAndRepeatedByB) {
   EXPECT_TRUE(Raise(1, 12'345ms));
   EXPECT_TRUE(Raise(3, 72'410ms));
   EXPECT_EQ(Heard(">1RB:25"), "<1D::") << "nothing was given yet";
@@ -107,7 +107,7 @@ TEST_F(SpaTwinEvents, GoWithLAndComeOnceMoreWithB) {
   EXPECT_EQ(Heard(">1RB:25"), "<1D::") << "forgotten";
 }
 
-TEST_F(SpaTwinEvents, ComeFiveAtATimeAndOverflow) {
+TEST_F(SpaTwinEvents, AreSentFiveAtATimeAndOverflow) {
   for (std::uint32_t code = 1; code <= 65; ++code) EXPECT_TRUE(Raise(code % 8 + 1, 1s));
   EXPECT_EQ(Heard(">1RC:XX"), "<1D:0:");
   EXPECT_FALSE(Raise(1, 2s));
@@ -151,7 +151,7 @@ class EventSessionTest : public ::testing::Test {
   Instant now_{1h};
 };
 
-TEST_F(EventSessionTest, ARelayThatRefusesThreeIsLeftInPeace) {
+TEST_F(EventSessionTest, ARelayThatRefusesThreeTimesIsNotAskedAgain) {
   AskUpToL();
   Refuse(kUnknownItem);
   EXPECT_TRUE(session_.has_events()) << "a damaged reply may look like that";
@@ -167,7 +167,7 @@ TEST_F(EventSessionTest, ARelayThatRefusesThreeIsLeftInPeace) {
   EXPECT_EQ(session_.remark().text, "");
 }
 
-TEST_F(EventSessionTest, ARelayThatHasAnsweredIsAskedOn) {
+TEST_F(EventSessionTest, ARelayThatHasAnsweredIsStillAsked) {
   AskUpToL();
   AnswerNothing();
   for (int i = 0; i < 100; ++i) {
@@ -181,7 +181,7 @@ TEST_F(EventSessionTest, ARelayThatHasAnsweredIsAskedOn) {
   EXPECT_EQ(session_.remark().text, "");
 }
 
-TEST_F(EventSessionTest, SaysThatItsEventsCanNotBeRead) {
+TEST_F(EventSessionTest, ReportsUnreadableEvents) {
   for (int i = 0; i < 20; ++i) {
     Ask();
     session_.OnFailure(Outcome::corrupt);
@@ -222,14 +222,14 @@ class HeldEvents : public ::testing::Test {
   Instant now_{1h};
 };
 
-TEST_F(HeldEvents, CountWhenTheBackupSaysTheSame) {
+TEST_F(HeldEvents, AreReportedWhenTheBackupIsEqual) {
   Begin(true);
   EXPECT_EQ(SaidIn(Say('L', kOne)), "more");
   EXPECT_EQ(SaidIn(Say('B', kOne)), kOne);
   EXPECT_EQ(SaidIn(Say('L', "")), "") << "drained";
 }
 
-TEST_F(HeldEvents, OfADamagedReplyNeverCount) {
+TEST_F(HeldEvents, OfADamagedReplyAreNeverReported) {
   Begin(true);
   EXPECT_EQ(SaidIn(Say('L', kOther)), "more");
   EXPECT_EQ(SaidIn(Say('B', kOne)), "none") << "one of the two is damaged";
@@ -244,21 +244,21 @@ TEST_F(HeldEvents, AreNotLostWhileTheBackupIsSilent) {
 }
 
 /// L removes events from the relay, so the events of a lost reply are only in the backup B.
-TEST_F(HeldEvents, OfALostReplyComeFromTheBackup) {
+TEST_F(HeldEvents, OfALostReplyAreReadFromTheBackup) {
   Begin(false);
   Fail('L');
   EXPECT_EQ(SaidIn(Say('B', kOne)), std::string(kOne) + " again");
   EXPECT_EQ(SaidIn(Say('L', "")), "");
 }
 
-TEST_F(HeldEvents, CountAloneWhereTheRelayKnowsNoBackup) {
+TEST_F(HeldEvents, AreReportedIfTheRelayHasNoBackup) {
   session_.emplace(true, true);
   for (int i = 0; i < 3; ++i) Fail('B');
   Say('C', "0");
   EXPECT_EQ(SaidIn(Say('L', kOne)), kOne);
 }
 
-TEST_F(HeldEvents, ThatLookLikeThoseBeforeAreNew) {
+TEST_F(HeldEvents, EqualToThePreviousAreNewIfTheBackupConfirmsThem) {
   Begin(false);
   EXPECT_EQ(SaidIn(Say('L', kOne)), kOne);
   for (int batch = 0; batch < 3; ++batch) {

@@ -16,7 +16,7 @@ namespace {
 
 const Protocol& Spa() { return SpabusProtocol(); }
 
-TEST(SpaProtocol, TakesSlaveNumbers) {
+TEST(SpaProtocol, AcceptsSlaveNumbers) {
   for (const char* address : {"1", "30", "254", "899", "901", "999"}) {
     EXPECT_TRUE(Spa().canonical_address(address)) << address;
   }
@@ -36,7 +36,7 @@ Status Check(const std::string& read, Type type, Access access = Access::read,
   return Spa().check_point(point);
 }
 
-TEST(SpaProtocol, TakesPoints) {
+TEST(SpaProtocol, AcceptsValidPoints) {
   EXPECT_TRUE(Check("I1", Type::float32));
   EXPECT_TRUE(Check("O1", Type::boolean));
   EXPECT_TRUE(Check("F", Type::string));
@@ -48,7 +48,7 @@ TEST(SpaProtocol, TakesPoints) {
   EXPECT_TRUE(Check("", Type::uint16, Access::write, "V165"));
 }
 
-TEST(SpaProtocol, RefusesPointsThatCanNotWork) {
+TEST(SpaProtocol, RefusesInvalidPoints) {
   EXPECT_FALSE(Check("I1/5", Type::float32));
   EXPECT_FALSE(Check("F", Type::float32));
   EXPECT_FALSE(Check("3A", Type::uint16));
@@ -60,7 +60,7 @@ TEST(SpaProtocol, RefusesPointsThatCanNotWork) {
   EXPECT_FALSE(Spa().check_point(number));
 }
 
-TEST(SpaProtocol, EventsAreNoPoints) {
+TEST(SpaProtocol, RefusesEventItemsAsPoints) {
   for (const char* read : {"L", "B"}) {
     const Status status = Check(read, Type::string);
     ASSERT_FALSE(status);
@@ -68,7 +68,7 @@ TEST(SpaProtocol, EventsAreNoPoints) {
   }
 }
 
-TEST(SpaProtocol, DangerousItemsAreNotWritten) {
+TEST(SpaProtocol, RefusesWritesToDangerousItems) {
   for (const char* item : {"V160", "V161", "V167", "V200", "V201"}) {
     for (const Access access : {Access::write, Access::read_write}) {
       EXPECT_FALSE(Check(item, Type::uint16, access)) << item;
@@ -108,7 +108,7 @@ TEST(SpaProtocol, ThePasswordOptionIsSecret) {
   }
 }
 
-TEST(SpaProtocol, DecodersAreAddressesThatParse) {
+TEST(SpaProtocol, DecodersAreValidAddresses) {
   for (const DecoderSpec& decoder : Spa().decoders) {
     const std::string form(decoder.form);
     const bool number = form == kOffsetItem;
@@ -150,7 +150,7 @@ TEST(SpaPlan, NeighboursShareARequest) {
   EXPECT_EQ(TextsOf({MakePoint("F"), MakePoint("C")}), (Texts{"F", "C"}));
 }
 
-TEST(SpaPlan, OneItemOfConsecutiveChannelsIsOneRequest) {
+TEST(SpaPlan, AnItemOfConsecutiveChannelsIsOneRequest) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 16; ++i) points.push_back(MakePoint(std::to_string(i) + "I1"));
   EXPECT_EQ(TextsOf(points, 16), (Texts{"1/16I1"}));
@@ -166,7 +166,7 @@ TEST(SpaPlan, OneItemOfConsecutiveChannelsIsOneRequest) {
             (Texts{"1F", "2F"}));
 }
 
-TEST(SpaPlan, ChannelsAreAskedOneByOneWhereTheDeviceDoesNotTakeARange) {
+TEST(SpaPlan, ChannelsAreReadOneByOneIfTheDeviceRefusesARange) {
   const std::vector<config::Point> points = {MakePoint("1I1"), MakePoint("2I1"), MakePoint("S1"),
                                              MakePoint("S2")};
   RequestLimits limits;
@@ -177,13 +177,13 @@ TEST(SpaPlan, ChannelsAreAskedOneByOneWhereTheDeviceDoesNotTakeARange) {
   EXPECT_EQ(TextsOf(plan), (Texts{"1I1", "2I1", "S1/2"}));
 }
 
-TEST(SpaPlan, GroupsStayApartAndFastOnesComeFirst) {
+TEST(SpaPlan, GroupsAreSeparateAndFastGroupsComeFirst) {
   EXPECT_EQ(TextsOf({MakePoint("I1", Type::float32, Group::slow), MakePoint("I2"),
                      MakePoint("F", Type::string, Group::once)}),
             (Texts{"I2", "I1", "F"}));
 }
 
-TEST(SpaPlan, SameItemTwiceIsAskedOnce) {
+TEST(SpaPlan, AnItemUsedTwiceIsReadOnce) {
   const std::vector<config::Point> points = {MakePoint("V6"), MakePoint("V6"), MakePoint("V7"),
                                              MakePoint("C"), MakePoint("C")};
   const RequestLimits most;
@@ -193,7 +193,7 @@ TEST(SpaPlan, SameItemTwiceIsAskedOnce) {
   EXPECT_EQ(plan.queries()[1].points, (std::vector<std::size_t>{3, 4}));
 }
 
-TEST(SpaPlan, KeepsWithinTheMostItems) {
+TEST(SpaPlan, KeepsWithinTheMaximumNumberOfItems) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 13; ++i) points.push_back(MakePoint("O" + std::to_string(i)));
   EXPECT_EQ(TextsOf(points), (Texts{"O1/8", "O9/13"}));
@@ -247,7 +247,7 @@ TEST_P(SpaProfile, LoadsAndIsComplete) {
   }
 }
 
-TEST_P(SpaProfile, FastValuesStandTogetherAtTheBeginning) {
+TEST_P(SpaProfile, FastValuesHaveTheFirstAdjacentRegisters) {
   std::map<config::Table, std::size_t> next;
   for (const config::Point& point : Load().points) {
     if (point.group != Group::fast || point.table == config::Table::bits) continue;
@@ -262,7 +262,7 @@ Value Simulated(const config::Point& point) {
   return point.simulate->low;
 }
 
-TEST_P(SpaProfile, EveryPointComesBackFromItsTwin) {
+TEST_P(SpaProfile, EveryPointIsReadBackFromItsTwin) {
   const config::Profile profile = Load();
   config::Device device = MakeDevice(profile.points);
   FixedValues values;
@@ -289,7 +289,7 @@ TEST_P(SpaProfile, EveryPointComesBackFromItsTwin) {
   EXPECT_EQ(seen.size(), std::ranges::count_if(device.points, is_read));
 }
 
-TEST_P(SpaProfile, WritablePointsTakeTheirSimulatedValue) {
+TEST_P(SpaProfile, WritablePointsAcceptTheirSimulatedValue) {
   const config::Profile profile = Load();
   config::Device device = MakeDevice(profile.points);
   FixedValues values;
@@ -357,7 +357,7 @@ std::vector<Allowed> AllowedOf(const std::string& profile) {
   return all;
 }
 
-TEST_P(SpaProfile, LimitsAreThoseOfTheReference) {
+TEST_P(SpaProfile, LimitsMatchTheReference) {
   std::map<std::string, Allowed> expected;
   for (const Allowed& one : AllowedOf(GetParam())) expected[one.item] = one;
   for (const config::Point& point : Load().points) {

@@ -38,7 +38,7 @@ class SpaTwinTest : public ::testing::Test {
   std::unique_ptr<Twin> twin_;
 };
 
-TEST_F(SpaTwinTest, AnswersAsTheReferenceShows) {
+TEST_F(SpaTwinTest, AnswersLikeTheReference) {
   EXPECT_EQ(Say(">1RF:21"), "\n<1D:SPCJ 4D29:18\r\n");
   EXPECT_EQ(Heard(">1RI1/3:XX"), "<1D:0.50/0.25/0.125:");
   EXPECT_EQ(Heard(">1RO1:XX"), "<1D:1:");
@@ -48,14 +48,14 @@ TEST_F(SpaTwinTest, AnswersAsTheReferenceShows) {
   EXPECT_EQ(Heard(">1RB:25"), "<1D::");
 }
 
-TEST_F(SpaTwinTest, KeepsSilentWhereARelayDoes) {
+TEST_F(SpaTwinTest, IsSilentLikeARelay) {
   EXPECT_EQ(Say(">2RF:XX"), "");
   EXPECT_EQ(Say(">900WT:12.345:1B"), "");
   EXPECT_EQ(Say("1RF:21"), "");
   EXPECT_EQ(Say(">RF:XX"), "");
 }
 
-TEST_F(SpaTwinTest, RepliesUnderAnotherNumberWhenToldSo) {
+TEST_F(SpaTwinTest, RepliesUnderAnotherNumberIfConfigured) {
   Say("");
   twin_->ReplyAs("17");
   EXPECT_EQ(Heard(">1RO1:XX"), "<17D:1:");
@@ -78,14 +78,14 @@ TEST_F(SpaTwinTest, RefusesWithTheCodesOfTheProtocol) {
   EXPECT_EQ(Heard(">1WV150/151:1/2:XX"), "<1N:3:");
 }
 
-TEST_F(SpaTwinTest, TakesWrites) {
+TEST_F(SpaTwinTest, AcceptsWrites) {
   EXPECT_EQ(Say(">1WV150:1:XX"), "\n<1A:76\r\n");
   EXPECT_EQ(Heard(">1RV150:XX"), "<1D:1:");
   EXPECT_EQ(Heard(">1WV101:1:XX"), "<1A:") << "write-only";
   EXPECT_EQ(values_.Get(6, {}), Value(std::int64_t{1}));
 }
 
-TEST_F(SpaTwinTest, TakesNoMoreDecimalsThanItHas) {
+TEST_F(SpaTwinTest, RefusesMoreDecimalsThanItHas) {
   device_.points[0].access = Access::read_write;
   device_.points[0].read = "S1";
   device_.points[0].writing.decimals = 2;
@@ -105,7 +105,7 @@ TEST_F(SpaTwinTest, GuardsWritesWithThePassword) {
   EXPECT_EQ(Heard(">1WV150:0:XX"), "<1N:7:") << "closed again";
 }
 
-TEST_F(SpaTwinTest, AnotherValueToTheClosingItemBecomesThePassword) {
+TEST_F(SpaTwinTest, AnotherValueInTheClosingItemChangesThePassword) {
   device_.options.Set("password", std::int64_t{345});
   Say(">1WV160:345:XX");
   EXPECT_EQ(Heard(">1WV161:7:XX"), "<1A:");
@@ -127,7 +127,7 @@ config::Device Talkative(const std::string& reading, FixedValues& values) {
   return device;
 }
 
-TEST(SpaRoundTrip, ContinuedRepliesInEveryReading) {
+TEST(SpaRoundTrip, ContinuedRepliesAreReadWithEveryChecksumReading) {
   for (const char* reading : {"auto", "a", "b", "c", "d"}) {
     for (const bool line_feed : {false, true}) {
       FixedValues values;
@@ -172,7 +172,7 @@ TEST(SpaRoundTrip, AWrongPasswordIsTriedOnce) {
   EXPECT_FALSE(HasValue(values.Get(0, {})));
 }
 
-TEST(SpaRoundTrip, ItemsThatTheDeviceLacksAreFoundWithoutLosingTheOthers) {
+TEST(SpaRoundTrip, MissingItemsAreFoundWithoutLosingTheOthers) {
   std::vector<config::Point> wanted;
   std::vector<config::Point> present;
   FixedValues values;

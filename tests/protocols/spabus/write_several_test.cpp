@@ -32,7 +32,7 @@ TEST(SpaWriteSeveral, IsOneRequestWithTheRange) {
   EXPECT_EQ(Hear(talk, ThreeSettings(), "<1A:").outcome, Outcome::ok);
 }
 
-TEST(SpaWriteSeveral, OnlyNeighboursThatAreReadGoTogether) {
+TEST(SpaWriteSeveral, OnlyReadableNeighboursAreWrittenTogether) {
   const auto count = [](std::int64_t most, std::vector<PointValue> writes) {
     Talk talk(SpabusProtocol(), SeveralSettings(most));
     return talk->WritesTogether(writes);
@@ -50,7 +50,7 @@ TEST(SpaWriteSeveral, OnlyNeighboursThatAreReadGoTogether) {
   EXPECT_EQ(count(8, {}), 0U);
 }
 
-TEST(SpaWriteSeveral, TheLineIsLongEnough) {
+TEST(SpaWriteSeveral, FitsIntoALine) {
   std::vector<config::Point> points;
   std::vector<PointValue> writes;
   for (int i = 1; i <= 64; ++i) {
@@ -68,7 +68,7 @@ TEST(SpaWriteSeveral, TheLineIsLongEnough) {
   EXPECT_LE(talk.Ask(task)->bytes.size(), 256U);
 }
 
-TEST(SpaWriteSeveral, ARefusalLeavesOpenWhichWereTaken) {
+TEST(SpaWriteSeveral, ARefusalLeavesTheOutcomeUnknown) {
   for (const char* refusal : {"<1N:4:", "<1N:6:", "<1N:7:", "<1N:8:", "<1N:9:"}) {
     Talk talk(SpabusProtocol(), SeveralSettings(8, 345));
     Asked(talk, ThreeSettings());
@@ -82,7 +82,7 @@ TEST(SpaWriteSeveral, ARefusalLeavesOpenWhichWereTaken) {
   }
 }
 
-TEST(SpaWriteSeveral, ABusyDeviceHasTakenNone) {
+TEST(SpaWriteSeveral, ABusyDeviceHasAcceptedNoValue) {
   for (const char* refusal : {"<1N:1:", "<1N:2:"}) {
     Talk talk(SpabusProtocol(), SeveralSettings(8));
     Asked(talk, ThreeSettings());
@@ -90,7 +90,7 @@ TEST(SpaWriteSeveral, ABusyDeviceHasTakenNone) {
   }
 }
 
-TEST(SpaWriteSeveral, ADeviceThatDoesNotUnderstandThemGetsThemOneByOne) {
+TEST(SpaWriteSeveral, ADeviceThatRefusesARangeGetsSingleWrites) {
   for (const char* refusal : {"<1N:3:", "<1N:5:"}) {
     Talk talk(SpabusProtocol(), SeveralSettings(8));
     const std::vector<PointValue> writes = {{0, Value(1.0)}, {1, Value(1.0)}};
@@ -104,7 +104,7 @@ TEST(SpaWriteSeveral, ADeviceThatDoesNotUnderstandThemGetsThemOneByOne) {
   }
 }
 
-TEST(SpaWriteSeveral, OneReadOnlyOrBadValueSendsNothing) {
+TEST(SpaWriteSeveral, AReadOnlyOrBadValueSendsNothing) {
   config::Device device = SeveralSettings(8);
   device.points[1].access = Access::read;
   Talk talk(SpabusProtocol(), std::move(device));
@@ -115,7 +115,7 @@ TEST(SpaWriteSeveral, OneReadOnlyOrBadValueSendsNothing) {
   EXPECT_TRUE(Asked(other, task).starts_with("error: 'p_S23'")) << "not even the password";
 }
 
-TEST(SpaWriteSeveral, TheTwinTakesThemUpToTheFirstThatItRefuses) {
+TEST(SpaWriteSeveral, TheTwinAcceptsValuesUpToTheFirstRefusal) {
   config::Device device = SeveralSettings(8, 345);
   device.points[1].writing.decimals = 1;
   FixedValues values;
@@ -194,14 +194,14 @@ class SpaWriteLine : public ::testing::Test {
   Value first_;                    ///< the value of S21 in the relay
 };
 
-TEST_F(SpaWriteLine, ConfirmedAndReadBack) {
+TEST_F(SpaWriteLine, AWriteIsConfirmedAndReadBack) {
   const WriteResult result = Write(Relay(345), {{0, Value(static_cast<double>(30.3F))}});
   EXPECT_EQ(result.end, WriteEnd::ok) << result.reason;
   EXPECT_TRUE(result.read_back);
   EXPECT_EQ(sent_, (Texts{">1WV160:345:", ">1WS21:30.3:", ">1WV161:345:"}));
 }
 
-TEST_F(SpaWriteLine, AClosingThatNobodyAnswersTakesNothingBack) {
+TEST_F(SpaWriteLine, AnUnansweredClosingKeepsTheOutcome) {
   Says(">1WV161:", "");
   EXPECT_EQ(Write(Relay(345), {{0, Value(0.9)}}).end, WriteEnd::ok);
   EXPECT_EQ(first_, Value(0.9));
@@ -216,7 +216,7 @@ TEST_F(SpaWriteLine, AClosingThatNobodyAnswersTakesNothingBack) {
   EXPECT_EQ(Write(Relay(345), {{0, Value(0.9)}}).end, WriteEnd::unknown);
 }
 
-TEST_F(SpaWriteLine, WithoutAnAnswerToThePasswordNothingWasSent) {
+TEST_F(SpaWriteLine, WithoutAReplyToThePasswordNothingIsWritten) {
   Says(">1WV160:", "");
   EXPECT_EQ(Write(Relay(345), {{0, Value(0.9)}}).end, WriteEnd::not_sent);
   // The first reply to the closing request may be the late reply to the opening one.
@@ -224,13 +224,13 @@ TEST_F(SpaWriteLine, WithoutAnAnswerToThePasswordNothingWasSent) {
   EXPECT_EQ(first_, Value(1.0));
 }
 
-TEST_F(SpaWriteLine, SilenceToTheWriteLeavesItOpen) {
+TEST_F(SpaWriteLine, SilenceToAWriteIsAnUnknownOutcome) {
   Says(">1WS21:", "");
   EXPECT_EQ(Write(Relay(0), {{0, Value(0.9)}}).end, WriteEnd::unknown);
   EXPECT_EQ(sent_, (Texts{">1WS21:0.9:"})) << "it is not repeated";
 }
 
-TEST_F(SpaWriteLine, RefusedOrBusy) {
+TEST_F(SpaWriteLine, ANackEndsTheWriteAsRefusedOrBusy) {
   for (const auto& [nack, end] : {std::pair("<1N:8:", WriteEnd::refused),
                                   {"<1N:6:", WriteEnd::refused},
                                   {"<1N:1:", WriteEnd::busy},
@@ -240,14 +240,14 @@ TEST_F(SpaWriteLine, RefusedOrBusy) {
   }
 }
 
-TEST_F(SpaWriteLine, SeveralGoInOneRequestWhereTheyMay) {
+TEST_F(SpaWriteLine, SeveralValuesAreWrittenInOneRequestIfAllowed) {
   const WriteResult result =
       Write(Relay(345, 8), {{0, Value(0.9)}, {1, Value(1.2)}, {2, Value(3.0)}});
   EXPECT_EQ(result.end, WriteEnd::ok) << result.reason;
   EXPECT_EQ(sent_, (Texts{">1WV160:345:", ">1WS21/23:0.9/1.2/3:", ">1WV161:345:"}));
 }
 
-TEST_F(SpaWriteLine, SeveralThatAreRefusedAreInDoubt) {
+TEST_F(SpaWriteLine, ARefusalOfSeveralValuesIsAnUnknownOutcome) {
   Says(">1WS21/23:", "<1N:8:");
   const WriteResult result =
       Write(Relay(0, 8), {{0, Value(0.9)}, {1, Value(1.2)}, {2, Value(3.0)}});
@@ -256,7 +256,7 @@ TEST_F(SpaWriteLine, SeveralThatAreRefusedAreInDoubt) {
   EXPECT_NE(result.reason.find("nobody knows which"), std::string::npos) << result.reason;
 }
 
-TEST_F(SpaWriteLine, OneByOneTheFirstRefusalEndsThem) {
+TEST_F(SpaWriteLine, TheFirstRefusalEndsSingleWrites) {
   Says(">1WS22:", "<1N:8:");
   const WriteResult result = Write(Relay(0), {{0, Value(0.9)}, {1, Value(1.2)}, {2, Value(3.0)}});
   EXPECT_EQ(result.end, WriteEnd::refused);

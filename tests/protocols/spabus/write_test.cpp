@@ -25,14 +25,14 @@ TEST(SpaWrite, WithoutPasswordIsOneExchange) {
   EXPECT_EQ(answer.then, Then::done);
 }
 
-TEST(SpaWrite, UsesTheWriteAddressWhereItDiffers) {
+TEST(SpaWrite, UsesTheWriteAddressOfThePoint) {
   config::Device device = Device(0);
   device.points[0].write = "S1";
   Talk talk(SpabusProtocol(), std::move(device));
   EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WS1:1");
 }
 
-TEST(SpaWrite, RefusalNamesCodeAndMeaning) {
+TEST(SpaWrite, ARefusalIsReportedWithCodeAndMeaning) {
   Talk talk(SpabusProtocol(), Device(0));
   Asked(talk, kWrite);
   const Answer answer = Hear(talk, kWrite, "<1N:8:");
@@ -91,7 +91,7 @@ TEST(SpaWrite, ClosesAfterSilence) {
   }
 }
 
-TEST(SpaWrite, ClosesWhenItsTimeWasOverBeforeTheValueWasSent) {
+TEST(SpaWrite, ClosesAfterADeadlineBeforeTheValueWasSent) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   Hear(talk, kWrite, "<1A:");
@@ -103,14 +103,14 @@ TEST(SpaWrite, ClosesWhenItsTimeWasOverBeforeTheValueWasSent) {
   EXPECT_EQ(answer.reason, "it was not sent");
 }
 
-TEST(SpaWrite, ClosesAfterAStrangersAnswer) {
+TEST(SpaWrite, ClosesAfterAReplyOfAnotherDevice) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   EXPECT_EQ(talk.Fail(kWrite, Outcome::unexpected), Then::ask_again);
   EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
 }
 
-TEST(SpaWrite, ClosesOnceMoreWhenTheClosingIsLost) {
+TEST(SpaWrite, RepeatsALostClosingOnce) {
   Talk talk(SpabusProtocol(), Device(345));
   for (int step = 0; step < 2; ++step) {
     Asked(talk, kWrite);
@@ -122,7 +122,7 @@ TEST(SpaWrite, ClosesOnceMoreWhenTheClosingIsLost) {
   EXPECT_EQ(talk.Fail(kWrite, Outcome::no_reply), Then::done);
 }
 
-TEST(SpaWrite, ARefusedPasswordIsNotSentAgainBeforeSomebodyHasLooked) {
+TEST(SpaWrite, ARefusedPasswordIsNotSentUntilTheDeviceIsEnabledAgain) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   const Answer answer = Hear(talk, kWrite, "<1N:7:");
@@ -137,7 +137,7 @@ TEST(SpaWrite, ARefusedPasswordIsNotSentAgainBeforeSomebodyHasLooked) {
   EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345");
 }
 
-TEST(SpaWrite, ADeviceWithoutPasswordItemHasRefusedNone) {
+TEST(SpaWrite, ADeviceWithoutPasswordItemIsReportedAndRetried) {
   for (const char* reply : {"<1N:5:", "<1N:6:"}) {
     Talk talk(SpabusProtocol(), Device(345));
     Asked(talk, kWrite);
@@ -148,7 +148,7 @@ TEST(SpaWrite, ADeviceWithoutPasswordItemHasRefusedNone) {
   }
 }
 
-TEST(SpaWrite, ABusyOrDisturbedDeviceHasNotRefusedThePassword) {
+TEST(SpaWrite, ABusyOrDisturbedDeviceGetsThePasswordAgain) {
   for (const char* reply : {"<1N:0:", "<1N:1:", "<1N:2:"}) {
     Talk talk(SpabusProtocol(), Device(345));
     Asked(talk, kWrite);
@@ -159,7 +159,7 @@ TEST(SpaWrite, ABusyOrDisturbedDeviceHasNotRefusedThePassword) {
   }
 }
 
-TEST(SpaWrite, ADamagedWriteStillGetsBothClosings) {
+TEST(SpaWrite, ADamagedWriteIsClosedWithARetry) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   Hear(talk, kWrite, "<1A:");
@@ -174,7 +174,7 @@ TEST(SpaWrite, ADamagedWriteStillGetsBothClosings) {
   EXPECT_EQ(closed.then, Then::done);
 }
 
-TEST(SpaWrite, OnlyTheClosingHasToBeSentWhateverHappens) {
+TEST(SpaWrite, OnlyTheClosingIsMarkedAsMandatory) {
   Talk talk(SpabusProtocol(), Device(345));
   for (const bool closes : {false, false, true}) {
     const std::string asked = Asked(talk, kWrite);
@@ -199,7 +199,7 @@ struct Course {
 
 class SpaWriteEnd : public ::testing::TestWithParam<Course> {};
 
-TEST_P(SpaWriteEnd, IsTold) {
+TEST_P(SpaWriteEnd, HasTheOutcomeOfItsReplies) {
   const Course& course = GetParam();
   Talk talk(SpabusProtocol(), Device(course.password));
   bool sent = false;
@@ -249,10 +249,10 @@ const Course kCourses[] = {
     {"guarded_bad_value", 345, {"<1A:", "<1N:8:", "<1A:"}, Outcome::refused, true},
     {"guarded_busy", 345, {"<1A:", "<1N:1:", "<1A:"}, Outcome::busy, true},
     {"guarded_buffer_full", 345, {"<1A:", "<1N:2:", "<1A:"}, Outcome::busy, true},
-    {"guarded_not_now", 345, {"<1A:", "<1N:7:", "<1A:"}, Outcome::busy, true},
+    {"guarded_needs_a_password", 345, {"<1A:", "<1N:7:", "<1A:"}, Outcome::busy, true},
     {"guarded_other_error", 345, {"<1A:", "<1N:9:", "<1A:"}, Outcome::busy, true},
-    {"password_unheard", 345, {"", "<1A:"}, Outcome::no_reply, false},
-    {"password_unheard_nor_closed", 345, {"", "", ""}, Outcome::no_reply, false},
+    {"password_unanswered", 345, {"", "<1A:"}, Outcome::no_reply, false},
+    {"password_and_closing_unanswered", 345, {"", "", ""}, Outcome::no_reply, false},
     {"password_damaged", 345, {"<1N:0:", "<1A:"}, Outcome::corrupt, false},
     {"password_refused", 345, {"<1N:7:"}, Outcome::refused, false},
     {"password_busy", 345, {"<1N:1:"}, Outcome::busy, false},
@@ -300,7 +300,7 @@ TEST(SpaWrite, APasswordLeftOpenIsClosedBeforeTheFirstPoll) {
   }
 }
 
-TEST(SpaWrite, ARefusedClosingMeansThatNothingIsOpen) {
+TEST(SpaWrite, ARefusedClosingMeansThatTheSessionIsClosed) {
   Interrupted relay(0);
   ASSERT_FALSE(relay.is_open()) << "the password was sent and did not arrive";
   EXPECT_EQ(relay.talk.Exchange(kPoll, *relay.twin).then, Then::ask_again);
@@ -309,7 +309,7 @@ TEST(SpaWrite, ARefusedClosingMeansThatNothingIsOpen) {
   EXPECT_EQ(relay.talk->Queries().size(), 2U) << "V161 was not taken for a point";
 }
 
-TEST(SpaWrite, AnUnansweredClosingDoesNotKeepThePollsAway) {
+TEST(SpaWrite, AnUnansweredClosingDoesNotBlockPolls) {
   Interrupted relay(1);
   for (const bool closes : {true, true, false, false}) {
     Asked(relay.talk, kPoll);
@@ -322,7 +322,7 @@ TEST(SpaWrite, AnUnansweredClosingDoesNotKeepThePollsAway) {
   EXPECT_FALSE(relay.is_open()) << "it has come back";
 }
 
-TEST(SpaWrite, ProbesAndTheNextWriteGoAheadOfTheClosing) {
+TEST(SpaWrite, ProbesAndTheNextWritePrecedeTheClosing) {
   Interrupted relay(1);
   const Task probe{.kind = Task::Kind::probe};
   EXPECT_TRUE(Asked(relay.talk, probe).starts_with(">1RF:"));
@@ -332,7 +332,7 @@ TEST(SpaWrite, ProbesAndTheNextWriteGoAheadOfTheClosing) {
   EXPECT_FALSE(relay.talk.request().closes);
 }
 
-TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
+TEST(SpaWrite, LostClosingsAreRepeatedBeforeTheNextPoll) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   for (int closing = 0; closing < 2; ++closing) {
@@ -346,7 +346,7 @@ TEST(SpaWrite, LostClosingsAreMadeUpForByTheNextPoll) {
 }
 
 /// A closing request that waits behind a probe, or is parked, is asked for again.
-TEST(SpaWrite, AClosingThatWasNotSentIsOwedAsBefore) {
+TEST(SpaWrite, AnUnsentClosingStaysPending) {
   Interrupted relay(1);
   for (int asked = 0; asked < 5; ++asked) {
     Asked(relay.talk, kPoll);
@@ -359,21 +359,21 @@ TEST(SpaWrite, AClosingThatWasNotSentIsOwedAsBefore) {
 }
 
 /// The write was forbidden at the last moment, and the conversation does not notice.
-TEST(SpaWrite, AWriteThatWasNotSentLeavesNothingOpen) {
+TEST(SpaWrite, AnUnsentWriteIsClosedBeforeTheNextPoll) {
   Interrupted relay(1);
   Asked(relay.talk, kWrite);
   relay.talk.Run(kPoll, *relay.twin);
   EXPECT_FALSE(relay.is_open());
 }
 
-TEST(SpaWrite, AWriteThatWasNotSentSettlesNothing) {
+TEST(SpaWrite, AnUnsentWriteLeavesTheSessionOpen) {
   Talk talk(SpabusProtocol(), Device(345));
   talk->OnUnsettledWrite();
   Asked(talk, kWrite);
   EXPECT_EQ(Body(Asked(talk, kPoll)), ">1WV160:345") << "is it the right one?";
 }
 
-TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
+TEST(SpaWrite, AnUnsettledWriteBeforeARestartIsClosed) {
   Interrupted relay(1);
   ASSERT_TRUE(relay.is_open());
   Talk again(SpabusProtocol(), Device(345));
@@ -388,7 +388,7 @@ TEST(SpaWrite, AWriteBeforeARestartMayHaveLeftItOpen) {
 }
 
 /// The audit reports the open write only at the first start.
-TEST(SpaWrite, ADeviceThatIsSilentOverASecondRestartIsClosedAfterIt) {
+TEST(SpaWrite, ADeviceSilentOverASecondRestartIsClosedAfterwards) {
   Interrupted relay(1);
   ASSERT_TRUE(relay.is_open());
   EXPECT_FALSE(relay.talk->Memory().empty()) << "before it is closed";
@@ -406,7 +406,7 @@ TEST(SpaWrite, ADeviceThatIsSilentOverASecondRestartIsClosedAfterIt) {
   EXPECT_EQ(second->Memory(), "");
 }
 
-TEST(SpaWrite, WhatIsUnsettledIsClosedOnlyWithAPasswordThatFits) {
+TEST(SpaWrite, AnUnsettledWriteIsClosedOnlyWithTheRightPassword) {
   for (const std::int64_t password : {0, 346}) {
     Interrupted relay(1);
     Talk again(SpabusProtocol(), Device(password));
@@ -418,7 +418,7 @@ TEST(SpaWrite, WhatIsUnsettledIsClosedOnlyWithAPasswordThatFits) {
   }
 }
 
-TEST(SpaWrite, AnUnsettledWriteOfASilentDeviceDoesNotKeepThePollsAway) {
+TEST(SpaWrite, AnUnsettledWriteOfASilentDeviceDoesNotBlockPolls) {
   Talk talk(SpabusProtocol(), Device(345));
   talk->OnUnsettledWrite();
   for (const bool opens : {true, true, false}) {
@@ -427,7 +427,7 @@ TEST(SpaWrite, AnUnsettledWriteOfASilentDeviceDoesNotKeepThePollsAway) {
   }
 }
 
-TEST(SpaWrite, ARefusedPasswordIsNotClosedEither) {
+TEST(SpaWrite, AWriteWithARefusedPasswordIsNotClosed) {
   Talk talk(SpabusProtocol(), Device(345));
   Asked(talk, kWrite);
   Hear(talk, kWrite, "<1N:7:");

@@ -48,14 +48,14 @@ MATCHER(StartsWithIt, "") { return std::get<0>(arg).starts_with(std::get<1>(arg)
 
 class ShippedProfile : public ::testing::TestWithParam<config::ProfileFile> {};
 
-TEST_P(ShippedProfile, SaysWhatItsTableSays) {
+TEST_P(ShippedProfile, MatchesItsTable) {
   const Table table = TableOf(NameOf(GetParam()));
   ASSERT_FALSE(table.rows.empty()) << "no table for " << NameOf(GetParam());
   EXPECT_THAT(Differences(LoadShipped(GetParam()), table), IsEmpty());
 }
 
 /// Changes one field of every row: exactly that field of each row must be reported.
-TEST_P(ShippedProfile, AnyTurnedFieldIsFound) {
+TEST_P(ShippedProfile, EveryChangedFieldIsFound) {
   const Table table = TableOf(NameOf(GetParam()));
   const config::Profile profile = LoadShipped(GetParam());
   const std::map<std::string, void (*)(config::Point&)> turns = {
@@ -111,7 +111,7 @@ TEST(Tables, EveryTableHasAProfile) {
 }
 
 /// Rows that no reference confirms. A new row of that kind changes a number here.
-TEST(Tables, SoManyRowsAreNotCertain) {
+TEST(Tables, UncertainRowsAreCounted) {
   struct Doubt {
     int inferred;
     int unsourced;
@@ -183,7 +183,7 @@ TEST(Tables, AMissingAndAnExtraPointAreNamed) {
       ElementsAre("toy/small: point q: in the table, but not in the profile"));
 }
 
-TEST(Tables, ATurnedFieldIsASentence) {
+TEST(Tables, AChangedFieldIsDescribed) {
   config::Profile profile = SmallProfile();
   profile.points[0].unit.clear();
   profile.points[0].access = config::Access::read_write;
@@ -192,7 +192,7 @@ TEST(Tables, ATurnedFieldIsASentence) {
                           "toy/small: point p: access is 'rw', the table says 'r'"));
 }
 
-TEST(Tables, ATextMayBeLongerThanDemanded) {
+TEST(Tables, ATextMayBeLongerThanInTheTable) {
   config::Profile profile = SmallProfile();
   profile.points[0].type = config::Type::string;
   profile.points[0].text_length = 8;
@@ -222,7 +222,7 @@ TEST(Tables, OptionsAreCompared) {
               ElementsAre("toy/small: option over: in the table, but not in the profile"));
 }
 
-TEST(Tables, WhatIsNoTableIsToldByItsLine) {
+TEST(Tables, ErrorsOfATableAreReportedWithTheirLine) {
   const auto problems = [](const std::string& text) {
     std::vector<std::string> found;
     ReadTable(text, "small.table", found);

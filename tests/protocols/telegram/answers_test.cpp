@@ -51,7 +51,7 @@ Outcome OutcomeOfAnswer(const config::Device& device, const std::string& request
   return AnswerTo(TelegramProtocol(), device, ToBytes(request), ToBytes(answer)).outcome;
 }
 
-TEST(TelegramAnswers, AByteInTheWreckOfAnotherTelegramConfirmsAndRefusesNothing) {
+TEST(TelegramAnswers, AByteOfADamagedTelegramConfirmsAndRefusesNothing) {
   const config::Device device = Described(kBisync);
   const std::string write =
       "\x04"
@@ -93,7 +93,7 @@ points:
   - { name: b, read: values.b, type: uint16 }
 )";
 
-TEST(TelegramAnswers, ANoiseByteShiftsNoBareFields) {
+TEST(TelegramAnswers, ANoiseByteDoesNotShiftFieldsWithoutSeparators) {
   const config::Device device = Described(kBare);
   const auto said = [&](const char* bytes) {
     return Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("V"), *ParseHex(bytes)));
@@ -104,7 +104,7 @@ TEST(TelegramAnswers, ANoiseByteShiftsNoBareFields) {
   EXPECT_EQ(said("00 01 00"), "partial");
 }
 
-TEST(TelegramAnswers, AByteThatIsAStatusConcernsAllValues) {
+TEST(TelegramAnswers, AStatusByteAppliesToAllValues) {
   const config::Device device = Described(R"(
 device: sensor
 telegrams:
@@ -134,7 +134,7 @@ points:
   EXPECT_FALSE(unknown.remedy.empty()) << "status quotes it with that";
 }
 
-TEST(TelegramAnswers, ADecimalCommaIsSeen) {
+TEST(TelegramAnswers, ADecimalCommaIsReported) {
   const config::Device device = Described(R"(
 device: scale
 telegrams:
@@ -159,7 +159,7 @@ points:
   EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('+1,25E+01\\r')");
 }
 
-TEST(TelegramAnswers, AFieldThatStandsTwiceSaysTheSame) {
+TEST(TelegramAnswers, ARepeatedFieldMustHaveEqualValues) {
   const config::Device device = Described(kBisync);
   Talk talk(TelegramProtocol(), device);
   EXPECT_EQ(AsText(talk.Ask(Poll(0))->bytes),
@@ -172,7 +172,7 @@ TEST(TelegramAnswers, AFieldThatStandsTwiceSaysTheSame) {
       << "no telegram of the description";
 }
 
-TEST(TelegramAnswers, OfTelegramsThatLookAlikeTheLiteralOneIsMeant) {
+TEST(TelegramAnswers, OfSimilarTelegramsTheLiteralOneMatches) {
   const config::Device device = Described(kBisync);
   EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device,
                                   ToBytes("\x04"
@@ -187,7 +187,7 @@ TEST(TelegramAnswers, OfTelegramsThatLookAlikeTheLiteralOneIsMeant) {
   EXPECT_NE(request.error().find("is the telegram 'status'"), std::string::npos) << request.error();
 }
 
-TEST(TelegramWrites, WhatTheFormatCannotExpressIsNotSent) {
+TEST(TelegramWrites, AnInexpressibleValueIsNotSent) {
   Talk talk(TelegramProtocol(), Described(kBisync));
   EXPECT_TRUE(talk.Ask(Write(1, 24.5)));
   const auto refused = talk.Ask(Write(1, 24.96));
@@ -196,7 +196,7 @@ TEST(TelegramWrites, WhatTheFormatCannotExpressIsNotSent) {
   EXPECT_EQ(talk.asked.size(), 1U);
 }
 
-TEST(TelegramTwin, AnswersEachParameterByItsOwnExampleAndShowsWhatWasWritten) {
+TEST(TelegramTwin, AnswersEachParameterByItsExampleAndReturnsWrites) {
   const config::Device device = Described(kBisync);
   FixedValues values;
   const auto twin = TelegramProtocol().make_twin(device, values);
@@ -222,7 +222,7 @@ TEST(TelegramTwin, AnswersEachParameterByItsOwnExampleAndShowsWhatWasWritten) {
 }
 
 /// The value is bad, and the finding quotes the text in its place.
-TEST(TelegramAnswers, WhyANumberIsNone) {
+TEST(TelegramAnswers, AnInvalidNumberIsExplained) {
   const struct {
     std::string format;
     std::string came;
@@ -262,7 +262,7 @@ std::string Read(const config::Device& device, const std::string& request,
   return Said(device, AnswerTo(TelegramProtocol(), device, ToBytes(request), ToBytes(answer)));
 }
 
-TEST(TelegramCodes, AnOverloadIsOneHoweverFarBeyondItLies) {
+TEST(TelegramCodes, EveryValueBeyondTheOverloadCodeIsAnOverload) {
   const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
   const std::pair<const char*, const char*> kRows[] = {
       {"+9.90000000E+37", "bad: sensor failure, over range"},
@@ -315,7 +315,7 @@ TEST(TelegramAnswers, BlanksBehindANumberNeedAnExample) {
   }
 }
 
-TEST(TelegramCodes, ARangeIsPartOfANumbersCodes) {
+TEST(TelegramCodes, ACodeMayBeARangeOfNumbers) {
   const struct {
     const char* format;
     const char* codes;
@@ -358,7 +358,7 @@ TEST(TelegramCodes, ARangeIsPartOfANumbersCodes) {
   }
 }
 
-TEST(TelegramCodes, ACodeThatCannotComeIsAnError) {
+TEST(TelegramCodes, AnImpossibleCodeIsAnError) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"decimal", "'999..900': over", "larger"},
       {"decimal", "'900..x': over", "is no range"},
@@ -373,7 +373,7 @@ TEST(TelegramCodes, ACodeThatCannotComeIsAnError) {
   }
 }
 
-TEST(TelegramTwin, SaysTheCodeOfAValueThatIsNone) {
+TEST(TelegramTwin, SendsTheCodeOfAnInvalidValue) {
   const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
   FixedValues values;
   const auto twin = TelegramProtocol().make_twin(device, values);
@@ -393,7 +393,7 @@ std::string ProfileOfTheReadme() {
   return text.substr(begin, text.find("```", begin) - begin);
 }
 
-TEST(TelegramUnits, TheBalanceOfTheReadmeIsGoodInItsOwnUnitOnly) {
+TEST(TelegramUnits, TheBalanceOfTheReadmeAcceptsOnlyItsOwnUnit) {
   const config::Device device = Described(ProfileOfTheReadme());
   EXPECT_EQ(Read(device, "SI\r\n", "S S     100.00 g\r\n"), "weight 100 good; stable true good");
   for (const char* answer : {"S S    0.10000 kg\r\n", "S S     100.00 G\r\n",
@@ -410,7 +410,7 @@ config::LoadedProfile WithReceive(const std::string& receive, const std::string&
 }
 
 /// Without codes the unit must be that of the first example; other units need a code.
-TEST(TelegramUnits, AUnitWithoutCodesIsThatOfTheFirstExample) {
+TEST(TelegramUnits, AUnitWithoutCodesMustMatchTheFirstExample) {
   const std::string first = "{ send: 'W\\r', receive: '12.5 g\\r', w: 12.5 }";
   const auto loaded = WithReceive("{w:decimal} {unit:word}", first);
   ASSERT_TRUE(loaded.ok());
@@ -460,7 +460,7 @@ constexpr UnitRow kUnitRows[] = {
 };
 
 /// A point with another unit than the good code would show 99 g as 99 kg.
-TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
+TEST(TelegramUnits, APointMustHaveTheUnitOfItsTelegram) {
   for (const UnitRow& row : kUnitRows) {
     const std::string codes =
         *row.codes != 0 ? std::string("    codes: { ") + row.codes + " }\n" : "";
@@ -478,7 +478,7 @@ TEST(TelegramUnits, APointHasTheUnitThatComesWithItsNumber) {
 }
 
 /// The device overrides units and parameters of its profile.
-TEST(TelegramUnits, ADeviceThatOverridesTheUnitIsAskedToCorrectIt) {
+TEST(TelegramUnits, AnOverriddenUnitOfADeviceIsReported) {
   const auto faults = [](const char* profile, const char* point, const char* unit,
                          const config::Pairs& parameters) {
     config::Device device = ShippedDevice(TelegramProtocol(), profile);
@@ -496,7 +496,7 @@ TEST(TelegramUnits, ADeviceThatOverridesTheUnitIsAskedToCorrectIt) {
   EXPECT_EQ(faults(kWeather, "wind_speed", "kn", {{"speed_unit", "M"}}), 1U);
 }
 
-TEST(TelegramUnits, ATextBesideANumberThatNothingJudgesIsDoubted) {
+TEST(TelegramUnits, AnUncheckedTextNextToANumberIsWarnedAbout) {
   const std::tuple<const char*, const char*, const char*, bool> kRows[] = {
       {"{w:decimal} {u:word}", "12.5 g", "", true},
       {"{w:6decimal}{u:3text}", "  12.5 g ", "", true},

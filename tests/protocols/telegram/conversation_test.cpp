@@ -95,7 +95,7 @@ Answer Play(Talk& talk, const Task& task, Texts answers) {
   return answer;
 }
 
-TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
+TEST(TelegramExchange, PerformsAllStepsOfASession) {
   Talk talk(TelegramProtocol(), Meter());
   Answer answer = Play(talk, Poll(0), {"OK\r", "SEL 3\r", "E=+0012.5 81\r"});
   EXPECT_EQ(answer.outcome, Outcome::ok) << answer.reason;
@@ -109,7 +109,7 @@ TEST(TelegramExchange, WakesLogsInSelectsReadsAndAcknowledges) {
   EXPECT_EQ(Shown(talk.asked), (Texts{kWake, kLogin, "/0103\r", "?E\r", "\x06"}));
 }
 
-TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
+TEST(TelegramExchange, ValuesOfOneTelegramAreReadTogether) {
   const config::Device device = Meter();
   Talk talk(TelegramProtocol(), device);
   Answer answer;
@@ -125,7 +125,7 @@ TEST(TelegramExchange, WhatIsReadTogetherBelongsTogether) {
             "corrupt");
 }
 
-TEST(TelegramExchange, TheAnswerRepeatsWhatWasSent) {
+TEST(TelegramExchange, TheReplyMustRepeatTheSentValue) {
   const config::Device device = Meter();
   const auto heard = [&](const char* answer) {
     return AnswerTo(TelegramProtocol(), device, ToBytes("/0103\r"), ToBytes(answer)).outcome;
@@ -137,7 +137,7 @@ TEST(TelegramExchange, TheAnswerRepeatsWhatWasSent) {
   EXPECT_EQ(Play(talk, Write(3, std::int64_t{50}), {"L=051\r"}).outcome, Outcome::unexpected);
 }
 
-TEST(TelegramExchange, AStepThatFailsEndsItAndNothingElseIsSent) {
+TEST(TelegramExchange, AFailedStepEndsTheExchangeAndClosesTheSession) {
   Talk talk(TelegramProtocol(), Meter());
   const Answer answer = Play(talk, Poll(0), {"OK\r", ""});
   EXPECT_FALSE(ProvesLife(answer.outcome));
@@ -145,7 +145,7 @@ TEST(TelegramExchange, AStepThatFailsEndsItAndNothingElseIsSent) {
       << "what was begun is closed";
 }
 
-TEST(TelegramExchange, PausesAndPatienceStandInTheRequest) {
+TEST(TelegramExchange, PausesAndReplyTimesAreSetInTheRequest) {
   Talk talk(TelegramProtocol(), Meter());
   talk.Ask(Poll(0));
   talk->OnSent(Poll(0), talk.request(), {});
@@ -156,7 +156,7 @@ TEST(TelegramExchange, PausesAndPatienceStandInTheRequest) {
   EXPECT_EQ(talk.Ask(Poll(0))->reply, Duration(2s));
 }
 
-TEST(TelegramWrites, AreSentOnceAndHaveNoRoomForOtherBytes) {
+TEST(TelegramWrites, AreNotRepeatableAndRefuseOtherValues) {
   Talk talk(TelegramProtocol(), Meter());
   EXPECT_FALSE(talk.Ask(Write(3, std::int64_t{50}))->expect.repeatable);
   EXPECT_FALSE(talk.Ask(Write(3, std::int64_t{1000}))) << "three digits";
@@ -166,7 +166,7 @@ TEST(TelegramWrites, AreSentOnceAndHaveNoRoomForOtherBytes) {
   EXPECT_TRUE(talk.Ask(Poll(1))->expect.repeatable);
 }
 
-TEST(TelegramSecrets, ThePasswordIsMaskedWhereverItStands) {
+TEST(TelegramSecrets, ThePasswordIsMaskedEverywhere) {
   const config::Device device = Meter();
   const Expectation expect = Expect(ToBytes(kLogin), ReadSettings(device.options));
   ASSERT_EQ(expect.secrets.size(), 1U);
@@ -178,7 +178,7 @@ TEST(TelegramSecrets, ThePasswordIsMaskedWhereverItStands) {
   EXPECT_FALSE(TelegramProtocol().faults(wrong).empty());
 }
 
-TEST(TelegramParameters, AreNamedWhereTheyAreMissing) {
+TEST(TelegramParameters, MissingParametersAreNamed) {
   config::Device device = Meter();
   EXPECT_TRUE(TelegramProtocol().faults(device).empty());
   device.options.Set("parameters", config::Pairs{{"usr", "P1"}});
@@ -202,7 +202,7 @@ points:
   - { name: weight, read: weight.weight, type: float32 }
 )";
 
-TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
+TEST(TelegramNumbers, CharactersNextToACutNumberMakeItBad) {
   const config::Device device = Described(kPlaced);
   const std::pair<const char*, const char*> kRows[] = {
       {"ST,G 12.50 kg \r", "weight 12.5 good"},
@@ -226,7 +226,7 @@ TEST(TelegramNumbers, WhatBelongsToACutNumberSpoilsIt) {
   }
 }
 
-TEST(TelegramNumbers, ThatLostTheirFrontAreNeverGood) {
+TEST(TelegramNumbers, WithoutTheirFirstCharactersAreNeverGood) {
   const config::Device device = ShippedDevice(TelegramProtocol(), "scpi-instrument");
   const std::string whole = "-1.23456789E-03\r\n";
   EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("READ?\n"), ToBytes(whole))),
@@ -262,7 +262,7 @@ points:
   - { name: fault, read: 'data.status[b2]', type: bool }
 )";
 
-TEST(TelegramFields, StandWhereTheirPlaceSays) {
+TEST(TelegramFields, AreReadFromTheirPlace) {
   const config::Device device = Described(kByPlace);
   const auto said = [&](const char* answer) {
     return Said(device,
@@ -287,7 +287,7 @@ telegrams:
 points: [ { name: value, read: value.value, type: float32 } ]
 )";
 
-TEST(TelegramIdentity, IsAskedBeforeTheFirstPollAndBehindSilence) {
+TEST(TelegramIdentity, IsReadBeforeTheFirstPollAndAfterSilence) {
   Talk talk(TelegramProtocol(), Described(kNamed));
   EXPECT_EQ(Play(talk, Poll(0), {"ID ACME 7\r", "=+5\r"}).outcome, Outcome::ok);
   EXPECT_EQ(Shown(talk.asked), (Texts{"N\r", "V\r"}));
@@ -297,7 +297,7 @@ TEST(TelegramIdentity, IsAskedBeforeTheFirstPollAndBehindSilence) {
   EXPECT_TRUE(talk.Ask(Probe())->steady);
 }
 
-TEST(TelegramIdentity, ADeviceThatDoesNotTellItIsPolledAllTheSame) {
+TEST(TelegramIdentity, ADeviceWithoutItIsStillPolled) {
   Talk talk(TelegramProtocol(), Described(kNamed));
   const Answer answer = Play(talk, Poll(0), {"", "=+5\r"});
   EXPECT_EQ(Shown(talk.asked), (Texts{"N\r", "V\r"}));
@@ -322,7 +322,7 @@ std::vector<std::string> ProfileNames() {
 
 class TelegramProfile : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(TelegramProfile, IsAnsweredByItsTwinPointForPoint) {
+TEST_P(TelegramProfile, EveryPointIsAnsweredByTheTwin) {
   const auto loaded = config::LoadProfile(GetParam(), TelegramProtocol(), Installed());
   for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
   const config::Device device =
@@ -378,7 +378,7 @@ INSTANTIATE_TEST_SUITE_P(Shipped, TelegramProfile, ::testing::ValuesIn(ProfileNa
                            return name;
                          });
 
-TEST(TelegramProfiles, TheNamedOnesAreShipped) {
+TEST(TelegramProfiles, DocumentedProfilesAreShipped) {
   const std::vector<std::string> names = ProfileNames();
   for (const char* name : {"mt-sics", "nmea-0183-weather", "scpi-instrument",
                            "owen-mv110-8a-telegrams", "lauda-thermostat"}) {
@@ -386,7 +386,7 @@ TEST(TelegramProfiles, TheNamedOnesAreShipped) {
   }
 }
 
-TEST(TelegramTwin, IsSilentToOthersAndAnswersInAnothersNameIfTold) {
+TEST(TelegramTwin, IsSilentToOtherAddressesAndMayReplyAsAnother) {
   const config::Device device = Described(kByPlace);
   FixedValues values;
   const auto twin = TelegramProtocol().make_twin(device, values);

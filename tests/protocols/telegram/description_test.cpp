@@ -37,7 +37,9 @@ std::string Sentences(const config::LoadedProfile& loaded) {
   return text;
 }
 
-TEST(TelegramDescription, AGoodOneHasNoProblem) { EXPECT_EQ(Sentences(LoadText(kGood)), ""); }
+TEST(TelegramDescription, AValidDescriptionHasNoProblem) {
+  EXPECT_EQ(Sentences(LoadText(kGood)), "");
+}
 
 constexpr char kStatus[] = R"(device: d
 telegrams:
@@ -52,7 +54,7 @@ points:
   - { name: flag, read: 'data(node=0111).flags[b15]', type: bool }
 )";
 
-TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
+TEST(TelegramDescription, EveryErrorIsReportedWithItsPlace) {
   EXPECT_EQ(Sentences(LoadText(kStatus)), "");
   const auto cases = ReadFileCases("tests/protocols/telegram/description.txt");
   EXPECT_GT(cases.size(), 40U);
@@ -78,7 +80,7 @@ TEST(TelegramDescription, EveryErrorIsASentenceWithItsPlace) {
 }
 
 /// An answer without check value needs the permission of the description, or fixed bytes.
-TEST(TelegramDescription, AnAnswerHasNoCheckValueOnlyIfThatIsSaid) {
+TEST(TelegramDescription, AReplyWithoutCheckValueNeedsPermission) {
   const auto said = [](const std::string& checksum, const std::string& receive) {
     return Sentences(LoadText(
         "device: d\ntelegrams:\n  a:\n    send: 'R{node:1text}{checksum:02X}'\n    checksum: " +
@@ -92,7 +94,7 @@ TEST(TelegramDescription, AnAnswerHasNoCheckValueOnlyIfThatIsSaid) {
   EXPECT_EQ(said("{ kind: xor8, answers: no }", "\\x06{v:1d}").find(wrong), std::string::npos);
 }
 
-TEST(TelegramDoubts, AreToldWhereAValueWouldBeBadOrShifted) {
+TEST(TelegramDoubts, WarnOfBadOrShiftedValues) {
   const std::pair<const char*, const char*> kRows[] = {
       {"read: data(node=0111).flags, type: uint16", ""},
       {"read: data(node=0111).flags, type: int16", "has type int16, which cannot hold all"},
@@ -116,7 +118,7 @@ TEST(TelegramDoubts, AreToldWhereAValueWouldBeBadOrShifted) {
   }
 }
 
-TEST(TelegramDescription, WhatAllDevicesLackHasItsFileAndNoEcho) {
+TEST(TelegramDescription, AnErrorOfAllDevicesIsReportedOnceWithItsFile) {
   std::string text = kGood;
   text.replace(0, 10, "device: d\nparameters: { nod: 1 }\n");
   EXPECT_EQ(Sentences(LoadText(text)),
@@ -126,7 +128,7 @@ TEST(TelegramDescription, WhatAllDevicesLackHasItsFileAndNoEcho) {
             std::string::npos);
 }
 
-TEST(TelegramDescription, AllErrorsAreSaidAtOnce) {
+TEST(TelegramDescription, AllErrorsAreReportedAtOnce) {
   std::string text = kGood;
   text.replace(text.find("sum8"), 4, "sum9");
   text.replace(text.find("good"), 4, "goood");
@@ -135,7 +137,7 @@ TEST(TelegramDescription, AllErrorsAreSaidAtOnce) {
 }
 
 /// Damaged texts: none crashes the program or is accepted wrongly; each error is one line.
-TEST(TelegramDescription, EveryMutationGivesSentencesAndNeverACrash) {
+TEST(TelegramDescription, EveryMutationGivesErrorsAndNeverACrash) {
   std::vector<std::string> sources = {kGood};
   for (const auto& entry : std::filesystem::directory_iterator("config/profiles/telegram")) {
     std::ifstream file(entry.path());
@@ -198,7 +200,7 @@ config::Loaded LoadConfig(const std::string& device) {
       "c.yaml", catalog);
 }
 
-TEST(TelegramConfig, ParametersOfADeviceArePutOverThoseOfItsProfile) {
+TEST(TelegramConfig, ParametersOfADeviceOverrideItsProfile) {
   const config::Loaded loaded = LoadConfig(
       "name: meter, address: 1, profile: scpi-instrument, parameters: { query: \"FETC?\" }");
   for (const auto& problem : loaded.problems) ADD_FAILURE() << ToString(problem);
@@ -209,7 +211,7 @@ TEST(TelegramConfig, ParametersOfADeviceArePutOverThoseOfItsProfile) {
   EXPECT_EQ(AsText(talk.Ask(Poll(0))->bytes), "FETC?\n");
 }
 
-TEST(TelegramConfig, WhatADeviceLacksIsSaidAtTheDevice) {
+TEST(TelegramConfig, AnUnknownParameterIsReportedAtItsDevice) {
   const config::Loaded loaded = LoadConfig(
       "name: meter, address: 1, profile: scpi-instrument, parameters: { qury: \"FETC?\" }");
   std::string said;
@@ -219,7 +221,7 @@ TEST(TelegramConfig, WhatADeviceLacksIsSaidAtTheDevice) {
             "did you mean 'query'? fields that are sent: query\n");
 }
 
-TEST(TelegramConfig, OnlyADeviceThatIsAddressedNeedsAnAddress) {
+TEST(TelegramConfig, OnlyAnAddressedDeviceNeedsAnAddress) {
   const config::Loaded sics = LoadConfig("name: balance, profile: mt-sics");
   for (const auto& problem : sics.problems) ADD_FAILURE() << ToString(problem);
   EXPECT_EQ(sics.config.lines[0].devices[0].address, kNoAddress);
@@ -229,7 +231,7 @@ TEST(TelegramConfig, OnlyADeviceThatIsAddressedNeedsAnAddress) {
       << ToString(owen.problems[0]);
 }
 
-TEST(TelegramConfig, ASameDescriptionIsTheSameDevice) {
+TEST(TelegramConfig, EqualDescriptionsHaveEqualOptions) {
   const auto options = [](const std::string& device) {
     return LoadConfig(device).config.lines.at(0).devices.at(0).options;
   };
@@ -331,7 +333,7 @@ constexpr TextRow kTexts[] = {
     {"char", " ", " "},
 };
 
-TEST(TelegramField, ATextIsANumberWholeOrNotAtAll) {
+TEST(TelegramField, ATextMustBeANumberCompletely) {
   for (const TextRow& row : kTexts) {
     const Value value = DecodeField(FormatOf(row.format), ToBytes(row.text));
     EXPECT_EQ(ToText(value), row.value) << row.format << " '" << row.text << "'";
@@ -366,7 +368,7 @@ constexpr ByteRow kBytes[] = {
     {"bcd8", "99 99 99 99 99 99 99 99", "9999999999999999"},
 };
 
-TEST(TelegramField, BytesAreNumbersInEitherOrder) {
+TEST(TelegramField, BytesAreNumbersInBothOrders) {
   for (const ByteRow& row : kBytes) {
     const Format format = FormatOf(row.format);
     const Bytes bytes = *ParseHex(row.bytes);
@@ -385,7 +387,7 @@ struct WrittenRow {
   const char* text;  ///< empty: the format cannot represent the value
 };
 
-TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
+TEST(TelegramField, AValueIsEncodedByItsFormat) {
   const WrittenRow kRows[] = {
       {"02X", std::int64_t{10}, "0A"},
       {"02x", std::int64_t{10}, "0a"},
@@ -436,7 +438,7 @@ TEST(TelegramField, AValueIsWrittenAsTheFormatSays) {
   }
 }
 
-TEST(TelegramField, ATwinSaysTheNearestThatTheFieldCanSay) {
+TEST(TelegramField, ATwinSendsTheNearestValueOfTheField) {
   const std::tuple<const char*, double, double> kRows[] = {
       {".2decimal", 24.96451, 24.96},       {"int16_be", 12.5, 13},
       {"decimal", 24.123456789012, 24.123}, {"decimal", 0.0012345678901, 0.00123457},
@@ -446,7 +448,7 @@ TEST(TelegramField, ATwinSaysTheNearestThatTheFieldCanSay) {
   }
 }
 
-TEST(TelegramField, NoFormatOfPrintfIsOne) {
+TEST(TelegramField, FormatsOfPrintfAreRefused) {
   for (const std::string_view text :
        Split("s|n|%d|{}|*d|-5d|+|99999999999999999999d|5.99f|300text|uint12|uint72|uint0|"
              "float16|bcd9|bcd|2char|+word|+X|05text|2byte|int|decimal decimal",
@@ -457,7 +459,7 @@ TEST(TelegramField, NoFormatOfPrintfIsOne) {
   }
 }
 
-TEST(TelegramChecksum, HasThePrintedValues) {
+TEST(TelegramChecksum, MatchesThePublishedValues) {
   const Bytes nine = ToBytes("123456789");
   const std::pair<const char*, std::uint32_t> kValues[] = {
       {"sum8", 0xDD},           {"sum16", 0x1DD},

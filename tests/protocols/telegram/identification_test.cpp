@@ -29,7 +29,7 @@ class TelegramIdentification : public ::testing::Test {
   config::Identity identity_;
 };
 
-TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainBehindSilence) {
+TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainAfterSilence) {
   Identification identification(description_, identity_);
   EXPECT_TRUE(identification.IsDue(kStart));
   identification.OnReply({.outcome = Outcome::busy});
@@ -43,7 +43,7 @@ TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainBehindSilence) {
 }
 
 /// Many devices of a kind do not support the request.
-TEST_F(TelegramIdentification, WhoDoesNotTellItsNameIsAskedLessAndLessOften) {
+TEST_F(TelegramIdentification, ADeviceWithoutANameIsAskedLessAndLessOften) {
   Identification identification(description_, identity_);
   int asked = 0;
   for (Instant now = kStart; now < kStart + 24h; now += 1s) {
@@ -69,7 +69,7 @@ TEST_F(TelegramIdentification, IsDueAsLongAsAnotherDeviceAnswers) {
   EXPECT_FALSE(identification.IsDue(kStart));
 }
 
-TEST_F(TelegramIdentification, IsNeverDueWhereNoTelegramAsksForTheName) {
+TEST_F(TelegramIdentification, IsNeverDueWithoutATelegramForTheName) {
   description_.telegrams[1].identity.clear();
   EXPECT_FALSE(Identification(description_, identity_).IsDue(kStart));
 }
@@ -83,7 +83,7 @@ telegrams:
 points: [ { name: reset, write: reset, access: w, type: bool } ]
 )";
 
-TEST(TelegramIdentity, AnotherDeviceIsNotWrittenTo) {
+TEST(TelegramIdentity, AWriteToAnotherDeviceIsRefused) {
   config::Device device = Described(kResettable);
   device.identity.others = {{"ACME8", "acme_8"}};
   Talk talk(TelegramProtocol(), device);
@@ -120,7 +120,7 @@ Finding LookAtTelegram(const std::string& profile, const std::string& request,
                              .gap = 50ms});
 }
 
-TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
+TEST(TelegramRecognise, ReportsUnexpectedReplies) {
   const struct {
     std::string profile;
     std::string request;
@@ -161,7 +161,7 @@ TEST(TelegramRecognise, WhatComesInPlaceOfAnAwaitedOne) {
 }
 
 /// Damage would give a different difference each time.
-TEST(TelegramRecognise, ByHowMuchACheckValueIsWrong) {
+TEST(TelegramRecognise, ReportsAConstantDifferenceOfACheckValue) {
   const std::string remedy =
       "it differs from xor8 always by 27: does the profile fit the firmware of the device?";
   for (const char* const heard :

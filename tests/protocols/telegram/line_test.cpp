@@ -51,7 +51,7 @@ Used UseOf(const Protocol& protocol, const std::string& profile, int baud) {
   return used;
 }
 
-TEST(TelegramLine, TheMv110CostsWhatItCostsWithItsOwnPlugin) {
+TEST(TelegramLine, TheMv110IsAsFastAsWithItsOwnPlugin) {
   for (const int baud : {9600, 115200}) {
     const Used own = UseOf(TelegramProtocol(), "owen-mv110-8a-telegrams", baud);
     const Used dcon = UseOf(DconProtocol(), "owen-mv110-8a", baud);
@@ -93,7 +93,7 @@ TEST(TelegramLine, AWriteIsSentOnceAndReadBack) {
 }
 
 /// The only telegram is a write, so nothing proves to which request an answer belongs.
-TEST(TelegramLine, ADeviceThatIsOnlyWrittenIsWrittenTo) {
+TEST(TelegramLine, AWriteOnlyDeviceIsWritten) {
   const config::Device device = Described(R"(
 device: d
 telegrams:
@@ -116,7 +116,7 @@ points: [ { name: limit, access: w, write: limit, type: uint16 } ]
   EXPECT_EQ(line.sent.size(), 3U);
 }
 
-TEST(TelegramLine, WhatIsSaidUnaskedGrowsOldWhenNothingComes) {
+TEST(TelegramLine, UnaskedValuesAge) {
   VirtualLine line(
       LineWith(TelegramProtocol(), ShippedDevice(TelegramProtocol(), "nmea-0183-weather"), 4800),
       {&TelegramProtocol()});
@@ -136,7 +136,7 @@ TEST(TelegramLine, WhatIsSaidUnaskedGrowsOldWhenNothingComes) {
   EXPECT_FALSE(IsGood(line.QualityOf(0, 0))) << "three times its poll";
 }
 
-TEST(TelegramLine, APauseIsKeptBeforeTheTelegramThatWantsIt) {
+TEST(TelegramLine, APauseIsKeptBeforeItsTelegram) {
   const config::Device device = Described(R"(
 device: d
 telegrams:
@@ -161,7 +161,7 @@ points: [ { name: value, read: value.value, type: float32 } ]
 
 /// One value for each channel; only the telegram before selects the channel. Answers that are lost,
 /// late or one behind must not exchange the points.
-TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
+TEST(TelegramLine, AReplyOfAnotherChannelIsNeverGood) {
   for (const char* answer : {"", ", receive: 'OK\\r'"}) {
     const std::string receives(answer);
     const config::Device device =
@@ -210,7 +210,7 @@ TEST(TelegramLine, AnAnswerForAnotherChannelIsNeverGood) {
 }
 
 /// A scale that does not return its serial number: the number is unknown, but the weight is good.
-TEST(TelegramLine, AScaleThatRefusesItsSerialNumberIsWeighedOn) {
+TEST(TelegramLine, AScaleWithoutSerialNumberKeepsGoodWeights) {
   for (const std::string refusal : {"I4 I\r\n", "ES\r\n", ""}) {
     SCOPED_TRACE(refusal);
     const config::Device device = ShippedDevice(TelegramProtocol(), "mt-sics");
@@ -323,7 +323,7 @@ TEST_F(BothPlugins, SendTheSameBytes) {
   EXPECT_EQ(described.request().unlike_polls, plugin.request().unlike_polls);
 }
 
-TEST_F(BothPlugins, ReadTheSameFromEveryRecordedAnswer) {
+TEST_F(BothPlugins, DecodeEveryRecordedReplyEqually) {
   const std::set<std::string> answers = RecordedAnswers();
   ASSERT_GT(answers.size(), 50U);
   for (const std::string& answer : answers) {
@@ -334,7 +334,7 @@ TEST_F(BothPlugins, ReadTheSameFromEveryRecordedAnswer) {
 
 /// Each byte of every answer is replaced, lost or sent twice, with the old checksum and with a
 /// correct one, which no damage of the line would give.
-TEST_F(BothPlugins, ReadTheSameFromEveryDamagedAnswer) {
+TEST_F(BothPlugins, DecodeEveryDamagedReplyEqually) {
   constexpr std::string_view kOthers = "09.+- >!?A\r\xFF";
   for (const std::string& answer : RecordedAnswers()) {
     for (std::size_t at = 0; at < answer.size(); ++at) {
@@ -364,7 +364,7 @@ TEST_F(BothPlugins, ReadTheSameFromEveryDamagedAnswer) {
 }
 
 /// Numbers, codes and other words, in any order and number.
-TEST_F(BothPlugins, ReadTheSameFromAnyNumbers) {
+TEST_F(BothPlugins, DecodeAnyNumbersEqually) {
   const std::vector<std::string> words = {
       "+100.23", "-00.000", "+99999.", "-9.9999", "+.99999", "+9999.9", "-9999.9", "+888888",
       "-888888", "+99999",  "-0000",   "-000000", "+123456", "+12",     "+1234",   "+12345.6",

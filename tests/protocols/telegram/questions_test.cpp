@@ -67,7 +67,7 @@ struct SelectRow {
   std::map<std::string, std::string> values;
 };
 
-TEST(TelegramQuestions, AValueIsThatOfTheChannelThatWasSelectedForIt) {
+TEST(TelegramQuestions, AValueBelongsToItsSelectedChannel) {
   const std::string alone = "  - { name: own, read: val.v, type: float32 }\n";
   const SelectRow rows[] = {
       {"two channels",
@@ -113,7 +113,7 @@ TEST(TelegramQuestions, AValueIsThatOfTheChannelThatWasSelectedForIt) {
 }
 
 /// The selection is answered as for another channel, with another parameter, or with a bad status.
-TEST(TelegramQuestions, ASelectionThatFailedGivesNoValue) {
+TEST(TelegramQuestions, AFailedSelectionGivesNoValue) {
   const config::Device device = Described(Selecting(kAnsweredSel, kVal + ", before: sel", kBoth));
   for (const char* refusal : {"", "NO\r", "OK E\r", "??\r"}) {
     Selectable meter;
@@ -129,7 +129,7 @@ TEST(TelegramQuestions, ASelectionThatFailedGivesNoValue) {
   }
 }
 
-TEST(TelegramQuestions, ATelegramAloneIsNoQuestionOfAPointThatNeedsOthers) {
+TEST(TelegramQuestions, ATelegramWithoutItsSelectionGivesNoValue) {
   const config::Device device = Described(Selecting(kSel, kVal + ", before: sel", kBoth));
   EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("READ\r"), ToBytes("=+5\r"))),
             "");
@@ -140,7 +140,7 @@ TEST(TelegramQuestions, ATelegramAloneIsNoQuestionOfAPointThatNeedsOthers) {
       << "nothing tells it from another";
 }
 
-TEST(TelegramQuestions, AnAnswerRepeatsWhatWasSelected) {
+TEST(TelegramQuestions, AReplyMustRepeatTheSelectedChannel) {
   const config::Device device =
       Described("device: d\ntelegrams:\n" + kSel +
                 "  val: { send: 'READ\\r', receive: '{n:d}={v:+decimal}\\r', reads: yes, before: "
@@ -157,7 +157,7 @@ TEST(TelegramQuestions, AnAnswerRepeatsWhatWasSelected) {
   EXPECT_EQ(said("1=+10\r").find("good"), std::string::npos);
 }
 
-TEST(TelegramQuestions, ARepetitionBeginsWithWhatGoesBefore) {
+TEST(TelegramQuestions, ARetryBeginsWithTheSelection) {
   const config::Device device = Described(Selecting(kAnsweredSel, kVal + ", before: sel", kBoth));
   Talk talk(TelegramProtocol(), device);
   ASSERT_TRUE(talk.Ask(Poll(1)));
@@ -176,7 +176,7 @@ TEST(TelegramQuestions, ARepetitionBeginsWithWhatGoesBefore) {
   EXPECT_TRUE(talk->Instead(talk.request(), Outcome::unexpected, {})) << "its own may follow";
 }
 
-TEST(TelegramQuestions, WhatIsSentOnceTakesNoParameterOfAPoint) {
+TEST(TelegramQuestions, ATelegramSentOnceRefusesParametersOfPoints) {
   const std::string once =
       "  sel: { send: 'CH{n:d}\\r', reads: yes, once: yes, example: { send: 'CH1\\r' } }\n";
   const config::LoadedProfile loaded = LoadText(Selecting(once, kVal + ", before: sel", kBoth));
@@ -189,7 +189,7 @@ TEST(TelegramQuestions, WhatIsSentOnceTakesNoParameterOfAPoint) {
       << "no telegram has it";
 }
 
-TEST(TelegramQuestions, ATwinKeepsWhatWasSelected) {
+TEST(TelegramQuestions, ATwinRemembersTheSelection) {
   const config::Device device = Described(Selecting(
       kAnsweredSel + "  set: { send: 'SET{value:.1decimal}\\r', receive: 'DONE\\r', before: sel, "
                      "example: { send: 'SET5.0\\r', receive: 'DONE\\r' } }\n",

@@ -25,7 +25,7 @@ records::TraceRecord Sent(const std::string& device, const std::string& hex = "3
   return record;
 }
 
-TEST_F(ControlTest, RequestsAreAnsweredOneAfterTheOther) {
+TEST_F(ControlTest, RequestsOfAClientAreAnsweredInOrder) {
   StartServer();
   ASSERT_TRUE(listening_) << listening_.error();
   RawClient client = Connect();
@@ -40,7 +40,7 @@ TEST_F(ControlTest, RequestsAreAnsweredOneAfterTheOther) {
   EXPECT_THAT(lines_.calls(), ElementsAre("do not use 2"));
 }
 
-TEST_F(ControlTest, TheFileIsForOwnerAndGroupOnly) {
+TEST_F(ControlTest, TheSocketFileIsAccessibleToOwnerAndGroupOnly) {
   StartServer();
   struct stat found {};
   ASSERT_EQ(::stat(path().c_str(), &found), 0);
@@ -62,7 +62,7 @@ TEST_F(ControlTest, ASocketOfADeadProcessIsReplaced) {
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
-TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
+TEST_F(ControlTest, ARemovedSocketFileIsCreatedAgain) {
   limits_.look = 1ms;
   StartServer();
   const RawClient before = Connect();
@@ -76,7 +76,7 @@ TEST_F(ControlTest, AFileThatIsRemovedIsMadeAgain) {
 }
 
 /// The socket file cannot be made for a while, for example because its folder was renamed.
-TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
+TEST_F(ControlTest, ARestoredStaleSocketFileIsReplaced) {
   limits_.look = 1ms;
   StartServer();
   const std::string away = path() + ".away";
@@ -89,7 +89,7 @@ TEST_F(ControlTest, ItsFileThatComesBackAfterItCouldNotBeMadeIsMadeAgain) {
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
-TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
+TEST_F(ControlTest, ASocketInUseAndForeignFilesAreNotReplaced) {
   StartServer();
   asio::io_context io;
   ControlServer second(config_, store_, lines_, lines_, {"9", status::kStarted}, io);
@@ -114,7 +114,7 @@ TEST_F(ControlTest, ALivingSocketAndOtherFilesAreLeftAlone) {
   EXPECT_THAT(fifth.Listen().error(), HasSubstr("longer than"));
 }
 
-TEST_F(ControlTest, WithoutAPathTheFirstPlaceThatCanBeHadIsTaken) {
+TEST_F(ControlTest, WithoutAPathTheFirstUsableFolderIsChosen) {
   const RuntimeDirectory runtime(directory_);
   const auto places = SocketPaths("substation-7");
   ASSERT_EQ(places.size(), 3U);
@@ -129,7 +129,7 @@ TEST_F(ControlTest, WithoutAPathTheFirstPlaceThatCanBeHadIsTaken) {
   EXPECT_THAT(Ask(RawClient(server_->path()), kStatus), HasSubstr("substation-7"));
 }
 
-TEST_F(ControlTest, ADirectoryThatOthersMayWriteToIsRefused) {
+TEST_F(ControlTest, AWorldWritableDirectoryIsRefused) {
   const std::string fresh = (directory_ / "fresh").string();
   EXPECT_TRUE(PrepareDirectory(fresh));
   EXPECT_TRUE(PrepareDirectory(fresh)) << "it is there already";
@@ -140,7 +140,7 @@ TEST_F(ControlTest, ADirectoryThatOthersMayWriteToIsRefused) {
   EXPECT_THAT(PrepareDirectory(link).error(), HasSubstr("not a directory"));
 }
 
-TEST_F(ControlTest, ATraceStreamsWhatComes) {
+TEST_F(ControlTest, ATraceStreamsNewRecordsOfItsLine) {
   StartServer();
   RawClient client = Connect();
   EXPECT_THAT(Ask(client, kTrace),
@@ -155,7 +155,7 @@ TEST_F(ControlTest, ATraceStreamsWhatComes) {
   EXPECT_FALSE(lines_.Push(1, Sent("ai-1"))) << "nobody follows the other line";
 }
 
-TEST_F(ControlTest, ATraceOfOneDeviceLeavesTheOthersOut) {
+TEST_F(ControlTest, ATraceOfADeviceOmitsOtherDevices) {
   StartServer();
   RawClient client = Connect();
   Ask(client, R"({"command":"trace","target":"bay-1","device":"feeder-2"})");
@@ -169,7 +169,7 @@ TEST_F(ControlTest, ATraceOfOneDeviceLeavesTheOthersOut) {
   EXPECT_THAT(client.ReceiveLine().value_or(""), HasSubstr("feeder-2 >"));
 }
 
-TEST_F(ControlTest, AClientThatLeavesEndsItsTrace) {
+TEST_F(ControlTest, ADisconnectedClientEndsItsTrace) {
   StartServer();
   RawClient leaving = Connect();
   RawClient staying = Connect();
@@ -182,7 +182,7 @@ TEST_F(ControlTest, AClientThatLeavesEndsItsTrace) {
   EXPECT_THAT(staying.ReceiveLine().value_or(""), HasSubstr("feeder-1"));
 }
 
-TEST_F(ControlTest, AStoppingGatewaySaysSoToTraces) {
+TEST_F(ControlTest, AStoppingGatewayNotifiesItsTraces) {
   StartServer();
   RawClient client = Connect();
   Ask(client, kTrace);
@@ -215,7 +215,7 @@ TEST_F(ControlTest, GarbageGetsAnErrorAndTheClientMayTryAgain) {
   EXPECT_THAT(Ask(client, kStatus), HasSubstr("substation-7"));
 }
 
-TEST_F(ControlTest, ALineOfAMegabyteIsNotTaken) {
+TEST_F(ControlTest, ARequestOfAMegabyteIsRefused) {
   StartServer();
   RawClient client = Connect();
   const std::string request(1U << 20U, 'x');
@@ -225,7 +225,7 @@ TEST_F(ControlTest, ALineOfAMegabyteIsNotTaken) {
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
 }
 
-TEST_F(ControlTest, ALineOfExactlyTheLimitIsTaken) {
+TEST_F(ControlTest, ARequestOfExactlyTheLimitIsAccepted) {
   StartServer();
   std::string request = kStatus;
   request.resize(4096, ' ');
@@ -234,7 +234,7 @@ TEST_F(ControlTest, ALineOfExactlyTheLimitIsTaken) {
   EXPECT_THAT(Ask(client, request + " "), HasSubstr("longer than"));
 }
 
-TEST_F(ControlTest, HalfALineDoesNotHoldAPlaceForEver) {
+TEST_F(ControlTest, IncompleteAndSilentClientsAreClosed) {
   limits_.patience = 30ms;
   StartServer();
   RawClient half = Connect();
@@ -244,7 +244,7 @@ TEST_F(ControlTest, HalfALineDoesNotHoldAPlaceForEver) {
   EXPECT_TRUE(silent.IsClosed());
 }
 
-TEST_F(ControlTest, WhoAsksNothingMakesRoom) {
+TEST_F(ControlTest, TheLongestIdleClientIsClosedForANewOne) {
   StartServer();
   std::vector<RawClient> clients;
   for (int i = 0; i < 16; ++i) {
@@ -256,7 +256,7 @@ TEST_F(ControlTest, WhoAsksNothingMakesRoom) {
   EXPECT_TRUE(clients[1].IsClosed()) << "it has been idle longest; the first one traces";
 }
 
-TEST_F(ControlTest, SixteenTracesLeaveRoomForAQuestionAndForNoTrace) {
+TEST_F(ControlTest, SixteenTracesAllowAStatusRequestButNoFurtherTrace) {
   StartServer();
   std::vector<RawClient> traces;
   for (int i = 0; i < 16; ++i) {
@@ -287,7 +287,7 @@ class WideDeviceTest : public ControlTest {
   WideDeviceTest() : ControlTest(WithManyPoints()) {}
 };
 
-TEST_F(WideDeviceTest, AReaderThatStopsIsDroppedAndOthersAreServed) {
+TEST_F(WideDeviceTest, AClientThatStopsReadingIsDroppedAndOthersAreServed) {
   limits_.patience = 2s;
   StartServer();
   RawClient slow = Connect();
@@ -299,14 +299,14 @@ TEST_F(WideDeviceTest, AReaderThatStopsIsDroppedAndOthersAreServed) {
   EXPECT_FALSE(slow.ReceiveLine()) << "the whole answer was kept for it";
 }
 
-TEST_F(WideDeviceTest, AReaderGetsALongAnswerWhole) {
+TEST_F(WideDeviceTest, ALongAnswerArrivesComplete) {
   StartServer();
   const std::string answer = Ask(Connect(), R"({"command":"status","target":"bay-1.feeder-1"})");
   EXPECT_GT(answer.size(), 1'000'000U);
   EXPECT_THAT(answer, HasSubstr("point_with_a_long_name_19999"));
 }
 
-TEST_F(ControlTest, ATraceThatIsNotReadLosesRecordsAndSaysSo) {
+TEST_F(ControlTest, AnUnreadTraceDropsRecordsAndNotesTheLoss) {
   StartServer();
   RawClient client = Connect();
   Ask(client, kTrace);

@@ -68,7 +68,7 @@ TEST_F(TelegramRequestsTest, AReadGoesToTheFirstDeviceOfTheLine) {
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 0"));
 }
 
-TEST_F(TelegramRequestsTest, WhatWasNotSentIsNotShownAsSent) {
+TEST_F(TelegramRequestsTest, AnUnsentTelegramIsNotShownAsSent) {
   for (const WriteEnd end : {WriteEnd::not_sent, WriteEnd::denied}) {
     lines_.result = {.end = end, .reason = "the port is in use by 10.0.0.7:40112"};
     const std::string answer = Ask("bay-1", "3F 31");
@@ -79,12 +79,12 @@ TEST_F(TelegramRequestsTest, WhatWasNotSentIsNotShownAsSent) {
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr(R"("sent":"3F ** 0D")")) << "it was, in vain";
 }
 
-TEST_F(TelegramRequestsTest, OrToTheDeviceThatIsNamed) {
+TEST_F(TelegramRequestsTest, AReadGoesToTheNamedDevice) {
   EXPECT_THAT(Ask("bay-1.feeder-2", "3F 31"), HasSubstr(R"("device":"feeder-2")"));
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna reads of device 1"));
 }
 
-TEST_F(TelegramRequestsTest, WhatMayWriteNeedsTheLineAndTheUser) {
+TEST_F(TelegramRequestsTest, AWritingTelegramNeedsPermissionOfLineAndUser) {
   EXPECT_THAT(Ask("bay-1", "21 31", R"(,"write":true)"), HasSubstr("'ask: write'"));
   config_.lines[0].ask = config::Ask::write;
   EXPECT_THAT(Ask("bay-1", "21 31"), HasSubstr("say --write"));
@@ -96,7 +96,7 @@ TEST_F(TelegramRequestsTest, WhatMayWriteNeedsTheLineAndTheUser) {
                   "user:anna reads of device 0"));
 }
 
-TEST_F(TelegramRequestsTest, WhatIsNoTelegramIsRefused) {
+TEST_F(TelegramRequestsTest, AnInvalidTelegramIsRefused) {
   EXPECT_THAT(Ask("bay-1", "31 32 33 34 35"), HasSubstr("four bytes at most"));
   EXPECT_THAT(Ask("bay-1", "zz"), HasSubstr("bytes in hex"));
   EXPECT_THAT(Ask("bay-9", "3F 31"), HasSubstr("bay-9"));
@@ -147,7 +147,7 @@ TEST_F(ServiceTest, ReleaseOverTheNetworkOffersThePort) {
   EXPECT_THAT(release(R"("tcp":"127.0.0.1:4001","allow":"all")"), HasSubstr("usage"));
 }
 
-TEST_F(ServiceTest, APortThatSomebodyHasIsNotReleasedToAnother) {
+TEST_F(ServiceTest, APortInUseIsNotReleasedToAnotherProgram) {
   const auto release = [this](const std::string& more) {
     return Ask(R"({"command":"release","target":"io","for_ms":60000)" + more + "}");
   };
@@ -189,7 +189,7 @@ TEST_F(ServiceTest, NonsenseTimesAreRefused) {
   EXPECT_THAT(Ask(R"({"command":"release","target":"io","for_ms":86400000})"), HasSubstr("true"));
 }
 
-TEST_F(ServiceTest, AMemberOfAnotherTypeIsNotTakenForAbsent) {
+TEST_F(ServiceTest, AMemberOfAnotherTypeIsAnError) {
   const struct {
     const char* request;
     const char* says;
@@ -218,7 +218,7 @@ TEST_F(ServiceTest, AMemberOfAnotherTypeIsNotTakenForAbsent) {
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
-TEST_F(ServiceTest, TakeBackSaysWhetherThereWasAnythingToTakeBack) {
+TEST_F(ServiceTest, TakeBackReportsWhetherThePortWasReleased) {
   EXPECT_EQ(Ask(R"({"command":"take_back","target":"io"})"),
             R"({"ok":true,"line":"io","was_released":false})");
   lines_.Release(1, 10min);
@@ -226,7 +226,7 @@ TEST_F(ServiceTest, TakeBackSaysWhetherThereWasAnythingToTakeBack) {
   EXPECT_THAT(lines_.calls(), ElementsAre("take back 1", "release 1 for 10min", "take back 1"));
 }
 
-TEST_F(ServiceTest, DevicesAreTakenInAndOutOfUse) {
+TEST_F(ServiceTest, DevicesAreEnabledAndDisabled) {
   EXPECT_EQ(Ask(R"({"command":"disable","target":"bay-1.feeder-2"})"),
             R"({"ok":true,"line":"bay-1","device":"feeder-2","in_use":false,"enabled":true})");
   Ask(R"({"command":"enable","target":"io.ai-1"})");
@@ -234,7 +234,7 @@ TEST_F(ServiceTest, DevicesAreTakenInAndOutOfUse) {
   EXPECT_THAT(Ask(R"({"command":"disable","target":"bay-1"})"), HasSubstr("bay-1.DEVICE"));
 }
 
-TEST_F(ServiceTest, UnknownNamesSayWhatThereIs) {
+TEST_F(ServiceTest, AnUnknownNameIsAnsweredWithTheExistingNames) {
   const auto ask = [&](const std::string& target) {
     return Ask(R"({"command":"status","target":")" + target + "\"}");
   };
@@ -255,7 +255,7 @@ TEST_F(ServiceTest, UnknownNamesSayWhatThereIs) {
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
-TEST_F(ServiceTest, RecordedGivesTheRingOfALineOrADevice) {
+TEST_F(ServiceTest, RecordedReturnsTheStoredRecordsOfALineOrDevice) {
   records::TraceRecord record;
   record.kind = records::TraceRecord::Kind::received;
   record.hex = "3C 31";
@@ -314,14 +314,14 @@ class PointRequestsTest : public ::testing::Test {
   RequestHandler service_{config_, store_, lines_, lines_, {"1.2.3", status::kStarted}};
 };
 
-TEST_F(PointRequestsTest, AWriteGoesToTheLineAndItsEndComesBack) {
+TEST_F(PointRequestsTest, AWriteGoesToTheLineAndItsOutcomeIsReturned) {
   EXPECT_EQ(Write("setting", "7"), R"({"end":"ok","reason":"","read_back":true})");
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2"));
   lines_.result = {WriteEnd::unknown, "no reply"};
   EXPECT_EQ(Write("setting", "-7"), R"({"end":"unknown","reason":"no reply","read_back":false})");
 }
 
-TEST_F(PointRequestsTest, TheSameRequestAgainIsNotWrittenAgain) {
+TEST_F(PointRequestsTest, ARepeatedRequestIsNotWrittenTwice) {
   const char* const night = R"(,"client":"night","seq":7)";
   EXPECT_EQ(Write("setting", "7", night), R"({"end":"ok","reason":"","read_back":true})");
   EXPECT_EQ(Write("setting", "7", night), R"({"end":"ok","reason":"","read_back":false})");
@@ -334,7 +334,7 @@ TEST_F(PointRequestsTest, TheSameRequestAgainIsNotWrittenAgain) {
                                           HasSubstr("user:anna may not write true")));
 }
 
-TEST_F(PointRequestsTest, WhatIsDeniedSaysWhatItNeeds) {
+TEST_F(PointRequestsTest, ADeniedWriteNamesWhatItNeeds) {
   EXPECT_THAT(Write("setting", "11"), HasSubstr(R"({"end":"denied","reason":"'setting': 11 is)"));
   EXPECT_THAT(Write("trip", "on"), HasSubstr(R"("needs":"confirm")"));
   EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"("end":"ok")"));
@@ -345,7 +345,7 @@ TEST_F(PointRequestsTest, WhatIsDeniedSaysWhatItNeeds) {
   EXPECT_THAT(Write("trip", "on", R"(,"confirm":true)"), HasSubstr(R"({"end":"busy")"));
 }
 
-TEST_F(PointRequestsTest, WhetherAWriteWouldPassIsToldWithoutIt) {
+TEST_F(PointRequestsTest, MayWriteChecksAWriteWithoutSendingIt) {
   const auto may = [&](const std::string& point, const std::string& value) {
     return Ask(R"({"command":"may_write","target":"io.ai-1.)" + point + R"(","value":")" + value +
                "\"}");
@@ -359,7 +359,7 @@ TEST_F(PointRequestsTest, WhetherAWriteWouldPassIsToldWithoutIt) {
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
-TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
+TEST_F(PointRequestsTest, AnUnknownPointOrInvalidValueIsAnError) {
   EXPECT_THAT(Write("setting", "seven"), HasSubstr("is not a value of 'setting', a number"));
   EXPECT_THAT(Write("settin", "7"), HasSubstr("did you mean 'setting'?"));
   EXPECT_THAT(Ask(R"({"command":"write","target":"io.ai-1","value":"7"})"),
@@ -369,7 +369,7 @@ TEST_F(PointRequestsTest, WhatCanNotBeMeantIsAnError) {
   EXPECT_THAT(lines_.calls(), IsEmpty());
 }
 
-TEST_F(PointRequestsTest, AReadAsksForOnePointOrAllThatCanBeRead) {
+TEST_F(PointRequestsTest, AReadCoversOnePointOrAllReadablePoints) {
   const bus::Sample sample{0, std::int64_t{5}, Quality::good};
   store_.Update(2, {&sample, 1}, status::kNow, 10ms);
   const status::Json one =
@@ -384,7 +384,7 @@ TEST_F(PointRequestsTest, AReadAsksForOnePointOrAllThatCanBeRead) {
   EXPECT_EQ(lines_.calls().at(0), "user:anna reads 0 of device 2");
 }
 
-TEST_F(PointRequestsTest, AReadThatFailedGivesWhatIsKnown) {
+TEST_F(PointRequestsTest, AFailedReadReturnsTheStoredValues) {
   lines_.result = {.reason = "the device is offline"};
   const status::Json answer =
       status::Json::parse(Ask(R"({"command":"read","target":"io.ai-1.setting"})"));
@@ -433,7 +433,7 @@ TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
 }
 
 /// The client closes only its sending side, as `socat` does at the end of its input.
-TEST_F(WaitingWrite, GoesOnWhenItsClientOnlySaysNothingMore) {
+TEST_F(WaitingWrite, ContinuesWhenItsClientClosesOnlyItsSendingSide) {
   ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
   Ask(Connect(), kStatus);  // after this answer, the server has noticed the closed side
   EXPECT_FALSE(abandoned());

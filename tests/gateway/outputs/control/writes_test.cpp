@@ -89,7 +89,7 @@ class WritesTest : public ControlTest {
   std::ostringstream err_;
 };
 
-TEST_F(WritesTest, ADiskThatHangsHoldsUpNobodyElse) {
+TEST_F(WritesTest, AHangingDiskDelaysNoOtherRequest) {
   audit_.hangs = true;
   limits_.disk = 1ms;
   Start();
@@ -129,7 +129,7 @@ TEST_F(WritesTest, AReloadWaitsForNoDisk) {
   EXPECT_TRUE(held.expired());
 }
 
-TEST_F(WritesTest, AllPagesOneObjectALine) {
+TEST_F(WritesTest, JsonListsAllPagesOneObjectPerLine) {
   Start();
   EXPECT_EQ(Run(true), 0) << err_.str();
   std::istringstream lines(out_.str());
@@ -150,7 +150,7 @@ TEST_F(WritesTest, AllPagesOneObjectALine) {
   EXPECT_EQ(seq, 5);
 }
 
-TEST_F(WritesTest, ATableForPeople) {
+TEST_F(WritesTest, WritesArePrintedAsATable) {
   audit_.records[4].count = 2000;
   audit_.records[4].first = std::int64_t{7};
   audit_.records[3].end = WriteEnd::refused;
@@ -165,7 +165,7 @@ TEST_F(WritesTest, ATableForPeople) {
   EXPECT_EQ(std::ranges::count(out_.str(), '\n'), 6);
 }
 
-TEST_F(WritesTest, LongNamesKeepTheirColumns) {
+TEST_F(WritesTest, LongNamesDoNotShiftColumns) {
   for (audit::WriteRecord& record : audit_.records) {
     record.point = "a_point_whose_name_is_rather_long";
     record.reason = "so it is";
@@ -184,7 +184,7 @@ TEST_F(WritesTest, LongNamesKeepTheirColumns) {
   }
 }
 
-TEST_F(WritesTest, SinceLeavesOutWhatWasBefore) {
+TEST_F(WritesTest, SinceOmitsEarlierWrites) {
   Start();
   EXPECT_EQ(Run(true, status::kNow.wall + 4s), 0);
   EXPECT_EQ(std::ranges::count(out_.str(), '\n'), 2);
@@ -192,7 +192,7 @@ TEST_F(WritesTest, SinceLeavesOutWhatWasBefore) {
   EXPECT_THAT(out_.str(), HasSubstr("nothing has been written since then"));
 }
 
-TEST_F(WritesTest, NothingIsASentence) {
+TEST_F(WritesTest, AnEmptyListIsReportedInASentence) {
   audit_.records.clear();
   Start();
   EXPECT_EQ(Run(), 0);
@@ -202,20 +202,20 @@ TEST_F(WritesTest, NothingIsASentence) {
   EXPECT_THAT(err_.str(), HasSubstr("nothing has been written yet"));
 }
 
-TEST_F(WritesTest, AGatewayThatWritesNothing) {
+TEST_F(WritesTest, AGatewayWithoutWritesIsAnError) {
   StartServer();
   EXPECT_EQ(Run(), 4);
   EXPECT_THAT(err_.str(), HasSubstr("nothing of this gateway can be written"));
 }
 
-TEST_F(WritesTest, TroubleIsTold) {
+TEST_F(WritesTest, ADamagedAuditFileIsReported) {
   audit_.trouble = "events.db: it is damaged";
   Start();
   EXPECT_EQ(Run(), 4);
   EXPECT_THAT(err_.str(), HasSubstr("cannot be read: events.db: it is damaged"));
 }
 
-TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {
+TEST_F(WritesTest, TheStatusReportsAFailingDisk) {
   audit_.shown = {
       records::Disk::failing, "events.db: disk full", status::kNow.wall, true, 3, 2, "events.db"};
   Start();
@@ -232,7 +232,7 @@ TEST_F(WritesTest, ADiskThatFailsIsInTheStatus) {
   EXPECT_THAT(text, HasSubstr("audit: 2 records of writes lost"));
 }
 
-TEST_F(WritesTest, AFileThatWasPutAsideIsInTheStatusWhileItIsThere) {
+TEST_F(WritesTest, TheStatusListsFilesThatWerePutAside) {
   audit_.shown.file = "/var/lib/gate/events.db";
   audit_.shown.put_aside = {"events.db.bad", "events.db.bad2"};
   Start();
@@ -325,7 +325,7 @@ class AlarmsTest : public ::testing::Test {
   RequestHandler service_{config_, store_, lines_, lines_, Info()};
 };
 
-TEST_F(AlarmsTest, AreListedByTheirEvents) {
+TEST_F(AlarmsTest, AreListedInPagesByEventNumber) {
   const status::Json page = Ask("alarms", "");
   ASSERT_EQ(page["records"].size(), 3U);
   EXPECT_EQ(page["records"][0]["seq"], 4);
@@ -352,7 +352,7 @@ TEST_F(AlarmsTest, AreAcknowledgedByDevicePointOrEvent) {
 }
 
 /// The name of a line, a unit behind a route, a server, or the gateway, as `alarms` shows it.
-TEST_F(AlarmsTest, AreAcknowledgedByTheNameThatIsShown) {
+TEST_F(AlarmsTest, AreAcknowledgedByTheirShownName) {
   EXPECT_EQ(Ack("bay-1")["acknowledged"], 0) << "the alarms of its devices are others";
   events_.Add(20, "", "");
   events_.Add(21, "unit-20", "");
@@ -366,14 +366,14 @@ TEST_F(AlarmsTest, AreAcknowledgedByTheNameThatIsShown) {
 }
 
 /// Without an events file there are still the alarms of the gateway itself.
-TEST_F(AlarmsTest, AreThereWithoutEvents) {
+TEST_F(AlarmsTest, AreServedWithoutAnEventsFile) {
   events_.in_memory = true;
   EXPECT_EQ(Ask("alarms", "")["records"].size(), 3U);
   EXPECT_EQ(Ask("events", "")["error"], "unavailable");
   EXPECT_EQ(Ask("status", "")["events"]["in_memory"], true);
 }
 
-TEST_F(AlarmsTest, SayWhatIsNoTarget) {
+TEST_F(AlarmsTest, RefuseUnknownTargets) {
   EXPECT_EQ(Ack("77")["error"], "unknown");
   EXPECT_THAT(Ack("77")["message"].get<std::string>(), HasSubstr("event 77 has raised no alarm"));
   EXPECT_THAT(Ack("bay-7")["message"].get<std::string>(), HasSubstr("bay-7"));

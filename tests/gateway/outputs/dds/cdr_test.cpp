@@ -190,7 +190,7 @@ TEST(Cdr, DecodesBothByteOrders) {
   EXPECT_EQ(gateway, AGateway());
 }
 
-TEST(Cdr, RequestsAndRepliesOfTheContract) {
+TEST(Cdr, EncodesRequestsAndRepliesOfTheContract) {
   EXPECT_EQ(ToHex(Encoded(ARequest())), kRequestLe);
   EXPECT_EQ(ToHex(Encoded(AReply())), kReplyLe);
   for (const char* hex : {kRequestLe, kRequestBe}) {
@@ -203,7 +203,7 @@ TEST(Cdr, RequestsAndRepliesOfTheContract) {
   EXPECT_EQ(reply, AReply());
 }
 
-TEST(Cdr, EventsOfTheContract) {
+TEST(Cdr, EncodesEventsOfTheContract) {
   EXPECT_EQ(ToHex(Encoded(AnEvent())), kEventLe);
   EventSample event;
   for (const char* hex : {kEventLe, kEventBe}) {
@@ -231,7 +231,7 @@ TEST(Cdr, EventsOfTheContract) {
   EXPECT_TRUE(Encoded(full).empty());
 }
 
-TEST(Cdr, AlarmsOfTheContract) {
+TEST(Cdr, EncodesAlarmsOfTheContract) {
   EXPECT_EQ(ToHex(Encoded(AnAlarm())), kAlarmLe);
   AlarmSample alarm;
   for (const char* hex : {kAlarmLe, kAlarmBe}) {
@@ -333,7 +333,7 @@ TEST(Cdr, FullRequestsAndRepliesFitTheDeclaredSize) {
   EXPECT_TRUE(Encoded(request).empty());
 }
 
-TEST(Cdr, RefusesToEncodeWhatBreaksTheContract) {
+TEST(Cdr, RefusesToEncodeTextsBeyondTheirBounds) {
   PointSample sample = APoint();
   sample.text = std::string(kMaxText + 1, 't');
   EXPECT_TRUE(Encoded(sample).empty());
@@ -377,7 +377,7 @@ TEST(Cdr, RefusesOtherEncapsulations) {
   }
 }
 
-TEST(Cdr, RefusesTextsBeyondTheirBound) {
+TEST(Cdr, RefusesToDecodeTextsBeyondTheirBound) {
   // A key of 65 bytes, as a faulty publisher of another vendor could send it.
   Bytes bytes = *ParseHex("00 01 00 00 42 00 00 00");
   Append(bytes, std::string(65, 'k') + '\0');
@@ -414,7 +414,7 @@ TEST(Cdr, SurvivesRandomBytes) {
   }
 }
 
-TEST(AssignBounded, ShowsThatSomethingIsMissing) {
+TEST(AssignBounded, MarksATruncatedTextWithAnEllipsis) {
   std::string text;
   AssignBounded(text, "short", 16);
   EXPECT_EQ(text, "short");
@@ -425,7 +425,7 @@ TEST(AssignBounded, ShowsThatSomethingIsMissing) {
   EXPECT_EQ(text.size(), 16U);
 }
 
-TEST(AssignBounded, WhatIsNoUtf8IsSeenAsSuch) {
+TEST(AssignBounded, ReplacesInvalidUtf8) {
   std::string text;
   for (const auto& [from, to] :
        {std::pair("caf\xE9 \xC3\xA9", "caf\uFFFD \u00E9"), std::pair("\xFF\xFE", "\uFFFD\uFFFD"),
@@ -528,14 +528,14 @@ std::vector<std::string> Announced(const TypeDescription& type) {
   return fields;
 }
 
-TEST(TypeFields, AreThoseOfTheIdl) {
+TEST(TypeFields, MatchTheIdl) {
   Types types;
   ForEachType(
       [&types](const TypeDescription& type) { types[std::string(type.name)] = Announced(type); });
   EXPECT_EQ(types, OfIdl());
 }
 
-TEST(TypeFields, TheXmlSaysWhatTheIdlSays) { EXPECT_EQ(OfXml(), OfIdl()); }
+TEST(TypeFields, OfTheXmlMatchTheIdl) { EXPECT_EQ(OfXml(), OfIdl()); }
 
 }  // namespace
 }  // namespace baudgate::dds

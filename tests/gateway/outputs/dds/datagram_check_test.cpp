@@ -30,7 +30,7 @@ Refusal Reason(const Bytes& datagram) {
   return check.Check(datagram, kPeer, kStart).reason;
 }
 
-TEST(DatagramCheck, LetsInWhatRightPeersSend) {
+TEST(DatagramCheck, AdmitsDatagramsOfCorrectPeers) {
   ASSERT_GE(Captured().size(), 22U);
   DatagramCheck one{CheckOptions{}};
   for (const auto& [name, bytes] : Captured()) {
@@ -39,7 +39,7 @@ TEST(DatagramCheck, LetsInWhatRightPeersSend) {
   }
 }
 
-TEST(DatagramCheck, LeavesOffAVendorsSubmessageAtTheEnd) {
+TEST(DatagramCheck, RemovesATrailingVendorSubmessage) {
   const Bytes& bytes = Captured().at("fast_heartbeat");
   DatagramCheck check{CheckOptions{}};
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).length, bytes.size() - 60);
@@ -53,7 +53,7 @@ TEST(DatagramCheck, LeavesOffAVendorsSubmessageAtTheEnd) {
 }
 
 // Each datagram has memory of its own, so AddressSanitizer finds a read beyond its end.
-TEST(DatagramCheck, TruncatedDatagramsAreRefusedOrWhole) {
+TEST(DatagramCheck, RefusesTruncatedDatagramsOrPassesWholeSubmessages) {
   for (const auto& [name, bytes] : Captured()) {
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       const Bytes cut(bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
@@ -88,7 +88,7 @@ TEST(DatagramCheck, DamagedBytesAreNeverReadBeyondTheEnd) {
   }
 }
 
-TEST(DatagramCheck, HidesTypes) {
+TEST(DatagramCheck, HidesTypeDescriptions) {
   // DATA of discovery: the parameters 69 00 and 72 00 are at the offsets 48 and 56 of the datagram.
   const Bytes bytes = Rtps(
       "15 05 2C 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
@@ -125,7 +125,7 @@ TEST(DatagramCheck, HidesMulticastGroupsForSamples) {
               ElementsAre("30 00"));
 }
 
-TEST(DatagramCheck, WhatAnEndpointSaysOfItselfIsBounded) {
+TEST(DatagramCheck, LimitsTheParametersOfAnEndpoint) {
   for (const std::size_t size : {8000U, 9000U}) {
     Bytes body = *ParseHex(
         "00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
@@ -171,7 +171,7 @@ struct Row {
 
 constexpr char kDataStart[] = "00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 ";
 
-TEST(DatagramCheck, NamesWhatIsWrong) {
+TEST(DatagramCheck, NamesTheRefusalOfABrokenSubmessage) {
   const std::string data = kDataStart;
   const std::string discovery = "00 00 10 00 " + data + "00 03 00 00 ";
   const auto of = [](const std::string& hex) { return Rtps(hex); };
@@ -236,7 +236,7 @@ Bytes Data(std::uint8_t flags, const std::string& rest, std::uint16_t to_qos = 1
   return bytes;
 }
 
-TEST(DatagramCheck, NamesWhatIsWrongWithData) {
+TEST(DatagramCheck, NamesTheRefusalOfBrokenData) {
   EXPECT_EQ(Reason(Data(0x04, "")), Refusal::data) << "payload that is not there";
   EXPECT_EQ(Reason(Data(0x06, "01 00 00 00")), Refusal::data) << "nor behind the inline QoS";
   EXPECT_EQ(Reason(Data(0x0C, "00 03 00 00 01 00 00 00")), Refusal::data) << "payload and key";
@@ -251,7 +251,7 @@ TEST(DatagramCheck, NamesWhatIsWrongWithData) {
       << "a participant without a name";
 }
 
-TEST(DatagramCheck, NamesWhatIsWrongInDiscovery) {
+TEST(DatagramCheck, NamesTheRefusalOfABrokenAnnouncement) {
   const auto with = [](std::string_view further) { return Reason(AnnouncementOf(1, 20, further)); };
   EXPECT_EQ(with(""), Refusal::none);
   EXPECT_EQ(with("62 00 08 00 03 00 00 00 61 62 00 00"), Refusal::none) << "a name";
@@ -277,7 +277,7 @@ TEST(DatagramCheck, NamesWhatIsWrongInDiscovery) {
   EXPECT_EQ(with(many), Refusal::parameters) << "65 addresses";
 }
 
-TEST(DatagramCheck, SecurityIsCheckedWhenItIsOn) {
+TEST(DatagramCheck, ChecksSecurityTokensWhenSecurityIsOn) {
   const auto reason = [](std::string_view further) {
     DatagramCheck check{
         CheckOptions{.security = Secured::allowed, .participants = {}, .window = {}}};
@@ -293,7 +293,7 @@ TEST(DatagramCheck, SecurityIsCheckedWhenItIsOn) {
 
 constexpr char kHeader20[] = "00 00 00 02 00 00 00 01 00 00 00 02 00 00 00 03 00 00 00 04 ";
 
-TEST(DatagramCheck, SecuredSubmessagesStandInTheirOrder) {
+TEST(DatagramCheck, DemandsTheOrderOfSecuredSubmessages) {
   const std::string header = kHeader20;
   const std::string mac = "11 11 11 11 11 11 11 11 11 11 11 11 11 11 11 11 ";
   const std::string srtps_prefix = "33 01 14 00 " + header;
@@ -379,7 +379,7 @@ TEST(DatagramCheck, HandshakesAreBoundedInLengthAndRate) {
       << "all addresses together";
 }
 
-TEST(DatagramCheck, NoWriterOfDiscoveryJumpsFar) {
+TEST(DatagramCheck, RefusesALargeSequenceJumpInDiscovery) {
   EXPECT_EQ(Reason(Heartbeat(1, kPublications, kFar, kFar)), Refusal::window);
   EXPECT_EQ(Reason(Heartbeat(1, kPublications, 1, kFar)), Refusal::window);
   EXPECT_EQ(Reason(Gap(1, kPublications, 1, kFar)), Refusal::window);
@@ -404,7 +404,7 @@ TEST(DatagramCheck, ALongLeaseIsShortened) {
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).edit_count, 0U);
 }
 
-TEST(DatagramCheck, CountsWhoIsThere) {
+TEST(DatagramCheck, LimitsTheNumberOfParticipants) {
   DatagramCheck check{
       CheckOptions{.security = Secured::off, .participants = {.participants = 3}, .window = {}}};
   for (std::uint16_t number = 1; number <= 3; ++number) {
@@ -424,7 +424,7 @@ TEST(DatagramCheck, CountsWhoIsThere) {
 }
 
 // A discovery server forwards the announcements of many machines.
-TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
+TEST(DatagramCheck, CountsAForwardedAnnouncementForItsOwnAddress) {
   const auto of_one = [](std::uint16_t number, std::uint8_t last) {
     Bytes bytes = AnnouncementOf(number);
     bytes[bytes.size() - 5] = last;
@@ -446,7 +446,7 @@ TEST(DatagramCheck, WhatAServerPassesOnCountsForTheAddressInIt) {
 }
 
 // The library decides by the reader that a datagram names, not by its writer.
-TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
+TEST(DatagramCheck, CountsAnAnnouncementFromAnyWriter) {
   DatagramCheck check{CheckOptions{}};
   Bytes bytes = AnnouncementOf(1);
   bytes[20 + 4 + 10] = 0x07;
@@ -455,7 +455,7 @@ TEST(DatagramCheck, AnAnnouncementUnderAnotherWritersNameIsOneToo) {
 }
 
 // A subscriber that receives our announcements asks for the second and later ones.
-TEST(DatagramCheck, KnowsWhoHasConfirmedAnAnnouncement) {
+TEST(DatagramCheck, TracksParticipantsThatConfirmedAnAnnouncement) {
   const std::string at =
       "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A "
       "00 00 01";

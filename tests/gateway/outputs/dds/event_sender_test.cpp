@@ -70,7 +70,7 @@ std::pair<std::uint64_t, std::uint64_t> SendAll(EventSender& sender) {
 
 using Sent2 = std::pair<std::uint64_t, std::uint64_t>;
 
-TEST(EventSender, SendsEachOnceAndToNewcomersTheNewest) {
+TEST(EventSender, SendsEachEventOnceAndTheNewestToNewSubscribers) {
   Supply supply;
   EventSender sender(&supply);
   EXPECT_EQ(sender.Next(), nullptr);
@@ -88,7 +88,7 @@ TEST(EventSender, SendsEachOnceAndToNewcomersTheNewest) {
   EXPECT_EQ(sender.sent(), 1000U + 1 + 1000 + 3499);
 }
 
-TEST(EventSender, CountsWhatHasLeftBeforeItWasSent) {
+TEST(EventSender, CountsEventsThatWereDroppedBeforeSending) {
   Supply supply;
   supply.most = 100;
   EventSender sender(&supply);
@@ -101,7 +101,7 @@ TEST(EventSender, CountsWhatHasLeftBeforeItWasSent) {
   EXPECT_EQ(SendAll(sender), Sent2(61, 160));
 }
 
-TEST(EventSender, PassesOverThoseOfDevicesThatAreGone) {
+TEST(EventSender, SkipsEventsOfRemovedDevices) {
   Supply supply;
   supply.Happen(100, "");
   supply.Happen(2);
@@ -113,7 +113,7 @@ TEST(EventSender, PassesOverThoseOfDevicesThatAreGone) {
   EXPECT_EQ(sender.skipped(), 0U);
 }
 
-TEST(EventSender, GoesOnBehindAnOrderlyEnd) {
+TEST(EventSender, ContinuesAfterAnOrderlyStop) {
   Supply supply;
   supply.Happen(3000);
   {
@@ -129,7 +129,7 @@ TEST(EventSender, GoesOnBehindAnOrderlyEnd) {
   EXPECT_EQ(SendAll(sender), Sent2(3001, 3002));
 }
 
-TEST(EventSender, SendsAfterAKillWhatMayHaveBeenLost) {
+TEST(EventSender, RepeatsPossiblyLostEventsAfterAKill) {
   Supply supply;
   supply.Happen(3000);
   {
@@ -144,7 +144,7 @@ TEST(EventSender, SendsAfterAKillWhatMayHaveBeenLost) {
   EXPECT_EQ(SendAll(sender), Sent2(2003, 3010));
 }
 
-TEST(EventSender, SendsAfterALongKillAllThatNobodyHad) {
+TEST(EventSender, SendsAllUnsentEventsAfterALongKill) {
   Supply supply;
   supply.Happen(100);
   {
@@ -165,7 +165,7 @@ TEST(EventSender, SendsAfterALongKillAllThatNobodyHad) {
   EXPECT_EQ(SendAll(sender), Sent2(3101, 3101));
 }
 
-TEST(EventSender, WithoutASupplyHasNone) {
+TEST(EventSender, HasNoEventsWithoutASupply) {
   EventSender sender(nullptr);
   sender.StartAnew();
   EXPECT_EQ(sender.Next(), nullptr);
@@ -224,7 +224,7 @@ TEST(EventsOfASender, GoOutPacedAndInOrder) {
   EXPECT_EQ(run.sender.counters().events, 1001U);
 }
 
-TEST(EventsOfASender, WaitForAWriterThatIsFull) {
+TEST(EventsOfASender, WaitForAFullWriter) {
   for (const Sent answer : {Sent::later, Sent::refused}) {
     SampleLoad run;
     run.RunFor(1s);
@@ -238,7 +238,7 @@ TEST(EventsOfASender, WaitForAWriterThatIsFull) {
   }
 }
 
-TEST(EventsOfASender, GoOnceMoreToWhoeverComesAnew) {
+TEST(EventsOfASender, AreRepeatedToANewSubscriber) {
   SampleLoad run;
   run.supply.Happen(3);
   run.RunFor(1s);
@@ -250,7 +250,7 @@ TEST(EventsOfASender, GoOnceMoreToWhoeverComesAnew) {
   EXPECT_EQ(run.writer.events[6].seq, 4U);
 }
 
-TEST(AlarmsOfASender, AreTheStateOfEach) {
+TEST(AlarmsOfASender, AreSentWithTheirLatestState) {
   SampleLoad run;
   run.supply.Change("a", 1);
   run.supply.Change("b", 1);
@@ -277,7 +277,7 @@ TEST(AlarmsOfASender, AreTheStateOfEach) {
 }
 
 /// Events beyond the newest 1000 of a device are lost if they are sent before a reader is there.
-TEST(EventsOfASender, WaitUntilSomebodyReadsThemButNotForLong) {
+TEST(EventsOfASender, WaitSomeSecondsForTheFirstReader) {
   for (const bool comes : {true, false}) {
     SampleLoad run;
     run.writer.there = {.points = 1};
@@ -291,7 +291,7 @@ TEST(EventsOfASender, WaitUntilSomebodyReadsThemButNotForLong) {
   }
 }
 
-TEST(EventsOfASender, AreToldBeforeTheEnd) {
+TEST(EventsOfASender, AreSentBeforeTheSenderEnds) {
   SampleLoad run;
   run.RunFor(1s);
   run.supply.Happen(300);

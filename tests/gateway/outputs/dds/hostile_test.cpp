@@ -107,7 +107,7 @@ Bytes GoodBytes(const std::string& point) {
   return bytes;
 }
 
-TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
+TEST(Hostile, BrokenSamplesAreSkippedAndGoodSamplesArrive) {
   Published heard;
   auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok());
@@ -130,7 +130,7 @@ TEST(Hostile, BrokenSamplesAreSkippedAndGoodOnesArrive) {
   EXPECT_EQ(heard.samples, 2U);
 }
 
-TEST(Hostile, BrokenDatagramsEndNothing) {
+TEST(Hostile, BrokenDatagramsDoNotStopThePublisher) {
   const config::Config config = MakeConfig(1, 5);
   bus::PointStore store(config);
   Published heard;
@@ -237,7 +237,7 @@ class FloodTest : public testing::AtWork {
   }
 };
 
-TEST_F(FloodTest, WritersAndReadersOfMadeUpTopics) {
+TEST_F(FloodTest, InventedWritersAndReadersAreLimited) {
   Announcer writers(false);
   Announcer readers(true);
   const std::size_t memory = mallinfo2().uordblks;
@@ -250,12 +250,12 @@ TEST_F(FloodTest, WritersAndReadersOfMadeUpTopics) {
   EXPECT_TRUE(SampleArrives());
 }
 
-TEST_F(FloodTest, AHundredRightReadersOfOneParticipantAreMatched) {
+TEST_F(FloodTest, AHundredCorrectReadersOfAParticipantAreMatched) {
   Send(Announcer(true).More(100, kPointTopic));
   while (publisher_->counters().subscribers.points != 101) ASSERT_TRUE(SampleArrives());
 }
 
-TEST_F(FloodTest, DamagedTypes) {
+TEST_F(FloodTest, DamagedTypeDescriptionsDoNotStopThePublisher) {
   Announcer writers(false);
   for (const char* id : {"69", "72", "75"}) {
     for (const char* content : {"FF FF FF FF FF FF FF FF", "00 01 00 00 F2 51 00 00",
@@ -302,14 +302,14 @@ class GateTest : public testing::AtWork {
   }
 };
 
-TEST_F(GateTest, AFragmentWithoutPayload) {
+TEST_F(GateTest, AFragmentWithoutPayloadIsRefused) {
   EXPECT_TRUE(
       Refuses(Refusal::fragment,
               Rtps("16 03 24 00 00 00 1C 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 "
                    "01 00 00 00 01 00 04 00 04 00 00 00 01 00 00 00")));
 }
 
-TEST_F(GateTest, StatisticsThatWereMadeUp) {
+TEST_F(GateTest, InventedStatisticsAreHarmless) {
   ASSERT_TRUE(Announce(1, 1, 20));
   const std::uint64_t before = subscriber_->datagrams().passed;
   std::uint64_t bytes = 1000;
@@ -326,19 +326,19 @@ TEST_F(GateTest, StatisticsThatWereMadeUp) {
   EXPECT_TRUE(Until([&](const DatagramCounters& now) { return now.passed >= before + 4; }));
 }
 
-TEST_F(GateTest, AHugeSecurityToken) {
+TEST_F(GateTest, AHugeSecurityTokenIsRefused) {
   EXPECT_TRUE(Refuses(
       Refusal::security,
       AnnouncementOf(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10")));
 }
 
-TEST_F(GateTest, HeartbeatAndGapFarAway) {
+TEST_F(GateTest, FarHeartbeatsAndGapsAreRefused) {
   ASSERT_TRUE(Announce(1, 1, 20));
   EXPECT_TRUE(Refuses(Refusal::window, Heartbeat(1, kPublications, kFar, kFar)));
   EXPECT_TRUE(Refuses(Refusal::window, Gap(1, kPublications, 1, kFar)));
 }
 
-TEST_F(GateTest, ThreeHundredInventedParticipants) {
+TEST_F(GateTest, InventedParticipantsAreLimited) {
   ASSERT_TRUE(Announce(1, 100, 0x7FFFFFFF));
   const std::size_t memory = mallinfo2().uordblks;
   ASSERT_TRUE(Announce(101, 200, 0x7FFFFFFF));

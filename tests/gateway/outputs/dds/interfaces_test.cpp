@@ -86,7 +86,7 @@ class Interfaces : public ::testing::Test {
   bus::PointStore store_{config_};
 };
 
-TEST_F(Interfaces, GatewayAndSubscriberOfOneMachineNeedOneInCommon) {
+TEST_F(Interfaces, GatewayAndSubscriberOfAMachineNeedACommonInterface) {
   const Addresses both = {kLoopback, kInterface};
   const struct {
     Addresses gateway;
@@ -111,7 +111,7 @@ TEST_F(Interfaces, GatewayAndSubscriberOfOneMachineNeedOneInCommon) {
   }
 }
 
-TEST_F(Interfaces, AMissingOneLeavesTheOthers) {
+TEST_F(Interfaces, AMissingInterfaceLeavesTheOthersInUse) {
   const auto publisher = PublishOn({kLoopback, "192.0.2.9"}, 2.5);
   EXPECT_TRUE(Stranger({kLoopback}).Hears());
   const auto none = dds::CreateParticipant(
@@ -123,7 +123,7 @@ TEST_F(Interfaces, AMissingOneLeavesTheOthers) {
             "192.0.2.10]; list its own with: ip -4 addr");
 }
 
-TEST_F(Interfaces, OthersThatUseAllOrTheSame) {
+TEST_F(Interfaces, AParticipantOfAnotherLibraryHearsTheGateway) {
   const Addresses both = {kLoopback, kInterface};
   const struct {
     Addresses gateway;
@@ -190,7 +190,7 @@ class FarGateway : public Interfaces {
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };
 
-TEST_F(FarGateway, IsHeardAgainWhenTheInterfaceWasMadeAnew) {
+TEST_F(FarGateway, IsReceivedAgainAfterItsInterfaceWasRecreated) {
   Publish(2.5);
   const auto renew = [this] {
     publisher_.reset();
@@ -203,7 +203,7 @@ TEST_F(FarGateway, IsHeardAgainWhenTheInterfaceWasMadeAnew) {
       HasSubstr("watch: the interface of " + kInterface + " was made anew; watch restarts"));
 }
 
-TEST_F(FarGateway, IsHeardWhenTheCableIsPluggedInLate) {
+TEST_F(FarGateway, IsReceivedWhenTheCableIsPluggedInLate) {
   network_.Unplug();
   const auto begin = [this] {
     network_.PlugIn();

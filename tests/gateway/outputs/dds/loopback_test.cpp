@@ -70,7 +70,7 @@ TEST(Loopback, TwoThousandPointsArriveWhole) {
   EXPECT_EQ(publisher->counters().subscribers.points, 1U);
 }
 
-TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
+TEST(Loopback, ALargeGatewayArrivesCompleteAsOneGateway) {
   const config::Config config = MakeConfig(90, 100);
   bus::PointStore store(config);
   Published heard;
@@ -83,7 +83,7 @@ TEST(Loopback, ALargeGatewayIsOneGatewayAndArrivesWhole) {
   EXPECT_TRUE(heard.WaitFor([&] { return heard.gone.size() == 9000 && heard.gateways == 0; }));
 }
 
-TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
+TEST(Loopback, ALateSubscriberGetsTheLatestSampleOfAllPoints) {
   const config::Config config = MakeConfig(4, 100);
   bus::PointStore store(config);
   const auto publisher = Publish(config, store);
@@ -100,7 +100,7 @@ TEST(Loopback, ALateJoinerGetsTheLatestOfAll) {
   EXPECT_EQ(heard.points[Published::Key("feeder-3", "p99")].value, 7.0);
 }
 
-TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
+TEST(Loopback, AnOrderlyStopSendsFinalSamplesWithQualityNotConnected) {
   const config::Config config = MakeConfig(2, 50);
   bus::PointStore store(config);
   Set(store, 1, 7, 7.5);
@@ -127,7 +127,7 @@ TEST(Loopback, AtAnOrderlyStopTheLastSamplesAreNotConnected) {
   for (const auto& [key, why] : heard.gone) EXPECT_EQ(why, Gone::no_writers) << key.second;
 }
 
-TEST(Loopback, WhatAReloadTakesOutIsGoneForThoseThatAreThereAndForThoseThatComeLater) {
+TEST(Loopback, ReloadedOutDevicesAreGoneForPresentAndLateSubscribers) {
   const config::Config config = MakeConfig(2, 3);
   bus::PointStore store(config);
   Published heard;
@@ -157,7 +157,7 @@ TEST(Loopback, WhatAReloadTakesOutIsGoneForThoseThatAreThereAndForThoseThatComeL
   EXPECT_TRUE(late.devices.contains("renamed-4"));
 }
 
-TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
+TEST(Loopback, ASubscriberReceivesTheStartTimeOfTheGateway) {
   const config::Config config = MakeConfig(1, 1);
   bus::PointStore store(config);
   const std::int64_t before = ReadClocks().wall.time_since_epoch().count();
@@ -173,7 +173,7 @@ TEST(Loopback, ASubscriberIsToldWhenTheGatewayWasStarted) {
   EXPECT_TRUE(heard.WaitFor([&] { return heard.starts.empty(); }));
 }
 
-TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
+TEST(Loopback, ALostWriterIsReportedAsNoWriters) {
   Published heard;
   const auto subscriber = Subscribe(heard);
   auto writer = CreateFastWriter(TestSubscriber().participant, {.points = 1, .devices = 1});
@@ -187,7 +187,7 @@ TEST(Loopback, AWriterThatLeavesWithoutAWordIsReportedAsSuch) {
   EXPECT_EQ(heard.gone.begin()->second, Gone::no_writers);
 }
 
-TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
+TEST(Loopback, GatewaysOfADomainAreDistinguished) {
   const config::Config config = MakeConfig(1, 1);
   config::Config other = config;
   other.name = "substation-8";
@@ -215,7 +215,7 @@ TEST(Loopback, GatewaysOfOneDomainAreToldApart) {
   }));
 }
 
-TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
+TEST(Loopback, TheReaderCountsSamplesWithoutRoom) {
   const config::Config config = MakeConfig(1, 30);
   bus::PointStore store(config);
   Published heard;
@@ -228,7 +228,7 @@ TEST(Loopback, TheReaderSaysWhatItHadNoRoomFor) {
   EXPECT_TRUE(heard.WaitFor([&] { return heard.rejected == 20; })) << heard.rejected;
 }
 
-TEST(Loopback, AnAddressThatIsNotOursIsRefused) {
+TEST(Loopback, AnInterfaceAddressOfAnotherMachineIsRefused) {
   config::Config config = MakeConfig(1, 1);
   config.dds.interfaces = {"192.0.2.1"};
   const bus::PointStore store(config);
@@ -239,7 +239,7 @@ TEST(Loopback, AnAddressThatIsNotOursIsRefused) {
 
 // ---------------- Key hashes, against values that another program computed.
 
-TEST(KeyHash, IsWhatEveryVendorComputes) {
+TEST(KeyHash, MatchesTheHashOfOtherVendors) {
   PointSample point;
   point.gateway = "sub-7", point.device = "feeder-1", point.point = "current_l1";
   EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
@@ -277,7 +277,7 @@ Bytes Encoded(const PointSample& sample) {
 }
 
 // All points change while a callback is slow: the publisher does not wait.
-TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
+TEST(Subscriber, FiveThousandPointsAreReadInAFewTakes) {
   constexpr std::size_t kPoints = 5000;
   Published heard;
   std::promise<void> first;
@@ -305,7 +305,7 @@ TEST(Subscriber, FiveThousandPointsComeInAFewTakes) {
   EXPECT_EQ((*subscriber)->counters().refused, 0U);
 }
 
-TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
+TEST(Subscriber, UndecodableSamplesAreCountedAndNotShown) {
   Published heard;
   const auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();
@@ -330,7 +330,7 @@ TEST(Subscriber, WhatCanNotBeReadIsCountedAndNotShown) {
   EXPECT_TRUE(heard.points.contains({"d", "good"}));
 }
 
-TEST(Subscriber, NamesTheWriterAndSaysWhenItLeaves) {
+TEST(Subscriber, NamesTheWriterAndReportsItsLeaving) {
   Published heard;
   const auto subscriber = DdsSubscriber::Create(TestSubscriber(), heard.Callbacks());
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();

@@ -26,7 +26,7 @@ const SocketFacts kFine = {.has_port = true,
                            .send_bytes = kSocketBuffer,
                            .given_ports = {32768, 60999}};
 
-TEST(SocketRemarks, EachRefusalHasItsSentence) {
+TEST(SocketRemarks, ExplainEachSocketProblem) {
   const ParticipantOptions options{.domain = 150, .interfaces = {"127.0.0.1"}};
   EXPECT_THAT(RemarksOn(kFine, options), IsEmpty());
   SocketFacts facts = kFine;
@@ -92,7 +92,7 @@ class SocketFactsTest : public ::testing::Test {
   ParticipantOptions options_;
 };
 
-TEST_F(SocketFactsTest, AGroupIsHeardWhereItWasJoined) {
+TEST_F(SocketFactsTest, AMulticastGroupIsReceivedOnlyWhereItWasJoined) {
   EXPECT_FALSE(Facts().has_port);
   const UdpSocket elsewhere("127.0.0.1", port(), true);
   ASSERT_TRUE(elsewhere.bound());
@@ -110,7 +110,7 @@ TEST_F(SocketFactsTest, AGroupIsHeardWhereItWasJoined) {
   EXPECT_TRUE(Facts().has_port) << "none is needed";
 }
 
-TEST_F(SocketFactsTest, APortThatIsFreeAgainIsNoticed) {
+TEST_F(SocketFactsTest, APortThatIsFreeAgainIsDetected) {
   PortWatch watch;
   const auto look = [&] { return watch.Look(options_, FindOwnAddresses()); };
   EXPECT_EQ(look(), std::nullopt) << "nobody has taken it: to begin anew would not help";
@@ -121,7 +121,7 @@ TEST_F(SocketFactsTest, APortThatIsFreeAgainIsNoticed) {
   EXPECT_EQ(look(), "UDP port " + std::to_string(port()) + " is free now");
 }
 
-TEST(InterfaceWatch, TellsWhatTheLibraryCannotFollow) {
+TEST(InterfaceWatch, ReportsChangesThatTheLibraryCannotFollow) {
   const OwnAddresses begin = {{"127.0.0.1", 1}, {"10.0.0.5", 2}, {"10.1.0.5", 3}, {"10.3.0.5", {}}};
   struct Row {
     std::vector<std::string> interfaces;
@@ -166,7 +166,7 @@ TEST(InterfaceWatch, FindsTheLoopback) {
   EXPECT_FALSE(IsOwn(own, "localhost"));
 }
 
-TEST(InterfaceWatch, SaysWhyNothingIsSent) {
+TEST(InterfaceWatch, ExplainsWhyAnInterfaceIsUnused) {
   const OwnAddresses own = {{"127.0.0.1", 1}, {"10.0.0.5", 2}, {"10.3.0.5", {}}};
   EXPECT_EQ(WhyUnused(own, "10.0.0.5"), std::nullopt);
   EXPECT_EQ(WhyUnused(own, "127.0.0.7"), std::nullopt);

@@ -31,7 +31,7 @@ std::size_t AnnounceMany(ParticipantTable& table, std::uint32_t first, std::uint
   return in;
 }
 
-TEST(ParticipantTable, IsFullAt256) {
+TEST(ParticipantTable, HoldsAtMost256Participants) {
   ParticipantTable table{ParticipantLimits{}};
   EXPECT_EQ(AnnounceMany(table, 1, 300, kStart), 256U);
   EXPECT_EQ(table.Announce(GuidPrefixOf(1000), 1, 20s, kStart), Refusal::participants);
@@ -40,14 +40,14 @@ TEST(ParticipantTable, IsFullAt256) {
       << "it is there already";
 }
 
-TEST(ParticipantTable, OneAddressHas128) {
+TEST(ParticipantTable, HoldsAtMost128ParticipantsOfAnAddress) {
   ParticipantTable table{ParticipantLimits{}};
   EXPECT_EQ(AnnounceMany(table, 1, 300, kStart, 5), 128U);
   EXPECT_EQ(table.Announce(GuidPrefixOf(1000), 5, 20s, kStart), Refusal::address);
   EXPECT_EQ(table.Announce(GuidPrefixOf(1000), 6, 20s, kStart), Refusal::none);
 }
 
-TEST(ParticipantTable, WhoIsSilentBeyondItsLeaseMakesRoom) {
+TEST(ParticipantTable, AParticipantSilentBeyondItsLeaseIsReplaced) {
   ParticipantTable table{ParticipantLimits{.participants = 2}};
   EXPECT_EQ(table.Announce(GuidPrefixOf(1), 1, 3s, kStart), Refusal::none);
   EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart), Refusal::none);
@@ -65,14 +65,14 @@ TEST(ParticipantTable, AnEndlessLeaseEndsAfterAMinute) {
   EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart + 60s + 1ms), Refusal::none);
 }
 
-TEST(ParticipantTable, WhoWasSilentTooLongMustAnnounceItself) {
+TEST(ParticipantTable, AParticipantWithAnExpiredLeaseMustAnnounceItselfAgain) {
   ParticipantTable table{ParticipantLimits{.participants = 1}};
   EXPECT_EQ(table.Announce(GuidPrefixOf(1), 1, 3s, kStart), Refusal::none);
   table.Heard(GuidPrefixOf(1), kStart + 4s);
   EXPECT_EQ(table.Announce(GuidPrefixOf(2), 2, 3s, kStart + 4s), Refusal::none);
 }
 
-TEST(ParticipantTable, ComingAndGoingIsSlowedDown) {
+TEST(ParticipantTable, TheRateOfNewParticipantsIsLimited) {
   ParticipantTable table{ParticipantLimits{}};
   std::size_t in = 0;
   for (std::uint32_t number = 1; number <= 1000; ++number) {
@@ -86,7 +86,7 @@ TEST(ParticipantTable, ComingAndGoingIsSlowedDown) {
   EXPECT_EQ(AnnounceMany(table, 3000, 1000, kStart + 1s), 256U - 136U + 50U);
 }
 
-TEST(ParticipantTable, LeavingMakesRoom) {
+TEST(ParticipantTable, ALeavingParticipantFreesItsPlace) {
   ParticipantTable table{ParticipantLimits{.participants = 2}};
   EXPECT_EQ(AnnounceMany(table, 1, 3, kStart), 2U);
   table.Left(GuidPrefixOf(3));
@@ -95,7 +95,7 @@ TEST(ParticipantTable, LeavingMakesRoom) {
   EXPECT_EQ(AnnounceMany(table, 3, 2, kStart + 20ms), 1U);
 }
 
-TEST(ParticipantTable, TellsWhoConfirmsAndWhoCanNotBeAnswered) {
+TEST(ParticipantTable, DistinguishesReachedAndUnansweredParticipants) {
   ParticipantTable table{ParticipantLimits{}};
   const auto at = [](std::uint32_t number) { return UdpAddress{number, 7410}; };
   AnnounceMany(table, 1, 4, kStart);
@@ -153,7 +153,7 @@ class EndpointTableTest : public ::testing::Test {
   EndpointTable table_{EndpointLimits{}};
 };
 
-TEST_F(EndpointTableTest, OneParticipantHas512) {
+TEST_F(EndpointTableTest, AParticipantHasAtMost512Endpoints) {
   EXPECT_EQ(Announce(1, 1, 600), 512U);
   EXPECT_EQ(Announce(1, 1, 512), 512U) << "they are there already";
   EXPECT_EQ(Announce(2, 1, 10), 10U) << "others are not touched";
@@ -162,7 +162,7 @@ TEST_F(EndpointTableTest, OneParticipantHas512) {
   EXPECT_EQ(Announce(1, 1000, 1, kStart + 1h), 1U);
 }
 
-TEST_F(EndpointTableTest, AllHave8192) {
+TEST_F(EndpointTableTest, AllParticipantsTogetherHaveAtMost8192Endpoints) {
   std::size_t in = 0;
   for (std::uint8_t number = 1; number <= 20; ++number) in += Announce(number, 1, 512);
   EXPECT_EQ(in, 8192U);
@@ -171,7 +171,7 @@ TEST_F(EndpointTableTest, AllHave8192) {
   EXPECT_EQ(Announce(20, 1, 512), 512U);
 }
 
-TEST_F(EndpointTableTest, WhoComesAndGoesWithoutEndIsSlowedDown) {
+TEST_F(EndpointTableTest, TheRateOfNewEndpointsIsLimited) {
   std::size_t in = 0;
   for (std::uint32_t number = 1; number <= 10'000; ++number) {
     in += Announce(1, number, 1);
@@ -181,12 +181,12 @@ TEST_F(EndpointTableTest, WhoComesAndGoesWithoutEndIsSlowedDown) {
   EXPECT_EQ(Announce(1, 20'000, 1000, kStart + 1s), 100U);
 }
 
-TEST_F(EndpointTableTest, WhoeverIsNoParticipantIsNotCounted) {
+TEST_F(EndpointTableTest, EndpointsOfUnknownParticipantsAreNotCounted) {
   EXPECT_EQ(Announce(99, 1, 10'000), 10'000U);
   EXPECT_EQ(table_.size(), 0U);
 }
 
-TEST_F(EndpointTableTest, WhatParticipantsLeaveBehindIsForgotten) {
+TEST_F(EndpointTableTest, EndpointsOfALeftParticipantAreForgotten) {
   Announce(1, 1, 512);
   participants_.Left(PrefixOf(Endpoint(1, 0)));
   EXPECT_EQ(Announce(2, 1, 1), 1U);
@@ -195,7 +195,7 @@ TEST_F(EndpointTableTest, WhatParticipantsLeaveBehindIsForgotten) {
 
 // ---------------- The advice to the user about a participant that cannot be answered.
 
-TEST(Unanswered, TheCureFitsWhatIsNamedAlready) {
+TEST(Unanswered, TheAdviceDependsOnTheConfiguredInterfaces) {
   const std::string both_sides =
       "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
   const struct {
@@ -248,7 +248,7 @@ constexpr std::uint8_t kDiscovery = 0xC2;
 constexpr std::uint8_t kOfSamples = 0x02;
 constexpr WindowLimits kSmall{.burst = 1000, .each_second = 100, .first_of_samples = 5000};
 
-TEST(SequenceWindow, AllShareWhatMayBeSkipped) {
+TEST(SequenceWindow, AllWritersShareTheBudgetForSkippedNumbers) {
   SequenceWindow window(kSmall);
   EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 0, kStart));
   EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 0, kStart)) << "again: nothing new";
@@ -262,13 +262,13 @@ TEST(SequenceWindow, AllShareWhatMayBeSkipped) {
   EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 1700, 0, kStart + 1h));
 }
 
-TEST(SequenceWindow, AGapCostsItsLengthEachTime) {
+TEST(SequenceWindow, EachGapConsumesItsLengthOfTheBudget) {
   SequenceWindow window(kSmall);
   EXPECT_TRUE(window.Advance(WriterGuid(1, kDiscovery), 600, 600, kStart));
   EXPECT_FALSE(window.Advance(WriterGuid(1, kDiscovery), 600, 600, kStart));
 }
 
-TEST(SequenceWindow, AWriterOfSamplesBeginsWhereItIs) {
+TEST(SequenceWindow, AWriterOfSamplesMayStartAtAHighNumber) {
   SequenceWindow window(kSmall);
   EXPECT_FALSE(window.Advance(WriterGuid(1, kOfSamples), 5001, 0, kStart));
   EXPECT_TRUE(window.Advance(WriterGuid(1, kOfSamples), 5000, 0, kStart));
@@ -276,7 +276,7 @@ TEST(SequenceWindow, AWriterOfSamplesBeginsWhereItIs) {
   EXPECT_FALSE(window.Advance(WriterGuid(1, kOfSamples), 6001, 0, kStart));
 }
 
-TEST(SequenceWindow, ManyInventedWritersDoNotMakeItForgetSoonHeardOnes) {
+TEST(SequenceWindow, ManyInventedWritersDoNotEvictAKnownWriter) {
   SequenceWindow window(kSmall);
   const Guid known = WriterGuid(1, kOfSamples);
   EXPECT_TRUE(window.Advance(known, 5000, 0, kStart));
@@ -300,7 +300,7 @@ TEST(TakingThread, RestsLongerAfterLongerRounds) {
   }
 }
 
-TEST(TakingThread, WhatComesDuringARoundIsTakenInTheNext) {
+TEST(TakingThread, AWakeUpDuringARoundStartsOneMoreRound) {
   std::promise<void> in_first;
   std::promise<void> go_on;
   std::promise<void> second;

@@ -50,7 +50,7 @@ TEST(Publisher, SendsOnItsThreadUntilItIsStopped) {
   EXPECT_GE(publisher->counters().written, 1U);
 }
 
-TEST(Publisher, RefusesNamesThatAreNoKeys) {
+TEST(Publisher, RefusesNamesThatAreTooLongForKeys) {
   config::Config config = MakeConfig(1, 1);
   config.lines[0].devices[0].points[0].name = std::string(65, 'p');
   bus::PointStore store(config);
@@ -99,7 +99,7 @@ class ChangingWriter : public RememberingWriter {
   std::function<void()> changed_session_;
 };
 
-TEST(Publisher, SendsEverythingToWhoeverComesAndNothingToNobody) {
+TEST(Publisher, SendsEverythingToANewSessionAndNothingWithoutOne) {
   const config::Config config = MakeConfig(1, 1);
   bus::PointStore store(config);
   auto writer = std::make_shared<ChangingWriter>();
@@ -139,7 +139,7 @@ TEST(PublishPlan, WantsEveryPointAtFirst) {
   EXPECT_TRUE(plan.WasSent(0));
 }
 
-TEST(PublishPlan, RepeatsNothingThatHasNotChanged) {
+TEST(PublishPlan, DoesNotRepeatAnUnchangedPoint) {
   EXPECT_FALSE(SentSample(1.5).WantsPoint(0, Number(1.5)));
   EXPECT_TRUE(SentSample(1.5).WantsPoint(0, Number(std::nextafter(1.5, 2))));
 }
@@ -152,7 +152,7 @@ TEST(PublishPlan, KeepsSmallChangesBack) {
   EXPECT_TRUE(plan.WantsPoint(0, Number(9.49)));
 }
 
-TEST(PublishPlan, MeasuresTheDeadbandFromWhatWasSent) {
+TEST(PublishPlan, MeasuresTheDeadbandFromTheLastSentValue) {
   PublishPlan plan = SentSample(10, 0.5);
   EXPECT_FALSE(plan.WantsPoint(0, Number(10.3)));
   EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));  // reached in two small steps
@@ -181,7 +181,7 @@ TEST(PublishPlan, SeesChangedText) {
   EXPECT_TRUE(plan.WantsPoint(0, PointState::Of(std::string("SPCJ 4D28"), Quality::good)));
 }
 
-TEST(PublishPlan, TheImageComesInPortions) {
+TEST(PublishPlan, TheFirstImageIsSentInPortions) {
   PublishPlan plan({}, std::vector<double>(100, 0), 0, kStart);
   std::vector<std::uint32_t> due;
   std::vector<bool> seen(100, false);
@@ -246,7 +246,7 @@ TEST(PublishPlan, TriesAgainAfterAFailedWrite) {
   EXPECT_TRUE(plan.WantsPoint(0, Number(1)));  // even if the value is the old one again
 }
 
-TEST(PublishPlan, ADeviceIsSentOnceASecond) {
+TEST(PublishPlan, ADeviceStatusIsSentOnceASecond) {
   PublishPlan plan({}, {}, 1, kStart);
   ASSERT_TRUE(plan.WantsDevice(0, bus::DeviceState::online, kStart));
   plan.DeviceSent(0, bus::DeviceState::online, kStart);
@@ -260,7 +260,7 @@ TEST(PublishPlan, ADeviceIsSentOnceASecond) {
   EXPECT_TRUE(plan.WantsDevice(0, bus::DeviceState::online, kStart + 1s));
 }
 
-TEST(PublishPlan, AChangeOfStateGoesOutAtOnce) {
+TEST(PublishPlan, AChangeOfDeviceStateIsSentAtOnce) {
   PublishPlan plan({}, {}, 1, kStart);
   plan.DeviceSent(0, bus::DeviceState::online, kStart);
   EXPECT_TRUE(plan.WantsDevice(0, bus::DeviceState::offline, kStart + 1ms));
@@ -287,7 +287,7 @@ TEST(Pacer, LetsABurstThroughAndThenSlowsDown) {
   EXPECT_TRUE(pacer.Take(kStart + 50us));
 }
 
-TEST(Pacer, KeepsItsRateWhenItIsWokenAsItAsks) {
+TEST(Pacer, KeepsItsRateWhenWokenAtTheRequestedTimes) {
   Pacer pacer(50us, 100);
   Instant now = kStart;
   int sent = 0;
@@ -304,7 +304,7 @@ TEST(Pacer, KeepsItsRateWhenItIsWokenAsItAsks) {
 
 // ---------------- `PacedWriter`: how often a writer without room is asked again.
 
-TEST(PacedWriter, RestsLongerEachTimeThereIsNoRoom) {
+TEST(PacedWriter, WaitsLongerAfterEachFullWriter) {
   testing::RememberingWriter writer;
   PacedWriter paced(writer, {});
   Instant now = Instant() + 1h;
@@ -335,7 +335,7 @@ TEST(DueQueue, IsEmptyWithoutSlots) {
   EXPECT_EQ(queue.Next(), Instant::max());
 }
 
-TEST(DueQueue, GivesASlotOnlyWhenItsTimeHasCome) {
+TEST(DueQueue, ReturnsASlotOnlyWhenItIsDue) {
   DueQueue queue(1, kStart);
   EXPECT_EQ(queue.Due(kStart - 1ns), std::nullopt);
   EXPECT_EQ(queue.Due(kStart), 0U);

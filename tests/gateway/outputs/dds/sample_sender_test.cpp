@@ -57,7 +57,7 @@ struct Sending {
       [this](log::Level level, const std::string& line) { lines.emplace_back(level, line); }, now};
 };
 
-TEST(SampleSender, TellsWhenTheGatewayWasStartedOnceAndToWhoeverComesNext) {
+TEST(SampleSender, SendsTheStartTimeOncePerSession) {
   Sending run(MakeConfig(1, 1));
   run.Pass(3s);
   run.RunFor(30s);
@@ -71,7 +71,7 @@ TEST(SampleSender, TellsWhenTheGatewayWasStartedOnceAndToWhoeverComesNext) {
   EXPECT_THAT(run.writer.gateways, ElementsAre(told, told)) << "the start is the gateway's";
 }
 
-TEST(SampleSender, TellsTheStartLaterWhenItIsNotTaken) {
+TEST(SampleSender, RetriesTheStartTimeWhenTheWriterRefusesIt) {
   for (const Sent answer : {Sent::later, Sent::refused}) {
     Sending run(MakeConfig(1, 1));
     run.writer.answer = answer;
@@ -100,7 +100,7 @@ TEST(SampleSender, StartsWithAnImageThatWaitsForData) {
   EXPECT_EQ(run.writer.devices.front().last_ok_time_ns, 0);
 }
 
-TEST(SampleSender, ALongImageWaitsForSubscribersThatAreAlreadyThere) {
+TEST(SampleSender, ALongImageWaitsForExistingSubscribersToConnect) {
   Sending run(MakeConfig(1, 1001));
   run.RunFor(499ms);
   EXPECT_THAT(run.writer.points, SizeIs(0));
@@ -108,7 +108,7 @@ TEST(SampleSender, ALongImageWaitsForSubscribersThatAreAlreadyThere) {
   EXPECT_THAT(run.writer.points, SizeIs(1001));
 }
 
-TEST(SampleSender, SendsNotMoreThanSocketBuffersHold) {
+TEST(SampleSender, LimitsItsRateToTheSocketBuffers) {
   Sending run(MakeConfig(10, 100));
   run.RunFor(10ms);
   EXPECT_LE(run.writer.points.size(), 300U) << "100 at once, then 20 a millisecond";
@@ -119,7 +119,7 @@ TEST(SampleSender, SendsNotMoreThanSocketBuffersHold) {
   EXPECT_TRUE(run.sender.idle());
 }
 
-TEST(SampleSender, WhatChangesDoesNotWaitForTheWholeImage) {
+TEST(SampleSender, AChangedPointDoesNotWaitForTheWholeImage) {
   Sending run(MakeConfig(10, 100));
   run.RunFor(5ms);
   run.Set(9, 99, 2.5);
@@ -152,7 +152,7 @@ TEST(SampleSender, SendsTextVisiblyBounded) {
   EXPECT_THAT(sample.text, ::testing::EndsWith("x\u2026"));
 }
 
-TEST(SampleSender, AChangeOfQualityPassesTheDeadband) {
+TEST(SampleSender, AChangeOfQualityIsSentWithinTheDeadband) {
   config::Config config = MakeConfig(1, 1);
   config.lines[0].devices[0].points[0].deadband = 1000;
   Sending run(std::move(config));
@@ -168,7 +168,7 @@ TEST(SampleSender, AChangeOfQualityPassesTheDeadband) {
   EXPECT_EQ(run.writer.points[1].value, 3.5);
 }
 
-TEST(SampleSender, WhatAgedIsSentWithoutAnyReading) {
+TEST(SampleSender, AnAgedPointIsSentWithoutANewReading) {
   Sending run(MakeConfig(1, 1));
   run.Set(0, 0, 2.5);
   run.RunFor(0ms);
@@ -180,7 +180,7 @@ TEST(SampleSender, WhatAgedIsSentWithoutAnyReading) {
   EXPECT_EQ(run.writer.Latest("p0")->quality, 0x18);
 }
 
-TEST(SampleSender, TheHeartbeatRepeatsWhatDoesNotChange) {
+TEST(SampleSender, TheHeartbeatRepeatsUnchangedPoints) {
   config::Config config = MakeConfig(1, 4);
   config.dds.heartbeat = 10s;
   Sending run(std::move(config));
@@ -218,7 +218,7 @@ TEST(SampleSender, DeviceStatusCarriesCountersAndState) {
   EXPECT_GE(sample.rtt_p99_us, 4000U);
 }
 
-TEST(SampleSender, CountersThatMoveAreSentOnceASecond) {
+TEST(SampleSender, ChangingCountersAreSentOnceASecond) {
   Sending run(MakeConfig(1, 1));
   for (int i = 0; i < 100; ++i) {
     run.store.UpdateStatus(0, [](bus::DeviceStatus& status) { ++status.exchanges; });
@@ -228,7 +228,7 @@ TEST(SampleSender, CountersThatMoveAreSentOnceASecond) {
   EXPECT_LE(run.writer.devices.size(), 11U);
 }
 
-TEST(SampleSender, RepeatsWhatWasRefusedAndSaysSoOnce) {
+TEST(SampleSender, RepeatsRefusedSamplesAndLogsThemOnce) {
   Sending run(MakeConfig(1, 20));
   run.RunFor(10ms);
   ASSERT_THAT(run.writer.points, SizeIs(20));
@@ -248,7 +248,7 @@ TEST(SampleSender, RepeatsWhatWasRefusedAndSaysSoOnce) {
           Pair(log::Level::info, "samples are taken again; 20 were refused and repeated")));
 }
 
-TEST(SampleSender, KeepsWhatTheWriterWantsLaterAndSendsTheLatest) {
+TEST(SampleSender, SendsTheLatestValueWhenTheWriterHasRoomAgain) {
   Sending run(MakeConfig(2, 2));
   run.RunFor(1ms);
   run.writer.points.clear();
@@ -267,7 +267,7 @@ TEST(SampleSender, KeepsWhatTheWriterWantsLaterAndSendsTheLatest) {
   EXPECT_THAT(run.lines, SizeIs(0));
 }
 
-TEST(SampleSender, AsksAWriterWithoutRoomAHundredTimesASecondAtMost) {
+TEST(SampleSender, RetriesAFullWriterAtMost100TimesASecond) {
   Sending run(MakeConfig(1, 5));
   run.writer.answer = Sent::later;
   const int before = run.writer.asked;
@@ -276,7 +276,7 @@ TEST(SampleSender, AsksAWriterWithoutRoomAHundredTimesASecondAtMost) {
   EXPECT_GE(run.writer.asked - before, 900);
 }
 
-TEST(SampleSender, WhoeverComesNextGetsEverythingAndSeqGoesOn) {
+TEST(SampleSender, ANewSessionGetsEverythingAndSeqContinues) {
   Sending run(MakeConfig(2, 3));
   run.RunFor(1ms);
   run.Set(0, 0, 1.5);
@@ -292,7 +292,7 @@ TEST(SampleSender, WhoeverComesNextGetsEverythingAndSeqGoesOn) {
 }
 
 /// A reload removes one device, restarts one, and leaves one unchanged.
-TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
+TEST(SampleSender, SendsFinalSamplesOfRemovedDevicesAndContinues) {
   Sending run(MakeConfig(2, 1));
   run.Set(0, 0, 1.5);
   run.Set(1, 0, 2.5);
@@ -322,7 +322,7 @@ TEST(SampleSender, TellsTheEndOfWhatIsGoneAndGoesOnWithTheRest) {
 
 /// A late subscriber gets all samples that the writers hold. Removed names must not use their room,
 /// so the writers are replaced.
-TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
+TEST(SampleSender, RemovedPointsReplaceTheWritersAfterTheirFinalSamples) {
   Sending run(MakeConfig(2, 1));
   run.RunFor(1s);
   config::Line line = run.config.lines[0];
@@ -344,7 +344,7 @@ TEST(SampleSender, AReloadThatTakesPointsOutReplacesTheWritersBehindTheirEnds) {
 }
 
 /// The second reload comes before the replaced writers have a session.
-TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
+TEST(SampleSender, ASecondReloadStillSendsFinalSamples) {
   for (const bool reload_first : {true, false}) {
     Sending run(MakeConfig(2, 1));
     run.RunFor(1s);
@@ -374,7 +374,7 @@ TEST(SampleSender, WhatIsGoneByAReloadRightBehindAnotherIsTold) {
   }
 }
 
-TEST(SampleSender, AReloadThatAddsPointsReplacesTheWritersOnlyForRoom) {
+TEST(SampleSender, AddedPointsReplaceTheWritersOnlyForRoom) {
   Sending run(MakeConfig(1, 1));
   run.RunFor(1s);
   config::Line few = MakeConfig(1, 10).lines[0];
@@ -416,7 +416,7 @@ struct Leaving : Sending {
   config::Line other = MakeConfig(1, 0).lines[0];
 };
 
-TEST(SampleSender, TellsEachEndEvenIfThereIsNoRoomForItAtFirst) {
+TEST(SampleSender, RetriesEachFinalSampleUntilThereIsRoom) {
   for (const Sent answer : {Sent::yes, Sent::later, Sent::refused}) {
     SCOPED_TRACE(static_cast<int>(answer));
     Leaving run(answer);
@@ -428,7 +428,7 @@ TEST(SampleSender, TellsEachEndEvenIfThereIsNoRoomForItAtFirst) {
   }
 }
 
-TEST(SampleSender, TellsNoEndOfWhatHasComeBackMeanwhile) {
+TEST(SampleSender, SendsNoFinalSampleOfARestoredDevice) {
   Leaving run;
   run.RunFor(1ms);
   run.store.Append(std::make_shared<const config::Line>(run.config.lines[0]));
@@ -440,7 +440,7 @@ TEST(SampleSender, TellsNoEndOfWhatHasComeBackMeanwhile) {
   EXPECT_EQ(run.writer.Latest("p0")->value, 2.5);
 }
 
-TEST(SampleSender, ANewReceiverIsToldNoEnds) {
+TEST(SampleSender, ANewSessionGetsNoFinalSamples) {
   Leaving run;
   run.writer.answer = Sent::yes;
   run.sender.StartAnew(run.now.instant);
@@ -449,7 +449,7 @@ TEST(SampleSender, ANewReceiverIsToldNoEnds) {
 }
 
 /// The reload has added devices to the store, but the sender has not been informed yet.
-TEST(SampleSender, ANewSessionDuringAReloadSendsWhatIsNumbered) {
+TEST(SampleSender, ANewSessionDuringAReloadSendsThePreviousDevices) {
   Sending run(MakeConfig(2, 3));
   run.RunFor(1ms);
   run.writer.points.clear();

@@ -107,7 +107,7 @@ TEST_F(SecureTest, OnlyTheRightCertificateGetsSamples) {
   }
 }
 
-TEST_F(SecureTest, AStrangersSamplesAreNotBelieved) {
+TEST_F(SecureTest, SamplesOfUntrustedGatewaysAreIgnored) {
   config::Config strange = config_;
   strange.dds.security = stranger_.Of("substation-7");
   strange.name = "strange";
@@ -131,7 +131,7 @@ TEST_F(SecureTest, AStrangersSamplesAreNotBelieved) {
   }));
 }
 
-TEST_F(SecureTest, RightsAreKept) {
+TEST_F(SecureTest, ParticipantsAreLimitedToTheirPermissions) {
   const auto subscribing =
       DdsSubscriber::Create(With(folder_.Of("substation-8")), heard_.Callbacks());
   ASSERT_FALSE(subscribing.ok());
@@ -142,7 +142,7 @@ TEST_F(SecureTest, RightsAreKept) {
   EXPECT_THAT(publishing.error(), HasSubstr("subscriber-1/permissions.p7s let this gateway "));
 }
 
-TEST_F(SecureTest, OnlyWritersWrite) {
+TEST_F(SecureTest, OnlyWriterCertificatesMayWrite) {
   config_.dds.write = true;
   auto gateway = CreateFastWriter(config_, store_);
   ASSERT_TRUE(gateway.ok()) << gateway.error();
@@ -166,7 +166,7 @@ TEST_F(SecureTest, OnlyWritersWrite) {
   (*gateway)->OnRequest({});
 }
 
-TEST_F(SecureTest, WithoutRightFilesThereIsNoParticipant) {
+TEST_F(SecureTest, InvalidFilesCreateNoParticipant) {
   const auto error = [&](config::DdsSecurity files) {
     auto made = CreateParticipant(With(files).participant);
     if (!made.ok()) return made.error();
@@ -187,7 +187,7 @@ TEST_F(SecureTest, WithoutRightFilesThereIsNoParticipant) {
   EXPECT_EQ(error({}), "there is one") << "open";
 }
 
-TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
+TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
   // Otherwise the participants without security would bypass the network.
   LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = INTRAPROCESS_OFF;
@@ -224,7 +224,7 @@ TEST_F(SecureTest, NothingOfASampleIsOnTheWire) {
   }
 }
 
-TEST_F(SecureTest, KnownAttacksAreRefusedAsBefore) {
+TEST_F(SecureTest, KnownAttacksAreRefusedWithSecurity) {
   const auto publisher = Publish(config_, store_);
   Subscribe();
   ASSERT_TRUE(SampleArrives());

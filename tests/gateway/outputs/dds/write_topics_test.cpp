@@ -43,7 +43,7 @@ class Gateway {
   std::unique_ptr<SampleWriter> writer_;
 };
 
-TEST(WriteTopics, ARequestArrivesWithItsWriterAndIsAnswered) {
+TEST(WriteTopics, ARequestArrivesWithItsWriterAndGetsAReply) {
   Gateway gateway;
   WriteClient client;
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));
@@ -63,7 +63,7 @@ TEST(WriteTopics, ARequestArrivesWithItsWriterAndIsAnswered) {
   EXPECT_EQ(*heard, reply);
 }
 
-TEST(WriteTopics, OnlyVolatileWritersAreKnownToHaveNothingOld) {
+TEST(WriteTopics, RequestsOfNonVolatileWritersAreMarkedAsLasting) {
   Gateway gateway;
   WriteClient lasting(true);
   WriteClient client;
@@ -76,7 +76,7 @@ TEST(WriteTopics, OnlyVolatileWritersAreKnownToHaveNothingOld) {
   }
 }
 
-TEST(WriteTopics, WhatWasAskedBeforeTheGatewayWasThereNeverArrives) {
+TEST(WriteTopics, ARequestSentBeforeTheGatewayStartedNeverArrives) {
   WriteClient early(true);
   ASSERT_TRUE(early.Ask(Request(1)));
   Gateway gateway;
@@ -87,7 +87,7 @@ TEST(WriteTopics, WhatWasAskedBeforeTheGatewayWasThereNeverArrives) {
   EXPECT_EQ(gateway.arrived().size(), 1U);
 }
 
-TEST(WriteTopics, DamagedRequestsAreLeftOut) {
+TEST(WriteTopics, DamagedRequestsAreDropped) {
   Gateway gateway;
   RawWriter stranger(kRequestTopic, "baudgate::v1::WriteRequest");
   WriteClient client;
@@ -114,7 +114,7 @@ TEST(WriteTopics, DamagedRequestsAreLeftOut) {
 
 // The library holds back requests with more names than fit. They would be delivered when a writer
 // leaves, which must never happen.
-TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
+TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   Gateway gateway;
   WriteClient client;
   auto many = std::make_unique<WriteClient>();
@@ -147,7 +147,7 @@ TEST(WriteTopics, WhatTheLibraryKeptBackIsNeverDone) {
 }
 
 // For replies, the library never forgets a client name.
-TEST(WriteTopics, NamesOfRepliesBeyondWhatTheLibraryKeeps) {
+TEST(WriteTopics, RepliesToManyClientNamesStillArrive) {
   Gateway gateway;
   WriteClient client;
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));
@@ -165,7 +165,7 @@ TEST(WriteTopics, NamesOfRepliesBeyondWhatTheLibraryKeeps) {
   }));
 }
 
-TEST(WriteTopics, AReaderThatComesLateHasTheReply) {
+TEST(WriteTopics, ALateReaderGetsTheReply) {
   Gateway gateway;
   const ReplySample reply{"substation-7", "plc-1", 7, "ok", "", 42};
   ASSERT_EQ(gateway.writer().Write(reply), Sent::yes);

@@ -54,7 +54,7 @@ class SecurityCheck : public ::testing::Test {
   config::DdsSecurity files_ = folder_.Of("g");
 };
 
-TEST_F(SecurityCheck, Times) {
+TEST_F(SecurityCheck, ReportsExpiredAndExpiringFiles) {
   EXPECT_THAT(Found(), IsEmpty());
   EXPECT_THAT(Found(kNow + kDemoValidity - 59 * 24h),
               ElementsAre("warning identity: g/identity.pem expires on 2031-11-21; have a new one "
@@ -72,7 +72,7 @@ TEST_F(SecurityCheck, Times) {
                           StartsWith("identity: g/identity.pem is not valid before ")));
 }
 
-TEST_F(SecurityCheck, OfAnotherAuthority) {
+TEST_F(SecurityCheck, ReportsFilesOfAnotherAuthority) {
   files_.ca = other_.In("g/ca.pem");
   EXPECT_THAT(Found(),
               ElementsAre(StartsWith("identity: g/identity.pem was not issued by g/ca.pem ("),
@@ -85,19 +85,19 @@ TEST_F(SecurityCheck, OfAnotherAuthority) {
   EXPECT_THAT(Found(), IsEmpty()) << "documents may be signed by another one";
 }
 
-TEST_F(SecurityCheck, AKeyThatIsNotTheCertificates) {
+TEST_F(SecurityCheck, ReportsAKeyOfAnotherCertificate) {
   files_.key = folder_.In("subscriber-1/key.pem");
   EXPECT_THAT(Found(), ElementsAre("key: subscriber-1/key.pem is not the key of g/identity.pem"));
 }
 
-TEST_F(SecurityCheck, AKeyThatEverybodyCanRead) {
+TEST_F(SecurityCheck, ReportsAWorldReadableKey) {
   fs::permissions(files_.key, fs::perms::others_read, fs::perm_options::add);
   EXPECT_THAT(
       Found(),
       ElementsAre("warning key: g/key.pem can be read by everybody; mend that with chmod o="));
 }
 
-TEST_F(SecurityCheck, AKeyWithAPassword) {
+TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
   const PrivateKey key = ParseKey(ReadText(files_.key), {});
   ASSERT_NE(key, nullptr);
   const Bio to(BIO_new(BIO_s_mem()));
@@ -117,7 +117,7 @@ TEST_F(SecurityCheck, AKeyWithAPassword) {
   EXPECT_THAT(found.front(), Not(HasSubstr("plinth")));
 }
 
-TEST_F(SecurityCheck, MissingAndDamagedFiles) {
+TEST_F(SecurityCheck, ReportsMissingAndDamagedFiles) {
   for (const std::string& file : {files_.ca, files_.identity, files_.key}) {
     const std::string text = ReadText(file);
     WriteText(file, text.substr(0, text.size() / 2));
@@ -141,13 +141,13 @@ TEST_F(SecurityCheck, MissingAndDamagedFiles) {
   EXPECT_THAT(Found(), IsEmpty());
 }
 
-TEST_F(SecurityCheck, PermissionsOfSomebodyElse) {
+TEST_F(SecurityCheck, ReportsPermissionsOfAnotherSubject) {
   files_.permissions = folder_.In("subscriber-1/permissions.p7s");
   EXPECT_THAT(Found(), ElementsAre("warning permissions: subscriber-1/permissions.p7s grants "
                                    "nothing to CN=g, whom g/identity.pem names"));
 }
 
-TEST_F(SecurityCheck, AGovernanceThatLeavesMessagesOpen) {
+TEST_F(SecurityCheck, RecognisesAGovernanceWithUnprotectedMessages) {
   const Issued authority{ReadText(folder_.In("ca/ca.pem")), ReadText(folder_.In("ca/key.pem"))};
   std::string xml = Governance();
   const std::string kind = "<rtps_protection_kind>ENCRYPT";
@@ -169,7 +169,7 @@ mode_t ModeOf(const std::string& file) {
   return about.st_mode & 07777;
 }
 
-TEST(DemoPki, MakesWhatIsAskedFor) {
+TEST(DemoPki, CreatesTheRequestedFolders) {
   const PkiFolder folder("makes");
   const auto made = folder.Make({"sub-7", "sub-8"}, 2, kNow);
   ASSERT_TRUE(made.ok()) << made.error();
@@ -186,7 +186,7 @@ TEST(DemoPki, MakesWhatIsAskedFor) {
   }
 }
 
-TEST(DemoPki, AGatewayPublishesASubscriberSubscribesAndAWriterWrites) {
+TEST(DemoPki, GrantsEachRoleItsPermissions) {
   const PkiFolder folder("rights");
   ASSERT_TRUE(folder.Make({"g"}, 1, kNow, kDemoValidity, 1).ok());
   const std::string write_only = "<topics><topic>baudgate/write</topic></topics>";
@@ -210,7 +210,7 @@ TEST(DemoPki, AGatewayPublishesASubscriberSubscribesAndAWriterWrites) {
   }
 }
 
-TEST(DemoPki, MoreComeFromTheSameAuthorityAndNothingIsWrittenOver) {
+TEST(DemoPki, AddsFoldersOfTheSameAuthorityAndOverwritesNothing) {
   const PkiFolder folder("more");
   ASSERT_TRUE(folder.Make({"g"}, 1, kNow).ok());
   const std::string key = ReadText(folder.In("g/key.pem"));
@@ -226,7 +226,7 @@ TEST(DemoPki, MoreComeFromTheSameAuthorityAndNothingIsWrittenOver) {
   EXPECT_THAT(CheckSecurity(folder.Of("h"), kNow).findings, IsEmpty());
 }
 
-TEST(Certs, SaysWhatToWriteAndWhatItWouldNotDo) {
+TEST(Certs, PrintsTheSettingsAndRefusesToOverwrite) {
   const PkiFolder folder("certs");
   std::ostringstream out, err;
   EXPECT_EQ(tools::RunCerts({folder.path(), {"sub-7"}, 1}, out, err), 0) << err.str();

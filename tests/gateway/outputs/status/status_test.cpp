@@ -60,7 +60,7 @@ class StatusTest : public ::testing::Test {
   bus::PointStore store_{config_};
 };
 
-TEST_F(StatusTest, TheOverviewHasATableOfLinesOneOfDevicesAndASentenceForEachTrouble) {
+TEST_F(StatusTest, TheOverviewShowsLinesDevicesAndTroubles) {
   EXPECT_EQ(Shown(), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3, online: 1
 
 line   port     use  exchanges  no reply  corrupt  late  online
@@ -79,7 +79,7 @@ io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
 )");
 }
 
-TEST_F(StatusTest, AFrameHasTheWorstFirstAndFits) {
+TEST_F(StatusTest, AFrameShowsTheWorstFirstAndFitsTheTerminal) {
   EXPECT_EQ(Frame(80, 24), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3, online: 1
 
 line   port     use  exchanges  no reply  corrupt  late  online
@@ -124,7 +124,7 @@ std::string CutBehind(std::string_view last, std::string text) {
   return text.erase(end, text.find('\n', end) - end);
 }
 
-TEST_F(StatusTest, ALineHasItsCountersAndAChart) {
+TEST_F(StatusTest, ALineIsShownWithItsCountersAndAChart) {
   EXPECT_EQ(CutBehind("overruns 0", Shown("bay-1")), R"(bay-1: spabus on /dev/ttyUSB0, 9600 7E1
   port        open (serial /dev/ttyUSB0 9600 7E1) since 2026-09-21T11:13:20.000Z, lost: 0
   use         38 % of the last full minute, busy 68 min of 3 h
@@ -148,7 +148,7 @@ bay-1.feeder-2: its return is noticed within 9.0 s
 )");
 }
 
-TEST_F(StatusTest, ADeviceHasItsPoints) {
+TEST_F(StatusTest, ADeviceIsShownWithItsPoints) {
   store_.UpdateStatus(0, [](bus::DeviceStatus& status) {
     status.last_reason = "no answer";
     status.late = 2;
@@ -176,7 +176,7 @@ all is well
 )");
 }
 
-TEST_F(StatusTest, ADeviceTellsHowItWantsToBeAsked) {
+TEST_F(StatusTest, ADeviceIsShownWithItsLearnedLimits) {
   EXPECT_THAT(Shown("bay-1.feeder-1"), Not(HasSubstr("learned")));
   store_.UpdateStatus(0, [](bus::DeviceStatus& status) { status.learned = "at most 4 items"; });
   EXPECT_THAT(Shown("bay-1.feeder-1"), HasSubstr("\n  learned     at most 4 items\n"));
@@ -184,14 +184,14 @@ TEST_F(StatusTest, ADeviceTellsHowItWantsToBeAsked) {
   EXPECT_EQ(Status()["lines"][0]["devices"][1]["learned"], "");
 }
 
-TEST_F(StatusTest, AnOpenRingStandsInTheTableOfLines) {
+TEST_F(StatusTest, AnOpenRingIsShownInTheTableOfLines) {
   EXPECT_EQ(Status()["lines"][0]["echo_lost_since"], nullptr);
   store_.UpdateLine(0, [](bus::LineStatus& status) { status.cut_since = kNow.wall - 3min; });
   EXPECT_THAT(Shown(), HasSubstr("\nbay-1  open, no echo "));
   EXPECT_EQ(Status()["lines"][0]["echo_lost_since"], "2026-09-21T14:10:20.000Z");
 }
 
-TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
+TEST_F(StatusTest, AHealthyLineIsShownAsAllIsWell) {
   store_.UpdateStatus(1, [](bus::DeviceStatus& status) { status = {}; });
   store_.SetOverride(1, std::nullopt);
   AddExchanges(store_, 1, Outcome::ok, 10, kNow);
@@ -200,7 +200,7 @@ TEST_F(StatusTest, WhenAllIsWellThatIsSaid) {
   EXPECT_THAT(Shown("bay-1"), ::testing::EndsWith("\nall is well\n"));
 }
 
-TEST(FilesJson, SaysWhenNoFileIsLeftAndWhatCannotBeWritten) {
+TEST(FilesJson, ReportsExhaustedDescriptorsAndUnwritableFiles) {
   EXPECT_TRUE(FilesJson({.open = 252, .limit = 256})["advice"].empty());
   EXPECT_TRUE(FilesJson({.open = 252, .limit = 0})["advice"].empty());
   const Json none = FilesJson({.open = 253, .limit = 256, .troubles = {"cannot write x"}});
@@ -211,7 +211,7 @@ TEST(FilesJson, SaysWhenNoFileIsLeftAndWhatCannotBeWritten) {
   EXPECT_EQ(none["advice"][1], "cannot write x");
 }
 
-TEST_F(StatusTest, AGatewayJustStartedHasNoNumbersYet) {
+TEST_F(StatusTest, AJustStartedGatewayShowsNoNumbers) {
   const bus::PointStore fresh(config_);
   const std::string text = tools::RenderStatus(
       StatusJson(config_, fresh, {"1.2.3", kNow.instant}, std::nullopt, kNow), {}, {});
@@ -237,7 +237,7 @@ TEST_F(StatusTest, JsonHasEveryCounterUnderItsUsualName) {
   EXPECT_EQ(status["lines"][1]["devices"][0]["age_ms"], nullptr);
 }
 
-TEST_F(StatusTest, JsonHasWhatADeviceTookAndHowItIsNow) {
+TEST_F(StatusTest, JsonHasBusyTimeAndRecentOutcomesOfADevice) {
   store_.UpdateStatus(0, [](bus::DeviceStatus& status) { status.busy = 1500ms; });
   const Json device = Status()["lines"][0]["devices"][0];
   EXPECT_EQ(device["busy_ms"], 1500);
@@ -257,7 +257,7 @@ TEST_F(StatusTest, HistogramsCountEveryRoundTripOnce) {
   EXPECT_EQ(trips["last_us"], 120'000);
 }
 
-TEST_F(StatusTest, OneDeviceComesAloneAndWithItsValues) {
+TEST_F(StatusTest, TheJsonOfADeviceHasOnlyItsOwnValues) {
   const Json status = Status("bay-1.feeder-1");
   ASSERT_EQ(status["lines"].size(), 1U);
   ASSERT_EQ(status["lines"][0]["devices"].size(), 1U);

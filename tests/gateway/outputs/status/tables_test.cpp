@@ -40,7 +40,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 using ::testing::IsEmpty;
 
-TEST(Tables, ARowIsAllThatTheJsonNeeds) {
+TEST(Tables, TheJsonIsBuiltFromTheRows) {
   Json json;
   AddFields(Toy(), kNow, json);
   EXPECT_EQ(json.dump(),
@@ -49,14 +49,14 @@ TEST(Tables, ARowIsAllThatTheJsonNeeds) {
   EXPECT_EQ(LabelsJson<Toy>().dump(), R"({"wait_us":"wait","resets":"resets"})");
 }
 
-TEST(Tables, EachKeyStandsOnceAndInTheDocumentation) {
+TEST(Tables, EachKeyIsUniqueAndDocumented) {
   EXPECT_THAT(TroublesOfKeys<bus::LineStatus>("of a line"), IsEmpty());
   EXPECT_THAT(TroublesOfKeys<bus::DeviceStatus>("of a device"), IsEmpty());
   EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("of a device"), IsEmpty());
 }
 
 /// The JSON of a device without any exchange. The order of the keys is public, too.
-TEST(Tables, TheJsonOfADeviceIsAsEver) {
+TEST(Tables, TheJsonOfADeviceIsUnchanged) {
   Json json;
   AddFields(bus::DeviceStatus(), kNow, json);
   const Json none = nullptr;
@@ -98,7 +98,7 @@ TEST(Tables, TheJsonOfADeviceIsAsEver) {
   EXPECT_EQ(Known(json, expected).dump(), expected.dump());
 }
 
-TEST(Tables, TheJsonOfALineIsAsEver) {
+TEST(Tables, TheJsonOfALineIsUnchanged) {
   bus::LineStatus line;
   line.collisions = 2;
   line.echoes = 1;

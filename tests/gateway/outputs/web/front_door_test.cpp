@@ -35,7 +35,7 @@ int StatusOf(const config::Web& web, const Request& request) {
   return refused ? refused->status : 200;
 }
 
-TEST(FrontDoor, KnowsTheNamesOfTheGateway) {
+TEST(FrontDoor, AcceptsOnlyTheNamesOfTheGateway) {
   const struct {
     std::string host;
     std::string peer;
@@ -64,7 +64,7 @@ TEST(FrontDoor, KnowsTheNamesOfTheGateway) {
   EXPECT_EQ(StatusOf(WebOf(), Asked({})), 421);
 }
 
-TEST(FrontDoor, LetsNoOtherPageIn) {
+TEST(FrontDoor, RefusesRequestsOfOtherPages) {
   const struct {
     std::map<std::string, std::string> headers;
     int status;
@@ -98,7 +98,7 @@ TEST(FrontDoor, LetsNoOtherPageIn) {
   EXPECT_EQ(StatusOf(WebOf(), link), 403);
 }
 
-TEST(FrontDoor, LetsInWhoIsAllowed) {
+TEST(FrontDoor, AcceptsOnlyAllowedAddresses) {
   const std::map<std::string, std::string> host = {{"host", "gate.example"}};
   EXPECT_EQ(StatusOf(WebOf("10.0.0.0/8"), Asked(host, "10.1.2.3")), 200);
   EXPECT_EQ(StatusOf(WebOf("10.0.0.0/8"), Asked(host, "192.0.2.1")), 403);
@@ -106,7 +106,7 @@ TEST(FrontDoor, LetsInWhoIsAllowed) {
   EXPECT_EQ(StatusOf(WebOf(), Asked(host, "192.0.2.1")), 200);
 }
 
-TEST(FrontDoor, AlarmsAreAcknowledgedWhereNobodyListens) {
+TEST(FrontDoor, AcknowledgementsNeedAPrivateConnection) {
   config::Web web = WebOf("10.0.0.0/8");
   const std::map<std::string, std::string> tls = {{"x-forwarded-proto", "https"}};
   EXPECT_FALSE(MayAcknowledge(web, Asked({}))) << "not configured";
@@ -147,7 +147,7 @@ class LoginsTest : public ::testing::Test {
   Logins logins_{8502};
 };
 
-TEST_F(LoginsTest, WithoutATokenEverybodyIsIn) {
+TEST_F(LoginsTest, WithoutATokenEveryClientIsLoggedIn) {
   EXPECT_EQ(logins_.Check(From("10.0.0.7"), kFirst), Verdict::no);
   logins_.SetToken(std::nullopt);
   EXPECT_EQ(logins_.Check(From("10.0.0.7"), kFirst), Verdict::yes);
@@ -181,7 +181,7 @@ TEST_F(LoginsTest, ASessionEndsWithTheLogoutAndWithTheToken) {
   EXPECT_EQ(logins_.Check(other, kFirst), Verdict::no);
 }
 
-TEST_F(LoginsTest, ProgramsShowTheTokenItself) {
+TEST_F(LoginsTest, ProgramsAuthenticateWithTheBearerToken) {
   const struct {
     std::string header;
     Verdict verdict;
@@ -196,7 +196,7 @@ TEST_F(LoginsTest, ProgramsShowTheTokenItself) {
   }
 }
 
-TEST_F(LoginsTest, FiveWrongTokensAMinuteAndAnAddress) {
+TEST_F(LoginsTest, AnAddressMayTryFiveWrongTokensAMinute) {
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(logins_.Open(From("10.0.0.7"), "wrong", false, kFirst + i * 1s).verdict, Verdict::no);
   }
@@ -208,7 +208,7 @@ TEST_F(LoginsTest, FiveWrongTokensAMinuteAndAnAddress) {
   EXPECT_EQ(logins_.Open(From("10.0.0.7"), kRight, false, kFirst + 60s).verdict, Verdict::yes);
 }
 
-TEST_F(LoginsTest, ManyAddressesTakeNoMoreRoom) {
+TEST_F(LoginsTest, WrongTokensOfManyAddressesDoNotBlockALogin) {
   for (std::size_t i = 0; i < 3 * Logins::kMostAddresses; ++i) {
     logins_.Open(From("10.0." + std::to_string(i / 256) + "." + std::to_string(i % 256)), "wrong",
                  false, kFirst + i * 1ms);
@@ -216,7 +216,7 @@ TEST_F(LoginsTest, ManyAddressesTakeNoMoreRoom) {
   EXPECT_EQ(logins_.Open(From("10.0.0.1"), kRight, false, kFirst + 4s).verdict, Verdict::yes);
 }
 
-TEST(TokenFile, IsReadByItsOwnerAlone) {
+TEST(TokenFile, MustBeReadableByItsOwnerOnly) {
   std::string form = (std::filesystem::temp_directory_path() / "baudgate-token-XXXXXX").string();
   ASSERT_NE(::mkdtemp(form.data()), nullptr);
   const std::string file = form + "/token";

@@ -42,7 +42,7 @@ class LivePointsTest : public ::testing::Test {
   LivePoints live_{store_, nullptr};
 };
 
-TEST_F(LivePointsTest, FirstHowAllStandsThenWhatChanges) {
+TEST_F(LivePointsTest, AViewerGetsASnapshotAndThenChanges) {
   Put(0, 1, 0.5, kNow);
   const auto viewer = live_.Join(std::nullopt, kNow);
   const std::string first = ReadAll(*viewer);
@@ -63,7 +63,7 @@ TEST_F(LivePointsTest, FirstHowAllStandsThenWhatChanges) {
   EXPECT_EQ(ReadAll(*viewer), "event: beat\ndata: {\"time_ms\":1790000001000}\n\n");
 }
 
-TEST_F(LivePointsTest, OfOneDeviceOnlyItsOwn) {
+TEST_F(LivePointsTest, AViewerOfADeviceGetsOnlyItsValues) {
   const auto viewer = live_.Join(2, kNow);
   EXPECT_THAT(ReadAll(*viewer), HasSubstr("\"values\":[[4,null,32,"));
   Put(0, 0, 1, kNow);
@@ -74,7 +74,7 @@ TEST_F(LivePointsTest, OfOneDeviceOnlyItsOwn) {
   EXPECT_THAT(ReadAll(*viewer), HasSubstr("\"values\":[[5,1,192,"));
 }
 
-TEST_F(LivePointsTest, ValuesOfADeviceThatIsOfflineAreBad) {
+TEST_F(LivePointsTest, ValuesOfAnOfflineDeviceAreBad) {
   Put(0, 1, 0.5, kNow);
   const auto viewer = live_.Join(0, kNow);
   EXPECT_THAT(ReadAll(*viewer), HasSubstr("[1,0.5,192,"));
@@ -84,7 +84,7 @@ TEST_F(LivePointsTest, ValuesOfADeviceThatIsOfflineAreBad) {
   EXPECT_THAT(ReadAll(*viewer), HasSubstr("[1,0.5," + std::to_string(bad) + ","));
 }
 
-TEST_F(LivePointsTest, WithoutViewersNothingIsMade) {
+TEST_F(LivePointsTest, WithoutViewersTheTickStops) {
   EXPECT_FALSE(live_.watched());
   auto viewer = live_.Join(std::nullopt, kNow);
   EXPECT_TRUE(live_.Tick(After(200ms)));
@@ -93,7 +93,7 @@ TEST_F(LivePointsTest, WithoutViewersNothingIsMade) {
   EXPECT_FALSE(live_.watched());
 }
 
-TEST_F(LivePointsTest, WhoFallsBehindBeginsAnew) {
+TEST_F(LivePointsTest, ASlowViewerGetsANewSnapshot) {
   const auto slow = live_.Join(std::nullopt, kNow);
   const auto fast = live_.Join(std::nullopt, kNow);
   ReadAll(*slow);
@@ -119,7 +119,7 @@ TEST_F(LivePointsTest, AReloadEndsAllStreams) {
   EXPECT_THAT(ReadAll(*live_.Join(std::nullopt, kNow)), HasSubstr("\"generation\":2"));
 }
 
-TEST_F(LivePointsTest, ViewersAreWokenWhenThereIsSomething) {
+TEST_F(LivePointsTest, ViewersAreWokenByNewFrames) {
   const auto viewer = live_.Join(std::nullopt, kNow);
   int woken = 0;
   viewer->SetWake([&woken] { ++woken; });

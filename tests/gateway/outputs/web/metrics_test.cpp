@@ -54,7 +54,7 @@ class MetricsTest : public ::testing::Test {
   bus::PointStore store_{config_};
 };
 
-TEST_F(MetricsTest, AreTheStoreAsText) {
+TEST_F(MetricsTest, AreRenderedFromTheStore) {
   const std::string text = Text();
   for (const char* line : {
            "baudgate_build_info{version=\"1.2.3\"} 1\n",
@@ -84,7 +84,7 @@ TEST_F(MetricsTest, AreTheStoreAsText) {
       << "what is not good has no value";
 }
 
-TEST_F(MetricsTest, TheLinesOfAMetricStandTogetherBehindItsType) {
+TEST_F(MetricsTest, TheSamplesOfAMetricFollowItsTypeLine) {
   std::istringstream lines(Text());
   std::set<std::string> done;
   std::string current;
@@ -125,7 +125,7 @@ TEST_F(MetricsTest, LabelsAreEscaped) {
   EXPECT_THAT(Text(), HasSubstr(R"(point="current",unit="a\"b\\c\nd"} 1)"));
 }
 
-TEST_F(MetricsTest, CheckSaysHowManySeriesThereAreAtMost) {
+TEST_F(MetricsTest, CheckReportsTheMaximumNumberOfSeries) {
   for (std::uint32_t device = 0; device < 3; ++device) {
     status::AddExchanges(store_, device, Outcome::ok, 1, kNow);
     for (std::uint32_t point = 0; point < 2; ++point) {
@@ -144,14 +144,14 @@ std::string PageOfMetrics() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-TEST(Metrics, TheDocumentationSaysHowManySeriesThereAre) {
+TEST(Metrics, TheDocumentationHasTheNumberOfSeries) {
   EXPECT_THAT(
       PageOfMetrics(),
       HasSubstr("Three a point, " + std::to_string(outputs::SeriesIn<bus::DeviceStatus>()) +
                 " a device, " + std::to_string(outputs::SeriesIn<bus::LineStatus>()) + " a line;"));
 }
 
-TEST_F(MetricsTest, AreAllInTheDocumentation) {
+TEST_F(MetricsTest, AreAllDocumented) {
   const std::string page = PageOfMetrics();
   FakeEvents events;
   modbus::TrafficStatus traffic;
@@ -201,7 +201,7 @@ void VisitFields(const Toy*, Visit visit) {
 
 namespace {
 
-TEST(Families, FollowFromTheRowsOfATable) {
+TEST(Families, AreDerivedFromTheRowsOfATable) {
   outputs::Families<Toy> families;
   families.Add(Toy(), "device=\"a\"");
   families.Add({.resets = 8}, "device=\"b\"");
@@ -282,7 +282,7 @@ std::string Different(const Json& example, const Json& answer, const std::string
   return {};
 }
 
-TEST_F(WebTest, ExamplesOfTheDocumentationAreAnsweredSo) {
+TEST_F(WebTest, DocumentedExamplesAreAnsweredAsPrinted) {
   FakeEvents events;
   info_.events = &events;
   info_.history = std::make_shared<FakeHistory>();

@@ -32,7 +32,7 @@ TEST_F(WebTest, EveryAnswerHasItsHeaders) {
   }
 }
 
-TEST_F(WebTest, ThePageIsPackedAndKnownAgain) {
+TEST_F(WebTest, ThePageIsCompressedAndCached) {
   Start();
   Reply plain = Get("/");
   EXPECT_EQ(plain.status, 200);
@@ -45,7 +45,7 @@ TEST_F(WebTest, ThePageIsPackedAndKnownAgain) {
   EXPECT_EQ(Get("/chart.js").headers["content-type"], "text/javascript; charset=utf-8");
 }
 
-TEST_F(WebTest, PathsLeadNowhereElse) {
+TEST_F(WebTest, PathsLeadToNoOtherFiles) {
   Start();
   const struct {
     const char* path;
@@ -62,7 +62,7 @@ TEST_F(WebTest, PathsLeadNowhereElse) {
   }
 }
 
-TEST_F(WebTest, AnswersAreThoseOfTheControlSocket) {
+TEST_F(WebTest, AnswersMatchTheControlSocket) {
   Start();
   const Json status = Json::parse(Get("/api/v1/status").body);
   EXPECT_EQ(status["gateway"], "substation-7");
@@ -115,7 +115,7 @@ TEST_F(WebTest, PointsAreFiltered) {
   }
 }
 
-TEST_F(WebTest, OnlyWhoHasTheTokenIsAnswered) {
+TEST_F(WebTest, OnlyClientsWithTheTokenAreAnswered) {
   Start(kToken);
   for (const char* path : {"/api/v1/status", "/api/v1/points/stream", "/metrics", "/api/v1/x"}) {
     EXPECT_EQ(Get(path).status, 401) << path;
@@ -141,7 +141,7 @@ TEST_F(WebTest, OnlyWhoHasTheTokenIsAnswered) {
   EXPECT_EQ(wait.headers["retry-after"], "60");
 }
 
-TEST_F(WebTest, WhatChangesSomethingIsPosted) {
+TEST_F(WebTest, ChangingRequestsMustBePosted) {
   Start();
   EXPECT_EQ(Get("/login").status, 405);
   EXPECT_EQ(Get("/api/v1/alarms/ack?target=bay-1").status, 405);
@@ -162,7 +162,7 @@ TEST_F(WebTest, ForeignHostsAndPagesAreRefused) {
   EXPECT_EQ(Get("/", "Host: evil.example\r\n").status, 421) << "two of them";
 }
 
-TEST_F(WebTest, AStreamBeginsWithHowAllStandsAndBeats) {
+TEST_F(WebTest, AStreamBeginsWithASnapshotAndSendsBeats) {
   Put(0, 0, 1.25);
   Start();
   HttpClient client = Client();
@@ -179,7 +179,7 @@ TEST_F(WebTest, AStreamBeginsWithHowAllStandsAndBeats) {
   EXPECT_THAT(client.NextEvent().value_or(""), HasSubstr("event: beat"));
 }
 
-TEST_F(WebTest, AReloadEndsStreamsAndStopEndsAll) {
+TEST_F(WebTest, AReloadEndsPointStreamsAndStopEndsAllStreams) {
   Start();
   HttpClient one = Client();
   one.Open("/api/v1/points/stream");
@@ -196,7 +196,7 @@ TEST_F(WebTest, AReloadEndsStreamsAndStopEndsAll) {
   EXPECT_TRUE(trace.raw().IsClosed());
 }
 
-TEST_F(WebTest, ATraceIsFollowed) {
+TEST_F(WebTest, ATraceIsStreamed) {
   Start();
   HttpClient client = Client();
   client.Open("/api/v1/trace?line=bay-1");
@@ -229,7 +229,7 @@ struct HangingHistory final : history::HistorySource {
   mutable std::counting_semaphore<> goes_on{0};
 };
 
-TEST_F(WebTest, AReloadWaitsForNoPageOfThePast) {
+TEST_F(WebTest, AReloadDoesNotWaitForAHistoryPage) {
   auto hanging = std::make_shared<HangingHistory>();
   info_.history = hanging;
   Start();
@@ -267,7 +267,7 @@ TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
 // ---------------- The files of the page as they are sent.
 
 /// A proxy may serve the page below its own path, so "/js/main.js" would lead out of it.
-TEST(Assets, NoFileOfThePageNamesAPathFromTheRoot) {
+TEST(Assets, NoFileOfThePageContainsAnAbsolutePath) {
   const std::regex from_root(R"re([`'"(]/[a-z][^`'")]*)re");
   int read = 0;
   for (const PackedFile& file : PackedFiles()) {
@@ -300,7 +300,7 @@ TEST(LimitsTest, FewDescriptorsAllowFewConnections) {
   EXPECT_GE(Limits::Of(0).connections, 1U);
 }
 
-TEST(Connections, WhoAsksNothingGivesWayToTheNext) {
+TEST(Connections, TheLongestIdleConnectionIsClosedForANewOne) {
   Connections all({.at_all = 3});
   EXPECT_EQ(all.Open(1, "10.0.0.1", kStart), std::nullopt);
   EXPECT_EQ(all.Open(2, "10.0.0.2", kStart + 1s), std::nullopt);
@@ -312,7 +312,7 @@ TEST(Connections, WhoAsksNothingGivesWayToTheNext) {
   EXPECT_EQ(all.Open(5, "10.0.0.5", kStart + 5s), 3);
 }
 
-TEST(Connections, ARequestHasTenSecondsToCome) {
+TEST(Connections, ARequestMustArriveWithinTenSeconds) {
   Connections all({});
   all.Open(1, "10.0.0.1", kStart);
   all.Open(2, "10.0.0.2", kStart);
@@ -324,7 +324,7 @@ TEST(Connections, ARequestHasTenSecondsToCome) {
   EXPECT_THAT(all.Overdue(kStart + 25s), ElementsAre(1, 2));
 }
 
-TEST(Connections, AnAnswerHasAMinuteToBeTakenAndAStreamForEver) {
+TEST(Connections, AnAnswerMustBeReadWithinAMinuteAndAStreamNever) {
   Connections all({});
   all.Open(1, "10.0.0.1", kStart);
   all.Open(2, "10.0.0.1", kStart);
@@ -335,7 +335,7 @@ TEST(Connections, AnAnswerHasAMinuteToBeTakenAndAStreamForEver) {
   EXPECT_THAT(all.Overdue(kStart + 60s), ElementsAre(1));
 }
 
-TEST(Connections, SoManyAreAnsweredAtOnce) {
+TEST(Connections, TheNumberOfAnswersAtOnceIsLimited) {
   Connections all({.connections = 4, .of_address = 2});
   for (Connections::Id id = 1; id <= 7; ++id) {
     all.Open(id, id <= 3 ? "10.0.0.1" : "127.0.0.1", kStart);
@@ -356,7 +356,7 @@ TEST(Connections, SoManyAreAnsweredAtOnce) {
 
 using ::testing::AnyOf;
 
-TEST_F(WebTest, AThousandHalfOpenConnectionsKeepNobodyOut) {
+TEST_F(WebTest, AThousandHalfOpenConnectionsBlockNoClient) {
   Start();
   std::vector<HttpClient> silent;
   for (int i = 0; i < 1000; ++i) {
@@ -369,7 +369,7 @@ TEST_F(WebTest, AThousandHalfOpenConnectionsKeepNobodyOut) {
   EXPECT_EQ(Get("/api/v1/status").status, 200);
 }
 
-TEST_F(WebTest, TooManyViewersAreToldSo) {
+TEST_F(WebTest, TooManyViewersAreRefused) {
   limits_.connections = 3;
   Start();
   std::vector<HttpClient> viewers;
@@ -389,7 +389,7 @@ TEST_F(WebTest, TooManyViewersAreToldSo) {
   EXPECT_EQ(status, 200) << "who has left is noticed by the next beat";
 }
 
-TEST_F(WebTest, AnswersThatNobodyTakesDoNotFillTheMemory) {
+TEST_F(WebTest, UnreadAnswersAreLimitedInMemory) {
   config_.lines[0].devices[0].points.resize(20'000);
   for (std::size_t i = 0; i < 20'000; ++i) {
     config_.lines[0].devices[0].points[i].name = "p" + std::to_string(i);
@@ -414,7 +414,7 @@ TEST_F(WebTest, AnswersThatNobodyTakesDoNotFillTheMemory) {
   silent.clear();
 }
 
-TEST_F(WebTest, FloodsOfHeadersEnd) {
+TEST_F(WebTest, ExcessiveHeadersAreRefused) {
   Start();
   std::string flood = "GET / HTTP/1.1\r\n" + Client().Host();
   for (int i = 0; i < 5000; ++i) flood += "X-" + std::to_string(i) + ": aaaaaaaaaaaaaaaa\r\n";
@@ -425,7 +425,7 @@ TEST_F(WebTest, FloodsOfHeadersEnd) {
   EXPECT_EQ(Get("/").status, 200);
 }
 
-TEST_F(WebTest, ContentIsBounded) {
+TEST_F(WebTest, TheRequestBodyIsLimited) {
   Start();
   const std::string head = "POST /login HTTP/1.1\r\n" + Client().Host();
   EXPECT_EQ(Client().Post("/login", std::string(limits_.body + 1, 'a')).status, 413);
@@ -436,7 +436,7 @@ TEST_F(WebTest, ContentIsBounded) {
   EXPECT_EQ(Client().Post("/login", std::string(limits_.body, 'a')).status, 204) << "no token here";
 }
 
-TEST_F(WebTest, NonsenseIsNoRequest) {
+TEST_F(WebTest, MalformedRequestsAreHarmless) {
   Start();
   for (const std::string& bytes :
        {std::string("\r\n\r\n\r\n"), std::string("GET\r\n\r\n"),
@@ -449,7 +449,7 @@ TEST_F(WebTest, NonsenseIsNoRequest) {
   EXPECT_EQ(Get("/").status, 200);
 }
 
-TEST_F(WebTest, AViewerWhoReadsNothingIsDroppedAndNobodyElseNotices) {
+TEST_F(WebTest, AViewerThatReadsNothingIsDroppedWithoutEffectOnOthers) {
   limits_.idle = 1s;
   config_.lines[0].devices[0].points.resize(400);
   for (std::size_t i = 0; i < 400; ++i) {

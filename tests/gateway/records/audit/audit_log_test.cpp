@@ -51,7 +51,7 @@ class AuditLogTest : public FolderTest {
   std::vector<std::string> heard_;
 };
 
-TEST_F(AuditLogTest, KeepsAndCompletes) {
+TEST_F(AuditLogTest, RecordsAWriteAndCompletesItsRecord) {
   {
     const auto log = Start(file());
     const auto ticket = log->Begin(WrittenPoint("a"));
@@ -95,7 +95,7 @@ TEST_F(AuditLogTest, ManyThreadsShareCommitsAndNothingIsLost) {
   for (const WriteRecord& row : rows) EXPECT_EQ(row.end, WriteEnd::ok);
 }
 
-TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
+TEST_F(AuditLogTest, AHangingDiskDelaysNoWrite) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   Await(*log, records::Disk::fine);
@@ -116,7 +116,7 @@ TEST_F(AuditLogTest, ADiskThatHangsHoldsUpNobody) {
   EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
 }
 
-TEST_F(AuditLogTest, ADiskThatHangsIsShownWhereNobodyWaitsForARecord) {
+TEST_F(AuditLogTest, AHangingDiskIsShownWithoutWaitingWrites) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   Await(*log, records::Disk::fine);
@@ -131,7 +131,7 @@ TEST_F(AuditLogTest, ADiskThatHangsIsShownWhereNobodyWaitsForARecord) {
   Await(*log, records::Disk::fine);
 }
 
-TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
+TEST_F(AuditLogTest, TheFileIsCheckedAlsoWithoutWrites) {
   const auto log = Start(file());
   const auto ticket = log->Begin(WrittenPoint("a"));
   ASSERT_EQ(log->WaitFor(*ticket, Ever()), Written::yes);
@@ -144,7 +144,7 @@ TEST_F(AuditLogTest, AFileIsLookedAtAlsoWhereNothingIsWritten) {
 }
 
 /// The table may not exist yet. A reader gets an empty page then.
-TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
+TEST_F(AuditLogTest, ReadReturnsAnEmptyPageWhileTheFileIsOpening) {
   FaultyDisk disk;
   disk.Hang(true);
   const auto log = Start(file().string(), disk.vfs());
@@ -157,7 +157,7 @@ TEST_F(AuditLogTest, AFileThatIsBeingOpenedHasNothingYet) {
   EXPECT_EQ(page->next, 7);
 }
 
-TEST_F(AuditLogTest, WhatWasAskedBeforeIsKnownOnceTheFileIsOpen) {
+TEST_F(AuditLogTest, EarlierRequestsAreKnownOnceTheFileIsOpen) {
   {
     const auto log = Start(file());
     WriteRecord record = WrittenPoint("dds:a");
@@ -173,7 +173,7 @@ TEST_F(AuditLogTest, WhatWasAskedBeforeIsKnownOnceTheFileIsOpen) {
   EXPECT_TRUE(Start({})->Past()->all.empty()) << "no place for records";
 }
 
-TEST_F(AuditLogTest, WhileTheFileCanNotBeReadThePastIsNotKnown) {
+TEST_F(AuditLogTest, EarlierRequestsAreIncompleteWhileTheFileIsUnreadable) {
   const auto log = Start(file() / "no folder");
   Await(*log, records::Disk::failing);
   const auto past = log->Past();
@@ -181,7 +181,7 @@ TEST_F(AuditLogTest, WhileTheFileCanNotBeReadThePastIsNotKnown) {
   EXPECT_FALSE(past->complete);
 }
 
-TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
+TEST_F(AuditLogTest, AFullDiskIsReportedOnceAndTheRecordsAreWrittenLater) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   Await(*log, records::Disk::fine);
@@ -201,7 +201,7 @@ TEST_F(AuditLogTest, AFullDiskIsToldOnceAndTheRecordsFollow) {
 }
 
 /// Like `rm events.db*` while a gateway runs.
-TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
+TEST_F(AuditLogTest, ARemovedFileIsNoticedAndCreatedAgain) {
   const auto log = Start(file());
   const auto first = log->Begin(WrittenPoint("a"));
   ASSERT_EQ(log->WaitFor(*first, Ever()), Written::yes);
@@ -215,7 +215,7 @@ TEST_F(AuditLogTest, AFileThatIsRemovedIsNoticedAndBegunAnew) {
   EXPECT_THAT(heard(), ::testing::Contains(HasSubstr("it was removed")));
 }
 
-TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
+TEST_F(AuditLogTest, ARemovedFolderIsShownAsFailing) {
   const auto log = Start(file());
   const auto first = log->Begin(WrittenPoint("a"));
   ASSERT_EQ(log->WaitFor(*first, Ever()), Written::yes);
@@ -224,7 +224,7 @@ TEST_F(AuditLogTest, AFolderThatIsRemovedIsATrouble) {
   Await(*log, records::Disk::failing);
 }
 
-TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {
+TEST_F(AuditLogTest, AMissingPlaceIsShownInTheState) {
   const auto log = Start({});
   const auto ticket = log->Begin(WrittenPoint("a"));
   EXPECT_EQ(log->WaitFor(*ticket, Ever()), Written::failing);
@@ -233,7 +233,7 @@ TEST_F(AuditLogTest, WithoutAPlaceTheStateSaysSo) {
   ASSERT_EQ(heard().size(), 1U);
 }
 
-TEST_F(AuditLogTest, WhatIsLostAtTheEndIsTold) {
+TEST_F(AuditLogTest, RecordsLostAtTheEndAreReported) {
   FaultyDisk disk;
   disk.open_error = SQLITE_CANTOPEN;
   {
@@ -277,7 +277,7 @@ TEST(AuditBook, ARecordIsInsertedAndThenCompleted) {
   EXPECT_FALSE(book.due()) << "it has ended once";
 }
 
-TEST(AuditBook, WhatEndsBeforeItIsWrittenIsOneRow) {
+TEST(AuditBook, AWriteThatEndsBeforeItsRecordIsStoredIsOneRow) {
   AuditBook book;
   std::int64_t seq = 0;
   book.End(*book.Begin(WrittenPoint("a")), {WriteEnd::ok});
@@ -298,7 +298,7 @@ TEST(AuditBook, AChangeDuringTheWriteIsDueAgain) {
   EXPECT_EQ(book.Due()[0].record.end, WriteEnd::ok);
 }
 
-TEST(AuditBook, IsBoundedByKindAndCountsWhatIsLost) {
+TEST(AuditBook, IsBoundedByKindAndCountsLostRecords) {
   AuditBook book;
   const std::size_t most = AuditBook::kLimits[static_cast<std::size_t>(Kind::route)];
   for (std::size_t i = 0; i < most; ++i) ASSERT_TRUE(book.Begin(RouteWrite("a", 1)));
@@ -307,7 +307,7 @@ TEST(AuditBook, IsBoundedByKindAndCountsWhatIsLost) {
   EXPECT_TRUE(book.Begin(WrittenPoint("b"))) << "routes take no room of points";
 }
 
-TEST(AuditBook, AnotherFileHasNothingOfIt) {
+TEST(AuditBook, AllRecordsAreInsertedIntoANewFile) {
   AuditBook book;
   std::int64_t seq = 6;
   const Ticket ticket = *book.Begin(WrittenPoint("a"));
@@ -418,7 +418,7 @@ void Check(const std::vector<WriteRecord>& records, const std::map<std::string, 
   }
 }
 
-TEST(PowerCut, LosesNothingThatWasKept) {
+TEST(PowerCut, LosesNoStoredRecord) {
   std::size_t kept = 0;
   for (unsigned seed = 1; seed <= kSeeds && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));

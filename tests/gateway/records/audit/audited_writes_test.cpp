@@ -109,7 +109,7 @@ TEST_F(AuditedWritesTest, TheRecordComesFirstAndIsCompleted) {
   EXPECT_FALSE(writes_->HandOn());
 }
 
-TEST_F(AuditedWritesTest, OrderIsKept) {
+TEST_F(AuditedWritesTest, WritesKeepTheirOrder) {
   Make();
   for (std::uint32_t point = 0; point < 3; ++point) writes_->Submit(Command({point}));
   while (writes_->HandOn()) {
@@ -119,7 +119,7 @@ TEST_F(AuditedWritesTest, OrderIsKept) {
 }
 
 /// Modbus clients, the control socket and DDS use different threads.
-TEST_F(AuditedWritesTest, RecordsAndCommandsHaveOneOrderWhoeverSubmitsAtOnce) {
+TEST_F(AuditedWritesTest, RecordsAndCommandsOfManyThreadsHaveTheSameOrder) {
   Make();
   std::vector<std::thread> clients;
   for (int client = 0; client < 4; ++client) {
@@ -179,7 +179,7 @@ TEST_F(AuditedWritesTest, RequireRefusesWithoutARecord) {
   EXPECT_EQ(lines_.denied, 2) << "a telegram is no write to a point";
 }
 
-TEST_F(AuditedWritesTest, AFullLineIsBusy) {
+TEST_F(AuditedWritesTest, AFullLineIsRecordedAsBusy) {
   Make();
   lines_.full = true;
   ASSERT_TRUE(writes_->Submit(Command()));
@@ -189,7 +189,7 @@ TEST_F(AuditedWritesTest, AFullLineIsBusy) {
   EXPECT_THAT(Ends(), ElementsAre("busy"));
 }
 
-TEST_F(AuditedWritesTest, TooManyThatWaitAreRefusedAndNoted) {
+TEST_F(AuditedWritesTest, TooManyWaitingWritesAreRefusedAndRecorded) {
   Make();
   for (std::size_t i = 0; i < AuditedWrites::kLimit; ++i) ASSERT_TRUE(writes_->Submit(Command()));
   EXPECT_FALSE(writes_->Submit(Command()));
@@ -200,7 +200,7 @@ TEST_F(AuditedWritesTest, TooManyThatWaitAreRefusedAndNoted) {
   EXPECT_TRUE(results_.empty()) << "done is not called where Submit says no";
 }
 
-TEST_F(AuditedWritesTest, OneRecordAPoint) {
+TEST_F(AuditedWritesTest, EachPointOfAWriteHasARecord) {
   Make();
   const auto end = [this](const WriteResult& result) {
     log_.ends.clear();
@@ -222,7 +222,7 @@ TEST_F(AuditedWritesTest, OneRecordAPoint) {
               ElementsAre("differs", "differs", "differs"));
 }
 
-TEST_F(AuditedWritesTest, DeniedOnesAreNotedAndPassedOn) {
+TEST_F(AuditedWritesTest, DeniedWritesAreRecordedAndForwarded) {
   Make();
   writes_->OnNotTaken({"192.0.2.9:1", kRequest, 0, 2, Value(99.0), "not selected"});
   ASSERT_EQ(log_.noted.size(), 1U);
@@ -240,7 +240,7 @@ TEST_F(AuditedWritesTest, DeniedOnesAreNotedAndPassedOn) {
   EXPECT_EQ(ToText(log_.noted.at(2).value), "3E **");
 }
 
-TEST_F(AuditedWritesTest, AtTheEndNothingIsLeft) {
+TEST_F(AuditedWritesTest, StopSendsAllWaitingWrites) {
   Make();
   for (int i = 0; i < 100; ++i) writes_->Submit(Command());
   writes_->Start();

@@ -36,7 +36,7 @@ class WriteTableTest : public FolderTest {
   }
 };
 
-TEST_F(WriteTableTest, GivesBackWhatWasWritten) {
+TEST_F(WriteTableTest, StoredRecordsAreReadBack) {
   AuditFile audit(file());
   AuditBook book;
   WriteRecord record = WrittenPoint("192.0.2.5:40312", 1);
@@ -99,7 +99,7 @@ TEST_F(WriteTableTest, RequestsOfAnEarlierRunAreReadTheLatestFirst) {
   EXPECT_EQ((*past)[1].age, 3s);
 }
 
-TEST_F(WriteTableTest, IsDurableAndSaysWhatItIs) {
+TEST_F(WriteTableTest, TheFileHasDurableSettingsAndItsVersion) {
   ASSERT_TRUE(Open().ok);
   records::Database database(file().string(), records::Database::Mode::write);
   EXPECT_EQ(ToText(database.First("PRAGMA journal_mode")), "wal");
@@ -109,7 +109,7 @@ TEST_F(WriteTableTest, IsDurableAndSaysWhatItIs) {
   EXPECT_TRUE(again.Open()->ok);
 }
 
-TEST_F(WriteTableTest, WhatHadNotEndedIsUnknownAfterARestart) {
+TEST_F(WriteTableTest, APendingWriteIsUnknownAfterARestart) {
   {
     AuditFile audit(file());
     AuditBook book;
@@ -136,7 +136,7 @@ TEST_F(WriteTableTest, WhatHadNotEndedIsUnknownAfterARestart) {
   EXPECT_EQ(ReadAll(database, PageQuery::Order::settled).size(), 3U);
 }
 
-TEST_F(WriteTableTest, NumbersGoOnOverRestartsThoughAllRowsAreGone) {
+TEST_F(WriteTableTest, NumbersContinueAfterARestartWithoutRows) {
   {
     AuditFile audit(file());
     AuditBook book;
@@ -152,7 +152,7 @@ TEST_F(WriteTableTest, NumbersGoOnOverRestartsThoughAllRowsAreGone) {
   EXPECT_EQ(ReadAll(database).at(0).seq, 2);
 }
 
-TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
+TEST_F(WriteTableTest, TheOldestRecordOfTheBusiestWriterIsDeletedFirst) {
   constexpr std::array<Room, kKinds> kSmall = {Room{10, kDay}, Room{5, kDay}, Room{5, kDay},
                                                Room{5, kDay}};
   AuditFile audit(file(), {}, kSmall);
@@ -170,7 +170,7 @@ TEST_F(WriteTableTest, TheOldestOfWhoWritesMostGoesFirst) {
   EXPECT_EQ(rows[10].kind, Kind::route);
 }
 
-TEST_F(WriteTableTest, RoomIsMadeByAllWhoHaveMost) {
+TEST_F(WriteTableTest, AllWritersWithMostRecordsLoseTheirOldest) {
   constexpr std::array<Room, kKinds> kSmall = {Room{20, kDay}, Room{5, kDay}, Room{5, kDay},
                                                Room{5, kDay}};
   AuditFile audit(file(), {}, kSmall);
@@ -189,7 +189,7 @@ TEST_F(WriteTableTest, RoomIsMadeByAllWhoHaveMost) {
       << "p4 has not ended yet";
 }
 
-TEST_F(WriteTableTest, OldOnesGoOnceADay) {
+TEST_F(WriteTableTest, OldRecordsAreDeletedOnceADay) {
   AuditFile audit(file());
   AuditBook book;
   Add(book, WrittenPoint("old"));
@@ -231,7 +231,7 @@ TEST_F(WriteTableTest, PagesOverwrittenWithGarbageAreFound) {
   EXPECT_THAT(opened.put_aside, HasSubstr("is damaged"));
 }
 
-TEST_F(WriteTableTest, StrangeRowsAreReadAsWhatTheyCanBe) {
+TEST_F(WriteTableTest, StrangeRowsAreReadWithDefaults) {
   ASSERT_TRUE(Open().ok);
   records::Database database(file().string(), records::Database::Mode::write);
   ASSERT_TRUE(database.Execute(
@@ -247,7 +247,7 @@ TEST_F(WriteTableTest, StrangeRowsAreReadAsWhatTheyCanBe) {
   EXPECT_FALSE(HasValue(rows[0].before));
 }
 
-TEST_F(WriteTableTest, ANewerFileIsLeftAlone) {
+TEST_F(WriteTableTest, AFileOfANewerVersionIsLeftUnchanged) {
   ASSERT_TRUE(Open().ok);
   records::Database database(file().string(), records::Database::Mode::write);
   ASSERT_TRUE(database.Execute("PRAGMA user_version=99"));
@@ -257,7 +257,7 @@ TEST_F(WriteTableTest, ANewerFileIsLeftAlone) {
   EXPECT_TRUE(opened.put_aside.empty());
 }
 
-TEST(WriteTableFaults, AFullDiskKeepsNothingAndDoublesNothing) {
+TEST(WriteTableFaults, AFullDiskStoresNothingAndDuplicatesNothing) {
   FaultyDisk disk;
   AuditFile audit("/events.db", disk.vfs());
   AuditBook book;
@@ -281,7 +281,7 @@ TEST(WriteTableFaults, AFullDiskKeepsNothingAndDoublesNothing) {
   EXPECT_EQ(rows[1].seq, 2);
 }
 
-TEST(WriteTableFaults, ADiskThatCanNotBeOpenedIsTriedAgain) {
+TEST(WriteTableFaults, AnUnopenableDiskIsRetried) {
   FaultyDisk disk;
   disk.open_error = SQLITE_CANTOPEN;
   AuditFile audit("/events.db", disk.vfs());
@@ -322,7 +322,7 @@ class RepeatsTest : public ::testing::Test {
   std::vector<WriteRecord> rows_;
 };
 
-TEST_F(RepeatsTest, ASetPointEvery30MsIsARowAMinute) {
+TEST_F(RepeatsTest, ASetPointEvery30MsGivesOneRowAMinute) {
   for (std::int64_t i = 0; i < 4000; ++i, now_ += 30ms) {
     Add(RouteWrite("192.0.2.5:40312", i));
     if (i % 33 == 0) repeats_.Tick(now_);
@@ -340,14 +340,14 @@ TEST_F(RepeatsTest, ASetPointEvery30MsIsARowAMinute) {
   EXPECT_EQ(ToText(rows.back().value), "3999");
 }
 
-TEST_F(RepeatsTest, TheFirstIsThereAtOnceAndASingleOneIsNoRepeat) {
+TEST_F(RepeatsTest, TheFirstWriteIsStoredAtOnceAndASingleWriteIsNoRepeat) {
   Add(RouteWrite("a", 5));
   ASSERT_EQ(Rows().size(), 1U);
   EXPECT_FALSE(HasValue(Rows()[0].first));
   EXPECT_EQ(Rows()[0].count, 1U);
 }
 
-TEST_F(RepeatsTest, AnotherOutcomeRegisterOrClientIsAnotherRow) {
+TEST_F(RepeatsTest, ADifferentOutcomeRegisterOrClientHasItsOwnRow) {
   Add(RouteWrite("192.0.2.5:1", 5));
   Add(RouteWrite("192.0.2.5:2", 5));  // the same client on a new connection
   WriteRecord refused = RouteWrite("192.0.2.5:1", 5);
@@ -381,7 +381,7 @@ TEST_F(RepeatsTest, ManyAddressesShareOneRecord) {
   EXPECT_EQ(book_.unwritten(), 0U);
 }
 
-TEST_F(RepeatsTest, AFloodHidesNobodyElse) {
+TEST_F(RepeatsTest, AFloodDoesNotHideOtherClients) {
   for (int i = 0; i < 5000; ++i) {
     WriteRecord record = RouteWrite("192.0.2.66:" + std::to_string(i), i);
     record.point = "06 holding " + std::to_string(i);
@@ -422,7 +422,7 @@ std::string Said(const Bytes& pdu) {
   return record.point + " = " + ToText(record.value);
 }
 
-TEST(RoutedRecord, SaysFunctionAddressAndValues) {
+TEST(RoutedRecord, HasFunctionAddressAndValues) {
   EXPECT_EQ(Said({5, 0, 3, 0xFF, 0}), "05 coil 3 = 1");
   EXPECT_EQ(Said({5, 0, 3, 0, 0}), "05 coil 3 = 0");
   EXPECT_EQ(Said({6, 0, 100, 1, 2}), "06 holding 100 = 258");
@@ -436,14 +436,14 @@ TEST(RoutedRecord, SaysFunctionAddressAndValues) {
   EXPECT_EQ(record.line + ", " + record.device, "drive, unit 20");
 }
 
-TEST(RoutedRecord, DamagedRequestsHaveNoValues) {
+TEST(RoutedRecord, OfADamagedRequestHasNoValues) {
   EXPECT_EQ(Said({16, 0, 100, 0, 2, 4, 0, 1}), "16 = ");
   EXPECT_EQ(Said({23, 0, 3, 0, 6, 0, 14, 0, 200, 2, 0, 255}), "23 = ");
   EXPECT_EQ(Said({22, 0}), "22 = ");
   EXPECT_EQ(Said({6}), "06 = ");
 }
 
-TEST(RoutedRecord, OfManyValuesSixteenAreTold) {
+TEST(RoutedRecord, ListsAtMostSixteenValues) {
   Bytes pdu = {16, 0, 0, 0, 100, 200};
   pdu.resize(206, 0);
   EXPECT_THAT(Said(pdu), HasSubstr("0 0 0 … (100)"));
@@ -469,7 +469,7 @@ class WitnessTest : public ::testing::Test {
   RememberingLog log_;
 };
 
-TEST_F(WitnessTest, TellsWhatIsKnown) {
+TEST_F(WitnessTest, RecordsTheKnownOutcome) {
   EXPECT_EQ(After(Reply(Outcome::ok, true, {6, 0, 1, 0, 2})).end, WriteEnd::ok);
   EXPECT_EQ(After(Reply(Outcome::refused, true, {0x86, 2})).end, WriteEnd::refused);
   EXPECT_THAT(log_.noted.back().reason, HasSubstr("exception 02"));
@@ -480,14 +480,14 @@ TEST_F(WitnessTest, TellsWhatIsKnown) {
       << "nobody answers a broadcast";
 }
 
-TEST_F(WitnessTest, ADroppedRequestLeavesARecordAndNoSuccess) {
+TEST_F(WitnessTest, ADroppedRequestIsNotRecordedAsSuccess) {
   const Bytes pdu = {6, 0, 1, 0, 2};
   { const auto done = Witness::Watch(std::make_shared<Witness>(log_, Write(pdu)), {}); }
   ASSERT_EQ(log_.noted.size(), 1U);
   EXPECT_EQ(log_.noted[0].end, WriteEnd::unknown);
 }
 
-TEST_F(WitnessTest, WhatIsNotLetInIsOneRecord) {
+TEST_F(WitnessTest, ADeniedRequestIsOneRecord) {
   const Bytes pdu = {6, 0, 1, 0, 2};
   {
     const auto witness = std::make_shared<Witness>(log_, Write(pdu));

@@ -80,7 +80,7 @@ class DatabaseFileTest : public ::testing::Test {
   fs::path folder_;
 };
 
-TEST_F(DatabaseFileTest, EachByteOfItsHeadMayBeDamaged) {
+TEST_F(DatabaseFileTest, EachByteOfTheHeaderMayBeDamaged) {
   MakeFile(2);
   const fs::path good = fs::path(::testing::TempDir()) / "baudgate-good.db";
   fs::copy_file(file(), good, fs::copy_options::overwrite_existing);
@@ -102,7 +102,7 @@ TEST_F(DatabaseFileTest, EachByteOfItsHeadMayBeDamaged) {
   }
 }
 
-TEST_F(DatabaseFileTest, WhatIsNoFileIsNotOpened) {
+TEST_F(DatabaseFileTest, AFifoIsNotOpened) {
   for (const char* part : {"", "-wal", "-shm"}) {
     const std::string path = file().string() + part;
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
@@ -116,7 +116,7 @@ TEST_F(DatabaseFileTest, WhatIsNoFileIsNotOpened) {
   }
 }
 
-TEST_F(DatabaseFileTest, AWholeLogHasLostNothing) {
+TEST_F(DatabaseFileTest, AnIntactLogHasLostNothing) {
   MakeKilled();
   const OpenedDatabase opened = OpenDatabase(file(), kKind);
   ASSERT_TRUE(opened.database) << opened.error;
@@ -133,7 +133,7 @@ TEST_F(DatabaseFileTest, ATornLastTransactionIsNoLoss) {
   EXPECT_EQ(Rows(*opened.database), 3);
 }
 
-TEST_F(DatabaseFileTest, CommittedChangesBehindDamageAreToldAsLost) {
+TEST_F(DatabaseFileTest, CommittedChangesBehindDamageAreReportedAsLost) {
   for (const std::size_t damaged : {SumOf(0), SumOf(0) - 4, SumOf(0) + 100}) {
     for (const auto& old : fs::directory_iterator(file().parent_path())) fs::remove(old.path());
     MakeKilled();
@@ -147,13 +147,13 @@ TEST_F(DatabaseFileTest, CommittedChangesBehindDamageAreToldAsLost) {
   }
 }
 
-TEST_F(DatabaseFileTest, ALogWithoutItsHeadHasLostAll) {
+TEST_F(DatabaseFileTest, ALogWithADamagedHeaderHasLostAll) {
   MakeKilled();
   Invert(log(), 26);
   EXPECT_EQ(LogDamage(file()), "the head of its log is damaged: all changes in the log are lost");
 }
 
-TEST_F(DatabaseFileTest, FramesOfTheLastRoundAreNoLoss) {
+TEST_F(DatabaseFileTest, FramesOfTheEarlierLogRoundAreNoLoss) {
   MakeFile(0);
   OpenedDatabase made = OpenDatabase(file(), kKind);
   for (int row = 0; row < 5; ++row) {
@@ -171,7 +171,7 @@ struct ShownDisk {
   WallTime since{};
 };
 
-TEST(DiskCondition, ATroubleIsToldOnceAndItsEndOnce) {
+TEST(DiskCondition, BeginAndEndOfATroubleAreReportedOnce) {
   const WallTime start(1000s);
   DiskCondition disk(start);
   struct Row {
@@ -199,7 +199,7 @@ TEST(DiskCondition, ATroubleIsToldOnceAndItsEndOnce) {
   }
 }
 
-TEST(DiskCondition, SinceIsThatOfTheDiskAsItIs) {
+TEST(DiskCondition, SinceIsTheBeginOfTheCurrentCondition) {
   ShownDisk state;
   DiskCondition disk(WallTime(1s));
   disk.Set(Disk::failing, "full", WallTime(2s));
@@ -257,7 +257,7 @@ class Versions : public ::testing::Test {
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-versions";
 };
 
-TEST_F(Versions, TodaysAndForeignFilesAreFine) {
+TEST_F(Versions, CurrentAndForeignFilesAreAccepted) {
   {
     OpenedEvents opened = OpenEvents(folder_ / "events.db");
     ASSERT_TRUE(opened.database) << opened.error;
@@ -272,13 +272,13 @@ TEST_F(Versions, TodaysAndForeignFilesAreFine) {
   EXPECT_EQ(NewerStateIn(folder_ / "none"), "");
 }
 
-TEST_F(Versions, NewerEventsAreLeftAlone) {
+TEST_F(Versions, NewerEventFilesAreRefused) {
   MakeNewer("events.db", kEventsApplication);
   ExpectRefused("events.db", "version " + kNextEvents + " of the file, this one knows " +
                                  std::to_string(kEventsVersion));
 }
 
-TEST_F(Versions, NewerValuesAndTrendsAreLeftAlone) {
+TEST_F(Versions, NewerValueAndTrendFilesAreRefused) {
   MakeNewer("values-20261123.db", 0x42477661);
   ExpectRefused("values-20261123.db", "version 2 of the file, this one knows 1");
   fs::remove(folder_ / "values-20261123.db");
@@ -286,13 +286,13 @@ TEST_F(Versions, NewerValuesAndTrendsAreLeftAlone) {
   ExpectRefused("trends.db", "version 2 of the file, this one knows 1");
 }
 
-TEST_F(Versions, NewerFactsOfDevicesAreLeftAlone) {
+TEST_F(Versions, NewerDeviceFilesAreRefused) {
   std::ofstream(folder_ / "devices.json") << R"({"version": 2, "novel": []})";
   ExpectRefused("devices.json", "version 2 of the file, this one knows 1");
 }
 
 /// After kill -9 the version is only in the log. The file itself still has version 0.
-TEST_F(Versions, ALogThatWasLeftCounts) {
+TEST_F(Versions, TheVersionInALeftoverLogCounts) {
   const fs::path away = folder_ / "away.db";
   {
     Database database(away.string(), Database::Mode::write);
@@ -311,13 +311,13 @@ TEST_F(Versions, ALogThatWasLeftCounts) {
 
 using ::testing::ElementsAre;
 
-TEST(DiskCalls, AResultComesBack) {
+TEST(DiskCalls, TheResultOfACallIsReturned) {
   DiskCalls calls("test", 1min);
   EXPECT_EQ(calls.Wait([] { return 7; }), 7);
 }
 
 /// With a patience of zero, no call waits.
-TEST(DiskCalls, ADiskThatHangsHoldsNobodyAndNothingIsLost) {
+TEST(DiskCalls, AHangingDiskBlocksNoCallerAndLosesNoCall) {
   std::promise<void> disk;
   std::vector<int> done;
   {

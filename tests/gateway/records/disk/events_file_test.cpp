@@ -65,7 +65,7 @@ class EventsFileTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-TEST_F(EventsFileTest, WhatSqliteSaysIsOneLine) {
+TEST_F(EventsFileTest, AnErrorOfSqliteIsOneLine) {
   Database database(file().string(), Database::Mode::write);
   ASSERT_TRUE(
       database.Execute("CREATE TABLE t (a); CREATE TRIGGER no BEFORE INSERT ON t BEGIN "
@@ -107,7 +107,7 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
       << "the new file is not put aside as well";
 }
 
-TEST_F(EventsFileTest, TablesThatAnotherProgramHasChangedAreDamage) {
+TEST_F(EventsFileTest, TablesChangedByAnotherProgramAreDamage) {
   const std::pair<const char*, const char*> rows[] = {
       {"DROP TABLE event_sources", "no such table: event_sources"},
       {"ALTER TABLE event_sources RENAME COLUMN device TO other",
@@ -147,7 +147,7 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
 }
 
 /// The disk is full while the file is made. The remains of this failure are no loss.
-TEST_F(EventsFileTest, OneThatCouldNotBeMadeIsNotTakenForALoss) {
+TEST_F(EventsFileTest, AFailedCreationIsNotReportedAsALoss) {
   const auto ignore = std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
@@ -164,7 +164,7 @@ TEST_F(EventsFileTest, OneThatCouldNotBeMadeIsNotTakenForALoss) {
   EXPECT_EQ(opened.put_aside, "");
 }
 
-TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
+TEST_F(EventsFileTest, ARemovedFileIsDetected) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
   EXPECT_TRUE(connection.Check());
@@ -177,7 +177,7 @@ TEST_F(EventsFileTest, ARemovedFileIsFoundOut) {
 }
 
 /// The header counts a page that is only in the log, because it was changed after the reader began.
-TEST_F(EventsFileTest, ACheckpointThatAReaderHoldsUpIsNoDamage) {
+TEST_F(EventsFileTest, ACheckpointDelayedByAReaderIsNoDamage) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
   Database& database = connection.database();
@@ -200,7 +200,7 @@ TEST_F(EventsFileTest, ACheckpointThatAReaderHoldsUpIsNoDamage) {
   EXPECT_FALSE(connection.Check()) << "that is damage";
 }
 
-TEST_F(EventsFileTest, AFolderThatCannotBeLookedIntoLosesNothing) {
+TEST_F(EventsFileTest, AnUnreadableFolderLosesNothing) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
   const auto folder = file().parent_path();
@@ -216,7 +216,7 @@ TEST_F(EventsFileTest, AFolderThatCannotBeLookedIntoLosesNothing) {
 }
 
 /// Like `rm events.db-wal`, or another file in its place, while two connections write.
-TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
+TEST_F(EventsFileTest, TheContentOfARemovedLogIsSavedAndANewLogBegins) {
   for (const bool replaced : {false, true}) {
     OpenBoth();
     Add(*one_, "before");
@@ -243,7 +243,7 @@ TEST_F(EventsFileTest, WhatAGoneLogHoldsIsSavedAndAnotherLogBegins) {
 
 /// Without this lock, which all connections of a process share, the next program that reads the
 /// file would delete the log at its end.
-TEST_F(EventsFileTest, NothingThatLooksAtTheFileEndsItsLock) {
+TEST_F(EventsFileTest, ChecksAndReadersKeepTheLockOfTheFile) {
   OpenBoth();
   Add(*one_, "a");
   EXPECT_TRUE(one_->Check());
@@ -281,7 +281,7 @@ void Invert(const std::filesystem::path& path, std::streamoff at) {
 }
 
 /// A writer has all pages in memory and would not notice, so a look is needed.
-TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
+TEST_F(EventsFileTest, DamageToAFileInUseIsDetectedByACheck) {
   using std::filesystem::path;
   using std::filesystem::resize_file;
   constexpr std::streamoff kFrame = 24 + 4096;
@@ -341,7 +341,7 @@ TEST_F(EventsFileTest, WhatHappensToAFileInUseIsSeenAtALook) {
 }
 
 /// While a reader is active, a checkpoint copies only pages that are unchanged since it began.
-TEST_F(EventsFileTest, AFileThatHasAPartOfALostLogIsDamaged) {
+TEST_F(EventsFileTest, AFileWithAPartOfALostLogIsDamaged) {
   OpenBoth();
   Add(*one_, "a");
   {
@@ -357,7 +357,7 @@ TEST_F(EventsFileTest, AFileThatHasAPartOfALostLogIsDamaged) {
 }
 
 /// Like `mv backup.db events.db` while a gateway runs.
-TEST_F(EventsFileTest, AnotherFileInItsPlaceIsLeftAsItIs) {
+TEST_F(EventsFileTest, AReplacementOfTheFileIsLeftUnchanged) {
   const auto backup = file().string() + ".backup";
   {
     EventsConnection connection(file());

@@ -21,7 +21,7 @@ fs::path Scratch(const std::string& name) {
   return folder;
 }
 
-TEST(StateFolder, TheFirstPlaceThatIsGiven) {
+TEST(StateFolder, IsTheFirstConfiguredPlace) {
   StatePlaces places{"/srv/state", "/run/a:/run/b", true, "/x", "/home/u"};
   EXPECT_EQ(StateFolderOf(places, "plant"), "/srv/state/plant");
   places.configured = "";
@@ -36,7 +36,7 @@ TEST(StateFolder, TheFirstPlaceThatIsGiven) {
   EXPECT_EQ(StateFolderOf(places, "plant"), "");
 }
 
-TEST(StateFolder, IsMadeAndLockedUntilItsOwnerEnds) {
+TEST(StateFolder, IsCreatedAndLockedUntilItsOwnerEnds) {
   const fs::path path = Scratch("locked") / "deep" / "plant";
   auto first = std::make_shared<StateFolder>(path);
   ASSERT_FALSE(first->Open());
@@ -51,7 +51,7 @@ TEST(StateFolder, IsMadeAndLockedUntilItsOwnerEnds) {
   EXPECT_FALSE(second.Open());
 }
 
-TEST(StateFolder, IsMadeAgainWhereSomebodyHasRemovedIt) {
+TEST(StateFolder, IsCreatedAgainAfterItsRemoval) {
   const fs::path path = Scratch("removed") / "plant";
   StateFolder folder(path);
   ASSERT_FALSE(folder.Open());
@@ -61,7 +61,7 @@ TEST(StateFolder, IsMadeAgainWhereSomebodyHasRemovedIt) {
   EXPECT_TRUE(StateFolder(path).Open()) << "and locked";
 }
 
-TEST(StateFolder, AFolderInPlaceOfItsLockIsNamed) {
+TEST(StateFolder, NamesAFolderInPlaceOfItsLock) {
   const fs::path path = Scratch("lock") / "plant";
   fs::create_directories(path / "lock");
   const auto failure = StateFolder(path).Open();
@@ -69,7 +69,7 @@ TEST(StateFolder, AFolderInPlaceOfItsLockIsNamed) {
   EXPECT_EQ(failure->text, (path / "lock").string() + ": is a folder; remove it");
 }
 
-TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
+TEST(StateFolder, IsNeededWhereWritingIsAllowed) {
   config::Config config;
   EXPECT_FALSE(CanWrite(config));
   config.modbus.listen.resize(2);
@@ -90,7 +90,7 @@ TEST(StateFolder, IsWantedWhereSomethingCanBeWritten) {
   EXPECT_TRUE(CanWrite(config)) << "by DDS, or on the command line";
 }
 
-TEST(StateFolder, SaysWhyItCanNotBeMade) {
+TEST(StateFolder, ReportsWhyItCannotBeCreated) {
   const fs::path file = Scratch("file");
   std::ofstream(file) << "no folder";
   StateFolder folder(file / "plant");
@@ -141,7 +141,7 @@ class DeviceMemoryTest : public ::testing::Test {
   std::vector<std::string> troubles_;
 };
 
-TEST_F(DeviceMemoryTest, IsThereAfterARestart) {
+TEST_F(DeviceMemoryTest, SurvivesARestart) {
   Start()->Set(1, "serial 12345678");
   EXPECT_EQ(Start()->Of(1), "serial 12345678");
   EXPECT_EQ(Start()->Of(0), "");
@@ -149,7 +149,7 @@ TEST_F(DeviceMemoryTest, IsThereAfterARestart) {
   EXPECT_EQ(Start()->Of(1), "");
 }
 
-TEST_F(DeviceMemoryTest, BelongsToOneDeviceAsItIsConfigured) {
+TEST_F(DeviceMemoryTest, BelongsToADeviceWithItsConfiguration) {
   Start()->Set(0, "serial 1");
   std::swap(device(0), device(1));
   EXPECT_EQ(Start()->Of(1), "serial 1") << "its place in the file does not matter";
@@ -169,7 +169,7 @@ TEST_F(DeviceMemoryTest, BelongsToOneDeviceAsItIsConfigured) {
   EXPECT_EQ(Start()->Of(0), "serial 1");
 }
 
-TEST_F(DeviceMemoryTest, AFileThatIsNoneIsPutAsideAndNamed) {
+TEST_F(DeviceMemoryTest, AnInvalidFileIsPutAsideAndNamed) {
   for (const char* text : {"", "{", "[]", "{\"devices\": 7}", "\xff\xfe"}) {
     warnings_.clear();
     std::ofstream(file()) << text;
@@ -181,14 +181,14 @@ TEST_F(DeviceMemoryTest, AFileThatIsNoneIsPutAsideAndNamed) {
 }
 
 /// Reading the file fails, as on a card that dies.
-TEST_F(DeviceMemoryTest, OneThatCanNotBeReadIsPutAside) {
+TEST_F(DeviceMemoryTest, AnUnreadableFileIsPutAside) {
   fs::create_directory(file());
   EXPECT_EQ(Start()->Of(0), "");
   ASSERT_EQ(warnings_.size(), 1U);
   EXPECT_TRUE(fs::is_directory(file().string() + ".bad"));
 }
 
-TEST_F(DeviceMemoryTest, SaysWhetherItIsOnTheDisk) {
+TEST_F(DeviceMemoryTest, ReportsWhetherItIsOnTheDisk) {
   const auto memory = Start();
   EXPECT_EQ(memory->kept(), DeviceMemory::Kept::yes);
   memory->Set(0, "serial 1");
@@ -201,7 +201,7 @@ TEST_F(DeviceMemoryTest, SaysWhetherItIsOnTheDisk) {
   EXPECT_EQ(memory->kept(), DeviceMemory::Kept::no);
 }
 
-TEST_F(DeviceMemoryTest, StrangeEntriesAreNobodys) {
+TEST_F(DeviceMemoryTest, StrangeEntriesAreIgnored) {
   std::ofstream(file())
       << R"({"devices": [1, {}, {"line": 3}, {"line": "meters", "device": "incomer",
     "protocol": "set4tm", "address": "200", "profile": "set-4tm.03m", "memory": 5}]})";
@@ -209,7 +209,7 @@ TEST_F(DeviceMemoryTest, StrangeEntriesAreNobodys) {
   EXPECT_TRUE(warnings_.empty());
 }
 
-TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
+TEST_F(DeviceMemoryTest, FollowsTheDeviceWhenAReloadRenumbersIt) {
   {
     const auto memory = Start();
     memory->Set(0, "serial 1");
@@ -229,7 +229,7 @@ TEST_F(DeviceMemoryTest, GoesWithTheDeviceWhenAReloadNumbersAnew) {
   EXPECT_EQ(Start()->Of(1), "serial 3");
 }
 
-TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldUntilItIsTriedWithSuccess) {
+TEST_F(DeviceMemoryTest, AFailingDiskIsReportedUntilARetrySucceeds) {
   fs::create_directories(file().string() + ".part");  // makes every write fail
   {
     const auto memory = Start();
@@ -244,7 +244,7 @@ TEST_F(DeviceMemoryTest, ADiskThatFailsIsToldUntilItIsTriedWithSuccess) {
   EXPECT_EQ(Start()->Of(0), "serial 1");
 }
 
-TEST(FileWatch, LooksAgainAndAgain) {
+TEST(FileWatch, RequestsALookPeriodically) {
   FileWatch watch;
   for (int round = 0; round < 3; ++round) {
     for (int tick = 1; tick < FileWatch::kLookEvery; ++tick) watch.Tick(false);
@@ -260,7 +260,7 @@ TEST(FileWatch, LooksAgainAndAgain) {
   }
 }
 
-TEST(FileWatch, WhatAReaderHasFoundIsLookedAtOnceAtTheNextLook) {
+TEST(FileWatch, ADoubtOfAReaderIsCheckedAtTheNextLookOnly) {
   FileWatch watch;
   watch.Doubt();
   EXPECT_FALSE(watch.TakeLook().whole);
@@ -270,7 +270,7 @@ TEST(FileWatch, WhatAReaderHasFoundIsLookedAtOnceAtTheNextLook) {
   EXPECT_FALSE(watch.TakeLook().whole);
 }
 
-TEST(FileWatch, WhatWaitsOrIsWrittenForTooLongIsLate) {
+TEST(FileWatch, ALongWaitOrWriteIsLate) {
   FileWatch watch;
   for (int tick = 0; tick < FileWatch::kMostTicks; ++tick) EXPECT_FALSE(watch.Tick(true));
   EXPECT_TRUE(watch.Tick(true));

@@ -90,7 +90,7 @@ TEST(Alarm, GoesThroughItsStates) {
   }
 }
 
-TEST(Alarm, IsRememberedWithWhoAcknowledgedIt) {
+TEST(Alarm, RemembersTheUserWhoAcknowledged) {
   EventRecord event = Event(Step::acknowledge);
   event.mark.by = "user:bob";
   EXPECT_EQ(From(State::active, event).alarm->by, "user:bob");
@@ -106,7 +106,7 @@ TEST(Alarm, IsAcknowledgedOnce) {
 }
 
 /// A user who acknowledges event 3 has not seen event 5, which raised the alarm again.
-TEST(Alarm, IsAcknowledgedAsItWasSeen) {
+TEST(Alarm, AnAcknowledgementOfAnEarlierEventIsIgnored) {
   EventRecord event = Event(Step::acknowledge);
   event.mark.seq = 2;
   EXPECT_FALSE(From(State::active, event).counts);
@@ -114,7 +114,7 @@ TEST(Alarm, IsAcknowledgedAsItWasSeen) {
   EXPECT_TRUE(From(State::active, event).counts);
 }
 
-TEST(Alarm, OfTheFirstReadingIsAnEventWhereTheKeptStateDiffers) {
+TEST(Alarm, TheFirstReadingIsAnEventIfTheStoredStateDiffers) {
   const auto counts = [](State state, Step step) {
     EventRecord event = Event(step);
     event.mark.first = true;
@@ -130,7 +130,7 @@ TEST(Alarm, OfTheFirstReadingIsAnEventWhereTheKeptStateDiffers) {
   EXPECT_FALSE(counts(State::returned, Step::clear));
 }
 
-TEST(Alarm, IsOfNoOtherEvent) {
+TEST(Alarm, AnEventWithoutAMarkChangesNoAlarm) {
   const AlarmChange change = From(State::active, Event(Step::none));
   EXPECT_TRUE(change.counts);
   EXPECT_FALSE(change.alarm);
@@ -143,7 +143,7 @@ Alarm AlarmOf(const std::string& name, AlarmState state) {
   return alarm;
 }
 
-TEST(AlarmBoard, GivesEachAsItIsNow) {
+TEST(AlarmBoard, ReturnsTheCurrentStateOfEachAlarm) {
   AlarmBoard board;
   board.Update(AlarmOf("a", AlarmState::active));
   board.Update(AlarmOf("b", AlarmState::active));
@@ -159,7 +159,7 @@ TEST(AlarmBoard, GivesEachAsItIsNow) {
   EXPECT_EQ(board.Take(3, 10).front().alarm.state, AlarmState::normal) << "its end is told";
 }
 
-TEST(AlarmBoard, ForgetsThoseThatAreOverFirst) {
+TEST(AlarmBoard, ForgetsEndedAlarmsFirst) {
   AlarmBoard board;
   for (std::size_t i = 0; i < AlarmBoard::kMost; ++i) {
     board.Update(AlarmOf(std::to_string(i), i % 2 == 0 ? AlarmState::active : AlarmState::normal));
@@ -276,7 +276,7 @@ std::vector<EventRecord> ReadAll(const std::string& vfs) {
   return all;
 }
 
-TEST(AlarmCut, LeavesAlarmsThatFitTheirEvents) {
+TEST(AlarmCut, LeavesAlarmsThatMatchTheirEvents) {
   std::size_t events = 0;
   std::size_t alarms = 0;
   for (unsigned seed = 1; seed <= kSeeds && !testing::Test::HasFailure(); ++seed) {

@@ -36,7 +36,7 @@ std::vector<std::int64_t> Numbers(const std::vector<Batch>& batches) {
   return numbers;
 }
 
-TEST(EventBook, GivesNumbersWithoutAGapInTheOrderOfComing) {
+TEST(EventBook, NumbersEventsWithoutAGapInTheirOrder) {
   EventBook book;
   book.OnOpened(0, {});
   book.Add(BatchOf(1, "a", 2));
@@ -50,7 +50,7 @@ TEST(EventBook, GivesNumbersWithoutAGapInTheOrderOfComing) {
   EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(4));
 }
 
-TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
+TEST(EventBook, ContinuesTheNumbersOfTheFile) {
   EventBook book;
   book.Add(BatchOf(0, "a", 1));
   book.OnOpened(41, {});
@@ -61,7 +61,7 @@ TEST(EventBook, GoesOnBehindWhatTheFileHolds) {
   EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(43)) << "in a new file no number comes twice";
 }
 
-TEST(EventBook, KnowsWhatComesOnceMore) {
+TEST(EventBook, RecognisesRepeatedEvents) {
   EventBook book;
   book.OnOpened(7, {{NameOf(0), "a"}, {NameOf(1), "x"}});
   book.Add(BatchOf(0, "a", 2, true));  // stored before the restart
@@ -82,7 +82,7 @@ TEST(EventBook, KnowsWhatComesOnceMore) {
   EXPECT_EQ(book.repeats(), 3U);
 }
 
-TEST(EventBook, TakesMoreWhileSomeAreWritten) {
+TEST(EventBook, AcceptsEventsDuringAWrite) {
   EventBook book;
   book.OnOpened(0, {});
   book.Add(BatchOf(0, "a", 1));
@@ -93,7 +93,7 @@ TEST(EventBook, TakesMoreWhileSomeAreWritten) {
   EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(2));
 }
 
-TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
+TEST(EventBook, AcceptsEventsOfTheGateway) {
   EventBook book;
   book.OnOpened(0, {});
   book.Add(BatchOf(1, "a", 1));
@@ -108,7 +108,7 @@ TEST(EventBook, TakesTheGatewaysOwnAmongTheOthers) {
   EXPECT_EQ(book.newest(), 4);
 }
 
-TEST(EventBook, HasRoomForSoManyOfItsOwn) {
+TEST(EventBook, LimitsWaitingEventsOfTheGateway) {
   EventBook book;
   book.OnOpened(0, {});
   for (std::uint32_t i = 0; i < EventBook::kMostOwn + 5; ++i) {
@@ -134,7 +134,7 @@ EventRecord AlarmEvent(AlarmMark::Step step, bool first = false) {
   return event;
 }
 
-TEST(EventBook, FollowsAlarmsAsTheyAreKept) {
+TEST(EventBook, FollowsTheStoredAlarms) {
   using Step = AlarmMark::Step;
   EventBook book;
   Alarm kept;
@@ -180,7 +180,7 @@ config::Device Relay() {
   return device;
 }
 
-TEST(EventRecord, HasTheWordsOfTheProfile) {
+TEST(EventRecord, HasTheTextsOfTheProfile) {
   const protocols::SaidTime said{11s, 1min};
   const protocols::EventBatch batch{
       {{0, 1, said, ""}, {2, 1, said, ""}, {3, 51, said, "7"}, {0, 9, said, ""}, {0, 0, {}, "?"}},
@@ -265,7 +265,7 @@ class EventRoundsTest : public ::testing::Test {
 };
 
 /// Once a batch is confirmed, its device may delete the events.
-TEST_F(EventRoundsTest, ABatchIsKeptOnlyByARoundThatSucceeds) {
+TEST_F(EventRoundsTest, ABatchIsConfirmedOnlyByASuccessfulRound) {
   Add("a");
   EventRounds::Round fails = rounds_.Take();
   EXPECT_THAT(rounds_.Done(fails, Error{"it is full"}), IsEmpty());
@@ -275,7 +275,7 @@ TEST_F(EventRoundsTest, ABatchIsKeptOnlyByARoundThatSucceeds) {
   EXPECT_THAT(rounds_.Done(next, {}), ElementsAre(0U));
 }
 
-TEST_F(EventRoundsTest, ADiskThatFailsIsLeftInPeaceForASecond) {
+TEST_F(EventRoundsTest, AFailingDiskIsRetriedAfterASecond) {
   Add("a");
   ASSERT_TRUE(rounds_.Begin());
   EventRounds::Round round = rounds_.Take();
@@ -290,7 +290,7 @@ TEST_F(EventRoundsTest, ADiskThatFailsIsLeftInPeaceForASecond) {
 
 constexpr Instant kNow = Instant() + 1h;
 
-TEST(RoundTimerTest, WaitsOnlyForADiskThatFailsOrForWork) {
+TEST(RoundTimerTest, WaitsOnlyForAFailingDiskOrForWork) {
   RoundTimer timer;
   EXPECT_EQ(timer.At(false, true, {}), kWhenWoken);
   EXPECT_LE(timer.At(false, false, {}), kNow) << "there is work";
@@ -299,7 +299,7 @@ TEST(RoundTimerTest, WaitsOnlyForADiskThatFailsOrForWork) {
   EXPECT_LE(timer.At(false, false, {}), kNow) << "it works again";
 }
 
-TEST(RoundTimerTest, TheEarliestLookCounts) {
+TEST(RoundTimerTest, TheEarliestLookIsUsed) {
   RoundTimer timer;
   timer.Look(kNow + 2s);
   timer.Look(kNow + 1s);

@@ -54,7 +54,7 @@ std::vector<std::int64_t> Numbers(const std::vector<EventRecord>& records) {
 
 using Seqs = std::vector<std::int64_t>;
 
-TEST(EventFeed, ShowsNothingBeforeThereIsAny) {
+TEST(EventFeed, IsEmptyBeforeTheFirstEvent) {
   const EventFeed feed;
   for (const std::uint32_t first : {0U, 1U, 0xFFFFFFFFU}) {
     const auto shown = feed.Show(kAll, first, kMost);
@@ -65,7 +65,7 @@ TEST(EventFeed, ShowsNothingBeforeThereIsAny) {
   }
 }
 
-TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
+TEST(EventFeed, ShowsTheNewestEventsOrThoseFromANumber) {
   EventFeed feed;
   feed.Renumber(kFeeders);
   Events events;
@@ -97,7 +97,7 @@ TEST(EventFeed, ShowsTheNewestOrFromANumberOn) {
 
 /// Room for 3 events, and for the owners of 4 more: 1…5 are forgotten, of 6…9 only the owners are
 /// known, 10…12 are shown.
-TEST(EventFeed, CountsWhatADeviceHasLostAndNotWhatOthersHave) {
+TEST(EventFeed, CountsLostEventsPerDevice) {
   EventFeed feed({.events = 3, .remembered = 4});
   feed.Renumber(kFeeders);
   Events events;
@@ -119,7 +119,7 @@ TEST(EventFeed, CountsWhatADeviceHasLostAndNotWhatOthersHave) {
   }
 }
 
-TEST(EventFeed, KnowsNumbersBeyond32BitsByTheirLowOnes) {
+TEST(EventFeed, FindsNumbersBeyond32BitsByTheirLowBits) {
   constexpr std::int64_t kTurn = std::int64_t{1} << 32;
   EventFeed feed;
   FeedImage image;
@@ -133,7 +133,7 @@ TEST(EventFeed, KnowsNumbersBeyond32BitsByTheirLowOnes) {
   EXPECT_EQ(Numbers(feed.Show(kAll, 1, kMost).events), (Seqs{kTurn + 1}));
 }
 
-TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
+TEST(EventFeed, GivesConsumersTheEventsBehindTheirPosition) {
   EventFeed feed({.events = 3, .remembered = 0});
   feed.Renumber(kFeeders);
   Events events;
@@ -157,7 +157,7 @@ TEST(EventFeed, GivesConsumersWhatIsBehindTheirPlace) {
   EXPECT_EQ(other, 3);
 }
 
-TEST(EventFeed, BeginsWithTheFileAndOnlyOnce) {
+TEST(EventFeed, BeginsWithTheFileOnce) {
   audit::FaultyDisk disk;
   const auto opened = records::OpenEvents("/events.db", disk.vfs());
   Events events;
@@ -227,7 +227,7 @@ class EventPageTest : public ::testing::Test {
   records::OpenedEvents opened_;
 };
 
-TEST_F(EventPageTest, GivesBackWhatWentIn) {
+TEST_F(EventPageTest, StoredEventsAreReadBack) {
   EventTable table(*opened_.database);
   ASSERT_TRUE(table.Write({{.source = 0,
                             .said = "12.345 0E1",
@@ -266,7 +266,7 @@ TEST_F(EventPageTest, GivesBackWhatWentIn) {
             (Said{{{"bay-1", "feeder-1"}, "12.345 0E1"}, {{"bay-1", "feeder-2"}, "x"}}));
 }
 
-TEST_F(EventPageTest, KeepsTheNewestWhereThereIsNoRoom) {
+TEST_F(EventPageTest, KeepsTheNewestEventsWithinTheLimit) {
   EventTable table(*opened_.database, 3);
   for (std::int64_t seq = 1; seq <= 10; ++seq) {
     ASSERT_TRUE(table.Write({{0, std::to_string(seq), false, {RecordOf(seq)}}}));
@@ -276,7 +276,7 @@ TEST_F(EventPageTest, KeepsTheNewestWhereThereIsNoRoom) {
   EXPECT_EQ(page.records.front().seq, 8);
 }
 
-TEST_F(EventPageTest, ComesInPages) {
+TEST_F(EventPageTest, EventsAreReadInPages) {
   EventTable table(*opened_.database);
   std::vector<EventRecord> records;
   for (std::int64_t seq = 1; seq <= 2 * static_cast<std::int64_t>(kPage); ++seq) {
@@ -291,7 +291,7 @@ TEST_F(EventPageTest, ComesInPages) {
   EXPECT_FALSE(second.more);
 }
 
-TEST_F(EventPageTest, BelievesNothingThatStandsInTheFile) {
+TEST_F(EventPageTest, InvalidValuesInTheFileAreReplaced) {
   ASSERT_TRUE(opened_.database->Execute(
       "INSERT INTO events VALUES (1, 9223372036854775807, 'when', -5, x'00', 'd', -1, 1e30, 'up', "
       "'t')"));
@@ -302,7 +302,7 @@ TEST_F(EventPageTest, BelievesNothingThatStandsInTheFile) {
   EXPECT_EQ(page.records[0].state, config::EventState::message);
 }
 
-TEST(CursorBook, GoesOnWhereTheFileSays) {
+TEST(CursorBook, ContinuesAtThePositionInTheFile) {
   CursorBook book({"dds"});
   EXPECT_FALSE(book.Of("dds"));
   EXPECT_FALSE(book.Due());
@@ -322,7 +322,7 @@ TEST(CursorBook, GoesOnWhereTheFileSays) {
   EXPECT_FALSE(book.Set("dds", {43, false}));
 }
 
-TEST(CursorBook, ForgetsWhoIsNoConsumerAnyMore) {
+TEST(CursorBook, ForgetsRemovedConsumers) {
   CursorBook book({"dds"});
   book.OnOpened({{"dds", {4, true}}, {"mqtt", {2, true}}});
   EXPECT_FALSE(book.Of("mqtt"));
@@ -331,7 +331,7 @@ TEST(CursorBook, ForgetsWhoIsNoConsumerAnyMore) {
   EXPECT_FALSE(book.Of("page"));
 }
 
-TEST(CursorBook, TellsANewFile) {
+TEST(CursorBook, StoresPositionsInANewFile) {
   CursorBook book({"dds"});
   book.OnOpened({});
   book.Set("dds", {7, false});
@@ -346,7 +346,7 @@ std::vector<EventRecord> EventsOf(std::int64_t first, std::int64_t last) {
   return events;
 }
 
-TEST(Backlog, IsReadForWhoeverAsks) {
+TEST(Backlog, IsReadForEachConsumer) {
   Backlog backlog;
   EXPECT_FALSE(backlog.wanted());
   EXPECT_FALSE(backlog.Take(40, 2));
@@ -363,7 +363,7 @@ TEST(Backlog, IsReadForWhoeverAsks) {
   EXPECT_EQ(backlog.Take(7, 2)->size(), 2U);
 }
 
-TEST(Backlog, DoesNotWaitForWhatIsNotThere) {
+TEST(Backlog, DoesNotWaitForMissingEvents) {
   Backlog backlog;
   EXPECT_FALSE(backlog.Take(3, 9));
   backlog.Supply(3, {});

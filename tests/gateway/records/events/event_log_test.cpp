@@ -16,7 +16,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST_F(EventLogTest, KeepsOverRestartsAndKnowsWhatComesOnceMore) {
+TEST_F(EventLogTest, KeepsEventsOverRestartsAndRecognisesRepeats) {
   {
     const auto log = Start(file());
     log->queue().Add(BatchOf(0, "a"));
@@ -57,13 +57,13 @@ TEST_F(EventLogTest, WaitsForADiskThatFails) {
   EXPECT_THAT(lines[1], HasSubstr("inform: events: they are kept again"));
 }
 
-TEST_F(EventLogTest, SaysSoWhereThereIsNoPlace) {
+TEST_F(EventLogTest, ReportsAMissingPlace) {
   const auto log = Start({});
   EXPECT_EQ(log->state().disk, records::Disk::failing);
   EXPECT_FALSE(log->Read({}));
 }
 
-TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
+TEST_F(EventLogTest, BeginsANewFileAfterARemoval) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
@@ -76,7 +76,7 @@ TEST_F(EventLogTest, BeginsANewFileWhereTheOldOneIsRemoved) {
   EXPECT_EQ(page->records[0].seq, 2) << "no number comes twice";
 }
 
-TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
+TEST_F(EventLogTest, RecordsHowTheGatewayStartedAndEnded) {
   const auto run = [this](const std::string& version) {
     const auto log = Start(file(), {}, {}, true);
     log->queue().Started(version);
@@ -104,7 +104,7 @@ TEST_F(EventLogTest, TellsHowTheGatewayHasStartedAndEnded) {
 }
 
 /// No event is written, so only the reader notices the damage.
-TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
+TEST_F(EventLogTest, AFileFoundDamagedByAReaderIsPutAsideAtTheNextLook) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(0, "a"));
   AwaitKept(1);
@@ -128,7 +128,7 @@ TEST_F(EventLogTest, WhatAReaderFindsDamagedIsPutAsideAtTheNextLook) {
   while (!log->state().put_aside.empty()) std::this_thread::yield();
 }
 
-TEST_F(EventLogTest, TellsThatTheDiskHasFailed) {
+TEST_F(EventLogTest, RecordsADiskFailure) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs(), {}, true);
   log->queue().Add(BatchOf(0, "a"));
@@ -168,7 +168,7 @@ TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
   EXPECT_TRUE(heard().empty());
 }
 
-TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
+TEST_F(EventLogTest, ReportsMissingRecordsAgainAfterARestart) {
   {
     const auto log = Start(file());
     Batch batch = BatchOf(0, "tripped");
@@ -200,7 +200,7 @@ TEST_F(EventLogTest, TellsWhatIsOwedAndAgainAfterARestart) {
 }
 
 /// A reload restarts the line, so its devices have other numbers.
-TEST_F(EventLogTest, WhatWaitsForTheDiskKeepsItsNameBeyondAReload) {
+TEST_F(EventLogTest, AWaitingEventKeepsItsDeviceNameOverAReload) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   disk.write_error = SQLITE_FULL;
@@ -214,7 +214,7 @@ TEST_F(EventLogTest, WhatWaitsForTheDiskKeepsItsNameBeyondAReload) {
   while (again->state().repeats < 1) std::this_thread::yield();
 }
 
-TEST_F(EventLogTest, WhatADeviceHasSaidGoesWithItsName) {
+TEST_F(EventLogTest, TheLastMessageOfADeviceFollowsItsName) {
   {
     const auto log = Start(file());
     log->queue().Add(BatchOf(1, "12.345 E1"));
@@ -264,7 +264,7 @@ std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
 }
 
 /// The disk failure is an alarm itself, so it must not wait for this disk.
-TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
+TEST_F(EventLogTest, AlarmsWorkWhileTheDiskFails) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   log->queue().Add(BatchOf(0, "a"));
@@ -285,7 +285,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskFails) {
   EXPECT_EQ(log->Alarms().size(), 2U);
 }
 
-TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
+TEST_F(EventLogTest, AlarmsWorkWhileTheDiskHangs) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   log->queue().Add(BatchOf(0, "a"));
@@ -313,7 +313,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhileTheDiskHangs) {
       << "each once";
 }
 
-TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {
+TEST_F(EventLogTest, AlarmsWorkWithoutAPlaceForTheFile) {
   const auto log = Start({});
   log->queue().Tell(Raised("disk"));
   while (log->Alarms().empty()) std::this_thread::yield();
@@ -321,7 +321,7 @@ TEST_F(EventLogTest, AlarmsAreKnownWhereThereIsNoPlaceForTheFile) {
   EXPECT_THAT(AlarmsIn(heard()), ElementsAre("disk raised active"));
 }
 
-TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
+TEST_F(EventLogTest, StoresAlarmsAndWhoAcknowledgedThem) {
   const AckQuery of_device{.line = "bay-1", .device = "feeder-1", .by = "user:anna"};
   {
     const auto log = Start(file());
@@ -356,7 +356,7 @@ TEST_F(EventLogTest, KeepsAlarmsAndWhoHasSeenThem) {
   EXPECT_EQ(ToText(database.First("SELECT count(*) FROM alarms")), "3") << "in the new file, too";
 }
 
-TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
+TEST_F(EventLogTest, ARestartEndsUnconfiguredAlarms) {
   {
     const auto log = Start(file());
     log->queue().Tell(Raised("a"));
@@ -370,7 +370,7 @@ TEST_F(EventLogTest, ForgetsAlarmsThatNobodyWatches) {
   EXPECT_EQ(log->state().alarms_unacknowledged, 2U) << "nobody has seen it yet";
 }
 
-TEST_F(EventLogTest, AReloadEndsAlarmsThatNobodyWatchesAnyMore) {
+TEST_F(EventLogTest, AReloadEndsUnconfiguredAlarms) {
   const auto log = Start(file());
   log->queue().Tell(Raised("a"));
   log->queue().Tell(Raised("b"));
@@ -398,7 +398,7 @@ TEST_F(EventLogTest, AChangedPriorityReachesAnActiveAlarm) {
   EXPECT_EQ(alarms[0].text, "a") << "that of the event that raised it";
 }
 
-TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
+TEST_F(EventLogTest, ReportsThatAnAcknowledgementWaitsForTheDisk) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
   log->queue().Tell(Raised("a"));
@@ -413,7 +413,7 @@ TEST_F(EventLogTest, SaysThatAnAcknowledgementWaits) {
 
 // ---------------- The events for outputs: from memory, and from the file after an absence.
 
-TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
+TEST_F(EventLogTest, StoresConsumerPositionsAndReadsOlderEventsFromTheFile) {
   const auto begin = [this] {
     feed_ = std::make_shared<EventFeed>(FeedLimits{.events = 10});
     cursors_ = std::make_shared<CursorBook>(std::set<std::string>{"dds"});
@@ -461,7 +461,7 @@ TEST_F(EventLogTest, KeepsThePlaceOfAConsumerAndReadsWhatHasLeftTheMemory) {
   }
 }
 
-TEST_F(EventLogTest, FeedsItsEndOnceWhileOutputsStillRun) {
+TEST_F(EventLogTest, FeedsTheEndOfTheGatewayOnce) {
   auto log = Start(file(), {}, {}, true);
   log->queue().Started("1");
   log->queue().End(1h);
@@ -473,7 +473,7 @@ TEST_F(EventLogTest, FeedsItsEndOnceWhileOutputsStillRun) {
   EXPECT_EQ(Fed().back(), "the gateway ends") << "also where nobody asked for it before";
 }
 
-TEST_F(EventLogTest, EndsWithoutADiskThatFails) {
+TEST_F(EventLogTest, EndsWhileTheDiskFails) {
   FaultyDisk disk;
   disk.write_error = SQLITE_FULL;
   const auto log = Start("/events.db", disk.vfs(), {}, true);
@@ -483,7 +483,7 @@ TEST_F(EventLogTest, EndsWithoutADiskThatFails) {
   disk.write_error = 0;
 }
 
-TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
+TEST_F(EventLogTest, FeedsGatewayEventsOfADeviceUnderThatDevice) {
   const auto log = Start(file(), {}, {}, true);
   log->queue().Started("1");
   EventRecord record;
@@ -498,7 +498,7 @@ TEST_F(EventLogTest, FeedsWhatTheGatewayHasSeenOfADeviceAsTheDevices) {
   EXPECT_EQ(fed[1].record.text, "does not answer");
 }
 
-TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
+TEST_F(EventLogTest, FeedsPendingEventsUnderTheDeviceNumberAfterAReload) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs(), {}, true);
   log->queue().Add(BatchOf(0, "a"));
@@ -519,7 +519,7 @@ TEST_F(EventLogTest, FeedsUnderTheNumberOfAfterAReloadWhatWasBeingWritten) {
   EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
 }
 
-TEST_F(EventLogTest, FindsADeviceThatComesBackByItsName) {
+TEST_F(EventLogTest, FindsAReturningDeviceByItsName) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(1, "12.345 E1"));
   AwaitKept(1);

@@ -104,7 +104,7 @@ class OwnAlarmsTest : public ::testing::Test {
   std::vector<std::string> all_;
 };
 
-TEST_F(OwnAlarmsTest, WhatLastsForTheDelayIsOneAndNothingSooner) {
+TEST_F(OwnAlarmsTest, ATroubleRaisesAnAlarmAfterTheDelay) {
   Begin(0, Trouble::no_answer, kFeeder, "no reply");
   LookUntil(29);
   EXPECT_THAT(Heard(), IsEmpty());
@@ -119,7 +119,7 @@ TEST_F(OwnAlarmsTest, WhatLastsForTheDelayIsOneAndNothingSooner) {
   EXPECT_THAT(Heard(), IsEmpty()) << "it came back within the delay";
 }
 
-TEST_F(OwnAlarmsTest, SettingsDecide) {
+TEST_F(OwnAlarmsTest, SettingsSwitchAlarmsOnAndOff) {
   Renew(ConfigWith({config::AlarmPriority::none, 30s}, {config::AlarmPriority::low, 0s}), {});
   Begin(0, Trouble::ring_open, kBay);
   Begin(0, Trouble::wrong_device, kFeeder, "type 0D");
@@ -136,7 +136,7 @@ TEST_F(OwnAlarmsTest, SettingsDecide) {
   EXPECT_THAT(alarms_.Happen(Trouble::replaced, kFeeder, "another", now_), IsEmpty());
 }
 
-TEST_F(OwnAlarmsTest, DevicesTellOfAPortWhoseLineHasNoAlarm) {
+TEST_F(OwnAlarmsTest, DevicesReportAPortIfItsLineHasNoAlarm) {
   Renew(ConfigWith({config::AlarmPriority::none, 30s}, {config::AlarmPriority::high, 5s}), {});
   Begin(0, Trouble::port_down, kBay, "lost");
   LookUntil(20);
@@ -148,7 +148,7 @@ TEST_F(OwnAlarmsTest, DevicesTellOfAPortWhoseLineHasNoAlarm) {
   EXPECT_THAT(Heard(), IsEmpty());
 }
 
-TEST_F(OwnAlarmsTest, ADeviceWaitsForWhatExplainsIt) {
+TEST_F(OwnAlarmsTest, AnAlarmOfTheLineSuppressesThoseOfItsDevices) {
   for (const Trouble line : {Trouble::port_down, Trouble::ring_open}) {
     OwnAlarms alarms(ConfigWith({}, {}));
     const auto at = [](int second) {
@@ -175,7 +175,7 @@ TEST_F(OwnAlarmsTest, ADeviceWaitsForWhatExplainsIt) {
   }
 }
 
-TEST_F(OwnAlarmsTest, WhatIsTakenOutOfUseHasNone) {
+TEST_F(OwnAlarmsTest, ADisabledDeviceHasNoAlarm) {
   Begin(0, Trouble::no_answer, kFeeder);
   LookUntil(40);
   InUse(41, kFeeder, false);
@@ -192,7 +192,7 @@ TEST_F(OwnAlarmsTest, WhatIsTakenOutOfUseHasNone) {
   EXPECT_THAT(Heard(), IsEmpty()) << "the port is lent";
 }
 
-TEST_F(OwnAlarmsTest, AUnitIsExplainedByItsServer) {
+TEST_F(OwnAlarmsTest, AnAlarmOfAServerSuppressesThoseOfItsUnits) {
   const Whose unit{"", "unit-70"};
   const Whose server{"", "10.0.0.9:502"};
   Begin(0, Trouble::server_away, server, "refused");
@@ -206,7 +206,7 @@ TEST_F(OwnAlarmsTest, AUnitIsExplainedByItsServer) {
 }
 
 /// The file may contain alarms from before the start whose end is never reported.
-TEST_F(OwnAlarmsTest, TheFirstAnswerEndsWhatWasKept) {
+TEST_F(OwnAlarmsTest, TheFirstAnswerEndsStoredAlarms) {
   End(0, Trouble::no_answer, kFeeder);
   EXPECT_THAT(All(), ElementsAre("0: clear bay-1.feeder-1 no answer, over",
                                  "0: clear bay-1 ring open, over"));
@@ -217,7 +217,7 @@ TEST_F(OwnAlarmsTest, TheFirstAnswerEndsWhatWasKept) {
       << "by now it would have been told";
 }
 
-TEST_F(OwnAlarmsTest, AReloadLosesAndDoublesNone) {
+TEST_F(OwnAlarmsTest, AReloadLosesAndDuplicatesNoAlarm) {
   struct Row {
     const char* what;
     std::set<std::string> begun;
@@ -254,7 +254,7 @@ TEST_F(OwnAlarmsTest, AReloadLosesAndDoublesNone) {
 }
 
 /// The line was restarted without `echo: verify`, and none of its devices answers.
-TEST_F(OwnAlarmsTest, WhatNobodyReportsAnyMoreExplainsNothing) {
+TEST_F(OwnAlarmsTest, AnUnreportedTroubleSuppressesNoAlarm) {
   Begin(0, Trouble::ring_open, kBay);
   LookUntil(40);
   EXPECT_THAT(Heard(), ElementsAre("30: raise bay-1 ring open for 30s"));
@@ -264,7 +264,7 @@ TEST_F(OwnAlarmsTest, WhatNobodyReportsAnyMoreExplainsNothing) {
   EXPECT_THAT(Heard(), ElementsAre("80: raise bay-1.feeder-1 no answer for 30s"));
 }
 
-TEST(Troubles, HaveTheSettingOfWhatTheyAreOf) {
+TEST(Troubles, HaveTheAlarmSettingsOfTheirSource) {
   const auto config = ConfigWith({config::AlarmPriority::low, 5s}, {config::AlarmPriority::high});
   config->alarms.delay = 7s;
   config->modbus.routes[0].alarms.delay = 9s;

@@ -79,7 +79,7 @@ std::vector<PastRow> ReadAll(const FaultyDisk& disk, PastQuery query) {
   return rows;
 }
 
-TEST(Past, IsReadBackByItsTimes) {
+TEST(Past, RecordsAreReadBackByTheirTimes) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
@@ -107,7 +107,7 @@ TEST(Past, IsReadBackByItsTimes) {
   EXPECT_FALSE(ReadPast(database, QueryOf("meter-3"))->known);
 }
 
-TEST(Past, AnHourThatCameTwiceIsThereTwice) {
+TEST(Past, ADuplicatedHourIsStoredTwice) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
@@ -115,7 +115,7 @@ TEST(Past, AnHourThatCameTwiceIsThereTwice) {
   EXPECT_EQ(ReadAll(disk, QueryOf()).size(), 4U);
 }
 
-TEST(Past, AGapIsInAllValuesOfTheSeries) {
+TEST(Past, AGapAppearsInAllValuesOfTheSeries) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
@@ -130,7 +130,7 @@ TEST(Past, AGapIsInAllValuesOfTheSeries) {
   }
 }
 
-TEST(Past, TheOldestGiveWay) {
+TEST(Past, TheOldestRecordsAreDeletedFirst) {
   FaultyDisk disk;
   Gateway gateway(disk);
   ASSERT_TRUE(gateway.Said(0));
@@ -143,7 +143,7 @@ TEST(Past, TheOldestGiveWay) {
 }
 
 /// Records and the place in the meter are one transaction: nothing is read twice or left out.
-TEST(Past, APowerCutTakesARecordAndThePlaceBehindItTogether) {
+TEST(Past, APowerCutLosesARecordTogetherWithItsReadPosition) {
   std::int64_t kept = 0;
   for (unsigned seed = 1; seed <= LongRun(60) && !testing::Test::HasFailure(); ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -209,7 +209,7 @@ struct Case {
   ClockQuality quality;
 };
 
-TEST(PlacedTime, IsCompletedFromWhenItWasHeard) {
+TEST(PlacedTime, IsCompletedFromTheTimeOfReception) {
   using Q = ClockQuality;
   const Case cases[] = {
       {"within the minute", 12'345ms, At(kDay, 10h + 13s), 1s, At(kDay, 10h + 12'345ms), Q::device},
@@ -276,14 +276,14 @@ TEST(PlacedTime, OfABatchKeepsItsOrder) {
   EXPECT_EQ(set_back[1].time, At(kDay, 10h + 10s));
 }
 
-TEST(PlacedTime, OfNothingSaidIsWhenItWasHeard) {
+TEST(PlacedTime, WithoutADeviceTimeIsTheTimeOfReception) {
   const auto placed = Place({std::nullopt, Seconds(11s)}, At(kDay, 10h + 12s), 3s);
   EXPECT_EQ(placed[0].time, At(kDay, 10h + 12s));
   EXPECT_EQ(placed[0].quality, ClockQuality::none);
   EXPECT_EQ(placed[1].quality, ClockQuality::device);
 }
 
-TEST(PlacedTime, OfAWholeDateIsThatDate) {
+TEST(PlacedTime, OfACompleteDateIsThatDate) {
   const WallTime date = At(kDay, 9h);
   const auto placed = Place({protocols::SaidTime{date.time_since_epoch(), {}}}, At(kDay, 10h), 1s);
   EXPECT_EQ(placed[0].time, date);
@@ -323,13 +323,13 @@ class SharesTest : public ::testing::Test {
   Shares shares_;
 };
 
-TEST_F(SharesTest, OfOneAreNotTakenFromAnother) {
+TEST_F(SharesTest, ASourceCannotUseTheShareOfAnother) {
   EXPECT_EQ(Taken("a", 1000), Shares::kAtOnce);
   EXPECT_EQ(Taken("b", 5), 5);
   EXPECT_EQ(shares_.left_out(), 1000U - Shares::kAtOnce);
 }
 
-TEST_F(SharesTest, TellHowManyAndTheLast) {
+TEST_F(SharesTest, TheNumberOfOmittedEventsAndTheLastOneAreReported) {
   Taken("a", 40);
   Keep("a", Shares::kAtOnce);
   EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
@@ -350,7 +350,7 @@ TEST_F(SharesTest, TellHowManyAndTheLast) {
 }
 
 /// Every 2.5 s for an hour: reported less and less often, in the end about once a minute.
-TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
+TEST_F(SharesTest, ALongFlappingIsReportedAtMostOnceAMinute) {
   Taken("a", Shares::kAtOnce);
   Keep("a", Shares::kAtOnce);
   std::size_t told = 0;
@@ -369,7 +369,7 @@ TEST_F(SharesTest, WhatFlapsForLongDoesNotSettle) {
 }
 
 /// The record about omitted events raises no alarm, whatever the events were.
-TEST_F(SharesTest, WhatWasLeftOutRaisesNothing) {
+TEST_F(SharesTest, TheRecordOfOmittedEventsRaisesNoAlarm) {
   EventRecord flaps = Port("a", "on");
   flaps.subject = "a above 5";
   flaps.record = "trip";
@@ -383,7 +383,7 @@ TEST_F(SharesTest, WhatWasLeftOutRaisesNothing) {
   EXPECT_EQ(told[1].mark.step, AlarmMark::Step::raise);
 }
 
-TEST_F(SharesTest, AreAllToldAtTheEnd) {
+TEST_F(SharesTest, AllOmittedEventsAreReportedAtTheEnd) {
   Taken("a", 40);
   EXPECT_THAT(shares_.TakeLeftOut(now_), IsEmpty());
   const auto told = shares_.TakeLeftOut(now_, true);
@@ -391,7 +391,7 @@ TEST_F(SharesTest, AreAllToldAtTheEnd) {
   EXPECT_EQ(told[1].text, "39");
 }
 
-TEST_F(SharesTest, AreWholeAgainAfterAWhile) {
+TEST_F(SharesTest, AShareRefillsWithTime) {
   EXPECT_EQ(Taken("a", Shares::kAtOnce), Shares::kAtOnce);
   Keep("a", Shares::kAtOnce);
   Pass(Shares::kAtOnce * Shares::kEach);
@@ -399,7 +399,7 @@ TEST_F(SharesTest, AreWholeAgainAfterAWhile) {
 }
 
 /// While the disk fails no event is stored, but memory stays bounded.
-TEST_F(SharesTest, WaitInBoundedMemory) {
+TEST_F(SharesTest, WaitingEventsAreBounded) {
   int taken = 0;
   for (int minute = 0; minute < 10'000; ++minute, Pass(Shares::kEach)) taken += Take("a") ? 1 : 0;
   EXPECT_EQ(taken, Shares::kAtOnce);

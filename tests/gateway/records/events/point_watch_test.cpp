@@ -60,7 +60,7 @@ PointEvent Normal(const std::string& normal) {
   return rule;
 }
 
-TEST(PointWatch, OfAFaultCode) {
+TEST(PointWatch, AFaultCodeRaisesAnEvent) {
   const Seen none{Value(std::int64_t{0})};
   const Seen oc1{Value(std::int64_t{16})};
   const Seen oc2{Value(std::int64_t{17})};
@@ -75,7 +75,7 @@ TEST(PointWatch, OfAFaultCode) {
               ElementsAre("1 on", "2 off"));
 }
 
-TEST(PointWatch, OfALimit) {
+TEST(PointWatch, AnExceededLimitRaisesAnEvent) {
   EXPECT_THAT(Play(Rule(On::above, 5), {Num(4), Num(5), Num(5.1), Num(6), Num(5), Num(6)}),
               ElementsAre("2 on", "4 off", "5 on"));
   EXPECT_THAT(Play(Rule(On::below, 5), {Num(6), Num(5), Num(4.9), Num(4), Num(5)}),
@@ -89,7 +89,7 @@ TEST(PointWatch, OfALimit) {
 }
 
 /// In binary, 53 times 0.1 is a little less than 5.3.
-TEST(PointWatch, CountsAsPeopleDo) {
+TEST(PointWatch, LimitsAreComparedAsDecimals) {
   EXPECT_THAT(Play(Rule(On::above, 5.3), {Num(5), Num(53 * 0.1), Num(5.4)}), ElementsAre("2 on"));
   EXPECT_THAT(Play(Rule(On::below, -0.3), {Num(0), Num(-3 * 0.1), Num(-0.4)}), ElementsAre("2 on"));
   EXPECT_THAT(Play(Rule(On::below, 4.9, 0.2), {Num(6), Num(4.8), Num(5.1)}),
@@ -113,7 +113,7 @@ TEST(PointWatch, WaitsForItsDelay) {
               ElementsAre("6 message"));
 }
 
-TEST(PointWatch, TakesNoBadReadingForAValue) {
+TEST(PointWatch, IgnoresBadReadings) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(Play(Rule(On::above, 5), {Num(1), Bad(9.0), Num(nan), {}, Num(6), Bad(1.0), Num(6)}),
               ElementsAre("4 on"));
@@ -126,7 +126,7 @@ TEST(PointWatch, TakesNoBadReadingForAValue) {
       << "uncertain is a value";
 }
 
-TEST(PointWatch, OfAChange) {
+TEST(PointWatch, AChangeRaisesAnEvent) {
   EXPECT_THAT(Play(Rule(On::change), {Num(1), Num(1), Num(2), Num(1)}),
               ElementsAre("2 message", "3 message"));
   EXPECT_THAT(Play(Rule(On::change), {Bit(true), Bit(false), Bit(true)}),
@@ -140,7 +140,7 @@ TEST(PointWatch, OfAChange) {
               ElementsAre("1 message"));
 }
 
-TEST(PointWatch, OfTheFirstReading) {
+TEST(PointWatch, TheFirstReadingRaisesAnEventBeyondTheLimit) {
   EXPECT_THAT(Play(Rule(On::above, 5), {Num(6)}), ElementsAre("0 on")) << "told once more";
   EXPECT_THAT(Play(Rule(On::above, 5), {Num(4)}), IsEmpty());
   EXPECT_THAT(Play(Alarming(Rule(On::above, 5)), {Num(6), Num(4)}), ElementsAre("0 on!", "1 off"));
@@ -171,7 +171,7 @@ class DeviceWatchTest : public ::testing::Test {
   const Now at_{Instant() + 1h, WallTime(1'790'000'000s)};
 };
 
-TEST_F(DeviceWatchTest, SaysPointValueAndUnit) {
+TEST_F(DeviceWatchTest, ItsRecordsHavePointValueAndUnit) {
   DeviceWatch watch(line_, std::make_shared<const config::Device>(device_));
   EXPECT_FALSE(watch.Watches(0));
   ASSERT_TRUE(watch.Watches(1));
@@ -236,7 +236,7 @@ config::Config Configured() {
   return config;
 }
 
-TEST(Watched, IsWhatTheConfigurationCanStillRaise) {
+TEST(Watched, AlarmsAreThoseOfTheConfiguration) {
   const config::Config config = Configured();
   struct Row {
     const char* line;

@@ -103,7 +103,7 @@ class RecordServiceTest : public ::testing::Test {
   RecordService service_;
 };
 
-TEST_F(RecordServiceTest, ReadsAllBehindTheEventAndKeepsItWhenNothingElseHasHappened) {
+TEST_F(RecordServiceTest, StoresARecordWhenNoFurtherEventFollows) {
   Owe(412);
   ASSERT_THAT(asked_, SizeIs(1));
   EXPECT_THAT(asked_[0].reads(), ElementsAre(0U, 2U));
@@ -131,7 +131,7 @@ TEST_F(RecordServiceTest, ReadsAllBehindTheEventAndKeepsItWhenNothingElseHasHapp
   EXPECT_THAT(kept_, SizeIs(1));
 }
 
-TEST_F(RecordServiceTest, ALookForEventsBeforeItWasReadProvesNothing) {
+TEST_F(RecordServiceTest, ACheckForEventsBeforeTheReadProvesNothing) {
   Owe(1);
   const Instant before = now_.instant;
   ReadAll();
@@ -141,7 +141,7 @@ TEST_F(RecordServiceTest, ALookForEventsBeforeItWasReadProvesNothing) {
   EXPECT_THAT(kept_, SizeIs(1));
 }
 
-TEST_F(RecordServiceTest, TheNextEventGetsTheValuesThatItMayHaveChanged) {
+TEST_F(RecordServiceTest, AFurtherEventSupersedesTheRecordOfThePrevious) {
   Owe(412);
   ReadAll(5);
   Owe(413);  // reported before the relay had no more events
@@ -158,7 +158,7 @@ TEST_F(RecordServiceTest, TheNextEventGetsTheValuesThatItMayHaveChanged) {
   EXPECT_EQ(kept_[1].values.at(0).value, Value(7.0));
 }
 
-TEST_F(RecordServiceTest, WhatIsReadWhileTheNextEventComesIsReadAgain) {
+TEST_F(RecordServiceTest, ARecordReadDuringTheNextEventIsReadAgain) {
   Owe(412);
   Owe(413);
   ReadAll(5);
@@ -171,7 +171,7 @@ TEST_F(RecordServiceTest, WhatIsReadWhileTheNextEventComesIsReadAgain) {
   EXPECT_EQ(kept_[1].values.at(0).value, Value(7.0));
 }
 
-TEST_F(RecordServiceTest, APartIsNone) {
+TEST_F(RecordServiceTest, AnIncompleteRecordIsNotStored) {
   Read(2, 3);
   Owe(412);
   for (int i = 1; i < RecordService::kTries; ++i) {
@@ -191,7 +191,7 @@ TEST_F(RecordServiceTest, APartIsNone) {
   EXPECT_THAT(kept_[0].values, IsEmpty());
 }
 
-TEST_F(RecordServiceTest, WaitsForADeviceThatIsAway) {
+TEST_F(RecordServiceTest, WaitsForAnOfflineDevice) {
   takes_ = false;
   Owe(412);
   takes_ = true;
@@ -207,7 +207,7 @@ TEST_F(RecordServiceTest, WaitsForADeviceThatIsAway) {
   EXPECT_EQ(kept_[0].state, RecordState::read);
 }
 
-TEST_F(RecordServiceTest, WaitsWhileAnotherDeviceAnswersInItsPlace) {
+TEST_F(RecordServiceTest, WaitsWhileAnotherDeviceAnswers) {
   Owe(412);
   store_.SetOverride(0, Quality(Quality::bad_configuration, Reason::other_module));
   for (int i = 0; i < 2 * RecordService::kTries; ++i) {
@@ -224,7 +224,7 @@ TEST_F(RecordServiceTest, WaitsWhileAnotherDeviceAnswersInItsPlace) {
   EXPECT_EQ(kept_[0].state, RecordState::read);
 }
 
-TEST_F(RecordServiceTest, AnItemThatTheDeviceDoesNotHaveIsNotWaitedFor) {
+TEST_F(RecordServiceTest, AMissingItemOfTheDeviceIsNotAwaited) {
   Read(2, 0, {Quality::bad_configuration, Reason::not_fitted});
   Owe(412);
   Read(0, 5);
@@ -236,7 +236,7 @@ TEST_F(RecordServiceTest, AnItemThatTheDeviceDoesNotHaveIsNotWaitedFor) {
   EXPECT_EQ(kept_[0].values.at(1).quality, Quality::bad_configuration);
 }
 
-TEST_F(RecordServiceTest, WithoutAWordThatThereIsNothingElseItIsUncertain) {
+TEST_F(RecordServiceTest, WithoutProofOfNoFurtherEventTheRecordIsUncertain) {
   Owe(412);
   ReadAll();
   Hear(RecordService::kUnproven);
@@ -246,7 +246,7 @@ TEST_F(RecordServiceTest, WithoutAWordThatThereIsNothingElseItIsUncertain) {
   EXPECT_NE(kept_[0].text, "");
 }
 
-TEST_F(RecordServiceTest, WhatIsNotConfiguredAnyMoreIsTold) {
+TEST_F(RecordServiceTest, ARemovedRecordIsReportedAsNotRead) {
   service_.Owe(
       {{7, "bay-1", "feeder-1", "gone", {}, {}}, {8, "bay-1", "feeder-9", "trip", {}, {}}});
   EXPECT_THAT(asked_, IsEmpty());
@@ -255,7 +255,7 @@ TEST_F(RecordServiceTest, WhatIsNotConfiguredAnyMoreIsTold) {
   EXPECT_EQ(kept_[1].event, 8);
 }
 
-TEST_F(RecordServiceTest, NobodyIsAskedBeforeTheLinesAreThere) {
+TEST_F(RecordServiceTest, NoDeviceIsReadBeforeTheLinesHaveStarted) {
   RecordService early(store_,
                       {.clocks = [this] { return now_; },
                        .ask =
@@ -273,7 +273,7 @@ TEST_F(RecordServiceTest, NobodyIsAskedBeforeTheLinesAreThere) {
   Answer({.end = WriteEnd::not_sent});
 }
 
-TEST_F(RecordServiceTest, AfterAReloadTheDeviceOwesItUnderItsNewNumber) {
+TEST_F(RecordServiceTest, AfterAReloadThePendingRecordHasTheNewDeviceNumber) {
   Owe(412);
   Answer({.end = WriteEnd::not_sent, .reason = "the line has ended"});
   const config::Line again = config_.lines[0];
@@ -300,7 +300,7 @@ TEST_F(RecordServiceTest, AfterAReloadTheDeviceOwesItUnderItsNewNumber) {
   EXPECT_EQ(kept_[1].state, RecordState::read);
 }
 
-TEST_F(RecordServiceTest, AfterAReloadWithoutTheDeviceItIsNotRead) {
+TEST_F(RecordServiceTest, AfterAReloadWithoutTheDeviceItsRecordIsNotRead) {
   Owe(412);
   Answer({.end = WriteEnd::not_sent, .reason = "the line has ended"});
   store_.Retire(0);
@@ -310,7 +310,7 @@ TEST_F(RecordServiceTest, AfterAReloadWithoutTheDeviceItIsNotRead) {
   EXPECT_THAT(kept_[0].text, HasSubstr("no such record of this device any more"));
 }
 
-TEST_F(RecordServiceTest, AnAnswerAfterItsDeviceIsForgottenMeansNothing) {
+TEST_F(RecordServiceTest, AnAnswerOfARemovedDeviceIsIgnored) {
   Owe(412);
   store_.Retire(0);
   service_.TakeOver();
@@ -325,7 +325,7 @@ class SilentServiceTest : public RecordServiceTest {
   SilentServiceTest() : RecordServiceTest(false) {}
 };
 
-TEST_F(SilentServiceTest, ADeviceWithoutEventsOfItsOwnHasNothingMoreToTell) {
+TEST_F(SilentServiceTest, ADeviceWithoutEventsNeedsNoProofOfNoFurtherEvent) {
   Owe(412);
   ReadAll();
   EXPECT_THAT(kept_, SizeIs(1));
@@ -343,7 +343,7 @@ using config::EventState;
 
 const WallTime kAt(1'790'000'000s);
 
-TEST(OwnRecords, SayWhatALineHasComeTo) {
+TEST(OwnRecords, DescribeTheConditionOfALine) {
   struct Row {
     Fact fact;
     std::uint32_t code;
@@ -403,7 +403,7 @@ TEST(OwnRecords, SayWhatALineHasComeTo) {
   }
 }
 
-TEST(OwnRecords, SayHowTheGatewayHasStartedAndEnded) {
+TEST(OwnRecords, DescribeStartAndEndOfTheGateway) {
   using End = LastRun::End;
   EXPECT_EQ(StartRecord("1", {}, kAt).text, "baudgate 1 has started");
   EXPECT_EQ(StartRecord("1", {End::in_order, kAt}, kAt).text,
@@ -418,7 +418,7 @@ TEST(OwnRecords, SayHowTheGatewayHasStartedAndEnded) {
   EXPECT_EQ(trouble.text, "no event could be kept since " + FormatWallTime(kAt) + ": full");
 }
 
-TEST(OwnRecords, SayWhatBecomesOfAnAlarm) {
+TEST(OwnRecords, DescribeTheStatesOfAnAlarm) {
   Alarm alarm;
   alarm.line = "b";
   alarm.device = "d";
@@ -440,7 +440,7 @@ TEST(OwnRecords, SayWhatBecomesOfAnAlarm) {
   EXPECT_EQ(gone.line + "." + gone.device, "b.d");
 }
 
-TEST(OwnRecords, AreCutToWhatIsKept) {
+TEST(OwnRecords, AreCutToTheStoredLength) {
   const Fact fact{OwnCode::port_down, false, "b", "", std::string(500, 'x')};
   EXPECT_EQ(FactRecord(fact, kAt).text.size(), kLongestText);
 }
@@ -514,7 +514,7 @@ class RecordTest : public audit::FolderTest {
   std::optional<EventFile> file_;
 };
 
-TEST_F(RecordTest, IsOwedOverARestartAndThenStandsWithItsEvent) {
+TEST_F(RecordTest, IsPendingOverARestartAndThenStoredWithItsEvent) {
   ASSERT_TRUE(file_->Write({{0, "a", false, {Event(1), Event(2, "trip")}}}));
   EXPECT_EQ(Events().records[1].record, "trip");
   EXPECT_FALSE(Events().records[1].kept);
@@ -546,7 +546,7 @@ TEST_F(RecordTest, IsOwedOverARestartAndThenStandsWithItsEvent) {
   EXPECT_EQ(kept.values[3].quality, (Quality{Quality::bad_configuration, Reason::not_fitted}));
 }
 
-TEST_F(RecordTest, ComesWithItsEventInOneTransaction) {
+TEST_F(RecordTest, IsStoredWithItsEventInOneTransaction) {
   EventRecord tag = Event(1, "tag");
   tag.kept = Trip(0);
   tag.kept->name = "tag";
@@ -558,7 +558,7 @@ TEST_F(RecordTest, ComesWithItsEventInOneTransaction) {
   EXPECT_TRUE(Reopen().contents.owed.empty());
 }
 
-TEST_F(RecordTest, EachKindHasNumbersOfItsOwnAndEachRecordIsThereOnce) {
+TEST_F(RecordTest, EachKindHasItsOwnNumbersAndEachRecordIsStoredOnce) {
   ASSERT_TRUE(file_->Write({}, nullptr, {Billing(1), Billing(2), Billing(1)}));
   ASSERT_TRUE(file_->Write({{0, "a", false, {Event(1, "trip")}}}, nullptr, {Trip(1)}));
   ASSERT_TRUE(file_->Write({}, nullptr, {Billing(2), Billing(3)}));
@@ -578,7 +578,7 @@ TEST_F(RecordTest, EachKindHasNumbersOfItsOwnAndEachRecordIsThereOnce) {
   EXPECT_FALSE(one.more);
 }
 
-TEST_F(RecordTest, GoesWithItsEvent) {
+TEST_F(RecordTest, IsDeletedWithItsEvent) {
   records::OpenedEvents opened = records::OpenEvents(path());
   ASSERT_TRUE(opened.database);
   EventTable table(*opened.database, 2);

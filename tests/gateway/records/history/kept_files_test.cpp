@@ -23,7 +23,7 @@ std::vector<std::string> FilesOf(const std::vector<TooMuch>& gone) {
   return files;
 }
 
-TEST(FolderFiles, OldDaysGoByAgeAndBySize) {
+TEST(FolderFiles, OldDaysAreDeletedByAgeAndSize) {
   FolderFiles folder_files;
   folder_files.trends = 10;
   for (int i = 0; i < 5; ++i) folder_files.days.push_back({kBegin + i * kDay, 100});
@@ -42,7 +42,7 @@ TEST(FolderFiles, OldDaysGoByAgeAndBySize) {
   EXPECT_EQ(gone(1, kDay, today + 365 * kDay).size(), 4U);
 }
 
-TEST(FolderFiles, WhatWasPutAsideGoesBeforeAnyDay) {
+TEST(FolderFiles, FilesPutAsideAreDeletedBeforeAnyDay) {
   FolderFiles folder_files;
   folder_files.trends = 10;
   folder_files.aside = {{"values-20260101.db.bad", 100}, {"trends.db.bad", 100}};
@@ -59,7 +59,7 @@ TEST(FolderFiles, WhatWasPutAsideGoesBeforeAnyDay) {
   EXPECT_EQ(Largest(folder_files), DayFileName(kBegin + kDay) + " has 40.0 MB, trends.db 3.1 MB");
 }
 
-TEST(SureTime, IsThatOfAClockThatHasGoneOnForADay) {
+TEST(SureTime, NeedsAClockThatRanSteadilyForADay) {
   SureTime time;
   time.Begin(At(kBegin + kHour), kBegin);
   EXPECT_FALSE(time.Look(At(kBegin + kHour)));
@@ -73,7 +73,7 @@ TEST(SureTime, IsThatOfAClockThatHasGoneOnForADay) {
   EXPECT_EQ(time.Look(At(later + kDay + 4 * kSecond)), later + kDay + 4 * kSecond);
 }
 
-TEST(SureTime, GoesNoFasterThanTheMonotonicClock) {
+TEST(SureTime, IsNoFasterThanTheMonotonicClock) {
   constexpr Millis kWrong = 70 * 365 * kDay;
   SureTime time;
   time.Begin(At(kBegin, kWrong), kBegin - kDay);
@@ -161,7 +161,7 @@ TEST_F(ValueStoreTest, TheLimitHolds) {
   EXPECT_FALSE(All({.point = "bay.f1.a"}).empty());
 }
 
-TEST_F(KeptFiles, OneThatIsRemovedIsFoundOutAtTheNextCommit) {
+TEST_F(KeptFiles, ARemovedFileIsNoticedAtTheNextCommit) {
   auto store = Open(kBegin);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), At(kBegin + 5 * kSecond)));
   EXPECT_FALSE(store->TakeLost());
@@ -193,7 +193,7 @@ TEST_F(KeptFiles, OneThatIsRemovedIsFoundOutAtTheNextCommit) {
 }
 
 /// The file of the day before contains the run and its last time.
-TEST_F(KeptFiles, OneThatIsRemovedIsAGapBehindTheDayBefore) {
+TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   const Millis began = kBegin + kDay - 2 * kSecond;
   auto store = Open(began);
   ASSERT_TRUE(store->Write(Seconds(1, began, kBegin + kDay), At(kBegin + kDay)));
@@ -212,7 +212,7 @@ TEST_F(KeptFiles, OneThatIsRemovedIsAGapBehindTheDayBefore) {
 }
 
 /// A reader that repeats its request must not clear the fault: only a look may.
-TEST_F(KeptFiles, WhatCouldNotBeReadIsForgottenWhenItCan) {
+TEST_F(KeptFiles, AnUnreadableFileIsForgottenWhenItIsReadableAgain) {
   const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
   const std::filesystem::path kept = folder() / "kept";
   const std::function<void()> harms[] = {
@@ -254,7 +254,7 @@ TEST_F(KeptFiles, WhatCouldNotBeReadIsForgottenWhenItCan) {
 }
 
 /// SQLite has undamaged pages in memory, so it could continue to write.
-TEST_F(KeptFiles, DamageThatAReaderHasFoundIsFoundByWhoeverWrites) {
+TEST_F(KeptFiles, DamageFoundByAReaderIsConfirmedByTheWriter) {
   auto store = Open(kBegin);
   const Millis later = kBegin + 10 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, kBegin, later), At(later)));
@@ -280,7 +280,7 @@ TEST_F(KeptFiles, DamageThatAReaderHasFoundIsFoundByWhoeverWrites) {
   EXPECT_TRUE(store->TakeLost());
 }
 
-TEST_F(KeptFiles, FilesThatWerePutAsideGoFirst) {
+TEST_F(KeptFiles, FilesPutAsideAreDeletedFirst) {
   const std::string bad = DayFileName(kBegin - 9 * kDay) + ".bad";
   std::ofstream(folder() / bad) << std::string(1'500'000, 'x');
   std::ofstream(folder() / (bad + "-wal")) << std::string(100'000, 'x');
@@ -298,7 +298,7 @@ TEST_F(KeptFiles, FilesThatWerePutAsideGoFirst) {
   EXPECT_FALSE(news[0].trouble);
 }
 
-TEST_F(KeptFiles, WhatIsTooLargeIsNamed) {
+TEST_F(KeptFiles, ATooLargeFileIsNamed) {
   StoreLimits limits;
   limits.bytes = 1'500'000;
   auto store = Open(kBegin, limits);
@@ -309,7 +309,7 @@ TEST_F(KeptFiles, WhatIsTooLargeIsNamed) {
               HasSubstr(" is reached: " + DayFileName(kBegin + 9 * kDay) + " has 2.0 MB, "));
 }
 
-TEST_F(KeptFiles, OneThatIsEmptyIsALoss) {
+TEST_F(KeptFiles, AnEmptyFileIsReportedAsALoss) {
   for (const std::string& name : {DayFileName(kBegin), std::string(kTrendsFile)}) {
     std::filesystem::remove(folder() / name);
     std::ofstream(folder() / name).close();

@@ -69,7 +69,7 @@ class RecorderTest : public ::testing::Test {
   Batch out_;
 };
 
-TEST_F(RecorderTest, GoesOnBehindADeviceThatIsForgotten) {
+TEST_F(RecorderTest, ContinuesAfterADeviceIsForgotten) {
   Set(0, 1);
   store_->Retire(0);
   store_->Forget(0);
@@ -77,7 +77,7 @@ TEST_F(RecorderTest, GoesOnBehindADeviceThatIsForgotten) {
   EXPECT_THAT(Kept(), testing::IsEmpty());
 }
 
-TEST_F(RecorderTest, KeepsChangesOfThePointsThatWereChosen) {
+TEST_F(RecorderTest, KeepsChangesOfTheChosenPoints) {
   Set(0, 1);
   Set(1, 7);
   Take();
@@ -94,7 +94,7 @@ TEST_F(RecorderTest, KeepsChangesOfThePointsThatWereChosen) {
   EXPECT_EQ(recorder_->counters().merged, 0U);
 }
 
-TEST_F(RecorderTest, CountsWhatItDidNotSee) {
+TEST_F(RecorderTest, CountsMergedReadings) {
   for (int i = 0; i < 5; ++i) Set(0, i);
   Take();
   EXPECT_EQ(recorder_->counters().merged, 4U);
@@ -137,7 +137,7 @@ TEST_F(RecorderTest, AFullQueueIsAGap) {
   EXPECT_EQ(out_.runs[1].why, RunBegin::dropped);
 }
 
-TEST_F(RecorderTest, AClockThatIsSetBeginsARun) {
+TEST_F(RecorderTest, AClockStepBeginsANewRun) {
   Set(0, 1);
   Take();
   for (const Duration step : {Duration(-1h), Duration(2h)}) {
@@ -159,7 +159,7 @@ TEST_F(RecorderTest, AClockThatIsSetBeginsARun) {
 }
 
 /// Examples: SIGSTOP, suspend, a virtual machine without a processor.
-TEST_F(RecorderTest, WhatNobodyLookedAtIsAGap) {
+TEST_F(RecorderTest, AStandstillOfTheProgramIsAGap) {
   Set(0, 10);
   Set(2, 20);
   Take();
@@ -183,7 +183,7 @@ TEST_F(RecorderTest, WhatNobodyLookedAtIsAGap) {
   EXPECT_EQ(good, 1000);
 }
 
-TEST_F(RecorderTest, SpansAreOfEveryReading) {
+TEST_F(RecorderTest, TrendsIncludeEveryReading) {
   config_.history.points.clear();
   for (int i = 0; i < 90; ++i) {
     Set(0, i % 2 == 0 ? 1 : 2);
@@ -247,7 +247,7 @@ const Row kRows[] = {
     {"every reading", kEvery, 1.0, kGood, 1.0, kGood, 1, true},
 };
 
-TEST(LogRule, Table) {
+TEST(LogRule, DecidesWhichChangesAreKept) {
   for (const Row& row : kRows) {
     const Entry last{5000, row.from, row.was};
     const Entry now{5000 + row.later, row.to, row.is};
@@ -281,7 +281,7 @@ TEST(PendingValues, ContinueTheRunsOfTheFiles) {
   EXPECT_FALSE(pending.TakeLost());
 }
 
-TEST(PendingValues, BeginAnotherRunWhereTheFileOfTheFirstIsLost) {
+TEST(PendingValues, BeginANewRunAfterTheirFileIsLost) {
   PendingValues pending;
   pending.Begin(40);
   pending.Add(Of(1, 100, 200, {150}));
@@ -297,7 +297,7 @@ TEST(PendingValues, BeginAnotherRunWhereTheFileOfTheFirstIsLost) {
   EXPECT_FALSE(pending.TakeLost());
 }
 
-TEST(BatchQueue, HasPlacesForSamplesAndOthersForSpans) {
+TEST(BatchQueue, HasSeparatePlacesForSamplesAndTrends) {
   BatchQueue queue(3);
   EXPECT_EQ(queue.Add(Of(1, 0, 200, {100, 101})), 0U);
   EXPECT_EQ(queue.Room(), 1U);

@@ -60,7 +60,7 @@ std::vector<Trend> Rolled(const std::vector<Set>& sets, Millis end, Millis width
   return out;
 }
 
-TEST(Rollup, Example) {
+TEST(Rollup, MatchesTheExample) {
   std::vector<Trend> out;
   Rollup rollup(kMinute);
   rollup.Set(0, 10.0, true, out);
@@ -126,7 +126,7 @@ TEST(Rollup, EqualsTheOracle) {
   }
 }
 
-TEST(Rollup, WiderSpansAreTheirParts) {
+TEST(Rollup, WiderSpansEqualTheirMergedParts) {
   std::mt19937 random(15);
   for (int round = 0; round < 200; ++round) {
     std::vector<Set> sets;
@@ -162,7 +162,7 @@ using web::kDayBegin;
 
 constexpr const char* kPoint = "bay-1.feeder-1.current";
 
-TEST(Chart, ShortTimesAreOfEveryValue) {
+TEST(Chart, ShortTimesUseEveryValue) {
   const FakeHistory source;
   const auto chart = ReadChart(source, {kPoint, kDayBegin, kDayBegin + 10 * kMinute, 60});
   ASSERT_TRUE(chart);
@@ -178,7 +178,7 @@ TEST(Chart, ShortTimesAreOfEveryValue) {
   EXPECT_EQ(chart->rows[3].begin, kDayBegin + 60 * kSecond);
 }
 
-TEST(Chart, APieceBeginsWithTheValueFromBefore) {
+TEST(Chart, ASectionBeginsWithThePreviousValue) {
   const FakeHistory source;
   const auto chart = ReadChart(source, {kPoint, kDayBegin + 5500, kDayBegin + 6500, 1200});
   ASSERT_TRUE(chart);
@@ -189,7 +189,7 @@ TEST(Chart, APieceBeginsWithTheValueFromBefore) {
   EXPECT_EQ(chart->rows[1].good, 500);
 }
 
-TEST(Chart, LongTimesAreOfMinutesAndHours) {
+TEST(Chart, LongTimesUseMinutesAndHours) {
   const FakeHistory source;
   const auto year = ReadChart(source, {kPoint, kDayBegin, kDayBegin + 365 * kDay, 1200});
   ASSERT_TRUE(year);
@@ -200,7 +200,7 @@ TEST(Chart, LongTimesAreOfMinutesAndHours) {
   EXPECT_EQ(day->step, 2 * kMinute);
 }
 
-TEST(Chart, ThereIsAlwaysAStep) {
+TEST(Chart, AlwaysHasAStep) {
   const FakeHistory source;
   for (const Millis span : {Millis{1}, kSecond, kMinute, kHour, 20 * 366 * kDay}) {
     for (const std::int64_t pixels : {1, 7, 4096}) {
@@ -235,7 +235,7 @@ double BytesEach(const std::vector<Entry>& entries) {
   return static_cast<double>(bytes.size()) / static_cast<double>(entries.size());
 }
 
-TEST(Chunk, BringsBackEveryKindOfValue) {
+TEST(Chunk, EncodesAndDecodesEveryKindOfValue) {
   std::mt19937_64 random(2);
   const std::vector<std::function<Value(std::size_t)>> kinds = {
       [](std::size_t) { return Value(); },
@@ -295,7 +295,7 @@ TEST(Chunk, IsSmall) {
       << "a counter";
 }
 
-TEST(Chunk, AnyBytesAreSurvived) {
+TEST(Chunk, RandomBytesAreHarmless) {
   std::mt19937 random(4);
   auto entries = Series(200, [](std::size_t i) { return Value(0.1 * static_cast<double>(i)); });
   const Bytes good = EncodeChunk(entries);

@@ -26,7 +26,7 @@ namespace {
 using audit::FaultyDisk;
 using ::testing::HasSubstr;
 
-TEST_F(ValueStoreTest, WhatIsWrittenIsReadBack) {
+TEST_F(ValueStoreTest, StoredValuesAreReadBack) {
   auto store = Open(kBegin);
   // Three hours in steps of a minute, so rows become chunks.
   for (Millis time = kBegin; time < kBegin + 3 * kHour; time += kMinute) {
@@ -70,7 +70,7 @@ TEST_F(ValueStoreTest, ARestartIsAGap) {
   EXPECT_EQ(records[6].entry.time, kBegin + kHour);
 }
 
-TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
+TEST_F(ValueStoreTest, AClockSetBackReordersNothing) {
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 3 * kSecond),
                            At(kBegin + kHour + 3 * kSecond)));
@@ -86,7 +86,7 @@ TEST_F(ValueStoreTest, AClockThatWasSetBackReordersNothing) {
   EXPECT_TRUE(std::filesystem::exists(folder() / DayFileName(kBegin - kDay)));
 }
 
-TEST_F(ValueStoreTest, ADayThatWasEmptiedIsNamedAndTheLatestMayBeNew) {
+TEST_F(ValueStoreTest, AnEmptyDayFileIsNamedUnlessItIsTheLatest) {
   auto store = Open(kBegin);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin, kBegin + kSecond), At(kBegin + kSecond)));
   std::ofstream(folder() / DayFileName(kBegin - kDay)).close();
@@ -221,7 +221,7 @@ TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   }
 }
 
-TEST(ValueDisk, FullIsOverWhenThereIsRoom) {
+TEST(ValueDisk, AFullDiskRecoversWhenThereIsRoom) {
   FaultyDisk disk;
   const std::vector<PointName> names = {{"a", config::Type::float64}};
   ValueStore store("/", names, {}, disk.vfs());
@@ -317,7 +317,7 @@ class HistoryLogTest : public FolderTest {
   std::vector<std::string> heard_;
 };
 
-TEST_F(HistoryLogTest, WhatCannotBeReadIsNotSilentlyMissing) {
+TEST_F(HistoryLogTest, AnUnreadableFileIsReported) {
   const auto path = folder();
   const auto log = Start(path);
   Await([&] { return log->view()->state().disk == records::Disk::fine; });
@@ -363,7 +363,7 @@ TEST_F(HistoryLogTest, KeepsOverRestarts) {
   EXPECT_EQ(log->view()->state().counters.dropped, 0U);
 }
 
-TEST_F(HistoryLogTest, AFileThatIsRemovedIsBegunAnew) {
+TEST_F(HistoryLogTest, ARemovedFileIsCreatedAgain) {
   const auto log = Start(folder());
   Set(7);
   const auto kept = [&] { return log->view()->Read({.point = "bay.f1.a"})->records; };
@@ -383,7 +383,7 @@ TEST_F(HistoryLogTest, AFileThatIsRemovedIsBegunAnew) {
   EXPECT_THAT(heard()[0], HasSubstr("it was removed, and all that was in it"));
 }
 
-TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
+TEST_F(HistoryLogTest, AFailingDiskDelaysNoReading) {
   FaultyDisk disk;
   const auto log = Start("/", disk.vfs());
   Set(1);
@@ -405,7 +405,7 @@ TEST_F(HistoryLogTest, ADiskThatFailsHoldsUpNobody) {
   EXPECT_THAT(lines[1], HasSubstr("inform: history: values are kept again"));
 }
 
-TEST_F(HistoryLogTest, ADiskThatHangsIsShown) {
+TEST_F(HistoryLogTest, AHangingDiskIsShown) {
   FaultyDisk disk;
   const auto log = Start("/", disk.vfs());
   Await([&] { return log->view()->state().disk == records::Disk::fine; });
@@ -421,7 +421,7 @@ TEST_F(HistoryLogTest, ADiskThatHangsIsShown) {
 }
 
 /// A reload has ended the earlier history, which still has the files because its disk hangs.
-TEST_F(HistoryLogTest, WaitsForTheOneThatHasTheFiles) {
+TEST_F(HistoryLogTest, WaitsForThePreviousOwnerOfTheFiles) {
   std::atomic<bool> taken = true;
   taken_ = [&taken] { return taken.load(); };
   const auto log = Start(folder());
@@ -433,7 +433,7 @@ TEST_F(HistoryLogTest, WaitsForTheOneThatHasTheFiles) {
   Await([&] { return log->view()->Read({.point = "bay.f1.a"})->records.size() == 1; });
 }
 
-TEST_F(HistoryLogTest, SaysSoWhereThereIsNoPlace) {
+TEST_F(HistoryLogTest, ReportsAMissingPlace) {
   const auto log = Start({});
   Set(1);
   EXPECT_EQ(log->view()->state().disk, records::Disk::failing);

@@ -86,7 +86,7 @@ class LineRecorderTest : public testing::Test {
   std::optional<LineRecorder> recorder_;
 };
 
-TEST_F(LineRecorderTest, KeepsAnExchangeAsItWas) {
+TEST_F(LineRecorderTest, RecordsAnExchangeUnchanged) {
   Send("?A1\r");
   Receive("!A1=");
   Receive("7\xFF\r");
@@ -97,7 +97,7 @@ TEST_F(LineRecorderTest, KeepsAnExchangeAsItWas) {
                                    "03:00:00.004000 a = corrupt, 2.0 ms: checksum"));
 }
 
-TEST_F(LineRecorderTest, StrayBytesAndThePortAreNobodys) {
+TEST_F(LineRecorderTest, StrayBytesAndPortNotesHaveNoDevice) {
   Send("?A1\r", kFirst + 1);
   End(Outcome::no_reply, {}, kFirst + 1);
   Receive("!");
@@ -120,7 +120,7 @@ TEST_F(LineRecorderTest, KeepsTheLastExchanges) {
   EXPECT_THAT(lines[126], HasSubstr("?A999"));
 }
 
-TEST_F(LineRecorderTest, ABabblerFillsOneExchangeOnly) {
+TEST_F(LineRecorderTest, ABabblingDeviceFillsOnlyOneExchange) {
   Send("?A1\r");
   for (int i = 0; i < 5000; ++i) Receive("x");
   for (int i = 0; i < 5000; ++i) recorder_->OnPort("port closed: again", Later());
@@ -132,7 +132,7 @@ TEST_F(LineRecorderTest, ABabblerFillsOneExchangeOnly) {
   EXPECT_EQ(ReceivedText().size(), LineRecorder::kMostBytes - 4) << "the request counts as well";
 }
 
-TEST_F(LineRecorderTest, AReaderSeesEverythingFromNowOn) {
+TEST_F(LineRecorderTest, ASubscriberGetsAllLaterRecords) {
   Send("?A1\r");
   End();
   auto queue = recorder_->Subscribe({});
@@ -146,7 +146,7 @@ TEST_F(LineRecorderTest, AReaderSeesEverythingFromNowOn) {
   EXPECT_THAT(seen.back(), HasSubstr("= ok"));
 }
 
-TEST_F(LineRecorderTest, AReaderThatIsGoneIsForgotten) {
+TEST_F(LineRecorderTest, ALeftSubscriberIsNotWoken) {
   int woken = 0;
   auto queue = recorder_->Subscribe([&] { ++woken; });
   Send("?A1\r");
@@ -157,7 +157,7 @@ TEST_F(LineRecorderTest, AReaderThatIsGoneIsForgotten) {
   EXPECT_EQ(woken, 1);
 }
 
-TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
+TEST_F(LineRecorderTest, ACorruptFrameIsSavedAsARecording) {
   Send("?A1\r");
   End();
   EXPECT_THAT(saved_, IsEmpty());
@@ -173,7 +173,7 @@ TEST_F(LineRecorderTest, ACorruptFrameIsWorthARecording) {
   EXPECT_THAT(Texts(saved_[0].records).back(), HasSubstr("= corrupt"));
 }
 
-TEST_F(LineRecorderTest, SoIsADeviceThatGoesOffline) {
+TEST_F(LineRecorderTest, ADeviceGoingOfflineIsSavedAsARecording) {
   Send("?A1\r");
   End(Outcome::no_reply);
   recorder_->OnDeviceState(kFirst, bus::DeviceState::degraded, "no_reply", Later());
@@ -193,7 +193,7 @@ TEST_F(LineRecorderTest, LongTroubleGivesOneRecordingAMinute) {
   EXPECT_THAT(saved_, SizeIs(3));
 }
 
-TEST_F(LineRecorderTest, NobodyHasToWantRecordings) {
+TEST_F(LineRecorderTest, RecordingsAreOptional) {
   Make({});
   Send("?A1\r");
   End(Outcome::corrupt);
@@ -210,7 +210,7 @@ TEST_F(LineRecorderTest, SecretsOfARequestAreMasked) {
   EXPECT_EQ(Texts(queue->Take()).front(), shown);
 }
 
-TEST_F(LineRecorderTest, WhatComesBackIsMaskedHoweverItIsSplitOrDamaged) {
+TEST_F(LineRecorderTest, AReplyToASecretIsMaskedInAnyPieces) {
   auto queue = recorder_->Subscribe({});
   for (const std::string_view echo :
        {kRequest, kRequest.substr(7), std::string_view("<1N: wrong password '724'"),
@@ -248,7 +248,7 @@ TEST_F(LineRecorderTest, TheMaskOutlivesTheExchangeAndThePort) {
 }
 
 /// A task continues behind its password. The reason at its end may quote any of its replies.
-TEST_F(LineRecorderTest, NoReasonQuotesWhatCameBack) {
+TEST_F(LineRecorderTest, NoReasonQuotesTheReplyToASecret) {
   const char* const reason = "the device says: wrong password '724'";
   SendSecret();
   Receive("<1N: wrong password '724'");
@@ -263,14 +263,14 @@ TEST_F(LineRecorderTest, NoReasonQuotesWhatCameBack) {
   EXPECT_THAT(Lines().back(), HasSubstr("limit"));
 }
 
-TEST_F(LineRecorderTest, AMaskedBabblerIsBounded) {
+TEST_F(LineRecorderTest, MaskedBytesAreBounded) {
   SendSecret();
   for (int i = 0; i < 100'000; ++i) Receive("7");
   End(Outcome::partial);
   EXPECT_EQ(ReceivedText(), std::string(LineRecorder::kMostBytes - kRequest.size(), '*'));
 }
 
-TEST(LineRecorderOnALine, HearsOfEveryExchange) {
+TEST(LineRecorderOnALine, RecordsEveryExchange) {
   const config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
   std::vector<Recording> saved;
   LineRecorder recorder(config, 0, [&](Recording recording) { saved.push_back(recording); });
@@ -286,7 +286,7 @@ TEST(LineRecorderOnALine, HearsOfEveryExchange) {
   EXPECT_EQ(saved[0].records.back().text.substr(0, 7), "offline");
 }
 
-TEST_F(LineRecorderTest, ALineThatOnlyListensKeepsItsLatestMessages) {
+TEST_F(LineRecorderTest, AListeningLineKeepsItsLatestMessages) {
   for (int i = 0; i < 200; ++i) {
     Later(1s);
     recorder_->OnReceived(ToBytes("tag " + std::to_string(i)), Later());
@@ -304,7 +304,7 @@ TEST_F(LineRecorderTest, AStreamWithoutSilenceKeepsItsLatestBytes) {
   EXPECT_LE(ReceivedText().size(), LineRecorder::kExchanges * LineRecorder::kMostBytes);
 }
 
-TEST_F(LineRecorderTest, NoiseBetweenRequestsPushesOutNoExchange) {
+TEST_F(LineRecorderTest, NoiseBetweenRequestsDisplacesNoExchange) {
   Send("1st");
   End();
   for (int i = 0; i < 9; ++i) {
@@ -341,7 +341,7 @@ TEST(TraceHead, NamesTheDevicesAndTheirOptions) {
                   "# device feeder-1, protocol spabus, profile spaj140c, set checksum=off"));
 }
 
-TEST(TraceHead, IsReadBack) {
+TEST(TraceHead, IsParsedBack) {
   EXPECT_EQ(ReadTracedDevice(TraceHead(ALine())[1]),
             (TracedDevice{"feeder-1", "spabus", "spaj140c", {"checksum=off"}}));
   for (const char* other : {"", "# line bay-1, protocol spabus", "# device feeder-1",
@@ -354,7 +354,7 @@ TEST(TraceHead, IsReadBack) {
 
 constexpr WallTime kTimeOfDay = WallTime(4h + 5min + 6s + 123456us + 789ns);
 
-TEST(ToText, OneLineAKind) {
+TEST(ToText, EachKindOfRecordIsOneLine) {
   TraceRecord record{TraceRecord::Kind::sent, kTimeOfDay, "feeder-1", "3E ** 0D", ">*."};
   EXPECT_EQ(ToText(record), "04:05:06.123456 feeder-1 > 3E ** 0D | >*.");
   record.kind = TraceRecord::Kind::received;
@@ -394,7 +394,7 @@ TEST(TraceQueue, WakesOncePerTake) {
   EXPECT_EQ(woken, 2);
 }
 
-TEST(TraceQueue, ANoteStandsInThePlaceOfWhatWasDropped) {
+TEST(TraceQueue, ANoteReplacesDroppedRecords) {
   TraceQueue queue({});
   TraceRecord record;
   for (std::size_t i = 0; i < TraceQueue::kMostRecords + 7; ++i) {
@@ -459,7 +459,7 @@ class RecordingsTest : public testing::Test {
   std::optional<Recordings> recordings_;
 };
 
-TEST_F(RecordingsTest, AFileSaysWhatItIsAndHowToReadIt) {
+TEST_F(RecordingsTest, AFileHasAHeaderWithItsContext) {
   Begin(folder_);
   Save(kTime);
   End();
@@ -477,7 +477,7 @@ TEST_F(RecordingsTest, AFileSaysWhatItIsAndHowToReadIt) {
   EXPECT_EQ(records, 1);
 }
 
-TEST_F(RecordingsTest, TheFolderIsMade) {
+TEST_F(RecordingsTest, TheFolderIsCreated) {
   Begin(folder_ / "a" / "b");
   Save(kTime);
   End();
@@ -493,7 +493,7 @@ TEST_F(RecordingsTest, NamesCanNotLeaveTheFolder) {
   EXPECT_THAT(Files(), ElementsAre("___bay_1-20261121T040506Z-_____-corrupt.trace"));
 }
 
-TEST_F(RecordingsTest, TheOldestFilesOfALineGo) {
+TEST_F(RecordingsTest, TheOldestFilesOfALineAreDeleted) {
   const std::vector<std::string> others = {
       "bay-1-1-20200101T000000Z-x-corrupt.trace",  // of another line
       "bay-1-notes.trace", "bay-1-20200101T000000Z-x-corrupt.txt", "readme"};
@@ -514,7 +514,7 @@ TEST_F(RecordingsTest, TheOldestFilesOfALineGo) {
   EXPECT_TRUE(fs::exists(folder_ / "bay-1-20261122T090506Z-feeder-1-corrupt.trace"));
 }
 
-TEST_F(RecordingsTest, AFolderThatCanNotBeWrittenIsSaid) {
+TEST_F(RecordingsTest, AnUnwritableFolderIsReported) {
   const fs::path blocked = folder_ / "file";
   std::ofstream(blocked) << "not a folder";
   Begin(blocked / "recordings");
@@ -526,7 +526,7 @@ TEST_F(RecordingsTest, AFolderThatCanNotBeWrittenIsSaid) {
   EXPECT_THAT(warnings_.back(), HasSubstr("Not a directory"));
 }
 
-TEST_F(RecordingsTest, WhatAFullDiskDidNotTakeIsTriedAgain) {
+TEST_F(RecordingsTest, ARecordingRefusedByAFullDiskIsRetried) {
   // The part file leads to a device without room, so the write fails.
   const fs::path part = folder_ / ".bay-1.trace.part";
   fs::create_symlink("/dev/full", part);
@@ -540,7 +540,7 @@ TEST_F(RecordingsTest, WhatAFullDiskDidNotTakeIsTriedAgain) {
   EXPECT_THAT(Files(), SizeIs(1));
 }
 
-TEST_F(RecordingsTest, WhereTheyGo) {
+TEST_F(RecordingsTest, TheFolderIsChosenByTheConfiguration) {
   config::Config config;
   unsetenv("STATE_DIRECTORY");
   EXPECT_EQ(Recordings::FolderOf(config), "");

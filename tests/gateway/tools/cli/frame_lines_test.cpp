@@ -74,7 +74,7 @@ std::string RecordOf(const std::string& time, const std::string& bytes) {
 }
 
 /// Messages that a device sends unasked, in pieces and behind damage.
-TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
+TEST(FrameLines, UnaskedMessagesAreDecoded) {
   config::Catalog catalog = Protocols();
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
   const std::string head = "# device wind, protocol telegram, profile nmea-0183-weather";
@@ -118,7 +118,7 @@ TEST(FrameLines, WhatADeviceSaysByItselfIsDecoded) {
               HasSubstr("line 1: the reply has no request"));
 }
 
-TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
+TEST(FrameLines, OnlyUnaskedBytesAreShownAfterAWait) {
   diagnosis::FrameLines frames(DecodersOf(kTraceHead, Protocols()));
   frames.Take("04:05:06.000000 ai-1 > 23 30 31 0D | #01.");
   frames.Take("04:05:06.010000 ai-1 < 3E | >");
@@ -128,7 +128,7 @@ TEST(FrameLines, OnlyBytesThatNobodyAskedForAreNotWaitedWith) {
   EXPECT_TRUE(frames.waits());
 }
 
-TEST(FrameLines, WhatNeverEndsIsNotCollectedForEver) {
+TEST(FrameLines, AnEndlessMessageIsCollectedWithinABound) {
   diagnosis::FrameLines frames({});
   std::string piece = "04:05:06.000000 - <";
   for (int i = 0; i < 1024; ++i) piece += " 41";
@@ -137,7 +137,7 @@ TEST(FrameLines, WhatNeverEndsIsNotCollectedForEver) {
   EXPECT_EQ(lines, 100 * 1024 / diagnosis::FrameLines::kMostBytes);
 }
 
-TEST(FrameLines, DecodeReadsThemLikeTheRecords) {
+TEST(FrameLines, DecodeAcceptsFramesLikeRecords) {
   for (const FrameCase& one : FrameCases()) {
     const auto decoded = [](const std::string& text) {
       std::istringstream in(kTraceHead[0] + "\n" + kTraceHead[1] + "\n" + text);
@@ -188,7 +188,7 @@ TEST_F(TraceTest, UnknownNamesAndNoGatewayHaveTheirExitCodes) {
   EXPECT_THAT(out_.str(), IsEmpty());
 }
 
-TEST_F(TraceTest, TraceShowsTheRing) {
+TEST_F(TraceTest, TraceShowsStoredRecords) {
   records::TraceRecord record;
   record.kind = records::TraceRecord::Kind::sent;
   record.device = "feeder-1";
@@ -203,7 +203,7 @@ TEST_F(TraceTest, TraceShowsTheRing) {
   EXPECT_THAT(err_.str(), HasSubstr("no frames are recorded yet"));
 }
 
-TEST_F(TraceTest, PiecesAreOneFrameOrBytesAsTheyCame) {
+TEST_F(TraceTest, PiecesAreJoinedIntoAFrameUnlessBytesAreRequested) {
   records::TraceRecord first;
   first.kind = records::TraceRecord::Kind::received;
   first.device = "feeder-1";
@@ -221,7 +221,7 @@ TEST_F(TraceTest, PiecesAreOneFrameOrBytesAsTheyCame) {
   EXPECT_EQ(out_.str(), Head() + ToText(first) + "\n" + ToText(second) + "\n");
 }
 
-TEST_F(TraceTest, TraceEndsWithItsTimeOrASignal) {
+TEST_F(TraceTest, TraceEndsAfterItsTimeOrASignal) {
   StartServer();
   EXPECT_EQ(Trace({.line = "bay-1", .seconds = 1ms, .socket = path()}), 0);
   EXPECT_THAT(err_.str(), IsEmpty());
@@ -237,7 +237,7 @@ TEST_F(TraceTest, TraceEndsWithItsTimeOrASignal) {
   EXPECT_TRUE(lines_.WaitForTraces(0, 0));
 }
 
-TEST_F(TraceTest, TraceSaysThatTheGatewayStops) {
+TEST_F(TraceTest, TraceReportsThatTheGatewayStops) {
   StartServer();
   records::TraceRecord record;
   record.text = "went offline";

@@ -119,7 +119,7 @@ class Scan : public ::testing::Test {
   ProfileNames names_;
 };
 
-TEST_F(Scan, ABusOfTwelveDevicesOfThreeProtocols) {
+TEST_F(Scan, FindsTwelveDevicesOfThreeProtocols) {
   AddTwelve();
   Run(WishFor());
   std::vector<std::string> lines = Lines(report);
@@ -139,7 +139,7 @@ TEST_F(Scan, ABusOfTwelveDevicesOfThreeProtocols) {
   ExpectReadsOnly(bench);
 }
 
-TEST_F(Scan, AForeignMasterIsHeardFirstAndNothingIsSent) {
+TEST_F(Scan, AForeignMasterIsDetectedAndNothingIsSent) {
   AddTwelve();
   bench.master = {ToBytes(">2RI1:02\r"), k7E1};
   bench.master->request = ToBytes(">2RI1:" + HexByte(Xor8(ToBytes(">2RI1:"))) + "\r");
@@ -150,7 +150,7 @@ TEST_F(Scan, AForeignMasterIsHeardFirstAndNothingIsSent) {
   EXPECT_FALSE(report.ended);
 }
 
-TEST_F(Scan, OverTrafficFindsTheSame) {
+TEST_F(Scan, ScanningOverTrafficFindsTheSameDevices) {
   AddTwelve();
   bench.master = {ToBytes(">2RI1:" + HexByte(Xor8(ToBytes(">2RI1:"))) + "\r"), k7E1, 700ms};
   seen.may_talk = true;
@@ -163,7 +163,7 @@ TEST_F(Scan, OverTrafficFindsTheSame) {
   ExpectReadsOnly(bench);
 }
 
-TEST_F(Scan, TwoRepliesInTurnAreTwoDevices) {
+TEST_F(Scan, AlternatingRepliesAreReportedAsTwoDevices) {
   bench.two = TwinBus::Two::in_turn;
   bench.bus.Add({"spabus", "spaj140c", "1", k7E1});
   bench.bus.Add({"spabus", "spau130c", "1", k7E1});
@@ -173,7 +173,7 @@ TEST_F(Scan, TwoRepliesInTurnAreTwoDevices) {
   EXPECT_THAT(report.found[0].remarks, Contains(HasSubstr("two devices")));
 }
 
-TEST_F(Scan, AnEchoIsToldAndFindsNobody) {
+TEST_F(Scan, AnEchoIsReportedAndIsNoDevice) {
   bench.echoes = true;
   bench.bus.Add({"set4tm", "set-4tm.03m", "3", k8O1});
   bench.bus.Add({"modbus_rtu", "mitsubishi-fr-d700", "5", k8N1});
@@ -185,7 +185,7 @@ TEST_F(Scan, AnEchoIsToldAndFindsNobody) {
   ExpectReadsOnly(bench);
 }
 
-TEST_F(Scan, ADeviceThatIgnoresParityIsAskedInItsOwnFormat) {
+TEST_F(Scan, ADeviceThatIgnoresParityIsFoundInItsOwnFormat) {
   bench.bus.Add({"modbus_rtu", "mitsubishi-fr-d700", "5", k8E1, {}, false});
   bench.bus.Add({"spabus", "spaj140c", "2", k7E1, {}, false});
   Wish wish = WishFor();
@@ -196,14 +196,14 @@ TEST_F(Scan, ADeviceThatIgnoresParityIsAskedInItsOwnFormat) {
   ExpectReadsOnly(bench);
 }
 
-TEST_F(Scan, ASlowDeviceIsAskedOnceMoreWithPatience) {
+TEST_F(Scan, ASlowDeviceIsAskedAgainWithALongerTimeout) {
   bench.think = 300ms;
   bench.bus.Add({"spabus", "spaj140c", "4", k7E1});
   Run(WishFor("spabus"));
   EXPECT_THAT(Lines(report), ElementsAre("spabus 9600 7E1 4 'SPCJ 4D29' spaj140c"));
 }
 
-TEST_F(Scan, CtrlCKeepsWhatWasFound) {
+TEST_F(Scan, CtrlCKeepsTheFoundDevices) {
   bench.bus.Add({"spabus", "spaj140c", "1", k7E1});
   bench.stop_after = 20;
   Run(WishFor("spabus"));
@@ -213,7 +213,7 @@ TEST_F(Scan, CtrlCKeepsWhatWasFound) {
   EXPECT_TRUE(report.asked);
 }
 
-TEST_F(Scan, CtrlCWhileItListensSendsNothing) {
+TEST_F(Scan, CtrlCWhileListeningSendsNothing) {
   bench.stops_listening = true;
   Run(WishFor("spabus"));
   EXPECT_FALSE(report.ended);
@@ -221,7 +221,7 @@ TEST_F(Scan, CtrlCWhileItListensSendsNothing) {
   EXPECT_THAT(bench.sent, IsEmpty());
 }
 
-TEST_F(Scan, AQuickScanIsOverWithinAMinute) {
+TEST_F(Scan, AQuickScanEndsWithinAMinute) {
   AddTwelve();
   Wish wish = WishFor();
   wish.quick = true;
@@ -231,7 +231,7 @@ TEST_F(Scan, AQuickScanIsOverWithinAMinute) {
   ExpectReadsOnly(bench);
 }
 
-TEST_F(Scan, TheTimeLeftFallsToNothing) {
+TEST_F(Scan, TheRemainingTimeFallsToZero) {
   Wish wish = WishFor("dcon");
   wish.addresses = Addresses{1, 4};
   Run(wish);
@@ -240,7 +240,7 @@ TEST_F(Scan, TheTimeLeftFallsToNothing) {
   EXPECT_THAT(report.found, IsEmpty());
 }
 
-TEST_F(Scan, NoAddressBeyondThoseWantedIsAsked) {
+TEST_F(Scan, OnlyRequestedAddressesAreAsked) {
   Wish wish = WishFor("spabus");
   wish.addresses = Addresses{5, 6};
   Run(wish);
@@ -249,7 +249,7 @@ TEST_F(Scan, NoAddressBeyondThoseWantedIsAsked) {
   }
 }
 
-TEST_F(Scan, ItsConfigurationIsOne) {
+TEST_F(Scan, TheSuggestedConfigurationLoads) {
   AddTwelve();
   bench.echoes = true;
   Run(WishFor());
@@ -276,7 +276,7 @@ TEST_F(Scan, ItsConfigurationIsOne) {
   EXPECT_THAT(line.devices, SizeIs(report.found.size()));
 }
 
-TEST(ScanNames, AreThoseOfTheMachineAsFarAsTheyAreNames) {
+TEST(ScanNames, AreDerivedFromTheHostName) {
   EXPECT_EQ(GatewayName("gate-7.plant.example"), "gate-7");
   EXPECT_EQ(GatewayName("_a--b_"), "a-b");
   EXPECT_EQ(GatewayName("2026"), "2026");
@@ -284,7 +284,7 @@ TEST(ScanNames, AreThoseOfTheMachineAsFarAsTheyAreNames) {
   EXPECT_EQ(GatewayName("..."), "gateway");
 }
 
-TEST(ScanUnits, AreTheAddressesWhereTheyAreFree) {
+TEST(ScanUnits, AreTheFreeAddresses) {
   std::vector<Found> found(2);
   found[0].unit = UnitFor(found, 5);
   EXPECT_EQ(found[0].unit, 5U);
@@ -293,7 +293,7 @@ TEST(ScanUnits, AreTheAddressesWhereTheyAreFree) {
 }
 
 /// Garbage in the first format reveals the device's own format.
-TEST_F(Scan, ADeviceWhoseFormatIsFoundOutIsFoundOnce) {
+TEST_F(Scan, ADeviceWithADetectedFormatIsFoundOnce) {
   for (const config::SerialSettings& format : {k8E1, k8O1, k8N1}) {
     SCOPED_TRACE(format.ToString());
     bench = Bench();
@@ -340,7 +340,7 @@ struct Case {
   What what;
 };
 constexpr Case kCases[] = {
-    {"Nothing", "spabus", 0, ">1RF:21\r", "", What::silence},
+    {"Silence", "spabus", 0, ">1RF:21\r", "", What::silence},
     {"Echo", "spabus", 0, ">1RF:21\r", ">1RF:21\r", What::echo},
     {"Name", "spabus", 0, ">1RF:21\r", "\n<1D:SPCJ 4D29:18\r\n", What::device},
     {"EchoAndName", "spabus", 0, ">1RF:21\r", ">1RF:21\r\n<1D:SPCJ 4D29:18\r\n", What::device},
@@ -358,7 +358,7 @@ constexpr Case kCases[] = {
 
 class JudgeTest : public ::testing::TestWithParam<Case> {};
 
-TEST_P(JudgeTest, Exchange) {
+TEST_P(JudgeTest, JudgesAnExchange) {
   const Case& one = GetParam();
   EXPECT_EQ(JudgeText(one.protocol, one.mode, one.asked, ToBytes(one.heard)).what, one.what);
 }
@@ -366,7 +366,7 @@ TEST_P(JudgeTest, Exchange) {
 INSTANTIATE_TEST_SUITE_P(Table, JudgeTest, ::testing::ValuesIn(kCases),
                          [](const auto& info) { return std::string(info.param.name); });
 
-TEST(JudgeParity, SevenBitsHeardAsEightAreNamed) {
+TEST(JudgeParity, SevenBitsReadAsEightAreRecognised) {
   const Bytes reply = ToBytes("\n<1D:SPCJ 4D29:18\r\n");
   for (const auto& [serial, parity] :
        {std::pair(kEven, config::Parity::even), std::pair(kOdd, config::Parity::odd)}) {
@@ -378,19 +378,19 @@ TEST(JudgeParity, SevenBitsHeardAsEightAreNamed) {
   }
 }
 
-TEST(JudgeParity, DamagedCharactersAreAWrongParity) {
+TEST(JudgeParity, DamagedCharactersMeanAWrongParity) {
   const FromWire heard = FromWireBits(ToWire(ToBytes("\n<1D:SPCJ 4D29:18\r\n"), kOdd), kEven);
   EXPECT_GT(heard.damaged, 0U);
   EXPECT_EQ(JudgeText("spabus", 0, ">1RF:21\r", heard.bytes, heard.damaged).what, What::damaged);
 }
 
-TEST(JudgeTwo, RepliesBehindEachOtherAreTwoDevices) {
+TEST(JudgeTwo, ConsecutiveRepliesAreTwoDevices) {
   const std::string reply = "\n<1D:SPCJ 4D29:18\r\n";
   EXPECT_TRUE(JudgeText("spabus", 0, ">1RF:21\r", ToBytes(reply + reply)).doubled);
   EXPECT_FALSE(JudgeText("spabus", 0, ">1RF:21\r", ToBytes(reply)).doubled);
 }
 
-TEST(JudgeEcho, ALinkTestProvesNobody) {
+TEST(JudgeEcho, ALinkTestProvesNoDevice) {
   const protocols::ScanRule& rule = *protocols::FindProtocol("set4tm")->scan;
   const Tongue tongue = TongueOf(*protocols::FindProtocol("set4tm"));
   const Bytes link = rule.ask(20, 0, 0);
@@ -432,7 +432,7 @@ TEST(Plan, BeginsWithTheUsualSettingOfEachProtocol) {
   }
 }
 
-TEST(Plan, AQuickOneFitsIntoAMinute) {
+TEST(Plan, AQuickPlanFitsIntoAMinute) {
   for (const char* protocol : {"", "spabus", "dcon", "set4tm", "modbus_rtu", "modbus_ascii"}) {
     Wish wish = WishFor(protocol);
     wish.quick = true;
@@ -444,7 +444,7 @@ TEST(Plan, AQuickOneFitsIntoAMinute) {
   }
 }
 
-TEST(Plan, WhereSomethingHasAnsweredAllIsAskedFirst) {
+TEST(Plan, SettingsWithAnAnswerAreScannedFirst) {
   const Wish wish = WishFor("dcon");
   const config::SerialSettings fast{.baud = 115200};
   const auto sweeps = ThoroughSweeps(wish, std::span(&fast, 1));
@@ -470,14 +470,14 @@ TEST(Plan, AddressesAreReadAsARange) {
   }
 }
 
-TEST(Plan, OtherFormatsHoldTheCharactersOfTheProtocol) {
+TEST(Plan, OtherFormatsFitTheCharactersOfTheProtocol) {
   EXPECT_THAT(OtherFormats({}, *protocols::FindProtocol("modbus_rtu")), SizeIs(2));
   EXPECT_THAT(OtherFormats({}, *protocols::FindProtocol("spabus")), SizeIs(4));
   EXPECT_EQ(OtherFormats({}, *protocols::FindProtocol("dcon")).front().ToString(), "9600 8E1")
       << "no module has seven bits";
 }
 
-TEST(Plan, EveryRuleOfAProtocolIsWhole) {
+TEST(Plan, EveryScanRuleIsComplete) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->scan == nullptr) continue;
     const protocols::ScanRule& rule = *protocol->scan;

@@ -57,7 +57,7 @@ std::vector<std::string> Replies(const config::Line& line, const std::vector<Byt
   return replies;
 }
 
-TEST(LineTwins, EachAnswersInItsOwnChecksumModeWhateverTheirOrder) {
+TEST(LineTwins, EachAnswersInItsOwnChecksumModeInAnyOrder) {
   using protocols::dcon::BuildRequest;
   for (const bool first : {true, false}) {
     config::Line line;
@@ -73,7 +73,7 @@ TEST(LineTwins, EachAnswersInItsOwnChecksumModeWhateverTheirOrder) {
 // ---------------- The address that an unknown device on the line gets.
 
 /// "0x1" is another spelling of 1.
-TEST(FreeAddress, IsTheLowestThatNobodyHas) {
+TEST(FreeAddress, IsTheLowestUnusedAddress) {
   protocols::Protocol numbers = ToyProtocol();
   numbers.canonical_address = [](std::string_view address) -> Result<std::string> {
     if (address == "0x1") return std::string("1");
@@ -89,7 +89,7 @@ TEST(FreeAddress, IsTheLowestThatNobodyHas) {
   EXPECT_EQ(free({"2", "1", "3"}), "4");
 }
 
-TEST(FreeAddress, IsNoneWhereNoOtherIsValid) {
+TEST(FreeAddress, IsNoneIfNoOtherAddressIsValid) {
   protocols::Protocol lonely = ToyProtocol();
   lonely.canonical_address = [](std::string_view address) {
     return address == "1" ? Result<std::string>("1") : Error{"there is only one"};

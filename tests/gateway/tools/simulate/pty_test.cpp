@@ -44,7 +44,7 @@ class PtyLink : public ::testing::Test {
   fs::path link_;
 };
 
-TEST_F(PtyLink, LeadsToTheSlaveAndGoesAtTheEnd) {
+TEST_F(PtyLink, LeadsToTheSlaveAndIsRemovedAtTheEnd) {
   {
     const auto pty = Pty::Create(link_.string());
     ASSERT_TRUE(pty.ok()) << pty.error();
@@ -72,7 +72,7 @@ TEST_F(PtyLink, ReplacesAnOldLinkOnly) {
   EXPECT_EQ(fs::file_size(folder_ / "file"), 8U);
 }
 
-TEST_F(PtyLink, OfARunningTwinIsNotTaken) {
+TEST_F(PtyLink, OfARunningTwinIsNotReplaced) {
   const auto first = Pty::Create(link_.string());
   ASSERT_TRUE(first.ok());
   const auto second = Pty::Create(link_.string());
@@ -86,7 +86,7 @@ TEST_F(PtyLink, OfARunningTwinIsNotTaken) {
 }
 
 /// A killed twin leaves its link, and the kernel gives the number of its pty to the next terminal.
-TEST_F(PtyLink, ToANumberThatWasGivenAwayAgainIsReplaced) {
+TEST_F(PtyLink, ToAReusedPtyNumberIsReplaced) {
   const auto stranger = Pty::Create();
   ASSERT_TRUE(stranger.ok());
   fs::create_symlink(stranger->slave_path(), link_);
@@ -97,7 +97,7 @@ TEST_F(PtyLink, ToANumberThatWasGivenAwayAgainIsReplaced) {
   EXPECT_EQ(fs::read_symlink(link_), pty->slave_path());
 }
 
-TEST_F(PtyLink, LinksToAnythingElseAreLeftAlone) {
+TEST_F(PtyLink, ToAnotherDeviceIsNotReplaced) {
   fs::create_symlink("/dev/ttyUSB0", link_);
   const auto pty = Pty::Create(link_.string());
   ASSERT_FALSE(pty.ok());
@@ -164,7 +164,7 @@ config::SerialSettings Serial(int baud, int data, Parity parity) {
   return serial;
 }
 
-TEST(PtySettings, SayWhatAReaderHasSetAsFarAsThePtyKeepsIt) {
+TEST(PtySettings, ReportTheSettingsOfAReader) {
   auto pty = Pty::Create();
   ASSERT_TRUE(pty) << pty.error();
   const int slave = open(pty->path().c_str(), O_RDWR | O_NOCTTY | O_CLOEXEC);
@@ -247,7 +247,7 @@ SimulatorOptions Strict() {
   return options;
 }
 
-TEST_F(Bench, AReaderThatSetsTheRightBitRateOrNoneIsUnderstood) {
+TEST_F(Bench, AReaderWithTheRightBitRateOrNoneIsAnswered) {
   Inhabit(Strict());
   Open();
   const std::string reply = Ask(kProbe);
@@ -323,14 +323,14 @@ TEST(Uart, EqualSettingsCarryEveryCharacter) {
   }
 }
 
-TEST(Uart, AClockThatIsTwoPerCentOffIsUnderstood) {
+TEST(Uart, AClockErrorOfTwoPerCentIsTolerated) {
   const auto right = Format(9600, 8, Parity::none);
   const auto fast = Format(9792, 8, Parity::none);
   EXPECT_EQ(ReceiveAs(right, Alphabet(8), fast).bytes, Alphabet(8));
   EXPECT_TRUE(Understand(right, fast));
 }
 
-TEST(Uart, AnotherBitRateIsGarbage) {
+TEST(Uart, AnotherBitRateGivesGarbage) {
   const Bytes reply = ToBytes("1D:2.35/0.12/0.00/0.00:4C\r\n");
   for (const int baud : {1200, 2400, 4800, 19200, 38400, 115200}) {
     const auto user = Format(baud, 8, Parity::none);
@@ -341,7 +341,7 @@ TEST(Uart, AnotherBitRateIsGarbage) {
   }
 }
 
-TEST(Uart, WrongParityIsDamage) {
+TEST(Uart, AWrongParityDamagesCharacters) {
   const Received received =
       ReceiveAs(Format(9600, 8, Parity::odd), Alphabet(8), Format(9600, 8, Parity::even));
   EXPECT_EQ(received.damaged, Alphabet(8).size());
@@ -351,7 +351,7 @@ TEST(Uart, WrongParityIsDamage) {
   EXPECT_NE(none.bytes, Alphabet(8));
 }
 
-TEST(Uart, SevenBitsWithParityAreEightWithout) {
+TEST(Uart, SevenBitsWithParityEqualEightBitsWithout) {
   const auto seven = Format(9600, 7, Parity::even);
   const auto eight = Format(9600, 8, Parity::none);
   Bytes with_parity;

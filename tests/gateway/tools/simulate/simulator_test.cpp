@@ -99,7 +99,7 @@ TEST_P(RealSimulatorTest, RequestsInPiecesAreAnswered) {
   }
 }
 
-TEST_P(RealSimulatorTest, GoesWhileAReplyIsDue) {
+TEST_P(RealSimulatorTest, MayEndWhileAReplyIsDue) {
   SimulatorOptions options;
   options.think_time = 0ms;
   Inhabit(GetParam(), options);
@@ -116,7 +116,7 @@ TEST_P(RealSimulatorTest, GoesWhileAReplyIsDue) {
   EXPECT_LE(read(slave_, &byte, 1), 0) << "the twin has answered after its end";
 }
 
-TEST_P(RealSimulatorTest, ARequestThatStoppedIsForgotten) {
+TEST_P(RealSimulatorTest, AnIncompleteRequestIsForgotten) {
   Inhabit(GetParam());
   for (const std::string& request : RequestsOf(GetParam())) {
     const std::uint64_t before = simulator_->answered();
@@ -130,7 +130,7 @@ TEST_P(RealSimulatorTest, ARequestThatStoppedIsForgotten) {
 INSTANTIATE_TEST_SUITE_P(Real, RealSimulatorTest, ::testing::ValuesIn(protocols::RealLines()),
                          protocols::SetupName);
 
-TEST_F(SimulatorTest, ARequestThatOnlySilenceEndsIsTakenAtOnceWhenItIsWhole) {
+TEST_F(SimulatorTest, ARequestOfUnknownLengthIsAnsweredWithoutSilence) {
   Bytes request{0xC8, 0x7E};  // a function code that no table contains
   const std::uint16_t check = Crc16(request);
   request.push_back(static_cast<std::uint8_t>(check & 0xFFU));

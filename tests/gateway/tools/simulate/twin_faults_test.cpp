@@ -16,7 +16,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-TEST(TwinFaults, WithoutAnyTheReplyComesAfterItsThinkTime) {
+TEST(TwinFaults, WithoutFaultsTheReplyComesAfterItsThinkTime) {
   TwinFaults faults = Make({});
   EXPECT_THAT(Said(faults), ElementsAre("15ms 0123456789"));
   EXPECT_THAT(Said(faults, 1s, {}), ElementsAre()) << "a request to somebody else";
@@ -57,7 +57,7 @@ TEST(TwinFaults, AFlippedBitIsAParityErrorWhereThereIsParity) {
   }
 }
 
-TEST(TwinFaults, AnEchoComesAtOnceAndForEveryRequestOnTheLine) {
+TEST(TwinFaults, AnEchoFollowsEveryRequestOnTheLineAtOnce) {
   TwinFaults faults = Make({"echo"});
   EXPECT_THAT(Said(faults), ElementsAre("0s ?A1\r", "15ms 0123456789"));
   EXPECT_THAT(Said(faults, 1s, {}), ElementsAre("0s ?A1\r"));
@@ -86,7 +86,7 @@ TEST(TwinFaults, ADribblingReplyComesByteByByte) {
   EXPECT_THAT(Said(faults, 0s, ToBytes("abc")), ElementsAre("6ms a", "27ms b", "48ms c"));
 }
 
-TEST(TwinFaults, GarbageStandsAroundTheReply) {
+TEST(TwinFaults, GarbageSurroundsTheReply) {
   TwinFaults faults = Make({"garbage_after:bytes=2", "garbage_before:bytes=3"});
   const auto pieces = faults.Deliver(kRequest, kReply, kStart);
   ASSERT_EQ(pieces.size(), 3U);
@@ -97,19 +97,19 @@ TEST(TwinFaults, GarbageStandsAroundTheReply) {
   EXPECT_EQ(pieces[2].after, 20ms);
 }
 
-TEST(TwinFaults, AReplyComesTwice) {
+TEST(TwinFaults, AReplyIsDoubled) {
   TwinFaults faults = Make({"double:pause=30ms"});
   EXPECT_THAT(Said(faults, 0s, ToBytes("abc")), ElementsAre("8ms abc", "41ms abc"));
 }
 
-TEST(TwinFaults, ALateReplyIsWaitedForByThoseAfterIt) {
+TEST(TwinFaults, ALateReplyDelaysLaterReplies) {
   TwinFaults faults = Make({"late:delay=2s,for=500ms"});
   EXPECT_THAT(Said(faults, 0s, ToBytes("abc")), ElementsAre("2.008s abc"));
   EXPECT_THAT(Said(faults, 1s, ToBytes("def")), ElementsAre("1.011s def"));
   EXPECT_THAT(Said(faults, 5s, ToBytes("ghi")), ElementsAre("8ms ghi"));
 }
 
-TEST(TwinFaults, AReplyComesWithALaterRequest) {
+TEST(TwinFaults, AReplyIsSentAfterALaterRequest) {
   TwinFaults faults = Make({"late:exchanges=2,for=3s"});
   EXPECT_THAT(Said(faults, 0s, ToBytes("a")), ElementsAre());
   EXPECT_THAT(Said(faults, 1s, {}), ElementsAre()) << "not asked, so it does not count";
@@ -120,7 +120,7 @@ TEST(TwinFaults, AReplyComesWithALaterRequest) {
   EXPECT_THAT(Said(faults, 5s, ToBytes("f")), ElementsAre("6ms f"));
 }
 
-TEST(TwinFaults, ADeadDeviceSaysNothingAndForgets) {
+TEST(TwinFaults, ADeadDeviceIsSilentAndForgetsPendingReplies) {
   TwinFaults faults = Make({"late:exchanges=1,for=1s", "death:after=1s,for=2s", "echo:after=1s"});
   EXPECT_FALSE(faults.IsDead(kStart));
   EXPECT_THAT(Said(faults, 0s), ElementsAre());
@@ -132,7 +132,7 @@ TEST(TwinFaults, ADeadDeviceSaysNothingAndForgets) {
   EXPECT_EQ(faults.Counts()[1].exchanges, 3U);
 }
 
-TEST(TwinFaults, AStrangerAnswersInItsPlace) {
+TEST(TwinFaults, AnotherDeviceAnswersInstead) {
   const auto stranger = [](View request, Instant) {
     return request.size() == kRequest.size() ? ToBytes("foreign") : Bytes();
   };
@@ -186,7 +186,7 @@ TEST(FaultSchedule, BeginsEndsAndRepeats) {
   }
 }
 
-TEST(FaultSchedule, OutsideOfItRepliesAreWhole) {
+TEST(FaultSchedule, RepliesOutsideTheScheduleAreUndisturbed) {
   TwinFaults faults = Make({"loss:after=30s,for=20s,every=1min"});
   int lost = 0;
   for (Duration time = 0s; time < 3min; time += 1s) {
@@ -207,7 +207,7 @@ std::string Pattern(const std::string& fault, int exchanges) {
   return pattern;
 }
 
-TEST(FaultRate, IsTheShareOfRepliesThatItStrikes) {
+TEST(FaultRate, IsTheShareOfAffectedReplies) {
   for (const auto& [text, share] : {std::pair("loss:rate=0.25", 0.25), {"loss:rate=0.01", 0.01}}) {
     const std::string pattern = Pattern(text, 10'000);
     const auto struck = static_cast<double>(std::count(pattern.begin(), pattern.end(), 'x'));
@@ -250,7 +250,7 @@ TEST(FaultText, KindsHaveDefaults) {
   }
 }
 
-TEST(FaultText, KeysAreRead) {
+TEST(FaultText, KeysAreParsed) {
   const Fault bits = Parsed("bits:rate=0.25,seed=7,count=3,after=30s,for=20s,every=1min");
   EXPECT_EQ(bits.kind, Fault::Kind::bits);
   EXPECT_EQ(bits.rate, 0.25);
@@ -265,7 +265,7 @@ TEST(FaultText, KeysAreRead) {
   EXPECT_EQ(Parsed("double:pause=0ms").pause, 0s);
 }
 
-TEST(FaultText, RareFaultsHaveAnExponent) {
+TEST(FaultText, ARateMayHaveAnExponent) {
   EXPECT_DOUBLE_EQ(Parsed("loss:rate=1e-9").rate, 1e-9);
   EXPECT_DOUBLE_EQ(Parsed("loss:rate=2.5E-3,seed=7").rate, 0.0025);
   EXPECT_EQ(Parsed("loss:rate=1e0").rate, 1);
@@ -273,7 +273,7 @@ TEST(FaultText, RareFaultsHaveAnExponent) {
     EXPECT_THAT(ErrorOf(std::string("loss:rate=") + rate), HasSubstr("write a number from 0"));
 }
 
-TEST(FaultText, ErrorsSayWhatMayStandThere) {
+TEST(FaultText, ErrorsListTheAllowedWords) {
   EXPECT_THAT(ErrorOf("los"), HasSubstr("no fault 'los'; did you mean 'loss'?"));
   EXPECT_THAT(ErrorOf(""), HasSubstr("loss, bits, echo, stall, dribble"));
   EXPECT_THAT(ErrorOf("bits:cuont=2"), HasSubstr("fault bits: there is no key 'cuont'; did you "

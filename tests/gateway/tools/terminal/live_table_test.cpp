@@ -42,7 +42,7 @@ TEST(LiveTable, CountsCharactersNotBytes) {
             "a   b\n\u00B0C  x\nmm  y\n");
 }
 
-TEST(LiveTable, CutsVisibly) {
+TEST(LiveTable, MarksTruncatedTextsWithAnEllipsis) {
   const std::vector<TableColumn> columns = {{.title = "a", .widest = 4}};
   EXPECT_EQ(RenderTable(columns, {{{"12345"}}, {{"1234"}}}, {.width = 80}), "a\n123\u2026\n1234\n");
   EXPECT_EQ(RenderTable(columns, {{{"12345"}}}, {}), "a\n12345\n") << "not in a file or a pipe";
@@ -65,7 +65,7 @@ TEST(LiveTable, LeavesSpareColumnsOutFirst) {
             "device            ok\nbay-1.feeder-1  99 %\n");
 }
 
-TEST(LiveTable, SaysHowManyRowsAreLeftOut) {
+TEST(LiveTable, ShowsTheNumberOfOmittedRows) {
   const std::vector<TableRow> rows(10, TableRow{{"x"}});
   EXPECT_EQ(RenderTable({{.title = "a"}}, rows, {.height = 4}), "a\nx\nx\n\u2026 8 more\n");
   EXPECT_EQ(RenderTable({{.title = "a"}}, {{{"x"}}, {{"y"}}}, {.height = 3}), "a\nx\ny\n");
@@ -82,7 +82,7 @@ TEST(LiveTable, ColoursOnlyWhereWanted) {
   EXPECT_THAT(RenderPoints({bad}, {.colour = true}), HasSubstr("\x1b[31md"));
 }
 
-TEST(LiveTable, ShowsMissingAgeAndPointsThatAreGone) {
+TEST(LiveTable, ShowsMissingAgeAndRemovedPoints) {
   PointRow row = ARow("d", "p", "-");
   row.age.reset();
   row.gone = true;
@@ -92,7 +92,7 @@ TEST(LiveTable, ShowsMissingAgeAndPointsThatAreGone) {
   EXPECT_TRUE(text.ends_with("-\n"));
 }
 
-TEST(LiveTable, LetsNoControlCharacterThrough) {
+TEST(LiveTable, RemovesControlCharacters) {
   const std::string text = RenderPoints({ARow("d\x1b[2J", "p\n", "\u009B5m\r")}, {});
   EXPECT_THAT(text, Not(HasSubstr("\x1b")));
   EXPECT_THAT(text, Not(HasSubstr("\r")));
@@ -122,7 +122,7 @@ TEST(LiveTable, FormatsAges) {
 
 // ---------------- Rows of tables that fit a terminal.
 
-TEST(ColumnLayout, StandsSideBySideWhereItFits) {
+TEST(ColumnLayout, PutsColumnsSideBySideWhereTheyFit) {
   const ColumnLayout layout({{5}, {6, true}, {0}, {4}}, 20);
   EXPECT_EQ(layout.Row({"a", "12.5", "", "good"}), "a        12.5  good\n");
   EXPECT_EQ(layout.Row({"\u00B0C", "1", "", ""}), "\u00B0C          1\n");
@@ -143,7 +143,7 @@ TEST(ColumnLayout, WithoutALimitNothingIsFolded) {
             "a    a reason that goes on and on, for longer than any terminal is wide\n");
 }
 
-TEST(ColumnLayout, IsThatOfBothKindsOfTables) {
+TEST(ColumnLayout, IsUsedByBothKindsOfTables) {
   std::ostringstream out;
   StreamTable stream({{"point", 36}, {"count", 8, true}, {"reason"}}, 30);
   stream.Print({{"bay-1.a", "12", "one two three four five six"}}, out);
@@ -165,7 +165,7 @@ TEST(ColumnLayout, IsThatOfBothKindsOfTables) {
 
 // ---------------- Frames on a terminal.
 
-TEST(LiveScreen, IsLeftAsItWas) {
+TEST(LiveScreen, RestoresTheTerminal) {
   std::ostringstream out;
   {
     const LiveScreen screen(out);
@@ -199,7 +199,7 @@ TEST(LiveScreen, NeedsATerminal) {
 
 // ---------------- A table whose rows come one after the other.
 
-TEST(StreamTable, IsOneTableWhereTheColumnsAreWideEnough) {
+TEST(StreamTable, HasOneHeaderWhileTheColumnsAreWideEnough) {
   StreamTable table({{"point", 8}, {"outcome"}, {"reason"}});
   std::ostringstream out;
   table.Print({{"a", "ok", ""}}, out);
@@ -211,7 +211,7 @@ TEST(StreamTable, IsOneTableWhereTheColumnsAreWideEnough) {
             "bb\u00B0       denied   as long as it likes, without a column behind it\n");
 }
 
-TEST(StreamTable, GrowsWithWhatComes) {
+TEST(StreamTable, RepeatsItsHeaderWhenAColumnGrows) {
   StreamTable table({{"point"}, {"outcome"}});
   std::ostringstream out;
   table.Print({{"a", "ok"}, {"bay-1.a", "ok"}}, out);

@@ -29,7 +29,7 @@ PointEvent Reading() {
   return event;
 }
 
-TEST(WatchLines, TellNewsFromRepeats) {
+TEST(WatchLines, DistinguishNewReadingsFromRepeats) {
   const struct {
     const char* what;
     std::function<void(PointEvent&)> change;
@@ -103,13 +103,13 @@ class SharedCount {
   int* count_;
 };
 
-TEST(Guarded, GivesTheExitCodeOfWhatEnds) {
+TEST(Guarded, ReturnsTheExitCodeOfItsChild) {
   std::ostringstream err;
   EXPECT_EQ(RunGuarded([] { return 4; }, kAtOnce, err), 4);
   EXPECT_EQ(err.str(), "");
 }
 
-TEST(Guarded, BeginsAnewWhatDies) {
+TEST(Guarded, RestartsADeadChild) {
   const SharedCount runs;
   std::ostringstream err;
   const auto run = [&runs] {
@@ -124,7 +124,7 @@ TEST(Guarded, BeginsAnewWhatDies) {
             "watch: the DDS library was ended by signal 9; watch restarts\n");
 }
 
-TEST(Guarded, PassesTheSignalToStopOn) {
+TEST(Guarded, ForwardsTheStopSignal) {
   const SharedCount runs;
   std::ostringstream err;
   const auto run = [&runs] {
@@ -140,7 +140,7 @@ TEST(Guarded, PassesTheSignalToStopOn) {
 
 // ---------------- When `watch` opens its subscriber again.
 
-TEST(Listening, BeginsAnewUntilItSucceeds) {
+TEST(Listening, IsReopenedUntilItSucceeds) {
   dds::OwnAddresses own = {{"10.0.0.5", 2}};
   Status outcome;
   int opened = 0;
@@ -200,7 +200,7 @@ Points Sorted(Points points, const PointOrder& order = Order()) {
   return points;
 }
 
-TEST(PointOrder, IsThatOfTheProfileThatHasTheMostOfThem) {
+TEST(PointOrder, IsThatOfTheBestMatchingProfile) {
   EXPECT_THAT(Sorted({"current_l1", "current_l2", "voltage"}),
               ElementsAre("voltage", "current_l1", "current_l2"));
   EXPECT_THAT(Sorted({"current_l1", "current_l2", "energy"}),
@@ -209,13 +209,13 @@ TEST(PointOrder, IsThatOfTheProfileThatHasTheMostOfThem) {
       << "the profile with the fewest others";
 }
 
-TEST(PointOrder, OthersComeBehindAsPeopleCount) {
+TEST(PointOrder, OtherPointsFollowInNaturalOrder) {
   EXPECT_THAT(Sorted({"input_10", "input_2", "voltage", "a"}),
               ElementsAre("voltage", "a", "input_2", "input_10"));
   EXPECT_THAT(Sorted({"p10", "p2", "p02", "p"}, {}), ElementsAre("p", "p02", "p2", "p10"));
 }
 
-TEST(PointOrder, KnowsPointsThatCanOnlyBeWritten) {
+TEST(PointOrder, RecognisesWriteOnlyPoints) {
   EXPECT_TRUE(Order().IsWriteOnly("reset"));
   EXPECT_FALSE(Order().IsWriteOnly("clear")) << "another profile reads it";
   EXPECT_FALSE(Order().IsWriteOnly("voltage"));
@@ -263,7 +263,7 @@ class Story {
   std::vector<std::string> told;
 };
 
-TEST(Publishers, OnePublisherIsANoteAndNoAlarm) {
+TEST(Publishers, ASinglePublisherIsNotedWithoutAnAlarm) {
   Story story;
   story.Sample('A', 1, 0s).Sample('A', 1, 10s).Sample('A', 900, 20s);
   const auto remarks = story.publishers.TakeRemarks();
@@ -280,7 +280,7 @@ TEST(Publishers, AStartIsNotedOnce) {
   EXPECT_THAT(remarks[0].text, HasSubstr("was started at 2023-11-14T22:13:20.000Z, version 1"));
 }
 
-TEST(Publishers, OneThatLeftMayBeFollowed) {
+TEST(Publishers, ANewPublisherMayFollowALeftPublisher) {
   EXPECT_THAT(Story().Sample('A', 9, 0s).Left('A').Sample('B', 1, 1s).Tick(60s).Told(),
               ElementsAre(HasSubstr("took over from 41.")));
 }
@@ -292,13 +292,13 @@ TEST(Publishers, ARestartWithinTheLeaseTakesOver) {
   EXPECT_THAT(story.Left('A').Tick(60s).Told(), ElementsAre(HasSubstr("took over from 41.")));
 }
 
-TEST(Publishers, WhatTheFirstSentBeforeIsNoAlarm) {
+TEST(Publishers, AnEarlierSampleOfTheFirstPublisherIsNoAlarm) {
   Story story;
   story.Sample('A', 9, 0s).Sample('A', 9, 0s, "q").Sample('B', 1, 2s).Sample('A', 10, 1s, "q");
   EXPECT_THAT(story.Told(), IsEmpty());
 }
 
-TEST(Publishers, TwoThatBothSpeakAreAnAlarmAtOnceAndOnce) {
+TEST(Publishers, TwoActivePublishersRaiseOneAlarmAtOnce) {
   Story story;
   story.Sample('A', 9, 0s).Sample('B', 10, 1s).Sample('A', 11, 2s).Sample('B', 12, 3s);
   story.Sample('A', 13, 60s).Tick(90s);
@@ -306,7 +306,7 @@ TEST(Publishers, TwoThatBothSpeakAreAnAlarmAtOnceAndOnce) {
   EXPECT_EQ(story.publishers.Alarms().size(), 1U);
 }
 
-TEST(Publishers, AFirstThatIsSilentButStaysIsAnAlarmAfterTheLease) {
+TEST(Publishers, ASilentFirstPublisherIsAnAlarmAfterTheLease) {
   Story story;
   story.Sample('A', 9, 0s).Sample('B', 10, 1s).Tick(1s + Publishers::kRivalsMayGo - 1ms);
   EXPECT_THAT(story.Told(), IsEmpty());
@@ -323,28 +323,28 @@ TEST(Publishers, ANewerStartTakesOverAtOnce) {
   }
 }
 
-TEST(Publishers, OneThatWasTakenOverAndSpeaksAgainIsAnAlarm) {
+TEST(Publishers, AReplacedPublisherThatSendsAgainIsAnAlarm) {
   Story story;
   story.Start('A', 100).Sample('A', 9, 0s).Start('B', 200).Sample('B', 1, 1s);
   story.Sample('A', 10, 2s).Sample('B', 2, 3s);
   EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("took over"), HasSubstr("two live writers")));
 }
 
-TEST(Publishers, TheSameStartInANewProcessIsJudgedByWhoLeaves) {
+TEST(Publishers, ANewProcessWithTheSameStartTakesOverWhenTheOldLeaves) {
   Story story;
   story.Start('A', 100).Sample('A', 9, 0s).Start('B', 100).Sample('B', 10, 1s);
   EXPECT_THAT(story.Told(), IsEmpty());
   EXPECT_THAT(story.Left('A').Told(), ElementsAre(HasSubstr("took over")));
 }
 
-TEST(Publishers, AnAlarmEndsWhenOneLeaves) {
+TEST(Publishers, AnAlarmEndsWhenAPublisherLeaves) {
   Story story;
   story.Sample('A', 9, 0s).Sample('B', 10, 1s).Sample('A', 11, 2s).Left('B');
   EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("ALARM"), HasSubstr("has left")));
   EXPECT_THAT(story.publishers.Alarms(), IsEmpty());
 }
 
-TEST(Publishers, WhoMayHaveLeftUnheardIsNoRival) {
+TEST(Publishers, APublisherThatMayHaveLeftUnnoticedIsNoAlarm) {
   Story story;
   story.Start('A', 100).Sample('A', 9, 0s);
   story.publishers.OnDeaf();
@@ -360,7 +360,7 @@ TEST(Publishers, SeqMayJumpForwardButNotBack) {
   EXPECT_THAT(story.Told(), ElementsAre(HasSubstr("seq of d p went back from 900 to 899")));
 }
 
-TEST(Publishers, SeqBeginsAnewWithALineThatAReloadHasBegun) {
+TEST(Publishers, SeqMayRestartWithALineOfAReload) {
   Story story;
   story.Sample('A', 48, 0s).Sample('A', 0, 1s).Sample('A', 1, 2s);
   EXPECT_THAT(story.Told(), IsEmpty());
@@ -368,7 +368,7 @@ TEST(Publishers, SeqBeginsAnewWithALineThatAReloadHasBegun) {
               ElementsAre(HasSubstr("from 48 to 47")));
 }
 
-TEST(Publishers, SeqBeginsAnewAfterANewStart) {
+TEST(Publishers, SeqMayRestartAfterANewStart) {
   EXPECT_THAT(Story().Start('A', 100).Sample('A', 9, 0s).Start('A', 200).Sample('A', 1, 1s).Told(),
               IsEmpty());
 }

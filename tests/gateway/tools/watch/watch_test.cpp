@@ -100,7 +100,7 @@ TEST_F(WatchTest, OncePrintsTheWholeImageAsATable) {
   EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
 }
 
-TEST_F(WatchTest, JsonLinesAreWhole) {
+TEST_F(WatchTest, JsonLinesAreComplete) {
   WatchOptions options = Options();
   options.once = true;
   options.json = true;
@@ -140,7 +140,7 @@ TEST_F(WatchTest, FiltersByDeviceAndPoint) {
   EXPECT_EQ(nlohmann::json::parse(lines[0])["point"], "p2");
 }
 
-TEST_F(WatchTest, SaysThatTheFilterFitsNothing) {
+TEST_F(WatchTest, ReportsThatTheFilterMatchesNothing) {
   WatchOptions options = Options();
   options.once = true;
   options.device = "feeder-9";
@@ -196,7 +196,7 @@ TEST_F(WatchTest, PlainLinesNameThePublisherOnce) {
   EXPECT_THAT(watched.err, HasSubstr("watch: gateway substation-7 is published by 01.0f."));
 }
 
-TEST_F(WatchTest, WhatCanNotBeReadIsCountedInWords) {
+TEST_F(WatchTest, UndecodableSamplesAreReportedWithTheirNumber) {
   dds::testing::RawWriter writer(dds::kPointTopic, "baudgate::v1::PointSample");
   ASSERT_TRUE(writer.Write(Bytes{0, 3, 0, 0}));
   WatchOptions options = Options();
@@ -221,7 +221,7 @@ TEST_F(WatchTest, EndsCleanlyAtASignal) {
   EXPECT_TRUE(exit_code == 0 || err.str().find("no samples came on domain") != std::string::npos);
 }
 
-TEST(Watch, AnEndWithoutAnySampleSaysSo) {
+TEST(Watch, AnEndWithoutSamplesIsReported) {
   WatchOptions options = Options();
   options.seconds = 100ms;
   const Watched watched = RunIt(options);
@@ -230,7 +230,7 @@ TEST(Watch, AnEndWithoutAnySampleSaysSo) {
               HasSubstr("watch: no samples came on domain " + std::to_string(options.domain)));
 }
 
-TEST(Watch, SilenceNamesWhatToCheck) {
+TEST(Watch, SilenceIsReportedWithAdvice) {
   WatchOptions options = Options();
   options.once = true;
   options.first_sample_timeout = 100ms;
@@ -241,7 +241,7 @@ TEST(Watch, SilenceNamesWhatToCheck) {
   EXPECT_THAT(watched.err, HasSubstr("gateway runs"));
 }
 
-TEST(Watch, AnInterfaceThatIsNotOursIsAnError) {
+TEST(Watch, AnInterfaceAddressOfAnotherMachineIsAnError) {
   WatchOptions options = Options();
   options.interfaces = {"192.0.2.1"};
   const Watched watched = RunIt(options);

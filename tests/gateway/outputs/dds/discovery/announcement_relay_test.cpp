@@ -73,7 +73,7 @@ class Relay : public ::testing::Test {
   std::string refused_;
 };
 
-TEST_F(Relay, TwoAreIntroducedToEachOther) {
+TEST_F(Relay, ParticipantsAreIntroducedToEachOther) {
   EXPECT_THAT(Hears({.number = 1}), IsEmpty());
   EXPECT_THAT(Hears({.number = 2}),
               UnorderedElementsAre("1 to 10.0.0.2:7410", "2 to 10.0.0.1:7410"));
@@ -83,7 +83,7 @@ TEST_F(Relay, TwoAreIntroducedToEachOther) {
   EXPECT_EQ(relay_.participants(), 3U);
 }
 
-TEST_F(Relay, WhatIsPassedOnIsWhatWasSaidLast) {
+TEST_F(Relay, TheLatestAnnouncementIsForwarded) {
   Hears({.number = 1, .name = "one"});
   Hears({.number = 1, .name = "two"});
   const Bytes newcomer = Of({.number = 2});
@@ -94,7 +94,7 @@ TEST_F(Relay, WhatIsPassedOnIsWhatWasSaidLast) {
   EXPECT_TRUE(std::ranges::equal(relayed.introductions[1].datagram, newcomer));
 }
 
-TEST_F(Relay, AllHearOfOneThreeTimesAndEveryTenSeconds) {
+TEST_F(Relay, AnAnnouncementIsForwardedThreeTimesThenEveryTenSeconds) {
   Hears({.number = 1});
   EXPECT_EQ(CountOf({.number = 2}), 2U);
   std::vector<std::string> heard_at;
@@ -105,7 +105,7 @@ TEST_F(Relay, AllHearOfOneThreeTimesAndEveryTenSeconds) {
   EXPECT_THAT(heard_at, ElementsAre("0s", "100ms", "10.1s", "20.1s"));
 }
 
-TEST_F(Relay, InALargeDomainRoundsAreRarer) {
+TEST_F(Relay, ALargeDomainHasLongerForwardingRounds) {
   for (std::uint16_t number = 1; number <= 100; ++number) Hears({.number = number, .lease = 60});
   for (int i = 0; i < 3; ++i) Hears({.number = 1, .lease = 60});
   now_ += 10s;
@@ -114,7 +114,7 @@ TEST_F(Relay, InALargeDomainRoundsAreRarer) {
   EXPECT_EQ(CountOf({.number = 1, .lease = 60}), 99U);
 }
 
-TEST_F(Relay, WhatChangesGoesToAllButNotInAFlood) {
+TEST_F(Relay, AChangedAnnouncementIsForwardedAtALimitedRate) {
   Hears({.number = 1});
   for (int i = 0; i < 3; ++i) Hears({.number = 2});
   now_ += 5s;
@@ -129,7 +129,7 @@ TEST_F(Relay, WhatChangesGoesToAllButNotInAFlood) {
   EXPECT_GE(told, 10U);
 }
 
-TEST_F(Relay, DomainsAreKeptApart) {
+TEST_F(Relay, ParticipantsOfDifferentDomainsAreNotIntroduced) {
   Hears({.number = 1, .port = 7410});
   EXPECT_THAT(Hears({.number = 2, .port = 7660}), IsEmpty()) << "7400 + 250 is domain 1";
   EXPECT_EQ(CountOf({.number = 3, .port = 7649}), 2U) << "the last port of domain 0";
@@ -147,7 +147,7 @@ TEST_F(Relay, GatewaysAreNotIntroducedToEachOther) {
   EXPECT_EQ(CountOf({.number = 5}), 8U) << "who does not say what he does, to all";
 }
 
-TEST_F(Relay, OnlyAnAnnouncersOwnAddressIsSentTo) {
+TEST_F(Relay, AnAnnouncementWithAForeignAddressIsRefused) {
   Hears({.number = 1});
   const Bytes bytes = Of({.number = 2});
   const Relayed relayed = relay_.On(bytes, {kPlant + 99, 40000}, now_);
@@ -156,7 +156,7 @@ TEST_F(Relay, OnlyAnAnnouncersOwnAddressIsSentTo) {
   EXPECT_EQ(relay_.participants(), 1U);
 }
 
-TEST_F(Relay, NobodyMovesAParticipantToHisAddress) {
+TEST_F(Relay, AnotherMachineCannotTakeOverAParticipant) {
   Hears({.number = 1});
   Hears({.number = 2});
   // The same participant, from another machine.
@@ -166,7 +166,7 @@ TEST_F(Relay, NobodyMovesAParticipantToHisAddress) {
               UnorderedElementsAre("3 to 10.0.0.1:7410", "3 to 10.0.0.2:7410"));
 }
 
-TEST_F(Relay, WhoIsSilentForHisLeaseIsForgotten) {
+TEST_F(Relay, ASilentParticipantIsForgottenAfterItsLease) {
   Hears({.number = 1, .lease = 3});
   now_ += 4s;
   EXPECT_EQ(CountOf({.number = 2, .lease = 100000}), 2U);
@@ -179,7 +179,7 @@ TEST_F(Relay, WhoIsSilentForHisLeaseIsForgotten) {
   EXPECT_EQ(relay_.participants(), 2U);
 }
 
-TEST_F(Relay, WhoSaysThatHeLeavesIsNotBelieved) {
+TEST_F(Relay, AGoodbyeDoesNotRemoveAParticipant) {
   const UdpAddress here{0x7F000001, 40000};
   EXPECT_EQ(relay_.On(Captured().at("fast_spdp_inline_qos"), here, now_).refused, "");
   ASSERT_EQ(relay_.participants(), 1U);
@@ -187,7 +187,7 @@ TEST_F(Relay, WhoSaysThatHeLeavesIsNotBelieved) {
   EXPECT_EQ(relay_.participants(), 1U);
 }
 
-TEST_F(Relay, PlacesAreBounded) {
+TEST_F(Relay, TheNumberOfParticipantsIsLimited) {
   for (std::uint16_t number = 0; number < 600; ++number) {
     Hears({.number = number, .lease = 60});
     EXPECT_EQ(refused_, number < 512 ? "" : "too many participants");
@@ -197,7 +197,7 @@ TEST_F(Relay, PlacesAreBounded) {
   EXPECT_EQ(refused_, "") << "who has a place keeps it";
 }
 
-TEST_F(Relay, PlacesOfOneAddressAreBounded) {
+TEST_F(Relay, TheNumberOfParticipantsOfAnAddressIsLimited) {
   Hears({.number = 1000});
   for (std::uint16_t number = 0; number < 200; ++number) {
     // Subtracts the number that at() adds, so all have the address 10.1.0.0.
@@ -213,7 +213,7 @@ TEST_F(Relay, PlacesOfOneAddressAreBounded) {
   EXPECT_EQ(admitted, 24U);
 }
 
-TEST_F(Relay, WhatIsSentIsBounded) {
+TEST_F(Relay, TheRateOfForwardedAnnouncementsIsLimited) {
   RelayLimits limits;
   limits.to_address = {10, 2};
   limits.to_all = {16, 4};
@@ -234,7 +234,7 @@ TEST_F(Relay, WhatIsSentIsBounded) {
   EXPECT_EQ(CountOf({.number = 120}), 4U) << "of all, four a second";
 }
 
-TEST_F(Relay, WhatIsTooLongIsRefused) {
+TEST_F(Relay, ATooLongAnnouncementIsRefused) {
   Bytes bytes = Of({.number = 1});
   bytes.resize(4097);
   EXPECT_EQ(relay_.On(bytes, Who{.number = 1}.sender(), now_).refused,

@@ -47,7 +47,7 @@ class FakeDiscoveryServer : public ::testing::Test {
   ParticipantOptions options_;
 };
 
-TEST_F(FakeDiscoveryServer, OfAGateway) {
+TEST_F(FakeDiscoveryServer, ReceivesTheAnnouncementOfAGateway) {
   const auto writer = CreateFastWriter(options_, {.points = 1, .devices = 1});
   ASSERT_TRUE(writer) << writer.error();
   const auto heard = Receive();
@@ -58,7 +58,7 @@ TEST_F(FakeDiscoveryServer, OfAGateway) {
   EXPECT_EQ(heard->lease, 11s) << "10 s, and what is below a second";
 }
 
-TEST_F(FakeDiscoveryServer, OfASubscriber) {
+TEST_F(FakeDiscoveryServer, ReceivesTheAnnouncementOfASubscriber) {
   SubscriberOptions options;
   options.participant = options_;
   const auto subscriber = DdsSubscriber::Create(options, {});

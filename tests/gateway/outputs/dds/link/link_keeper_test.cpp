@@ -45,7 +45,7 @@ TEST(LinkKeeper, StartsAtOnceAndIsUpWhenOpened) {
   EXPECT_EQ(keeper.state().phase, Phase::up);
 }
 
-TEST(LinkKeeper, WaitsLongerAfterEachEndAndBeginsAnewAfterAMinuteOfLife) {
+TEST(LinkKeeper, WaitsLongerAfterEachEndAndResetsAfterAMinuteOfLife) {
   LinkKeeper keeper(true);
   Instant now = kStart;
   UntilStart(keeper, now);
@@ -67,7 +67,7 @@ TEST(LinkKeeper, WaitsLongerAfterEachEndAndBeginsAnewAfterAMinuteOfLife) {
   EXPECT_EQ(UntilStart(keeper, now), 100ms);
 }
 
-TEST(LinkKeeper, OneThatNeverOpensIsNotLostButWaitedFor) {
+TEST(LinkKeeper, AProcessThatCannotStartIsNotCountedAsLost) {
   LinkKeeper keeper(true);
   Instant now = kStart;
   for (int i = 0; i < 3; ++i) {
@@ -80,7 +80,7 @@ TEST(LinkKeeper, OneThatNeverOpensIsNotLostButWaitedFor) {
   EXPECT_EQ(keeper.state().times_lost, 0U);
 }
 
-TEST(LinkKeeper, SilenceIsShownAfterTwoSecondsAndEndedAfterTen) {
+TEST(LinkKeeper, ASilentProcessIsShownAfter2sAndEndedAfter10s) {
   LinkKeeper keeper(true);
   keeper.Look(kStart);
   keeper.Started(kStart);
@@ -97,7 +97,7 @@ TEST(LinkKeeper, SilenceIsShownAfterTwoSecondsAndEndedAfterTen) {
   EXPECT_EQ(keeper.Look(kStart + 11s), Wish::give_up);
 }
 
-TEST(LinkKeeper, OneThatReadsAgainIsUpAgain) {
+TEST(LinkKeeper, ASilentProcessThatReadsAgainIsUpAgain) {
   LinkKeeper keeper(true);
   keeper.Look(kStart);
   keeper.Started(kStart);
@@ -109,7 +109,7 @@ TEST(LinkKeeper, OneThatReadsAgainIsUpAgain) {
   EXPECT_EQ(keeper.Look(kStart + 7s), Wish::nothing);
 }
 
-TEST(LinkKeeper, OneThatNeverOpensIsGivenUpAfterAMinute) {
+TEST(LinkKeeper, AProcessThatNeverOpensIsGivenUpAfterAMinute) {
   LinkKeeper keeper(true);
   keeper.Look(kStart);
   keeper.Started(kStart);
@@ -120,7 +120,7 @@ TEST(LinkKeeper, OneThatNeverOpensIsGivenUpAfterAMinute) {
   EXPECT_EQ(keeper.patience(), 1min);
 }
 
-TEST(LinkKeeper, CountsGoOnOverProcesses) {
+TEST(LinkKeeper, CountsContinueOverProcesses) {
   LinkKeeper keeper(true);
   keeper.Look(kStart);
   keeper.Started(kStart);
@@ -142,7 +142,7 @@ TEST(LinkKeeper, CountsGoOnOverProcesses) {
   EXPECT_EQ(keeper.state().datagrams.participants, 7U);
 }
 
-TEST(LinkKeeper, OneThatSomebodyElseStartsIsAwaited) {
+TEST(LinkKeeper, AnExternallyStartedProcessIsAwaited) {
   LinkKeeper keeper(false);
   EXPECT_EQ(keeper.Look(kStart), Wish::nothing);
   EXPECT_EQ(keeper.NextLook(), Instant::max());
@@ -154,7 +154,7 @@ TEST(LinkKeeper, OneThatSomebodyElseStartsIsAwaited) {
   EXPECT_EQ(keeper.state().times_lost, 1U);
 }
 
-TEST(LinkKeeper, RemembersWhereSubscribersAreUntilTheNextProcessHasMetThem) {
+TEST(LinkKeeper, KeepsSubscriberAddressesUntilTheNextProcessReachesThem) {
   LinkKeeper keeper(true);
   const config::HostPort first{"10.0.0.1", 7410};
   const config::HostPort second{"10.0.0.2", 7410};
@@ -185,7 +185,7 @@ TEST(LinkKeeper, RemembersWhereSubscribersAreUntilTheNextProcessHasMetThem) {
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-TEST(BoundedLines, WholeLinesOnlyAndPrintable) {
+TEST(BoundedLines, OnlyWholePrintableLinesPass) {
   BoundedLines lines;
   EXPECT_THAT(lines.Add("ab", kStart), IsEmpty());
   EXPECT_THAT(lines.Add("c\n\nd\x1b[2J\nrest", kStart), ElementsAre("abc", "d?[2J"));
@@ -197,7 +197,7 @@ TEST(BoundedLines, ALongLineIsCut) {
               ElementsAre(std::string(BoundedLines::kLongest, 'x')));
 }
 
-TEST(BoundedLines, AFloodIsCounted) {
+TEST(BoundedLines, ExcessLinesAreDroppedAndCounted) {
   BoundedLines lines;
   std::string flood;
   for (int i = 0; i < 1000; ++i) flood += "line\n";
@@ -230,7 +230,7 @@ class LinkWriterTest : public ::testing::Test {
   LinkWriter writer_;
 };
 
-TEST_F(LinkWriterTest, NobodyIsThereUntilAttached) {
+TEST_F(LinkWriterTest, ThereIsNoSessionUntilASocketIsAttached) {
   int told = 0;
   writer_.OnSession([&] { ++told; });
   EXPECT_EQ(writer_.session(), 0U);
@@ -247,7 +247,7 @@ TEST_F(LinkWriterTest, NobodyIsThereUntilAttached) {
   EXPECT_EQ(told, 3);
 }
 
-TEST_F(LinkWriterTest, AFullSocketMeansLaterAndKeepsWhatItHas) {
+TEST_F(LinkWriterTest, AFullSocketPostponesSamplesAndLosesNone) {
   writer_.Attach(ends_.first.get());
   int sent = 0;
   while (sent < 100'000 && writer_.Write(Point(sent)) == Sent::yes) ++sent;
@@ -266,7 +266,7 @@ TEST_F(LinkWriterTest, ASampleBeyondItsBoundsIsRefused) {
   EXPECT_EQ(writer_.Write(sample), Sent::refused);
 }
 
-TEST_F(LinkWriterTest, AGatewayIsAMessageOfItsOwn) {
+TEST_F(LinkWriterTest, AGatewaySampleIsAMessageOfItsOwnKind) {
   writer_.Attach(ends_.first.get());
   const GatewaySample sample{"g", 7, "1.2.3"};
   ASSERT_EQ(writer_.Write(sample), Sent::yes);
@@ -280,13 +280,13 @@ TEST_F(LinkWriterTest, AGatewayIsAMessageOfItsOwn) {
   EXPECT_EQ(back, sample);
 }
 
-TEST_F(LinkWriterTest, AClosedSocketIsNoFailureOfTheSample) {
+TEST_F(LinkWriterTest, AClosedSocketPostponesASample) {
   writer_.Attach(ends_.first.get());
   ends_.second.Close();
   EXPECT_EQ(writer_.Write(Point(1)), Sent::later);
 }
 
-TEST_F(LinkWriterTest, TheEndIsTold) {
+TEST_F(LinkWriterTest, TheEndIsAnnouncedToTheProcess) {
   writer_.Attach(ends_.first.get());
   EXPECT_FALSE(writer_.WaitAcknowledged(Duration::zero()));  // the other end is still there
   EXPECT_TRUE(writer_.ending());
@@ -295,7 +295,7 @@ TEST_F(LinkWriterTest, TheEndIsTold) {
   EXPECT_EQ(ParseLink(received.packet)->kind, LinkKind::end);
 }
 
-TEST_F(LinkWriterTest, NothingGoesOutUntilTheProcessHasReplacedItsWriters) {
+TEST_F(LinkWriterTest, NothingIsSentUntilTheProcessHasReplacedItsWriters) {
   EXPECT_EQ(writer_.Reopen({.points = 7}), Sent::later);
   EXPECT_EQ(writer_.open().room.points, 7U) << "the next process is asked for it";
   writer_.Attach(ends_.first.get());
@@ -310,7 +310,7 @@ TEST_F(LinkWriterTest, NothingGoesOutUntilTheProcessHasReplacedItsWriters) {
   EXPECT_EQ(writer_.Write(Point(2)), Sent::yes);
 }
 
-TEST(PacketSocket, APacketBeyondTheLongestIsSeenAsSuch) {
+TEST(PacketSocket, ATooLongPacketIsRefused) {
   auto ends = std::move(*MakePacketPair());
   const Bytes large(kMaxLinkMessage * 2, 1);
   ASSERT_EQ(SendPacket(ends.first.get(), large), PacketSent::yes);

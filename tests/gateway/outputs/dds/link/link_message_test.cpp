@@ -77,7 +77,7 @@ WriteArrival AnArrival() {
   return arrival;
 }
 
-TEST(LinkMessage, RequestsAndRepliesBothWays) {
+TEST(LinkMessage, RequestsAndRepliesAreEncodedAndDecoded) {
   const Bytes packet = EncodeRequest(AnArrival());
   EXPECT_EQ(ToHex(packet), kRequest);
   const auto message = ParseLink(packet);
@@ -110,7 +110,7 @@ TEST(LinkMessage, RequestsAndRepliesBothWays) {
   EXPECT_EQ(reply_back, reply);
 }
 
-TEST(LinkMessage, OpenBothWays) {
+TEST(LinkMessage, OpenIsEncodedAndDecoded) {
   const Bytes packet = EncodeOpen(AnOpen());
   EXPECT_EQ(ToHex(packet), kOpen);
   const auto message = ParseLink(packet);
@@ -132,7 +132,7 @@ TEST(LinkMessage, OpenBothWays) {
   EXPECT_EQ(open->room.events, 5U);
 }
 
-TEST(LinkMessage, OpenWithSecurityBothWays) {
+TEST(LinkMessage, OpenWithSecurityIsEncodedAndDecoded) {
   LinkOpen open = AnOpen();
   open.participant.security = config::SecurityIn("/etc/d");
   open.participant.security.permissions_ca = "/etc/p.pem";
@@ -164,7 +164,7 @@ TEST(LinkMessage, OpenWithSecurityBothWays) {
   EXPECT_FALSE(DecodeOpen(ParseLink(none)->body).ok());
 }
 
-TEST(LinkMessage, CountsBothWays) {
+TEST(LinkMessage, CountsAreEncodedAndDecoded) {
   LinkCounts counts{.subscribers = {3, 2, 1, 4},
                     .written = 1234,
                     .refused = 1ULL << 32,
@@ -181,7 +181,7 @@ TEST(LinkMessage, CountsBothWays) {
   EXPECT_EQ(*back, counts);
 }
 
-TEST(LinkMessage, SamplesBothWays) {
+TEST(LinkMessage, SamplesAreEncodedAndDecoded) {
   PointSample point;
   point.gateway = "g", point.device = "d", point.point = "p", point.value = 2.5, point.seq = 9;
   Bytes packet(kMaxLinkMessage);
@@ -211,7 +211,7 @@ TEST(LinkMessage, SamplesBothWays) {
   EXPECT_EQ(gateway_back, gateway);
 }
 
-TEST(LinkMessage, EventsBothWays) {
+TEST(LinkMessage, EventsAreEncodedAndDecoded) {
   const EventSample event{"sub-7", "feeder-1", 4711, 1, 2, 3, 4, 5, "stage I> started"};
   Bytes packet(kMaxLinkMessage);
   packet.resize(EncodeSample(LinkKind::event, event, packet));
@@ -228,7 +228,7 @@ TEST(LinkMessage, EventsBothWays) {
   EXPECT_EQ(EncodeSample(LinkKind::event, beyond, packet), 0U);
 }
 
-TEST(LinkMessage, WhatIsBeyondItsBoundsIsNotEncoded) {
+TEST(LinkMessage, ASampleBeyondItsBoundsIsNotEncoded) {
   PointSample point;
   point.point = std::string(kMaxKey + 1, 'p');
   Bytes packet(kMaxLinkMessage);
@@ -253,7 +253,7 @@ TEST(LinkMessage, TheLargestOpenFits) {
   EXPECT_EQ(back->participant.discovery_servers, open.participant.discovery_servers);
 }
 
-TEST(LinkMessage, AFailureIsCutAndMadeHarmless) {
+TEST(LinkMessage, AFailureTextIsShortenedAndMadePrintable) {
   const Bytes packet = EncodeFailed("no\nsuch " + std::string(2000, 'x'));
   const std::string sentence = DecodeFailed(ParseLink(packet)->body);
   EXPECT_THAT(sentence, SizeIs(1000));
@@ -289,7 +289,7 @@ struct Wrong {
   const char* words;
 };
 
-TEST(LinkMessage, WhatIsWrongIsNamed) {
+TEST(LinkMessage, AMalformedMessageIsNamedInTheError) {
   for (const Wrong& wrong : {
            Wrong{"", "0 bytes"},
            Wrong{"05 07 00", "3 bytes"},
@@ -307,7 +307,7 @@ TEST(LinkMessage, WhatIsWrongIsNamed) {
   EXPECT_THAT(ParseLink(Bytes(kMaxLinkMessage + 1, 1)).error(), HasSubstr("too long"));
 }
 
-TEST(LinkMessage, CountsOfOtherReasonsAreRefused) {
+TEST(LinkMessage, CountsWithAnotherNumberOfReasonsAreRefused) {
   Bytes body = *ParseHex(kCounts);
   body.erase(body.begin(), body.begin() + kLinkHeaderBytes);
   ASSERT_TRUE(DecodeCounts(body).ok());

@@ -92,7 +92,7 @@ TEST_F(LinkServerTest, OpensOnceAndPublishes) {
   EXPECT_THAT(writer_->gateways, ElementsAre(gateway));
 }
 
-TEST_F(LinkServerTest, OpenedAgainItReplacesTheWriters) {
+TEST_F(LinkServerTest, ASecondOpenReplacesTheWriters) {
   Open();
   LinkOpen open;
   open.room = {.points = 7, .devices = 3, .events = 1};
@@ -110,7 +110,7 @@ EventSample Event(std::uint64_t seq) {
   return event;
 }
 
-TEST_F(LinkServerTest, AnEventThatIsNotTakenIsTriedAgainBeforeThoseBehindIt) {
+TEST_F(LinkServerTest, ARefusedEventIsRetriedBeforeLaterEvents) {
   Open();
   ASSERT_TRUE(Take(LinkKind::event, Event(1)));
   EXPECT_THAT(writer_->events, ElementsAre(Event(1)));
@@ -127,7 +127,7 @@ TEST_F(LinkServerTest, AnEventThatIsNotTakenIsTriedAgainBeforeThoseBehindIt) {
   EXPECT_THAT(Take(*ParseHex("07 07 04 00 00 01 00 00")).error(), HasSubstr("damaged sample"));
 }
 
-TEST_F(LinkServerTest, EventsThatAreNeverTakenAreBoundedAndCounted) {
+TEST_F(LinkServerTest, RefusedEventsAreLimitedAndDropsAreCounted) {
   Open();
   writer_->answer = Sent::refused;
   for (std::uint64_t seq = 1; seq <= 1005; ++seq) {
@@ -171,7 +171,7 @@ TEST_F(LinkServerTest, ListensForNoRequestsWhereWritingIsDenied) {
   EXPECT_FALSE(writer_->on_request);
 }
 
-TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
+TEST_F(LinkServerTest, ExcessRequestsAreDroppedAndCounted) {
   ASSERT_TRUE(Take(EncodeOpen(
       {.gateway = "g", .participant = {}, .room = {.points = 5, .devices = 2}, .requests = true})));
   for (std::uint64_t seq = 0; seq < 10'000; ++seq) writer_->on_request(Arrival(seq, kStart));
@@ -184,7 +184,7 @@ TEST_F(LinkServerTest, AFloodOfRequestsIsBoundedAndCounted) {
   EXPECT_EQ(DecodeCounts(ParseLink(*counts)->body)->dropped, 10'000 - handed);
 }
 
-TEST_F(LinkServerTest, SaysWhyItCanNotOpenAndMayBeAskedAgain) {
+TEST_F(LinkServerTest, AFailedOpenIsExplainedAndMayBeRepeated) {
   refusal_ = "dds: this machine has no IPv4 address of interfaces [192.0.2.1]";
   ASSERT_TRUE(Take(EncodeOpen({})));
   const auto answer = server_.Answer(kStart);
@@ -195,7 +195,7 @@ TEST_F(LinkServerTest, SaysWhyItCanNotOpenAndMayBeAskedAgain) {
   Open();
 }
 
-TEST_F(LinkServerTest, CountsAreASignOfLifeOnceASecond) {
+TEST_F(LinkServerTest, CountsAreSentOnceASecondAsASignOfLife) {
   Open();
   EXPECT_EQ(server_.Answer(kStart + 999ms), std::nullopt);
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
@@ -211,7 +211,7 @@ TEST_F(LinkServerTest, CountsAreASignOfLifeOnceASecond) {
   EXPECT_TRUE(server_.Answer(kStart + 2s));
 }
 
-TEST_F(LinkServerTest, ARefusedSampleIsToldSoon) {
+TEST_F(LinkServerTest, ARefusedSampleIsReportedWithin100ms) {
   Open();
   writer_->answer = Sent::refused;
   ASSERT_TRUE(Take(LinkKind::point, Point("p")));
@@ -220,22 +220,22 @@ TEST_F(LinkServerTest, ARefusedSampleIsToldSoon) {
             EncodeCounts({.subscribers = {}, .written = 0, .refused = 1}));
 }
 
-TEST_F(LinkServerTest, LeftIsSaidWhereSomebodyReadsTheEvents) {
+TEST_F(LinkServerTest, LeftIsSentIfEventsHaveAReader) {
   EXPECT_EQ(AnswerToEnd({.points = 1, .events = 1}), EncodeBare(LinkKind::left));
 }
 
-TEST_F(LinkServerTest, LeftIsNotSaidWhereOnlyPointsAreRead) {
+TEST_F(LinkServerTest, LeftIsNotSentIfOnlyPointsHaveReaders) {
   EXPECT_EQ(AnswerToEnd({.points = 3}), std::nullopt);
 }
 
-TEST_F(LinkServerTest, AnEndThatTheDaemonHasNotSaidConfirmsNothing) {
+TEST_F(LinkServerTest, ALostDaemonConfirmsNoEvents) {
   Open();
   writer_->there = {.points = 1, .events = 1};
   Leave();
   EXPECT_EQ(server_.Answer(kStart), std::nullopt) << "its last events may not have been read";
 }
 
-TEST_F(LinkServerTest, TheLastSampleKeepsTheValueAndIsNotConnected) {
+TEST_F(LinkServerTest, TheFinalSampleKeepsItsValueWithQualityNotConnected) {
   Open();
   PointSample sample = Point("p");
   sample.value = 2.5, sample.quality = 0xC0, sample.seq = 7;
@@ -253,7 +253,7 @@ TEST_F(LinkServerTest, TheLastSampleKeepsTheValueAndIsNotConnected) {
   EXPECT_THAT(written_, SizeIs(1));
 }
 
-TEST_F(LinkServerTest, TheEndIsPacedAndTakesNotLong) {
+TEST_F(LinkServerTest, FinalSamplesArePacedAndLimitedInTime) {
   Open();
   for (int i = 0; i < 100'000; ++i) {
     ASSERT_TRUE(Take(LinkKind::point, Point("p" + std::to_string(i))));
@@ -265,7 +265,7 @@ TEST_F(LinkServerTest, TheEndIsPacedAndTakesNotLong) {
   EXPECT_GE(written_.size(), 14'000U) << "20 a millisecond";
 }
 
-TEST_F(LinkServerTest, WhatIsWrongClosesTheLink) {
+TEST_F(LinkServerTest, AMalformedMessageClosesTheLink) {
   EXPECT_THAT(Take(LinkKind::point, Point("p")).error(), HasSubstr("before its request to open"));
   EXPECT_THAT(Take(*ParseHex("01 01 00 00")).error(), HasSubstr("version 1"));
   EXPECT_THAT(Take(*ParseHex("01 07 01 00 00")).error(), HasSubstr("damaged request"));

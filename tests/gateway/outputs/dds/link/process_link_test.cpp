@@ -85,7 +85,7 @@ class Played {
   PacketBuffer buffer_{};
 };
 
-TEST(ProcessLink, AMissingProgramIsAState) {
+TEST(ProcessLink, AMissingProgramIsShownInTheState) {
   Lines lines;
   ProcessLinkOptions options;
   options.program = "/nowhere/baudgate-dds";
@@ -96,7 +96,7 @@ TEST(ProcessLink, AMissingProgramIsAState) {
   EXPECT_EQ(link->writer()->session(), 0U);
 }
 
-TEST(ProcessLink, AProgramThatEndsIsStartedAgain) {
+TEST(ProcessLink, AnEndedProgramIsRestarted) {
   Lines lines;
   const Directory directory;
   const std::string program = directory / "program";
@@ -141,7 +141,7 @@ TEST_F(ProcessLinkAtASocket, OnlyOwnerAndGroupMayConnect) {
   EXPECT_FALSE(fs::exists(path_));
 }
 
-TEST_F(ProcessLinkAtASocket, AskedToOpenThenGivenSamples) {
+TEST_F(ProcessLinkAtASocket, TheProcessIsAskedToOpenBeforeItGetsSamples) {
   Played process(path_);
   const Bytes first = process.Receive();
   const auto open = DecodeOpen(ParseLink(first)->body);
@@ -155,7 +155,7 @@ TEST_F(ProcessLinkAtASocket, AskedToOpenThenGivenSamples) {
   EXPECT_EQ(ParseLink(process.Receive())->kind, LinkKind::point);
 }
 
-TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
+TEST_F(ProcessLinkAtASocket, AMalformedMessageEndsTheLinkAndANewProcessMayConnect) {
   const struct {
     Bytes packet;
     const char* reason;
@@ -181,7 +181,7 @@ TEST_F(ProcessLinkAtASocket, WhatIsWrongEndsTheLinkAndTheNextOneIsWelcome) {
   lines_.WaitFor("takes samples");
 }
 
-TEST(ProcessLink, RequestsAreHandedOnWithATimeThatCanBe) {
+TEST(ProcessLink, RequestsAreForwardedWithAPlausibleTime) {
   Lines lines;
   const Directory directory;
   ProcessLinkOptions options;
@@ -224,7 +224,7 @@ TEST(ProcessLink, RequestsAreHandedOnWithATimeThatCanBe) {
   lines.WaitFor("sent a damaged write request");
 }
 
-TEST_F(ProcessLinkAtASocket, OneThatLeavesIsReplacedByTheNextSession) {
+TEST_F(ProcessLinkAtASocket, ALeavingProcessIsReplacedByANewSession) {
   {
     Played process(path_);
     process.Receive();

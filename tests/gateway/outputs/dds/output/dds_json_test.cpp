@@ -47,7 +47,7 @@ std::string Shown(const LinkState& state, const std::string& target = {}) {
   return tools::RenderStatus(StatusJson(config, store, info, found, status::kNow), target, {});
 }
 
-TEST(DdsJson, Fields) {
+TEST(DdsJson, HasAllFields) {
   EXPECT_EQ(
       DdsJson(7, Up(), status::kNow.instant).dump(),
       R"({"domain":7,"state":"up","subscribers":3,)"
@@ -64,7 +64,7 @@ TEST(DdsJson, Fields) {
   EXPECT_EQ(lost["last_end"], "was ended by signal 6");
 }
 
-TEST(DdsJson, OneLineWhenAllIsWell) {
+TEST(DdsJson, IsShownAsOneLineWhileTheLinkIsUp) {
   EXPECT_THAT(Shown(Up()),
               HasSubstr("\nDDS domain 0: 3 subscribers of points, none of devices, 1 of "
                         "events, none of alarms, 1234 samples\n"));
@@ -74,7 +74,7 @@ TEST(DdsJson, OneLineWhenAllIsWell) {
   EXPECT_THAT(Shown(Up(), "bay-1"), Not(HasSubstr("DDS")));
 }
 
-TEST(DdsJson, NamesSubscribersThatCanGetNothing) {
+TEST(DdsJson, NamesUnreachableSubscribers) {
   LinkState state = Up();
   state.remarks = {"10.0.0.9 was heard and cannot be answered"};
   EXPECT_EQ(DdsJson(7, state, status::kNow.instant)["advice"].dump(),
@@ -90,7 +90,7 @@ LinkState Attacked(LinkState state) {
   return state;
 }
 
-TEST(DdsJson, WhatWasRefusedAndWhy) {
+TEST(DdsJson, CountsRefusedDatagramsByReason) {
   const auto json = DdsJson(7, Attacked(Up()), status::kNow.instant)["datagrams"];
   EXPECT_EQ(json["let_in"], 12345);
   EXPECT_EQ(json["participants"], 4);
@@ -106,7 +106,7 @@ TEST(DdsJson, WhatWasRefusedAndWhy) {
   EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS let in 1 datagram, refused none\n"));
 }
 
-TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
+TEST(DdsJson, CountsWriteRequestsWhereWritingIsAllowed) {
   EXPECT_EQ(DdsJson(7, Up(), status::kNow.instant)["requests"], nullptr);
   LinkState state = Up();
   state.requests = 1;
@@ -120,13 +120,13 @@ TEST(DdsJson, WriteRequestsWhereTheyAreTaken) {
               HasSubstr("\nDDS took 12 write requests, 3 more came too fast\nDDS let in 12345 "));
 }
 
-TEST(DdsJson, SamplesThatTheLibraryDidNotTake) {
+TEST(DdsJson, CountsSamplesThatTheLibraryRefused) {
   LinkState state = Up();
   state.refused = 2;
   EXPECT_THAT(Shown(state), HasSubstr(", 1234 samples, 2 not taken by the library\n"));
 }
 
-TEST(DdsJson, ASentenceWhenItIsNot) {
+TEST(DdsJson, IsShownAsASentenceWhileTheLinkIsDown) {
   EXPECT_THAT(Shown(Lost()), HasSubstr("\nDDS: the process was ended by signal 6; it is started "
                                        "again in 2.0 s (lost 3 times)\n"));
   EXPECT_THAT(Shown(Lost()), Not(HasSubstr("DDS domain")));
@@ -140,7 +140,7 @@ TEST(DdsJson, ASentenceWhenItIsNot) {
   EXPECT_THAT(Shown(awaited), HasSubstr("\nDDS: the process has not connected yet\n"));
 }
 
-TEST(DdsJson, NothingWhereItIsOff) {
+TEST(DdsJson, IsNullWhereDdsIsOff) {
   const config::Config config = status::TwoLines();
   bus::PointStore store(config);
   outputs::OutputList outputs;

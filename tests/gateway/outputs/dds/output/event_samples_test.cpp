@@ -15,7 +15,7 @@ events::EventRecord Event(std::int64_t seq, const std::string& line, const std::
   return event;
 }
 
-TEST(EventSamples, SayWhoseEventItIs) {
+TEST(EventSamples, NameTheDeviceLineOrGatewayOfTheEvent) {
   const auto feed = std::make_shared<events::EventFeed>();
   feed->Renumber({{"bay-1", "feeder-1"}});
   feed->Add({Event(1, "bay-1", "feeder-1"), Event(2, "bay-1", ""), Event(3, "", ""),
@@ -33,7 +33,7 @@ TEST(EventSamples, SayWhoseEventItIs) {
   EXPECT_EQ(samples[3].gateway, "") << "not configured any more: not published";
 }
 
-TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
+TEST(EventSamples, StoreTheirPositionAmongTheEvents) {
   const auto cursors =
       std::make_shared<events::CursorBook>(std::set<std::string>{EventSamples::kConsumer});
   EventSamples samples("plant", std::make_shared<events::EventFeed>(), cursors);
@@ -44,7 +44,7 @@ TEST(EventSamples, KeepTheirPlaceAmongTheEvents) {
   EXPECT_TRUE(samples.place()->sure);
 }
 
-TEST(EventSamples, WithoutEventsAreAlarmsAlone) {
+TEST(EventSamples, AreOnlyAlarmsWhereEventsAreOff) {
   const auto feed = std::make_shared<events::EventFeed>();
   events::EventRecord event = Event(1, "bay-1", "feeder-1");
   event.alarm.emplace().seq = 1;
@@ -55,7 +55,7 @@ TEST(EventSamples, WithoutEventsAreAlarmsAlone) {
   EXPECT_EQ(samples.TakeAlarms(0, 10).size(), 1U);
 }
 
-TEST(EventSamples, AreAlarmsAsTheyAreNow) {
+TEST(EventSamples, OfAlarmsHaveTheCurrentState) {
   const auto feed = std::make_shared<events::EventFeed>();
   events::EventRecord event = Event(4, "bay-1", "feeder-1");
   events::Alarm& alarm = event.alarm.emplace();

@@ -51,7 +51,7 @@ int WhatIsNotPermitted() {
   return ran ? 0 : 3;
 }
 
-TEST(ConfineDeathTest, CallsThatExploitsLikeAreRefused) {
+TEST(ConfineDeathTest, DangerousSystemCallsAreRefused) {
   EXPECT_EXIT(::_exit(WhatIsNotRefused()), ExitedWithCode(0), "");
 }
 
@@ -83,7 +83,7 @@ TEST(ConfineDeathTest, MemoryIsLimited) {
 }
 #endif
 
-TEST(Confine, WhoeverIsNotOurParentIsDead) {
+TEST(Confine, AParentThatHasEndedIsDetected) {
   EXPECT_TRUE(EndWith(::getppid()));
   EXPECT_FALSE(EndWith(::getpid()));
 }

@@ -22,7 +22,7 @@ std::string WhyNot(const Bytes& datagram, UdpAddress sender = kHere) {
   return read ? "" : read.error();
 }
 
-TEST(Announcement, OfFastDdsAndCyclone) {
+TEST(Announcement, IsReadFromFastDdsAndCyclone) {
   const auto fast = ReadAnnouncement(Captured().at("fast_spdp"), kHere);
   ASSERT_TRUE(fast) << fast.error();
   EXPECT_FALSE(fast->leaves);
@@ -36,7 +36,7 @@ TEST(Announcement, OfFastDdsAndCyclone) {
   EXPECT_EQ(cyclone->lease, 11s);
 }
 
-TEST(Announcement, NothingElseIsPassedOn) {
+TEST(Announcement, OtherSubmessagesAreNotForwarded) {
   const Bytes& captured = Captured().at("fast_spdp");
   const auto read = ReadAnnouncement(captured, kHere);
   ASSERT_TRUE(read);
@@ -58,7 +58,7 @@ TEST(Announcement, NothingElseIsPassedOn) {
   EXPECT_EQ(clean->datagram, right);
 }
 
-TEST(Announcement, NothingBehindItsParametersIsPassedOn) {
+TEST(Announcement, BytesBehindItsParametersAreNotForwarded) {
   const Bytes right = testing::AnnouncementOf(7);
   Bytes longer = right;
   longer.resize(right.size() + 8, 0xEE);
@@ -68,7 +68,7 @@ TEST(Announcement, NothingBehindItsParametersIsPassedOn) {
   EXPECT_EQ(read->datagram, right);
 }
 
-TEST(Announcement, WhatIsSaidDoesNotCountTheTime) {
+TEST(Announcement, ATimeStampDoesNotChangeItsContent) {
   Bytes first = Captured().at("fast_spdp");
   Bytes second = first;
   second[24] ^= 0xFF;  // a byte of the time stamp
@@ -79,7 +79,7 @@ TEST(Announcement, WhatIsSaidDoesNotCountTheTime) {
   EXPECT_TRUE(std::ranges::equal(one->said(), other->said()));
 }
 
-TEST(Announcement, WhoLeaves) {
+TEST(Announcement, AGoodbyeIsRecognised) {
   const auto fast = ReadAnnouncement(Captured().at("fast_spdp_gone"), kHere);
   ASSERT_TRUE(fast) << fast.error();
   EXPECT_TRUE(fast->leaves);
@@ -88,7 +88,7 @@ TEST(Announcement, WhoLeaves) {
   EXPECT_TRUE(cyclone->leaves);
 }
 
-TEST(Announcement, OnlyOfTheAddressThatItCameFrom) {
+TEST(Announcement, MustContainTheAddressOfItsSender) {
   EXPECT_EQ(WhyNot(Captured().at("fast_spdp"), {0x0A000001, 40000}),
             "an announcement without the address that it came from");
   // Two addresses: 10.0.0.9 and the address of the sender.
@@ -99,7 +99,7 @@ TEST(Announcement, OnlyOfTheAddressThatItCameFrom) {
   EXPECT_EQ(there->at, (UdpAddress{0x0A000009, 7410}));
 }
 
-TEST(Announcement, NotOnBehalfOfAnother) {
+TEST(Announcement, OnBehalfOfAnotherParticipantIsRefused) {
   Bytes forged = testing::AnnouncementOf(7);
   forged[19] = 8;  // the prefix in the header; the participant in the body stays 7
   EXPECT_EQ(WhyNot(forged), "an announcement on behalf of another");
@@ -108,7 +108,7 @@ TEST(Announcement, NotOnBehalfOfAnother) {
   EXPECT_EQ(WhyNot(source), "an announcement on behalf of another");
 }
 
-TEST(Announcement, NothingElseIsOne) {
+TEST(Announcement, OtherDatagramsAreRefused) {
   EXPECT_EQ(WhyNot({}), "not RTPS");
   EXPECT_EQ(WhyNot(Rtps("")), "no announcement of a participant");
   EXPECT_EQ(WhyNot(Rtps("15 05 FF FF")), "a length beyond the datagram");
@@ -127,7 +127,7 @@ TEST(Announcement, NothingElseIsOne) {
 }
 
 // Each copy has memory of its own, so AddressSanitizer finds a read beyond its end.
-TEST(Announcement, DamagedOnesAreRefusedOrWhole) {
+TEST(Announcement, WithDamageIsRefusedOrForwardedWhole) {
   std::mt19937 random(11);
   const std::vector<Bytes> right = {Captured().at("fast_spdp"), Captured().at("cyclone_spdp"),
                                     Captured().at("fast_spdp_inline_qos")};

@@ -61,7 +61,7 @@ class WriteServiceTest : public ::testing::Test {
                         }};
 };
 
-TEST_F(WriteServiceTest, ARequestGoesToItsLineAndItsEndIsTheReply) {
+TEST_F(WriteServiceTest, ARequestGoesToItsLineAndItsOutcomeIsTheReply) {
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)), ReplySample()) << "not before the device has confirmed";
   ASSERT_THAT(sink_.commands, SizeIs(1));
   const bus::WriteCommand& command = sink_.commands[0];
@@ -77,7 +77,7 @@ TEST_F(WriteServiceTest, ARequestGoesToItsLineAndItsEndIsTheReply) {
   EXPECT_THAT(sink_.denied, IsEmpty());
 }
 
-TEST_F(WriteServiceTest, EveryEndHasItsWord) {
+TEST_F(WriteServiceTest, EveryOutcomeHasItsName) {
   const WriteEnd ends[] = {WriteEnd::ok,      WriteEnd::differs,  WriteEnd::refused, WriteEnd::busy,
                            WriteEnd::unknown, WriteEnd::not_sent, WriteEnd::denied};
   std::uint64_t seq = 0;
@@ -106,7 +106,7 @@ TEST_F(WriteServiceTest, ADuplicateIsSentOnce) {
   EXPECT_EQ(sink_.denied[0].value, Value(2.0));
 }
 
-TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
+TEST_F(WriteServiceTest, ARequestOfAnEarlierRunIsAnsweredAndNotSent) {
   past_->all.push_back({IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, "", 42ms});
   past_->all.push_back({IdOf(Ask(6, "setting", 2.5).request), WriteEnd::unknown, "it was stopped"});
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)),
@@ -119,7 +119,7 @@ TEST_F(WriteServiceTest, WhatAnEarlierRunWasAskedIsAnsweredAndNotSent) {
   EXPECT_EQ(sink_.commands[0].request, IdOf(Ask(8, "setting", 2.5).request));
 }
 
-TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
+TEST_F(WriteServiceTest, NothingIsSentBeforeEarlierRequestsAreLoaded) {
   past_.reset();
   EXPECT_EQ(Take(Ask(7, "setting", 2.5)).outcome, "busy");
   past_ = bus::PastRequests{{{IdOf(Ask(7, "setting", 2.5).request), WriteEnd::ok, ""}}, true};
@@ -128,7 +128,7 @@ TEST_F(WriteServiceTest, NothingIsSentBeforeThePastIsKnown) {
 }
 
 /// The DDS library of a client may send a stored request to the reader of the next run.
-TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
+TEST_F(WriteServiceTest, AnExpiredRequestIsDeniedAndRecorded) {
   WriteArrival early = Ask(1, "setting", 1);
   early.early = true;
   EXPECT_THAT(Take(early).reason, HasSubstr("too old: by its time stamp it was published"));
@@ -154,7 +154,7 @@ TEST_F(WriteServiceTest, ARequestThatIsTooOldIsDeniedAndRecorded) {
   EXPECT_THAT(sink_.commands, SizeIs(1));
 }
 
-TEST_F(WriteServiceTest, WhatTheRulesForbidIsDeniedAndRecorded) {
+TEST_F(WriteServiceTest, AForbiddenWriteIsDeniedAndRecorded) {
   EXPECT_THAT(Take(Ask(1, "off", 1)).reason, HasSubstr("is not in the device's 'write'"));
   EXPECT_THAT(Take(Ask(2, "setting", 41)).reason, HasSubstr("41 is above"));
   const ReplySample trip = Take(Ask(3, "trip", 1));
@@ -171,7 +171,7 @@ TEST_F(WriteServiceTest, WhatTheRulesForbidIsDeniedAndRecorded) {
   EXPECT_EQ(sink_.denied[3].value, Value(std::string("nan")));
 }
 
-TEST_F(WriteServiceTest, WhatMayBeOldIsDeniedAndMayBeAskedAnew) {
+TEST_F(WriteServiceTest, ANonVolatileRequestIsDeniedAndMayBeRepeated) {
   WriteArrival old = Ask(7, "setting", 1);
   old.lasting = true;
   EXPECT_THAT(Take(old).reason, HasSubstr("is not volatile"));
@@ -182,14 +182,14 @@ TEST_F(WriteServiceTest, WhatMayBeOldIsDeniedAndMayBeAskedAnew) {
   EXPECT_EQ(Take(old).outcome, "denied") << "not told of what another has asked";
 }
 
-TEST_F(WriteServiceTest, ConfirmStandsForTheSelection) {
+TEST_F(WriteServiceTest, ConfirmReplacesTheSelection) {
   WriteArrival trip = Ask(1, "trip", 1);
   trip.request.confirm = true;
   EXPECT_EQ(Take(trip), ReplySample());
   EXPECT_THAT(sink_.commands, SizeIs(1));
 }
 
-TEST_F(WriteServiceTest, WhatIsNotThereIsNamedAndNotRecorded) {
+TEST_F(WriteServiceTest, AnUnknownTargetIsNamedAndNotRecorded) {
   WriteArrival arrival = Ask(1, "seting", 1);
   EXPECT_THAT(Take(arrival).reason, HasSubstr("'seting' is no point of feeder-1"));
   arrival = Ask(2, "setting", 1);
@@ -206,7 +206,7 @@ TEST_F(WriteServiceTest, WhatIsNotThereIsNamedAndNotRecorded) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(WriteServiceTest, AFullLineIsBusyAndNotDoneLater) {
+TEST_F(WriteServiceTest, AFullLineAnswersBusyAndDoesNotWriteLater) {
   sink_.full = true;
   const ReplySample busy = Take(Ask(1, "setting", 1));
   EXPECT_EQ(busy.outcome, "busy");
@@ -224,7 +224,7 @@ struct Deadline {
   Duration left;
 };
 
-TEST_F(WriteServiceTest, TheEarliestOfItsTimesCounts) {
+TEST_F(WriteServiceTest, TheEarliestDeadlineOfARequestApplies) {
   const Deadline cases[] = {
       {0, 0s, {}, 5s},
       {2500, 0s, {}, 2500ms},
@@ -338,7 +338,7 @@ class DdsWritesTest : public ::testing::Test {
   DdsWrites writes_{config_, store_, sink_, {}, writer_};
 };
 
-TEST_F(DdsWritesTest, RepliesComeInTheirOrderAlsoWhereThereWasNoRoom) {
+TEST_F(DdsWritesTest, RepliesKeepTheirOrderWhenTheWriterWasFull) {
   writer_->FindNoRoom(3);
   for (std::uint64_t seq = 1; seq <= 5; ++seq) {
     ASSERT_TRUE(writer_->Request(AskNow(seq, "setting", 1)));
@@ -353,7 +353,7 @@ TEST_F(DdsWritesTest, RepliesComeInTheirOrderAlsoWhereThereWasNoRoom) {
   EXPECT_EQ(writes_.dropped(), 0U);
 }
 
-TEST_F(DdsWritesTest, NothingIsTakenAfterTheEnd) {
+TEST_F(DdsWritesTest, NoRequestIsAcceptedAfterStopTaking) {
   ASSERT_TRUE(writer_->Request(AskNow(1, "setting", 1)));
   writer_->WaitFor(1);
   writes_.StopTaking();
@@ -362,7 +362,7 @@ TEST_F(DdsWritesTest, NothingIsTakenAfterTheEnd) {
   EXPECT_EQ(sink_.done, 1);
 }
 
-TEST_F(DdsWritesTest, OfAFloodSomeAreCountedOnly) {
+TEST_F(DdsWritesTest, ExcessRequestsAreOnlyCounted) {
   for (std::uint64_t seq = 1; seq <= 10'000; ++seq) writer_->Request(AskNow(seq, "setting", 1));
   writer_->WaitFor(1);
   writes_.StopTaking();
@@ -386,7 +386,7 @@ struct Case {
   std::optional<Value> meant;  ///< nothing: refused
 };
 
-TEST(RequestValue, TextCountsUnlessItIsEmpty) {
+TEST(RequestValue, TextIsUsedUnlessItIsEmpty) {
   const std::string hostile("1\0", 2);
   const Case cases[] = {
       {Type::uint16, 1, "", Value(std::int64_t{1})},

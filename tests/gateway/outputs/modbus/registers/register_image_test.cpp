@@ -142,7 +142,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
   std::optional<RegisterImage> image_;
 };
 
-TEST_P(RegisterImageTest, AnswersAsTheDirectWayForEveryQuality) {
+TEST_P(RegisterImageTest, MatchesADirectReadForEveryQuality) {
   Compare(kStart);  // never read
   UpdateAll();
   Compare(kStart);
@@ -159,14 +159,14 @@ TEST_P(RegisterImageTest, AnswersAsTheDirectWayForEveryQuality) {
   }
 }
 
-TEST_P(RegisterImageTest, AnswersAsTheDirectWayForValuesThatDoNotFit) {
+TEST_P(RegisterImageTest, MatchesADirectReadForValuesThatDoNotFit) {
   UpdateAll();
   Update(1, std::int64_t{40000});
   Update(6, std::numeric_limits<double>::quiet_NaN());
   Compare(kStart);
 }
 
-TEST_P(RegisterImageTest, AgeingMakesItStaleAtTheInstantThatItChangesAQuality) {
+TEST_P(RegisterImageTest, AgeingMakesTheImageStaleWhenAQualityChanges) {
   UpdateAll();
   Update(1, std::int64_t{1}, Quality::good, kStart + 500ms);
   ASSERT_TRUE(Refresh(kStart));
@@ -179,7 +179,7 @@ TEST_P(RegisterImageTest, AgeingMakesItStaleAtTheInstantThatItChangesAQuality) {
   EXPECT_FALSE(Refresh(kStart, 0)) << "it says nothing about the time before it was made";
 }
 
-TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
+TEST_P(RegisterImageTest, EveryChangeMakesTheImageStale) {
   UpdateAll();
   Compare(kStart);
   Update(3, std::int64_t{66});
@@ -202,7 +202,7 @@ TEST_P(RegisterImageTest, EveryChangeMakesItStale) {
   Compare(kStart + 100s);
 }
 
-TEST_P(RegisterImageTest, WhatChangesNoValueLeavesItFresh) {
+TEST_P(RegisterImageTest, AChangeOfNoValueKeepsTheImageFresh) {
   UpdateAll();
   Compare(kStart);
   store_->UpdateStatus(0, [](bus::DeviceStatus& status) { ++status.exchanges; });
@@ -210,7 +210,7 @@ TEST_P(RegisterImageTest, WhatChangesNoValueLeavesItFresh) {
   EXPECT_TRUE(Refresh(kStart, 0));
 }
 
-TEST_P(RegisterImageTest, AStaleOneIsMadeAnewWhenAsMuchHasBeenAskedForAsItHas) {
+TEST_P(RegisterImageTest, AStaleImageIsRebuiltAfterItsSizeHasBeenRead) {
   UpdateAll();
   constexpr std::size_t kWords = 7 + 3;
   EXPECT_FALSE(Refresh(kStart, kWords - 1));
@@ -298,13 +298,13 @@ class NanImageTest : public RegisterContentsTest {
   NanImageTest() : RegisterContentsTest(OnBad::nan) {}
 };
 
-TEST_F(RegisterContentsTest, GoodValuesStandSideBySide) {
+TEST_F(RegisterContentsTest, AdjacentGoodValuesAreReadTogether) {
   UpdateAll();
   EXPECT_EQ(Read(0, 5), (Registers{0x47F1, 0x2000, 0xFFFB, 0x4F4B, 0}));
   EXPECT_EQ(ReadBits(0, 2), (std::vector{1, 0}));
 }
 
-TEST_F(RegisterContentsTest, NeverReadIsAnExceptionButItsQualityAndAgeAreNot) {
+TEST_F(RegisterContentsTest, AnUnreadValueIsAnExceptionButItsQualityAndAgeAreReadable) {
   Update(1, std::int64_t{7});
   EXPECT_EQ(Read(2, 1), Registers{7});
   Read(0, 3);
@@ -316,7 +316,7 @@ TEST_F(RegisterContentsTest, NeverReadIsAnExceptionButItsQualityAndAgeAreNot) {
   EXPECT_EQ(ReadBits(20000, 2), (std::vector{0, 0}));
 }
 
-TEST_F(RegisterContentsTest, AgeingIsUncertainFirstAndThenAnException) {
+TEST_F(RegisterContentsTest, AnAgeingValueBecomesUncertainAndThenAnException) {
   UpdateAll();
   EXPECT_EQ(Read(2, 1, kStart + 4s), Registers{0xFFFB});
   EXPECT_EQ(Read(20002, 1, kStart + 4s), Registers{0x44});
@@ -357,12 +357,12 @@ TEST_F(RegisterContentsTest, FaultsOfOneChannelLeaveTheOthersReadable) {
   EXPECT_EQ(ReadBits(20000, 2), (std::vector{0, 1}));
 }
 
-TEST_F(RegisterContentsTest, AFaultBeforeTheFirstValueShowsNoNumberThatLooksReal) {
+TEST_F(RegisterContentsTest, AFaultBeforeTheFirstValueShowsNoPlausibleNumber) {
   Update(1, Value(), Quality::bad_sensor_failure);
   EXPECT_EQ(Read(2, 1), Registers{0x8000});
 }
 
-TEST_F(RegisterContentsTest, ABitThatWasNeverReadIsNoZeroWhenAskedForAlone) {
+TEST_F(RegisterContentsTest, AnUnreadBitIsAnExceptionWhenReadAlone) {
   Update(3, Value(), Quality(Quality::bad_configuration, Reason::not_fitted));
   Update(4, true);
   EXPECT_EQ(ReadBits(0, 2), (std::vector{0, 1})) << "a block is not spoiled";
@@ -383,13 +383,13 @@ TEST_F(RegisterContentsTest, OnFaultMayNameAValue) {
   EXPECT_EQ(ReadBits(0, 1), std::vector{1});
 }
 
-TEST_F(RegisterContentsTest, ASubstituteThatDoesNotFitIsNoValue) {
+TEST_F(RegisterContentsTest, ASubstituteThatDoesNotFitIsShownAsNoValue) {
   point(1).on_fault = {config::OnFault::Kind::value, 99999};
   Update(1, Value(), Quality::bad_sensor_failure);
   EXPECT_EQ(Read(2, 1), Registers{0x8000});
 }
 
-TEST_F(RegisterContentsTest, AGoodValueThatDoesNotFitIsAFaultAndSaysSo) {
+TEST_F(RegisterContentsTest, AGoodValueThatDoesNotFitIsShownAsAFault) {
   UpdateAll();
   Update(1, std::int64_t{40000});
   EXPECT_EQ(Read(1 + 1, 1), Registers{0x8000});
@@ -409,7 +409,7 @@ TEST_F(HoldContentsTest, NothingToHoldIsAnException) {
   EXPECT_EQ(exception_, kTarget);
 }
 
-TEST_F(NanImageTest, FloatsAndTextsHaveOneIntegersHaveNot) {
+TEST_F(NanImageTest, FloatsAndTextsHaveANoValuePatternAndIntegersDoNot) {
   UpdateAll();
   store_->SetOverride(0, Quality::bad_not_connected);
   EXPECT_EQ(Read(0, 2), (Registers{0x7FC0, 0}));
@@ -420,7 +420,7 @@ TEST_F(NanImageTest, FloatsAndTextsHaveOneIntegersHaveNot) {
   EXPECT_EQ(exception_, kTarget);
 }
 
-TEST_F(RegisterContentsTest, StatusBlockIsServedWhateverTheDeviceDoes) {
+TEST_F(RegisterContentsTest, TheStatusBlockIsServedInEveryDeviceState) {
   EXPECT_EQ(Read(9000, 4), (Registers{0, 0, 0xFFFF, 0xFFFF}));
   store_->UpdateStatus(0, [](bus::DeviceStatus& status) {
     status.state = bus::DeviceState::degraded;
@@ -436,7 +436,7 @@ TEST_F(RegisterContentsTest, StatusBlockIsServedWhateverTheDeviceDoes) {
   EXPECT_EQ(Read(9002, 2, kStart + std::chrono::hours(2000)), (Registers{0xFFFF, 0xFFFF}));
 }
 
-TEST(GatewayBlock, CountsAndSaturates) {
+TEST(GatewayBlock, CountersSaturate) {
   const GatewayFigures info{1, 2, 3, 70000s, 4, 3, 70000, 12};
   ModbusCounters counters;
   counters.clients = 5;
@@ -471,7 +471,7 @@ std::vector<std::uint16_t> Part(const EventBlock& block, std::size_t from, std::
           block.begin() + static_cast<std::ptrdiff_t>(from + count)};
 }
 
-TEST(EventBlockTest, HasTheFieldsInTheirPlaces) {
+TEST(EventBlockTest, HasItsFieldsAtTheDocumentedRegisters) {
   events::EventFeed::Page shown{.newest = 0x12345, .oldest = 0x10002, .lost = 0x30004};
   auto& event = shown.events.emplace_back();
   event.seq = 0x10003;
@@ -488,7 +488,7 @@ TEST(EventBlockTest, HasTheFieldsInTheirPlaces) {
   EXPECT_THAT(Part(block, 20, 60), Each(0));
 }
 
-TEST(EventBlockTest, HasSevenRecordsAndNoMore) {
+TEST(EventBlockTest, HasAtMostSevenRecords) {
   events::EventFeed::Page shown;
   for (std::int64_t seq = 1; seq <= 9; ++seq) shown.events.emplace_back().seq = seq;
   const EventBlock block = EventBlockOf(shown, 0);
@@ -496,7 +496,7 @@ TEST(EventBlockTest, HasSevenRecordsAndNoMore) {
   for (std::size_t i = 0; i < 7; ++i) EXPECT_EQ(block[11 + 10 * i], i + 1);
 }
 
-TEST(EventBlockTest, ShowsWhatDoesNotFitAsFarAsItCan) {
+TEST(EventBlockTest, ClampsFieldsThatDoNotFit) {
   events::EventFeed::Page shown{.newest = (std::int64_t{1} << 32) + 5, .lost = ~0ULL};
   auto& event = shown.events.emplace_back();
   event.seq = shown.newest;

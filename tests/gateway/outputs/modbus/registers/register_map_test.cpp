@@ -49,7 +49,7 @@ class RegisterMapTest : public testing::Test {
   std::vector<Piece> pieces_;
 };
 
-TEST_F(RegisterMapTest, UnitsFindTheirDevices) {
+TEST_F(RegisterMapTest, UnitsAreMappedToTheirDevices) {
   EXPECT_EQ(map_.unit(5).device, 0U);
   EXPECT_EQ(map_.unit(7).device, 1U);
   EXPECT_EQ(map_.unit(7).kind, UnitMap::Kind::device);
@@ -58,7 +58,7 @@ TEST_F(RegisterMapTest, UnitsFindTheirDevices) {
   EXPECT_EQ(map_.unit(255).kind, UnitMap::Kind::gateway);
 }
 
-TEST_F(RegisterMapTest, DevicesWithoutAUnitAndOnOtherLinesStillCount) {
+TEST_F(RegisterMapTest, DevicesWithoutAUnitAreCountedInDeviceNumbers) {
   config::Config config = MakeConfig({MakeDevice(1, {}), MakeDevice(2, {})});
   config.lines[0].devices[0].unit.reset();
   config.lines.push_back(MakeConfig({MakeDevice(3, {})}).lines[0]);
@@ -68,7 +68,7 @@ TEST_F(RegisterMapTest, DevicesWithoutAUnitAndOnOtherLinesStillCount) {
   EXPECT_EQ(map.unit(3).device, 2U);
 }
 
-TEST_F(RegisterMapTest, NeighboursAreDividedIntoTheirValues) {
+TEST_F(RegisterMapTest, ARangeIsDividedIntoItsValues) {
   ASSERT_EQ(Read(0, 7), kNone);
   ASSERT_EQ(pieces_.size(), 3U);
   EXPECT_EQ(pieces_[1].index, 1U);
@@ -78,7 +78,7 @@ TEST_F(RegisterMapTest, NeighboursAreDividedIntoTheirValues) {
   EXPECT_EQ(pieces_[2].count, 4);
 }
 
-TEST_F(RegisterMapTest, OneUnmappedAddressSpoilsTheRange) {
+TEST_F(RegisterMapTest, AnUnmappedAddressRefusesTheWholeRange) {
   EXPECT_EQ(Read(7, 1), kIllegalAddress);
   EXPECT_EQ(Read(3, 6), kIllegalAddress);
   EXPECT_EQ(Read(2, 6), kIllegalAddress) << "unmapped counts before cut";
@@ -86,7 +86,7 @@ TEST_F(RegisterMapTest, OneUnmappedAddressSpoilsTheRange) {
   EXPECT_EQ(Read(65535, 1), kIllegalAddress);
 }
 
-TEST_F(RegisterMapTest, PartOfAValueIsRefused) {
+TEST_F(RegisterMapTest, AReadOfHalfAValueIsRefused) {
   EXPECT_EQ(Read(1, 1), kIllegalValue);
   EXPECT_EQ(Read(2, 1), kIllegalValue);
   EXPECT_EQ(Read(0, 2), kIllegalValue);
@@ -114,7 +114,7 @@ TEST_F(RegisterMapTest, MirrorsMayBeReadInParts) {
   EXPECT_EQ(Read(29000, 1), kIllegalAddress) << "the status block has no quality";
 }
 
-TEST_F(RegisterMapTest, EdgesOfTheAreas) {
+TEST_F(RegisterMapTest, AdjacentAreasAreReadTogether) {
   EXPECT_EQ(Read(8999, 1), kNone);
   EXPECT_EQ(Read(9100, 1), kNone);
   EXPECT_EQ(Read(19999, 1), kNone);
@@ -125,7 +125,7 @@ TEST_F(RegisterMapTest, EdgesOfTheAreas) {
   EXPECT_EQ(Read(59999, 2), kIllegalAddress);
 }
 
-TEST_F(RegisterMapTest, StatusBlock) {
+TEST_F(RegisterMapTest, TheStatusBlockIsReadInWholeFields) {
   ASSERT_EQ(Read(9000, 16), kNone);
   EXPECT_EQ(pieces_[0].area, Area::status);
   EXPECT_EQ(Read(9004, 4), kNone);
@@ -140,7 +140,7 @@ TEST_F(RegisterMapTest, StatusBlock) {
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 0, 1, pieces_), kIllegalAddress);
 }
 
-TEST_F(RegisterMapTest, EventBlock) {
+TEST_F(RegisterMapTest, TheEventBlockIsReadInWholeFields) {
   const struct {
     std::uint16_t start;
     std::uint16_t count;
@@ -176,7 +176,7 @@ TEST_F(RegisterMapTest, EventBlock) {
   EXPECT_EQ(PlanRead(map_.unit(255), Table::registers, 9000, 96, pieces_, Holes::zero), kNone);
 }
 
-TEST_F(RegisterMapTest, BitsAreATableOfTheirOwn) {
+TEST_F(RegisterMapTest, BitsHaveTheirOwnTable) {
   EXPECT_EQ(Read(0, 2, Table::bits), kNone);
   EXPECT_EQ(Read(0, 3, Table::bits), kIllegalAddress);
   EXPECT_EQ(Read(20005, 1, Table::bits), kNone);
@@ -196,7 +196,7 @@ TEST_F(RegisterMapTest, WritesCoverWholePoints) {
   EXPECT_EQ(Write(1, 2, Table::bits), kIllegalAddress);
 }
 
-TEST(RegisterMap, WhatTheCheckLetThroughByMistakeIsNotServed) {
+TEST(RegisterMap, PointsAtReservedAddressesAreNotServed) {
   const config::Config config =
       MakeConfig({MakeDevice(1, {MakePoint(Type::int16, 1), MakePoint(Type::float32, 0),
                                  MakePoint(Type::float32, 8999), MakePoint(Type::int16, 9050),
@@ -206,7 +206,7 @@ TEST(RegisterMap, WhatTheCheckLetThroughByMistakeIsNotServed) {
   EXPECT_EQ(map.unit(1).registers[0].point, 0U);
 }
 
-TEST_F(RegisterMapTest, HolesAreOnePieceEachWhereTheListenerLetsThemPass) {
+TEST_F(RegisterMapTest, EachHoleIsOnePieceWhereTheListenerAllowsHoles) {
   EXPECT_EQ(ReadOver(3, 6), kNone) << "int64 at 3, nothing at 7, int16 at 8";
   ASSERT_EQ(pieces_.size(), 3U);
   EXPECT_EQ(pieces_[1].area, Area::hole);
@@ -266,7 +266,7 @@ TEST(Encode, SixteenBitsHaveNoWordOrder) {
   }
 }
 
-TEST(Encode, Numbers) {
+TEST(Encode, NumbersOfEveryType) {
   EXPECT_EQ(Encode(Type::int16, std::int64_t{-2}), Registers{0xFFFE});
   EXPECT_EQ(Encode(Type::int32, std::int64_t{-2}), (Registers{0xFFFF, 0xFFFE}));
   EXPECT_EQ(Encode(Type::int64, std::int64_t{-2}), (Registers{0xFFFF, 0xFFFF, 0xFFFF, 0xFFFE}));
@@ -278,7 +278,7 @@ TEST(Encode, Numbers) {
   EXPECT_EQ(Encode(Type::uint16, true), Registers{1});
 }
 
-TEST(Encode, WhatDoesNotFitIsRefusedAndNeverWraps) {
+TEST(Encode, RefusesNumbersThatDoNotFit) {
   EXPECT_TRUE(Encode(Type::int16, std::int64_t{32768}).empty());
   EXPECT_TRUE(Encode(Type::int16, std::int64_t{-32769}).empty());
   EXPECT_TRUE(Encode(Type::uint16, std::int64_t{-1}).empty());
@@ -323,7 +323,7 @@ TEST(Decode, ReversesEveryEncoding) {
   }
 }
 
-TEST(Decode, RefusesWhatIsNoValue) {
+TEST(Decode, RefusesInvalidRegisters) {
   EXPECT_FALSE(Decode(Type::boolean, {2}));
   EXPECT_FALSE(Decode(Type::float32, {0x7FC0, 0}));
   EXPECT_FALSE(Decode(Type::float64, {0x7FF0, 0, 0, 0}));
@@ -331,7 +331,7 @@ TEST(Decode, RefusesWhatIsNoValue) {
   EXPECT_FALSE(Decode(Type::int16, {}));
 }
 
-TEST(EightBits, HaveARegisterOfTheirOwnAndTheirRange) {
+TEST(EightBits, HaveTheirOwnRegisterAndRange) {
   EXPECT_EQ(Encode(Type::int8, std::int64_t{-5}), Registers{0xFFFB});
   EXPECT_EQ(Encode(Type::uint8, std::int64_t{255}), Registers{255});
   EXPECT_TRUE(Encode(Type::int8, std::int64_t{128}).empty());
@@ -342,7 +342,7 @@ TEST(EightBits, HaveARegisterOfTheirOwnAndTheirRange) {
   EXPECT_FALSE(Decode(Type::uint8, {0x0100}));
 }
 
-TEST(NoValue, CanNotBeTakenForAReading) {
+TEST(NoValue, IsAnImpossibleReadingOfEachType) {
   const auto no_value = [](Type type) {
     const config::Point point = MakePoint(type, 0);
     Registers out(config::RegisterCount(point), 0xEEEE);
@@ -382,7 +382,7 @@ TEST(Shown, GoodAndUncertainValuesAreServed) {
   }
 }
 
-TEST(Shown, OnBadDecidesWhatIsTooOld) {
+TEST(Shown, OnBadDecidesHowAnExpiredValueIsShown) {
   config::Point with_value = MakePoint(Type::int16, 0);
   with_value.on_fault = {config::OnFault::Kind::value, -1};
   for (const Quality quality : kTooOld) {
@@ -401,7 +401,7 @@ TEST(Shown, OnBadDecidesWhatIsTooOld) {
   }
 }
 
-TEST(Shown, FaultsOfAChannelNeverSpoilABlock) {
+TEST(Shown, AFaultOfAChannelIsNoExceptionForItsBlock) {
   using Kind = config::OnFault::Kind;
   const auto show = [](Type type, Kind kind, Quality quality, bool held) {
     config::Point point = MakePoint(type, 0);

@@ -41,19 +41,19 @@ class WriteRequestTest : public testing::Test {
 };
 
 /// The first value is good, but is not written either.
-TEST_F(WriteRequestTest, OneBadValueRefusesAll) {
+TEST_F(WriteRequestTest, ABadValueRefusesAllValues) {
   EXPECT_EQ(Decode("10 00 00 00 03 06 00 07 00 00 7F C0"), kIllegalValue);
   EXPECT_TRUE(parts_.empty());
 }
 
-TEST_F(WriteRequestTest, SingleRegister) {
+TEST_F(WriteRequestTest, WritesASingleRegister) {
   ASSERT_EQ(Decode("06 00 00 FF FE"), kNoException);
   ASSERT_EQ(parts_.size(), 1U);
   EXPECT_EQ(parts_[0].point, 0U);
   EXPECT_EQ(parts_[0].value, Value(std::int64_t{-2}));
 }
 
-TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
+TEST_F(WriteRequestTest, WritesSeveralPointsInTheirOrderAndWordOrder) {
   ASSERT_EQ(Decode("10 00 00 00 05 0A 00 07 20 00 47 F1 4F 4B 00 00"), kNoException);
   ASSERT_EQ(parts_.size(), 3U);
   EXPECT_EQ(parts_[0].value, Value(std::int64_t{7}));
@@ -61,7 +61,7 @@ TEST_F(WriteRequestTest, SeveralPointsInTheirOrderAndWordOrder) {
   EXPECT_EQ(parts_[2].value, Value(std::string("OK")));
 }
 
-TEST_F(WriteRequestTest, HalfAValueReadOnlyAndUnmapped) {
+TEST_F(WriteRequestTest, RefusesHalfAValueReadOnlyAndUnmappedRegisters) {
   EXPECT_EQ(Decode("06 00 01 00 00"), kIllegalValue);
   EXPECT_EQ(Decode("10 00 00 00 02 04 00 00 00 00"), kIllegalValue);
   EXPECT_EQ(Decode("06 00 08 00 00"), kIllegalAddress);
@@ -73,7 +73,7 @@ TEST_F(WriteRequestTest, AFloatThatIsNoNumberIsRefused) {
   EXPECT_EQ(Decode("10 00 01 00 02 04 00 00 7F C0"), kIllegalValue);
 }
 
-TEST_F(WriteRequestTest, Coils) {
+TEST_F(WriteRequestTest, WritesCoils) {
   ASSERT_EQ(Decode("05 00 02 FF 00"), kNoException);
   EXPECT_EQ(parts_[0].point, 6U);
   EXPECT_EQ(parts_[0].value, Value(true));
@@ -112,7 +112,7 @@ TEST_F(SelectRequestTest, TheRegisterOfAPointIs60000Beyond) {
   EXPECT_FALSE(IsSelectKey(request_));
 }
 
-TEST_F(SelectRequestTest, NothingElseSelects) {
+TEST_F(SelectRequestTest, OtherWritesDoNotSelect) {
   EXPECT_EQ(Selected("06 EA 62 C0 DE"), std::nullopt) << "its point needs no selection";
   EXPECT_EQ(Selected("06 00 00 C0 DE"), std::nullopt);
   EXPECT_EQ(Selected("05 EA 60 FF 00"), std::nullopt);

@@ -11,7 +11,7 @@
 namespace baudgate::modbus {
 namespace {
 
-TEST_F(MasterSessionTest, ReadsComeFromTheStore) {
+TEST_F(MasterSessionTest, ReadsAreAnsweredFromTheStore) {
   Begin();
   AskForTheValue();
   AskForTheValue();
@@ -27,7 +27,7 @@ TEST_F(MasterSessionTest, AWriteIsAnsweredWhenTheDeviceHasConfirmedIt) {
   Expect(1, "06 00 00 00 07");
 }
 
-TEST_F(MasterSessionTest, ExceptionsOfTheUnitAreAnswered) {
+TEST_F(MasterSessionTest, ExceptionsOfTheUnitAreSentToTheMaster) {
   Begin();
   Say(1, "03 10 00 00 01");
   Expect(1, "83 02");
@@ -37,7 +37,7 @@ TEST_F(MasterSessionTest, ExceptionsOfTheUnitAreAnswered) {
   Expect(1, "86 04");
 }
 
-TEST_F(MasterSessionTest, RoutedRequestsPassAsTheyAre) {
+TEST_F(MasterSessionTest, RoutedRequestsAreForwardedUnchanged) {
   Begin();
   Say(20, "03 00 C8 00 01");
   ASSERT_EQ(target_.requests.size(), 1U);
@@ -47,7 +47,7 @@ TEST_F(MasterSessionTest, RoutedRequestsPassAsTheyAre) {
   Expect(20, "03 02 09 C4");
 }
 
-TEST_F(MasterSessionTest, WhatNobodyAnswersEndsAtItsDeadline) {
+TEST_F(MasterSessionTest, AnUnansweredRequestEndsAtItsDeadline) {
   listener().errors = config::Listener::Errors::exception;
   config_.modbus.routes[0].deadline = 2500ms;
   Begin();
@@ -69,7 +69,7 @@ TEST_F(MasterSessionTest, ARequestMayComeInAnyPieces) {
   Expect(1, "03 02 FF FE");
 }
 
-TEST_F(MasterSessionTest, HalfARequestIsDamageAfterTheGap) {
+TEST_F(MasterSessionTest, HalfARequestIsCountedAsDamagedAfterTheGap) {
   Begin();
   Hear(ParseHex("01 03 00").value());
   Pass(19ms);
@@ -91,7 +91,7 @@ TEST_F(MasterSessionTest, AfterGarbageAndASilenceTheNextRequestIsAnswered) {
   EXPECT_EQ(Master().damaged, 1U);
 }
 
-TEST_F(MasterSessionTest, DriverNoiseBeforeARequestIsPassedOver) {
+TEST_F(MasterSessionTest, DriverNoiseBeforeARequestIsIgnored) {
   Begin();
   Bytes bytes = ParseHex("FF 00").value();
   Append(bytes, View(Rtu(1, "03 00 00 00 01")));
@@ -116,7 +116,7 @@ TEST_F(MasterSessionTest, DamageIsCountedAndNotAnswered) {
   AskForTheValue();
 }
 
-TEST_F(MasterSessionTest, OthersOnTheBusAreNotDisturbed) {
+TEST_F(MasterSessionTest, ExchangesOfOtherSlavesAreNotAnswered) {
   Begin();
   const std::pair<std::string, std::string> exchanges[] = {
       {"03 00 C8 00 01", "03 02 09 C4"},    {"03 00 C8 00 02", "03 04 09 C4 00 CA"},
@@ -134,14 +134,14 @@ TEST_F(MasterSessionTest, OthersOnTheBusAreNotDisturbed) {
   EXPECT_EQ(commands(), 0U);
 }
 
-TEST_F(MasterSessionTest, UnitsThatAreNotMappedStaySilent) {
+TEST_F(MasterSessionTest, RequestsToUnmappedUnitsAreNotAnswered) {
   Begin();
   Say(77, "03 00 00 00 01");
   ExpectSilence();
   AskForTheValue();
 }
 
-TEST_F(MasterSessionTest, NobodyAnswersABroadcast) {
+TEST_F(MasterSessionTest, ABroadcastIsForwardedAndNotAnswered) {
   listener().broadcast = config::Listener::Broadcast::pass;
   Begin();
   Say(0, "06 00 08 00 00");
@@ -155,7 +155,7 @@ TEST_F(MasterSessionTest, NobodyAnswersABroadcast) {
   AskForTheValue();
 }
 
-TEST_F(MasterSessionTest, AMasterThatAsksAnewHasGivenUp) {
+TEST_F(MasterSessionTest, ARepeatedRequestReplacesTheUnansweredRequest) {
   Begin();
   Say(20, "03 00 C8 00 01");
   Say(20, "03 00 C8 00 01");
@@ -167,7 +167,7 @@ TEST_F(MasterSessionTest, AMasterThatAsksAnewHasGivenUp) {
   AskForTheValue();
 }
 
-TEST_F(MasterSessionTest, AMasterThatAsksAnotherSlaveHasGivenUp) {
+TEST_F(MasterSessionTest, ARequestToAnotherSlaveCancelsTheUnansweredRequest) {
   Begin();
   Say(20, "03 00 C8 00 01");
   Say(5, "03 00 C8 00 01");
@@ -176,7 +176,7 @@ TEST_F(MasterSessionTest, AMasterThatAsksAnotherSlaveHasGivenUp) {
   ExpectSilence();
 }
 
-TEST_F(MasterSessionTest, BytesBehindARequestAreHeardOutBeforeTheReply) {
+TEST_F(MasterSessionTest, AReplyWaitsForTrailingBytesOfARequest) {
   Begin();
   Bytes bytes = Rtu(1, "03 00 00 00 01");
   bytes.push_back(0x00);
@@ -188,7 +188,7 @@ TEST_F(MasterSessionTest, BytesBehindARequestAreHeardOutBeforeTheReply) {
   EXPECT_EQ(Master().damaged, 1U) << "it was sent into what might have become a request";
 }
 
-TEST_F(MasterSessionTest, AReplyKeepsTheQuietOfTheBus) {
+TEST_F(MasterSessionTest, AReplyWaitsForTheSilenceOfTheBus) {
   Begin();
   Say(1, "03 00 00 00 01");
   const Instant asked = now_.instant;
@@ -198,7 +198,7 @@ TEST_F(MasterSessionTest, AReplyKeepsTheQuietOfTheBus) {
   EXPECT_GE(sent_at_.at(0) - asked, LineTime(7) / 2) << "3.5 characters";
 }
 
-TEST_F(MasterSessionTest, TheMasterIsAClientLikeOthers) {
+TEST_F(MasterSessionTest, TheMasterIsCountedAsAClient) {
   Begin();
   AskForTheValue();
   EXPECT_EQ(Client().peer, listener().path);
@@ -207,7 +207,7 @@ TEST_F(MasterSessionTest, TheMasterIsAClientLikeOthers) {
   EXPECT_EQ(Client().bytes_out, 7U);
 }
 
-TEST_F(MasterSessionTest, RequestsToOthersAreNotCountedAsItsOwn) {
+TEST_F(MasterSessionTest, RequestsToOtherSlavesAreNotCountedAsClientRequests) {
   Begin();
   for (int i = 0; i < 5; ++i) Say(5, "03 00 C8 00 01");
   AskForTheValue();
@@ -215,7 +215,7 @@ TEST_F(MasterSessionTest, RequestsToOthersAreNotCountedAsItsOwn) {
   EXPECT_EQ(Client().requests, 1U);
 }
 
-TEST_F(MasterSessionTest, WhatIsAnsweredAfterTheEndIsDropped) {
+TEST_F(MasterSessionTest, AReplyAfterTheEndOfTheSessionIsDropped) {
   Begin();
   Say(20, "03 00 C8 00 01");
   session_.reset();
@@ -284,7 +284,7 @@ class MasterEchoTest : public MasterSessionTest {
   Duration Latest() { return LineTime(8) + 50ms; }
 };
 
-TEST_F(MasterEchoTest, OffAnEchoIsNotCarriedOutAndCounted) {
+TEST_F(MasterEchoTest, OffAnEchoIsNotExecutedButCounted) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
   Say(1, kWriteZero);
@@ -313,7 +313,7 @@ TEST_F(MasterEchoTest, OffAnEchoMayBe50MillisecondsAndItsLineTimeLate) {
   EXPECT_EQ(Master().echoes, 1U);
 }
 
-TEST_F(MasterEchoTest, OffWhatComesLaterIsTheMasters) {
+TEST_F(MasterEchoTest, OffALaterFrameIsARequest) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
   HearAt(Rtu(1, kWriteZero), Latest() + 1ms);
@@ -321,7 +321,7 @@ TEST_F(MasterEchoTest, OffWhatComesLaterIsTheMasters) {
   EXPECT_EQ(Master().echoes, 0U);
 }
 
-TEST_F(MasterEchoTest, OffAMasterMayWriteTheSameAgainAndAgain) {
+TEST_F(MasterEchoTest, OffTheMasterMayRepeatAWriteAfterTheEchoTime) {
   BeginWith(config::Listener::Echo::off);
   for (int i = 0; i < 3; ++i) {
     WriteOnce();
@@ -330,7 +330,7 @@ TEST_F(MasterEchoTest, OffAMasterMayWriteTheSameAgainAndAgain) {
   EXPECT_EQ(Master().echoes, 0U);
 }
 
-TEST_F(MasterEchoTest, OffAMasterThatRepeatsAtOnceIsHeardTheSecondTime) {
+TEST_F(MasterEchoTest, OffAWriteRepeatedAtOnceIsExecutedTheSecondTime) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
   Pass(LineTime(8) + 4ms);
@@ -340,7 +340,7 @@ TEST_F(MasterEchoTest, OffAMasterThatRepeatsAtOnceIsHeardTheSecondTime) {
   WriteOnce();
 }
 
-TEST_F(MasterEchoTest, OffTheEchoOfAnExceptionIsNeitherRequestNorDamage) {
+TEST_F(MasterEchoTest, OffTheEchoOfAnExceptionIsNotCountedAsFrameOrDamage) {
   BeginWith(config::Listener::Echo::off);
   Say(1, "03 10 00 00 01");
   Pass(session_->Deadline().value() - now_.instant);
@@ -351,7 +351,7 @@ TEST_F(MasterEchoTest, OffTheEchoOfAnExceptionIsNeitherRequestNorDamage) {
   EXPECT_EQ(Master().damaged, 0U);
 }
 
-TEST_F(MasterEchoTest, OffOnlyTheFirstFrameBehindAReplyIsItsEcho) {
+TEST_F(MasterEchoTest, OffOnlyTheFirstFrameBehindAReplyCanBeAnEcho) {
   BeginWith(config::Listener::Echo::off);
   WriteOnce();
   Say(20, "03 00 C8 00 01");
@@ -360,7 +360,7 @@ TEST_F(MasterEchoTest, OffOnlyTheFirstFrameBehindAReplyIsItsEcho) {
   EXPECT_EQ(Master().echoes, 0U);
 }
 
-TEST_F(MasterEchoTest, StripAnEchoIsTakenOutAndTheNextWriteIsTheMasters) {
+TEST_F(MasterEchoTest, StripAnEchoIsRemovedAndTheNextWriteIsExecuted) {
   BeginWith(config::Listener::Echo::strip);
   for (int i = 0; i < 3; ++i) {
     WriteOnce();
@@ -405,7 +405,7 @@ class EveryMasterEchoTest : public MasterEchoTest,
   bool Off() const { return GetParam() == config::Listener::Echo::off; }
 };
 
-TEST_P(EveryMasterEchoTest, ADamagedEchoIsDamageAndTheNextWriteIsTheMasters) {
+TEST_P(EveryMasterEchoTest, ADamagedEchoIsCountedAndTheNextWriteIsExecuted) {
   BeginWith(GetParam());
   WriteOnce();
   Bytes echo = Rtu(1, kWriteZero);
@@ -418,7 +418,7 @@ TEST_P(EveryMasterEchoTest, ADamagedEchoIsDamageAndTheNextWriteIsTheMasters) {
   WriteOnce();
 }
 
-TEST_P(EveryMasterEchoTest, AnEchoBehindNoiseIsFound) {
+TEST_P(EveryMasterEchoTest, AnEchoBehindNoiseIsNotExecuted) {
   BeginWith(GetParam());
   WriteOnce();
   Bytes bytes = ParseHex("FF 00").value();
@@ -459,7 +459,7 @@ TEST(ReplyEcho, BeforeTheFirstReplyEverythingPasses) {
   }
 }
 
-TEST(ReplyEcho, OffBytesPassAndFramesAreKnown) {
+TEST(ReplyEcho, OffBytesPassAndEchoFramesAreRecognised) {
   struct Row {
     std::string reply, frame;
     Instant ended;
@@ -478,7 +478,7 @@ TEST(ReplyEcho, OffBytesPassAndFramesAreKnown) {
   }
 }
 
-TEST(ReplyEcho, StripTakesAnEchoOutInAnyPieces) {
+TEST(ReplyEcho, StripRemovesAnEchoInAnyPieces) {
   for (std::size_t cut = 1; cut < 7; ++cut) {
     ReplyEcho echo(strip);
     echo.OnSent(Hex(kValueFrame), kUntil);
@@ -489,7 +489,7 @@ TEST(ReplyEcho, StripTakesAnEchoOutInAnyPieces) {
   }
 }
 
-TEST(ReplyEcho, StripGivesBackWhatOnlyBeginsLikeTheReply) {
+TEST(ReplyEcho, StripReturnsBytesThatOnlyBeginLikeTheReply) {
   ReplyEcho echo(strip);
   echo.OnSent(Hex(kValueFrame), kUntil);
   EXPECT_EQ(Filter(echo, "14 03"), "");
@@ -499,7 +499,7 @@ TEST(ReplyEcho, StripGivesBackWhatOnlyBeginsLikeTheReply) {
   EXPECT_EQ(ToHex(echo.OnSilence()), "14 03");
 }
 
-TEST(ReplyEcho, StripOneReplyHasOneEcho) {
+TEST(ReplyEcho, StripRemovesOneEchoPerReply) {
   ReplyEcho echo(strip);
   echo.OnSent(Hex(kWriteFrame), kUntil);
   EXPECT_EQ(Filter(echo, kWriteFrame), "");

@@ -19,7 +19,7 @@ TEST_F(SerialListenerTest, AMasterIsAnswered) {
   Expect(20, "03 02 09 C4");
 }
 
-TEST_F(SerialListenerTest, NobodyHasToSweepForADeadline) {
+TEST_F(SerialListenerTest, ADeadlineIsAnsweredWithoutASweep) {
   listener().errors = config::Listener::Errors::exception;
   config_.modbus.routes[0].deadline = 10ms;
   Begin();
@@ -27,7 +27,7 @@ TEST_F(SerialListenerTest, NobodyHasToSweepForADeadline) {
   Expect(20, "83 0B");
 }
 
-TEST_F(SerialListenerTest, AReplyKeepsTheQuietOfTheBus) {
+TEST_F(SerialListenerTest, AReplyWaitsForTheSilenceOfTheBus) {
   listener().serial.baud = 300;
   Begin();
   const Instant asked = ReadClocks().instant;
@@ -36,7 +36,7 @@ TEST_F(SerialListenerTest, AReplyKeepsTheQuietOfTheBus) {
   EXPECT_GE(ReadClocks().instant - asked, 128ms);
 }
 
-TEST_F(SerialListenerTest, AnAbsentPortIsOpenedWhenItAppearsAndAgainWhenItReturns) {
+TEST_F(SerialListenerTest, AnAbsentPortIsOpenedEachTimeItAppears) {
   Open();
   ASSERT_TRUE(RunUntil(io_, [&] { return Master().text != "not opened yet"; }));
   EXPECT_FALSE(Master().is_open);
@@ -56,7 +56,7 @@ TEST_F(SerialListenerTest, AnAbsentPortIsOpenedWhenItAppearsAndAgainWhenItReturn
   }
 }
 
-TEST_F(SerialListenerTest, ThePortOfOneThatIsLeftIsClosedBesideTheServer) {
+TEST_F(SerialListenerTest, ALeftListenerReleasesItsPort) {
   Begin();
   AskForTheValue();
   serial_->Leave();
@@ -70,7 +70,7 @@ TEST_F(SerialListenerTest, ThePortOfOneThatIsLeftIsClosedBesideTheServer) {
   AskForTheValue();
 }
 
-TEST_F(SerialListenerTest, WhatIsAnsweredAfterTheEndIsDropped) {
+TEST_F(SerialListenerTest, AReplyAfterTheEndOfTheListenerIsDropped) {
   Begin();
   Say(20, "03 00 C8 00 01");
   ASSERT_TRUE(RunUntil(io_, [&] { return target_.requests.size() == 1; }));

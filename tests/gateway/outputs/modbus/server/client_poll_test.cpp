@@ -72,13 +72,13 @@ class ClientPollTest : public testing::Test {
   std::deque<TestClient> all_;
 };
 
-TEST_F(ClientPollTest, MoreThanOneBatchIsServedOnceEach) {
+TEST_F(ClientPollTest, EachClientOfSeveralBatchesIsServedOnce) {
   for (int i = 0; i < 300; ++i) Join().Send();
   io_.poll();
   for (const TestClient& client : all_) EXPECT_EQ(client.told, 1);
 }
 
-TEST_F(ClientPollTest, WhatIsNotReadIsToldAgainAndOtherWorkHasItsTurn) {
+TEST_F(ClientPollTest, UnreadDataIsReportedAgainAndOtherWorkStillRuns) {
   TestClient& lazy = Join();
   TestClient& other = Join();
   lazy.reads = other.reads = false;
@@ -91,7 +91,7 @@ TEST_F(ClientPollTest, WhatIsNotReadIsToldAgainAndOtherWorkHasItsTurn) {
   EXPECT_GE(other.told, 900);
 }
 
-TEST_F(ClientPollTest, AClientThatAnotherRemovesIsNotTold) {
+TEST_F(ClientPollTest, ARemovedClientIsNotNotified) {
   TestClient& first = Join();
   TestClient& second = Join();
   first.then = [&] { second.Leave(); };
@@ -102,7 +102,7 @@ TEST_F(ClientPollTest, AClientThatAnotherRemovesIsNotTold) {
   EXPECT_EQ(first.told + second.told, 1);
 }
 
-TEST_F(ClientPollTest, TheOnlyClientIsServedAloneUntilAnotherComes) {
+TEST_F(ClientPollTest, ASingleClientIsServedUntilAnotherClientJoins) {
   TestClient& only = Join();
   for (int i = 1; i <= 3; ++i) {
     only.Send();
@@ -121,7 +121,7 @@ TEST_F(ClientPollTest, TheOnlyClientIsServedAloneUntilAnotherComes) {
   EXPECT_EQ(other.told, 2);
 }
 
-TEST_F(ClientPollTest, TheOnlyClientIsToldOfWhatItWatchesNow) {
+TEST_F(ClientPollTest, ASingleClientGetsOnlyTheEventsThatItWatches) {
   TestClient& only = Join();
   only.Send();
   io_.poll();
@@ -186,14 +186,14 @@ class ClientSessionTest : public ServiceTest, private ClientSession::Owner {
 
 constexpr const char* kReadFirst = "03 00 00 00 01";
 
-TEST_F(ClientSessionTest, AReadIsAnsweredAtOnce) {
+TEST_F(ClientSessionTest, ACachedReadIsAnsweredAtOnce) {
   Connect();
   Say(Frame(1, kReadFirst));
   EXPECT_EQ(Received(), "12 34 00 00 00 05 01 03 02 FF FE");
   EXPECT_EQ(sweep_at_, Instant::max()) << "nothing waits";
 }
 
-TEST_F(ClientSessionTest, AnIdleClientIsClosedAfterItsTime) {
+TEST_F(ClientSessionTest, AnIdleClientIsClosedAfterTheIdleTimeout) {
   listener().idle_timeout = 5min;
   Connect();
   Say(Frame(1, kReadFirst));
@@ -294,7 +294,7 @@ TEST_F(LibmodbusTest, ReadsTheLargestBlocks) {
   for (std::size_t i = 0; i < 2000; ++i) ASSERT_EQ(bits[i], (i + 125) % 3 == 0 ? 0 : 1) << i;
 }
 
-TEST_F(LibmodbusTest, SeesExceptions) {
+TEST_F(LibmodbusTest, ReceivesExceptions) {
   StartServer();
   ConnectLibmodbus();
   std::uint16_t value = 0;
@@ -309,7 +309,7 @@ TEST_F(LibmodbusTest, SeesExceptions) {
   EXPECT_EQ(errno, EMBXGPATH);
 }
 
-TEST_F(LibmodbusTest, Writes) {
+TEST_F(LibmodbusTest, WritesValues) {
   sink_.answer = WriteEnd::ok;
   StartServer();
   ConnectLibmodbus();

@@ -80,7 +80,7 @@ class EventRing : public ServerTest {
   std::thread events_;
 };
 
-TEST_F(EventRing, OfADeviceIsReadWithoutAGapThatIsNotTold) {
+TEST_F(EventRing, OfADeviceReportsEachLostEvent) {
   const Json told = Read(1);
   ASSERT_TRUE(told.is_object());
   EXPECT_THAT(told["wrong"], SizeIs(0)) << told["wrong"];
@@ -100,7 +100,7 @@ TEST_F(EventRing, OfADeviceIsReadWithoutAGapThatIsNotTold) {
   EXPECT_GT(seen, own / 4);
 }
 
-TEST_F(EventRing, OfTheGatewayHasAll) {
+TEST_F(EventRing, OfTheGatewayContainsTheEventsOfAllDevices) {
   const Json told = Read(255);
   ASSERT_TRUE(told.is_object());
   EXPECT_THAT(told["wrong"], SizeIs(0)) << told["wrong"];

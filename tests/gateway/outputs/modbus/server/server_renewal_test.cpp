@@ -62,7 +62,7 @@ class RenewalTest : public RouteTest {
   config::Config next_;
 };
 
-TEST_F(RenewalTest, AClientOfAListenerThatIsTheSameReadsOnWithoutAnError) {
+TEST_F(RenewalTest, AClientOfAnUnchangedListenerContinuesWithoutAnError) {
   StartServer();
   std::atomic<bool> stop = false;
   std::atomic<int> read = 0;
@@ -142,7 +142,7 @@ TEST_F(RenewalTest, ListenersMayChangePlaces) {
   EXPECT_EQ(server_->port(1), first);
 }
 
-TEST_F(RenewalTest, AClientOfAPortThatIsOpenedWaitsUntilItIsApplied) {
+TEST_F(RenewalTest, AClientOfANewPortWaitsUntilTheReloadIsApplied) {
   StartServer();
   next_.modbus.listen.push_back(listener());
   Renewal renewal = Same(2, 0);
@@ -154,7 +154,7 @@ TEST_F(RenewalTest, AClientOfAPortThatIsOpenedWaitsUntilItIsApplied) {
   EXPECT_EQ(ToHex(early.ReceiveFrame()), "12 34 00 00 00 05 01 03 02 FF FE");
 }
 
-TEST_F(RenewalTest, APortThatIsTakenIsNamedAndNothingChanges) {
+TEST_F(RenewalTest, APortInUseIsNamedAndNothingChanges) {
   StartServer();
   const RawClient client = Connect();
   config::Listener taken = listener();
@@ -165,7 +165,7 @@ TEST_F(RenewalTest, APortThatIsTakenIsNamedAndNothingChanges) {
   EXPECT_EQ(Ask(client, 1, kOwn), "03 02 FF FE");
 }
 
-TEST_F(RenewalTest, APortThatIsOpenedInVainIsClosed) {
+TEST_F(RenewalTest, AnUnusedNewPortIsClosed) {
   StartServer();
   config::Listener more = listener();
   {
@@ -177,7 +177,7 @@ TEST_F(RenewalTest, APortThatIsOpenedInVainIsClosed) {
 }
 
 /// A rollback works like this: the configuration is applied although a port is missing.
-TEST_F(RenewalTest, APortThatIsTakenIsOpenedAsSoonAsThePortBeforeIsClosed) {
+TEST_F(RenewalTest, AnOccupiedPortIsOpenedWhenThePreviousListenerCloses) {
   StartServer();
   next_.modbus.listen[1].host = "0.0.0.0";
   next_.modbus.listen[1].port = server_->port(1);
@@ -190,7 +190,7 @@ TEST_F(RenewalTest, APortThatIsTakenIsOpenedAsSoonAsThePortBeforeIsClosed) {
   EXPECT_EQ(Ask(RawClient(server_->port(1)), 1, kOwn), "03 02 FF FE");
 }
 
-TEST_F(RenewalTest, APortThatIsMissingIsNamedAndMayGoAgain) {
+TEST_F(RenewalTest, AMissingPortIsNamedAndMayBeRemovedAgain) {
   StartServer();
   next_.modbus.listen.push_back(next_.modbus.listen[0]);
   next_.modbus.listen[2].port = server_->port(0);
@@ -212,7 +212,7 @@ TEST_F(RenewalTest, APortThatIsMissingIsNamedAndMayGoAgain) {
   EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
 }
 
-TEST_F(RenewalTest, ARequestUnderWayEndsAtItsOwnRouteAlsoWhenThatIsGone) {
+TEST_F(RenewalTest, APendingRequestEndsAtItsRemovedRoute) {
   Add(1, 20, 20);
   Add(2, 30, 30);
   next_ = config_;
@@ -233,7 +233,7 @@ TEST_F(RenewalTest, ARequestUnderWayEndsAtItsOwnRouteAlsoWhenThatIsGone) {
   EXPECT_EQ(server_->Traffic().routes[0].ok, 0U);
 }
 
-TEST_F(RenewalTest, RoutesThatAreTheSameKeepTheirCountersWhereverTheyStand) {
+TEST_F(RenewalTest, UnchangedRoutesKeepTheirCountersInAnyOrder) {
   Add(1, 20, 21);
   Add(2, 20, 30);
   next_ = config_;
@@ -259,7 +259,7 @@ TEST_F(RenewalTest, RoutesThatAreTheSameKeepTheirCountersWhereverTheyStand) {
   EXPECT_EQ(routes[2].ok, 1U);
 }
 
-TEST_F(RenewalTest, WithoutListenersItGoesOn) {
+TEST_F(RenewalTest, AllListenersMayBeRemovedAndAddedAgain) {
   StartServer();
   next_.modbus.listen.clear();
   Renew({});
@@ -302,11 +302,11 @@ int TakesItsOwn() {
   return passed.Take(Loopback(port)) ? 6 : 0;
 }
 
-TEST(PassedSocketsDeathTest, GoToTheListenerOfTheirAddress) {
+TEST(PassedSocketsDeathTest, AreMatchedToListenersByAddress) {
   EXPECT_EXIT(std::_Exit(TakesItsOwn()), ::testing::ExitedWithCode(0), "");
 }
 
-TEST(PassedSockets, AreNoneForAProcessThatIsNotMeant) {
+TEST(PassedSockets, AreIgnoredByAnotherProcess) {
   ::setenv("LISTEN_PID", "1", 1);
   ::setenv("LISTEN_FDS", "1", 1);
   {
@@ -335,7 +335,7 @@ config::Network Network(const std::string& address, int prefix) {
 
 TEST(Access, AnEmptyListAllowsEverybody) { EXPECT_TRUE(Allows({}, Peer("203.0.113.9"))); }
 
-TEST(Access, Ipv4NetworksEndWhereTheirPrefixSays) {
+TEST(Access, Ipv4NetworksEndAtTheirPrefix) {
   const std::vector list = {Network("10.0.0.0", 8), Network("192.0.2.128", 25)};
   EXPECT_TRUE(Allows(list, Peer("10.255.0.1")));
   EXPECT_FALSE(Allows(list, Peer("11.0.0.1")));
@@ -343,7 +343,7 @@ TEST(Access, Ipv4NetworksEndWhereTheirPrefixSays) {
   EXPECT_FALSE(Allows(list, Peer("192.0.2.127")));
 }
 
-TEST(Access, AMappedPeerIsItsIpv4Address) {
+TEST(Access, AMappedPeerIsTreatedAsItsIpv4Address) {
   const std::vector list = {Network("127.0.0.1", 32)};
   EXPECT_TRUE(Allows(list, Peer("::ffff:127.0.0.1")));
   EXPECT_FALSE(Allows(list, Peer("::ffff:127.0.0.2")));
@@ -356,7 +356,7 @@ TEST(Access, Ipv4BytesNeedNoMappedPrefix) {
   EXPECT_TRUE(Allows(std::vector{network}, Peer("127.0.0.1")));
 }
 
-TEST(Access, Ipv6Networks) {
+TEST(Access, Ipv6NetworksEndAtTheirPrefix) {
   const std::vector list = {Network("2001:db8::", 32), Network("::1", 128)};
   EXPECT_TRUE(Allows(list, Peer("2001:db8:1::5")));
   EXPECT_FALSE(Allows(list, Peer("2001:db9::5")));
@@ -364,13 +364,13 @@ TEST(Access, Ipv6Networks) {
   EXPECT_FALSE(Allows(list, Peer("127.0.0.1")));
 }
 
-TEST(Access, AllOfIpv4IsNotIpv6) {
+TEST(Access, TheIpv4NetworkOfAllDoesNotIncludeIpv6) {
   const std::vector list = {Network("0.0.0.0", 0)};
   EXPECT_TRUE(Allows(list, Peer("203.0.113.9")));
   EXPECT_FALSE(Allows(list, Peer("2001:db8::1")));
 }
 
-TEST(Access, TheFirstClientRuleThatFitsGivesThePriority) {
+TEST(Access, TheFirstMatchingClientRuleGivesThePriority) {
   using config::Priority;
   config::Listener listener;
   listener.priority = Priority::low;

@@ -13,7 +13,7 @@
 namespace baudgate::modbus {
 namespace {
 
-TEST_F(RouteTest, CachedUnitsAndRoutesLiveOnOneListener) {
+TEST_F(RouteTest, AListenerServesCachedUnitsAndRoutes) {
   Add(1, 20, 20);
   drive_.answer = Count;
   StartServer();
@@ -39,7 +39,7 @@ TEST_F(RouteTest, RepliesComeInTheOrderOfCompletion) {
   }
 }
 
-TEST_F(RouteTest, TheLongestAduPassesBothWaysInEveryCut) {
+TEST_F(RouteTest, TheLongestAduPassesBothWaysAtEveryCut) {
   Add(1, 20, 20);
   drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   StartServer();
@@ -65,7 +65,7 @@ TEST_F(RouteTest, ASilentListenerAnswersTheNextRequest) {
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE");
 }
 
-TEST_F(RouteTest, AClientThatLeavesIsForgotten) {
+TEST_F(RouteTest, ADisconnectedClientIsForgotten) {
   listener().max_clients = 1;
   Add(1, 20, 20);
   StartServer();
@@ -79,7 +79,7 @@ TEST_F(RouteTest, AClientThatLeavesIsForgotten) {
   EXPECT_EQ(server_->Traffic().routes[0].dropped, 1U);
 }
 
-TEST_F(RouteTest, TheServerMayBeGoneWhenTheSlaveAnswers) {
+TEST_F(RouteTest, TheServerMayHaveStoppedWhenTheSlaveAnswers) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
@@ -107,7 +107,7 @@ TEST_F(RouteTest, PriorityFollowsTheClientsAddress) {
   EXPECT_EQ(drive_.Wait(1).priority, config::Priority::low);
 }
 
-TEST_F(RouteTest, SixtyFourClientsThatConnectForEveryMessage) {
+TEST_F(RouteTest, SixtyFourClientsMayConnectForEveryMessage) {
   constexpr int kClients = 64;
   constexpr int kMessages = 20;
   Add(1, 20, 20);
@@ -176,7 +176,7 @@ TEST_F(LibmodbusRouteTest, WritesAndReadsInOneExchange) {
   EXPECT_EQ(ToHex(drive_.Wait(0).pdu), "17 00 C9 00 03 00 0D 00 02 04 BE EF 01 02");
 }
 
-TEST_F(LibmodbusRouteTest, SeesEveryExceptionOfTheGatewayAndTheSlave) {
+TEST_F(LibmodbusRouteTest, ReceivesEveryExceptionOfGatewayAndSlave) {
   Add(1, 20, 20);
   Add(2, 30, 30);
   pumps_.full = true;
@@ -198,7 +198,7 @@ TEST_F(LibmodbusRouteTest, SeesEveryExceptionOfTheGatewayAndTheSlave) {
   EXPECT_EQ(errno, EMBXGPATH);
 }
 
-TEST_F(RouteTest, ARouteLeadsToAServerElsewhere) {
+TEST_F(RouteTest, ARouteReachesARemoteServer) {
   ServerTest::StartServer();
   config::Config config = MakeConfig({});
   config.modbus.listen.resize(1);
@@ -250,7 +250,7 @@ class RtuOverTcpTest : public RouteTest {
   }
 };
 
-TEST_F(RtuOverTcpTest, CachedUnitsRoutesAndExceptions) {
+TEST_F(RtuOverTcpTest, ServesCachedUnitsRoutesAndExceptions) {
   Add(1, 20, 20);
   drive_.answer = Count;
   sink_.answer = WriteEnd::ok;
@@ -268,7 +268,7 @@ TEST_F(RtuOverTcpTest, CachedUnitsRoutesAndExceptions) {
   EXPECT_EQ(ToHex(client.Receive(255)).size(), 255 * 3U - 1);
 }
 
-TEST_F(RtuOverTcpTest, EveryCutOfARequest) {
+TEST_F(RtuOverTcpTest, ARequestIsAnsweredAtEveryCut) {
   Add(1, 20, 20);
   drive_.answer = Count;
   StartServer();
@@ -281,7 +281,7 @@ TEST_F(RtuOverTcpTest, EveryCutOfARequest) {
   }
 }
 
-TEST_F(RtuOverTcpTest, AClientThatAsksAnewHasGivenUp) {
+TEST_F(RtuOverTcpTest, ANewRequestCancelsTheUnansweredRequest) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
@@ -298,7 +298,7 @@ TEST_F(RtuOverTcpTest, AClientThatAsksAnewHasGivenUp) {
   EXPECT_EQ(server_->Traffic().routes[0].dropped, 1U);
 }
 
-TEST_F(RtuOverTcpTest, AWriteThatWasGivenUpIsNeverAnswered) {
+TEST_F(RtuOverTcpTest, ACancelledWriteIsNeverAnswered) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Rtu(1, "06 00 00 00 2A"));
@@ -310,7 +310,7 @@ TEST_F(RtuOverTcpTest, AWriteThatWasGivenUpIsNeverAnswered) {
   ExpectReply(client, 1, "03 06 FF FE 47 F1 20 00");
 }
 
-TEST_F(RtuOverTcpTest, OfRequestsThatComeTogetherTheLastIsAnswered) {
+TEST_F(RtuOverTcpTest, TheLastOfSeveralRequestsInOnePieceIsAnswered) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
@@ -324,7 +324,7 @@ TEST_F(RtuOverTcpTest, OfRequestsThatComeTogetherTheLastIsAnswered) {
   ExpectReply(client, 20, "03 02 00 02");
 }
 
-TEST_F(RtuOverTcpTest, NoAnswerGoesOutIntoTheNextRequest) {
+TEST_F(RtuOverTcpTest, NoReplyIsSentDuringTheNextRequest) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
@@ -341,7 +341,7 @@ TEST_F(RtuOverTcpTest, NoAnswerGoesOutIntoTheNextRequest) {
   ExpectReply(client, 1, "03 02 FF FE");
 }
 
-TEST_F(RtuOverTcpTest, BytesBehindARequestThatBecomeNoneDoNotKeepItsAnswer) {
+TEST_F(RtuOverTcpTest, TrailingNoiseDoesNotSuppressTheReply) {
   Add(1, 20, 20);
   drive_.answer = Count;
   StartServer();
@@ -353,7 +353,7 @@ TEST_F(RtuOverTcpTest, BytesBehindARequestThatBecomeNoneDoNotKeepItsAnswer) {
   ExpectReply(client, 20, "03 02 01 F4");
 }
 
-TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
+TEST_F(RtuOverTcpTest, ADamagedRequestIsNeverAnswered) {
   Add(1, 20, 20);
   drive_.answer = Count;
   StartServer();
@@ -382,7 +382,7 @@ TEST_F(RtuOverTcpTest, DamageIsNeverAnswered) {
   EXPECT_EQ(server_->counters().malformed, 0U);
 }
 
-TEST_F(RtuOverTcpTest, AfterARequestWithoutAnswerTheNextOneComes) {
+TEST_F(RtuOverTcpTest, ARequestAfterUnansweredRequestsIsAnswered) {
   listener().errors = config::Listener::Errors::silent;
   listener().broadcast = config::Listener::Broadcast::pass;
   Add(1, 20, 20);
@@ -400,7 +400,7 @@ TEST_F(RtuOverTcpTest, AfterARequestWithoutAnswerTheNextOneComes) {
   EXPECT_EQ(drive_.Wait(0).slave, 0);
 }
 
-TEST_F(RtuOverTcpTest, AFunctionOfUnknownLengthEndsWithSilence) {
+TEST_F(RtuOverTcpTest, ARequestOfUnknownLengthEndsWithSilence) {
   Add(1, 20, 20);
   drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   StartServer();
@@ -409,7 +409,7 @@ TEST_F(RtuOverTcpTest, AFunctionOfUnknownLengthEndsWithSilence) {
   ExpectReply(client, 20, "64 DE AD BE EF 01");
 }
 
-TEST_F(RtuOverTcpTest, AClientThatLeavesWhileItWaitsIsForgotten) {
+TEST_F(RtuOverTcpTest, AClientThatDisconnectsWhileWaitingIsForgotten) {
   Add(1, 20, 20);
   StartServer();
   RawClient client = Connect();
@@ -419,7 +419,7 @@ TEST_F(RtuOverTcpTest, AClientThatLeavesWhileItWaitsIsForgotten) {
   EXPECT_EQ(drive_.WaitForgotten(0), request.client);
 }
 
-TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndHasOneRequestUnderWay) {
+TEST_F(RtuOverTcpTest, AFloodingClientHasOnlyOnePendingRequest) {
   Add(1, 20, 20);
   StartServer();
   const RawClient client = Connect();
@@ -436,7 +436,7 @@ TEST_F(RtuOverTcpTest, AClientThatSendsWithoutEndHasOneRequestUnderWay) {
   EXPECT_EQ(server_->Traffic().routes[0].dropped, drive_.count() - 1);
 }
 
-TEST_F(RtuOverTcpTest, AnAbsentSerialPortKeepsNoOtherListenerClosed) {
+TEST_F(RtuOverTcpTest, AnAbsentSerialPortDoesNotBlockOtherListeners) {
   config_.modbus.listen.insert(config_.modbus.listen.begin(), listener());
   listener().path = "/dev/no-such-port";
   StartServer();
@@ -462,7 +462,7 @@ TEST_F(RtuOverTcpTest, AWriteToUnitZeroIsNeverAnswered) {
   }
 }
 
-TEST_F(RtuOverTcpTest, WithoutTheModuleItIsAClearError) {
+TEST_F(RtuOverTcpTest, AMissingModuleIsAClearError) {
   links_.frames.rtu = nullptr;
   store_.emplace(config_);
   listener().port = 1;

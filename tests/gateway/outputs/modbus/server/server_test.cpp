@@ -13,7 +13,7 @@
 namespace baudgate::modbus {
 namespace {
 
-TEST_F(ServerTest, RegistersAndBitsInBothTables) {
+TEST_F(ServerTest, RegistersAndBitsAreReadFromBothTables) {
   StartServer();
   const RawClient client = Connect();
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 03"), "03 06 FF FE 47 F1 20 00");
@@ -25,7 +25,7 @@ TEST_F(ServerTest, RegistersAndBitsInBothTables) {
   EXPECT_EQ(Ask(client, 1, "04 9C 43 00 01"), "04 02 FF FF");
 }
 
-TEST_F(ServerTest, EveryException) {
+TEST_F(ServerTest, EveryExceptionIsAnsweredAndCounted) {
   listener().permit = config::Permit::all;
   StartServer();
   const RawClient client = Connect();
@@ -59,7 +59,7 @@ TEST_F(ServerTest, WritingCanBeDeniedPerListener) {
   EXPECT_EQ(Ask(writer, 1, "06 00 00 00 01"), "06 00 00 00 01");
 }
 
-TEST_F(ServerTest, StatusOfADeviceAndOfTheGateway) {
+TEST_F(ServerTest, StatusOfDeviceAndGatewayIsServed) {
   StartServer();
   store_->UpdateStatus(0,
                        [](bus::DeviceStatus& status) { status.state = bus::DeviceState::online; });
@@ -80,7 +80,7 @@ TEST_F(ServerTest, TransactionAndUnitAreEchoed) {
   EXPECT_EQ(ToHex(client.ReceiveFrame()), "BE EF 00 00 00 05 01 03 02 FF FE");
 }
 
-TEST_F(ServerTest, EveryCutOfARequestAndADribble) {
+TEST_F(ServerTest, ARequestInPiecesIsAnswered) {
   StartServer();
   const RawClient client = Connect();
   const Bytes request = Frame(1, "03 00 00 00 01");
@@ -123,7 +123,7 @@ TEST_F(ServerTest, GarbageClosesTheConnectionAfterTheGoodFrames) {
   EXPECT_EQ(server_->counters().malformed, 5U);
 }
 
-TEST_F(ServerTest, ATakenPortIsAClearError) {
+TEST_F(ServerTest, APortInUseIsAClearError) {
   StartServer();
   config::Config second = config_;
   second.modbus.listen.resize(2, second.modbus.listen[0]);
@@ -149,7 +149,7 @@ TEST_F(ServerTest, AnUnknownAddressIsAClearError) {
 }
 
 /// Runs in a process of its own, because it overwrites descriptor 3.
-TEST_F(ServerTest, AnAddressThatHasLeftTheMachineIsNamed) {
+TEST_F(ServerTest, ARemovedAddressOfTheMachineIsNamed) {
   const auto trouble = [this] {
     asio::io_context io;
     asio::ip::tcp::acceptor gone(io, asio::ip::tcp::v4());
@@ -213,7 +213,7 @@ struct WriteEnding {
 
 class WriteEndings : public ServerTest, public testing::WithParamInterface<WriteEnding> {};
 
-TEST_P(WriteEndings, AreAnsweredAsTheContractSays) {
+TEST_P(WriteEndings, AreAnsweredByTheContract) {
   sink_.answer = GetParam().end;
   sink_.unfit = GetParam().unfit;
   StartServer();
@@ -231,7 +231,7 @@ INSTANTIATE_TEST_SUITE_P(
       return std::string(Name(info.param.end)) + (info.param.unfit ? "_unfit" : "");
     });
 
-TEST_F(ServerTest, AFullQueueIsBusy) {
+TEST_F(ServerTest, AFullQueueIsAnsweredWithBusy) {
   sink_.full = true;
   StartServer();
   EXPECT_EQ(Ask(Connect(), 1, "06 00 00 00 01"), "86 06");
@@ -259,7 +259,7 @@ TEST_F(ServerTest, LaterRequestsDoNotWaitForAWrite) {
   EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 01 00 00 00 06 01 06 00 00 00 01");
 }
 
-TEST_F(ServerTest, AWriteIsAnsweredAtItsDeadlineAndOnlyOnce) {
+TEST_F(ServerTest, AWriteIsAnsweredOnceAtItsDeadline) {
   StartServer({.write_deadline = 20ms, .stall = 10s});
   const RawClient client = Connect();
   const Instant before = ReadClocks().instant;
@@ -271,14 +271,14 @@ TEST_F(ServerTest, AWriteIsAnsweredAtItsDeadlineAndOnlyOnce) {
   EXPECT_EQ(Ask(client, 1, "03 00 00 00 01"), "03 02 FF FE") << "no late answer in between";
 }
 
-TEST_F(ServerTest, OneClientMayNotFillTheQueue) {
+TEST_F(ServerTest, AClientMayNotFillTheQueue) {
   StartServer();
   const RawClient client = Connect();
   for (std::uint16_t i = 0; i < 33; ++i) client.Send(Frame(1, "06 00 00 00 01", i));
   EXPECT_EQ(ToHex(client.ReceiveFrame()), "00 20 00 00 00 03 01 86 06");
 }
 
-TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {
+TEST_F(ServerTest, TheClientMayHaveLeftWhenTheDeviceConfirms) {
   listener().max_clients = 1;
   StartServer();
   RawClient client = Connect();
@@ -290,7 +290,7 @@ TEST_F(ServerTest, TheClientMayBeGoneWhenTheDeviceConfirms) {
   EXPECT_EQ(Ask(Connect(), 1, "03 00 00 00 01"), "03 02 FF FE");
 }
 
-TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
+TEST_F(ServerTest, TheServerMayHaveStoppedWhenTheDeviceConfirms) {
   StartServer();
   const RawClient client = Connect();
   client.Send(Frame(1, "06 00 00 00 01"));
@@ -305,7 +305,7 @@ TEST_F(ServerTest, TheServerMayBeGoneWhenTheDeviceConfirms) {
 constexpr const char* kReadZero = "03 00 00 00 01";
 constexpr const char* kAnswer = "03 02 FF FE";
 
-TEST_F(ServerTest, TwoHundredAndFiftySixClientsAreServedAndTheNextIsRefused) {
+TEST_F(ServerTest, TheServerAccepts256ClientsAndRefusesTheNext) {
   StartServer();
   std::vector<RawClient> clients;
   for (int i = 0; i < 256; ++i) {
@@ -318,7 +318,7 @@ TEST_F(ServerTest, TwoHundredAndFiftySixClientsAreServedAndTheNextIsRefused) {
   EXPECT_EQ(Ask(clients.front(), 1, kReadZero), kAnswer);
 }
 
-TEST_F(ServerTest, WithFewFileDescriptorsEveryListenerLetsInItsShare) {
+TEST_F(ServerTest, EveryListenerGetsAShareOfFewFileDescriptors) {
   config_.modbus.listen.resize(3, listener());
   config_.modbus.listen[0].max_clients = 8;
   config_.modbus.listen[1].max_clients = 4;
@@ -337,7 +337,7 @@ TEST_F(ServerTest, WithFewFileDescriptorsEveryListenerLetsInItsShare) {
   }
 }
 
-TEST_F(ServerTest, AClientThatLeavesMakesRoom) {
+TEST_F(ServerTest, ADisconnectedClientFreesItsPlace) {
   listener().max_clients = 1;
   StartServer();
   RawClient first = Connect();
@@ -362,7 +362,7 @@ TEST_F(ServerTest, OnlyTheAllowListMayConnect) {
   EXPECT_EQ(server_->counters().refused, 1U);
 }
 
-TEST_F(ServerTest, ClientsThatAreRefusedOrMalformedFillNoLog) {
+TEST_F(ServerTest, RefusedAndMalformedClientsDoNotFloodTheLog) {
   listener().max_clients = 1;
   StartServer();
   CapturedLog log;
@@ -395,7 +395,7 @@ TEST_F(ServerTest, HalfAFrameDoesNotKeepAClientAlive) {
   EXPECT_EQ(server_->counters().malformed, 0U);
 }
 
-TEST_F(ServerTest, WithoutFileDescriptorsItAcceptsAgainLater) {
+TEST_F(ServerTest, TheServerAcceptsAgainWhenFileDescriptorsAreFree) {
   StartServer();
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_NOFILE, &before), 0);
@@ -419,7 +419,7 @@ void Flood(const RawClient& client, const Bytes& request, const std::function<bo
   while (!closed()) client.SendSome(many);
 }
 
-TEST_F(ServerTest, AClientThatNeverReadsIsClosedAndDelaysNobody) {
+TEST_F(ServerTest, AClientThatNeverReadsIsClosedAndDelaysNoOther) {
   StartServer({.write_deadline = 5s, .stall = 40ms});
   const RawClient hostile(server_->port(), 4096);
   ASSERT_TRUE(hostile.connected());

@@ -15,7 +15,7 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-TEST_F(ServiceTest, EveryFunctionPassesAsItIs) {
+TEST_F(ServiceTest, EveryFunctionIsRoutedUnchanged) {
   Add(1, 20, 20);
   const char* kRequests[] = {"01 00 00 00 08",
                              "02 00 00 00 08",
@@ -47,7 +47,7 @@ TEST_F(ServiceTest, EveryFunctionPassesAsItIs) {
   }
 }
 
-TEST_F(ServiceTest, WhatIsNoFunctionCodeIsRefused) {
+TEST_F(ServiceTest, AnInvalidFunctionCodeIsRefused) {
   Add(1, 20, 20);
   EXPECT_THAT(Ask(20, "00 00 00"), ElementsAre("12 34 00 00 00 03 14 80 01"));
   EXPECT_THAT(Ask(20, "83 02"), ElementsAre("12 34 00 00 00 03 14 83 01"));
@@ -64,7 +64,7 @@ TEST_F(ServiceTest, TheLongestAduPassesBothWays) {
   EXPECT_THAT(Ask(frame), ElementsAre(ToHex(frame)));
 }
 
-TEST_F(ServiceTest, RemappedUnitsAreAnsweredAsTheyWereAsked) {
+TEST_F(ServiceTest, RemappedUnitsAreAnsweredUnderTheRequestedUnit) {
   Add(1, 33, 40).remap = 1;
   Ask(34, kRead);
   EXPECT_EQ(drive_.Wait(0).slave, 2);
@@ -74,7 +74,7 @@ TEST_F(ServiceTest, RemappedUnitsAreAnsweredAsTheyWereAsked) {
   EXPECT_EQ(drive_.Wait(1).slave, 8);
 }
 
-TEST_F(ServiceTest, RequestsSayWhoAsksAndUntilWhen) {
+TEST_F(ServiceTest, RoutedRequestsCarryClientAndDeadline) {
   Add(1, 20, 20).deadline = 700ms;
   Ask(20, kRead);
   const bus::RoutedRequest request = drive_.Wait(0);
@@ -104,7 +104,7 @@ TEST_F(ServiceTest, RepliesComeInTheOrderOfCompletionWithTheirTransactionIds) {
   EXPECT_EQ(services_[0]->outstanding(), pumps_.count());
 }
 
-TEST_F(ServiceTest, OneClientMayHaveThirtyTwoRequestsWaiting) {
+TEST_F(ServiceTest, AClientMayHave32RequestsWaiting) {
   Add(1, 20, 20);
   for (std::uint16_t i = 0; i < 32; ++i) ASSERT_THAT(Ask(Frame(20, kRead, i)), IsEmpty());
   EXPECT_THAT(Ask(Frame(20, kRead, 32)), ElementsAre("00 20 00 00 00 03 14 83 06"));
@@ -126,7 +126,7 @@ struct RoutedEnding {
 
 class RoutedEndings : public ServiceTest, public testing::WithParamInterface<RoutedEnding> {};
 
-TEST_P(RoutedEndings, AreAnsweredAsTheContractSays) {
+TEST_P(RoutedEndings, AreAnsweredByTheContract) {
   Add(1, 20, 20);
   Ask(20, kRead);
   bus::RoutedReply reply = GoodReply(std::string(GetParam().pdu));
@@ -153,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(All, RoutedEndings,
                                   std::to_string(info.index);
                          });
 
-TEST_F(ServiceTest, WhatNoTargetCanServeIsAnsweredAtOnce) {
+TEST_F(ServiceTest, AnUnservableRequestIsAnsweredAtOnce) {
   Add(1, 20, 20);
   config_.modbus.routes.emplace_back(RouteTo(config_, 0, 21, 21)).line_index = 9;
   drive_.full = true;
@@ -162,7 +162,7 @@ TEST_F(ServiceTest, WhatNoTargetCanServeIsAnsweredAtOnce) {
   EXPECT_THAT(Ask(22, kRead), ElementsAre("12 34 00 00 00 03 16 83 0A"));
 }
 
-TEST_F(ServiceTest, ASilentListenerKeepsItsOwnExceptionsAndPassesTheSlaves) {
+TEST_F(ServiceTest, ASilentListenerSuppressesItsOwnExceptionsOnly) {
   listener().errors = config::Listener::Errors::silent;
   Add(1, 20, 20);
   EXPECT_THAT(Ask(22, kRead), ElementsAre("nothing")) << "0x0A";
@@ -178,7 +178,7 @@ TEST_F(ServiceTest, ASilentListenerKeepsItsOwnExceptionsAndPassesTheSlaves) {
 }
 
 /// A reload may end during a request. Zeros for a removed device would be taken for values.
-TEST_F(ServiceTest, ADeviceThatTheStoreHasForgottenHasFailed) {
+TEST_F(ServiceTest, ARemovedDeviceIsAnsweredWithDeviceFailure) {
   EXPECT_THAT(Ask(1, "03 00 00 00 01"), ElementsAre("12 34 00 00 00 05 01 03 02 FF FE"));
   store_->Retire(0);
   store_->Forget(0);
@@ -187,7 +187,7 @@ TEST_F(ServiceTest, ADeviceThatTheStoreHasForgottenHasFailed) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(ServiceTest, PermissionIsByFunction) {
+TEST_F(ServiceTest, ClientsAreLimitedToPermittedFunctions) {
   Add(1, 20, 20);
   drive_.answer = [](const bus::RoutedRequest& request) { return GoodReply(request.pdu); };
   const auto allowed = [this](config::Permit permit) {
@@ -209,7 +209,7 @@ TEST_F(ServiceTest, PermissionIsByFunction) {
   EXPECT_THAT(Ask(99, "06 00 00 00 02"), ElementsAre("12 34 00 00 00 03 63 86 0A"));
 }
 
-TEST_F(ServiceTest, TheFunctionsPriorityIsOverTheClients) {
+TEST_F(ServiceTest, ThePriorityOfAFunctionOverridesThatOfTheClient) {
   using config::Priority;
   Add(1, 20, 20);
   listener().functions = {{{5, 6}, Priority::high}, {{6, 16}, Priority::low}};
@@ -225,7 +225,7 @@ TEST_F(ServiceTest, TheFunctionsPriorityIsOverTheClients) {
   EXPECT_EQ(drive_.Wait(3).priority, Priority::high);
 }
 
-TEST_F(ServiceTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
+TEST_F(ServiceTest, AnUnansweredRequestGetsAnExceptionSoonAfterItsDeadline) {
   Add(1, 20, 20).deadline = 2500ms;
   Ask(20, kRead);
   EXPECT_EQ(services_[0]->Deadline(), now_ + 2520ms);
@@ -243,7 +243,7 @@ TEST_F(ServiceTest, WhatNobodyAnswersIsAnsweredSoonAfterItsDeadline) {
   EXPECT_EQ(Traffic().routes[0].ok, 0U);
 }
 
-TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
+TEST_F(ServiceTest, AWriteConfirmedAtItsDeadlineIsAnsweredAsConfirmed) {
   EXPECT_THAT(Ask(1, "06 00 00 00 07"), IsEmpty());
   const bus::WriteCommand write = sink_.commands.at(0);
   now_ = write.deadline;
@@ -257,7 +257,7 @@ TEST_F(ServiceTest, AWriteThatIsConfirmedAtItsDeadlineIsAnsweredSo) {
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 03 01 86 0B"));
 }
 
-TEST_F(ServiceTest, WritesOfAClientThatLeavesOrGivesUpAreDropped) {
+TEST_F(ServiceTest, WritesOfALeavingOrCancellingClientAreDropped) {
   Ask(1, "06 00 00 00 01");
   Ask(1, "06 00 00 00 02");
   services_[0]->Abandon();
@@ -281,7 +281,7 @@ TEST_F(ServiceTest, TheSoonestDeadlineIsSweptFirst) {
   EXPECT_EQ(services_[0]->outstanding(), 1U);
 }
 
-TEST_F(ServiceTest, AReplyAfterTheDeadlineIsNoReply) {
+TEST_F(ServiceTest, AReplyAfterTheDeadlineCountsAsNoReply) {
   Add(1, 20, 20).deadline = 1h;
   for (const bus::RoutedReply& late : {GoodReply("03 02 00 07"), SlaveException("83 02")}) {
     Ask(20, kRead);
@@ -293,7 +293,7 @@ TEST_F(ServiceTest, AReplyAfterTheDeadlineIsNoReply) {
   EXPECT_EQ(Traffic().routes[0].last_trouble, "its reply came after the deadline");
 }
 
-TEST_F(ServiceTest, WhatIsGivenUpIsNotAnswered) {
+TEST_F(ServiceTest, AnAbandonedRequestIsNotAnswered) {
   Add(1, 20, 20);
   Ask(20, kRead);
   Ask(1, "06 00 00 00 07");
@@ -307,7 +307,7 @@ TEST_F(ServiceTest, WhatIsGivenUpIsNotAnswered) {
   EXPECT_THAT(drive_.forgotten(), testing::SizeIs(1)) << "nothing is left to forget";
 }
 
-TEST_F(ServiceTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {
+TEST_F(ServiceTest, ALeavingClientIsForgottenByEveryTargetItUsed) {
   Add(1, 20, 20);
   Add(2, 30, 30);
   Ask(20, kRead);
@@ -322,7 +322,7 @@ TEST_F(ServiceTest, AClientThatLeavesIsForgottenByEveryTargetItUsed) {
   EXPECT_THAT(Traffic().clients, IsEmpty());
 }
 
-TEST_F(ServiceTest, AnswersMayComeAfterEverythingIsGone) {
+TEST_F(ServiceTest, RepliesAfterTheEndOfTheServiceAreIgnored) {
   Add(1, 20, 20);
   Ask(20, kRead);
   const bus::RoutedRequest request = drive_.Wait(0);
@@ -336,7 +336,7 @@ TEST_F(ServiceTest, AnswersMayComeAfterEverythingIsGone) {
 
 // ---------------- Which function codes the clients of a listener may use.
 
-TEST(Permission, ByFunction) {
+TEST(Permission, PermitsFunctionCodes) {
   const auto allowed = [](config::Permit permit) {
     std::string codes;
     for (int code = 0; code < 256; ++code) {
@@ -361,14 +361,14 @@ class BroadcastTest : public ServiceTest {
   void Pass() { listener().broadcast = config::Listener::Broadcast::pass; }
 };
 
-TEST_F(BroadcastTest, ByDefaultUnitZeroIsTheGateway) {
+TEST_F(BroadcastTest, UnitZeroIsTheGatewayByDefault) {
   Add(1, 20, 20);
   EXPECT_THAT(Ask(0, kStopAll), ElementsAre(kNotHere));
   EXPECT_THAT(Ask(0, kReadStatus), ElementsAre(kStatus));
   EXPECT_EQ(drive_.count(), 0U);
 }
 
-TEST_F(BroadcastTest, PassedOnItReachesEveryRoutedLineOnceAndIsNeverAnswered) {
+TEST_F(BroadcastTest, AForwardedBroadcastReachesEveryRoutedLineOnceUnanswered) {
   Pass();
   Add(1, 20, 20).deadline = 700ms;
   Add(2, 30, 30);
@@ -407,7 +407,7 @@ TEST_F(BroadcastTest, OnlyWritesAreBroadcast) {
   EXPECT_EQ(drive_.count(), 4U);
 }
 
-TEST_F(BroadcastTest, PermissionCountsForBroadcastsToo) {
+TEST_F(BroadcastTest, BroadcastsNeedPermission) {
   Pass();
   listener().permit = config::Permit::read;
   Add(1, 20, 20);
@@ -415,7 +415,7 @@ TEST_F(BroadcastTest, PermissionCountsForBroadcastsToo) {
   EXPECT_EQ(drive_.count(), 0U);
 }
 
-TEST_F(BroadcastTest, ARouteOfUnitZeroSendsItToItsOwnLineOnly) {
+TEST_F(BroadcastTest, ARouteOfUnitZeroSendsABroadcastToItsOwnLineOnly) {
   Pass();
   Add(1, 20, 20);
   Add(2, 0, 0);
@@ -428,7 +428,7 @@ TEST_F(BroadcastTest, ARouteOfUnitZeroSendsItToItsOwnLineOnly) {
   EXPECT_EQ(pumps_.count(), 1U);
 }
 
-TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
+TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroSendsAnOrdinaryRequest) {
   Add(1, 0, 0).remap = 7;
   Ask(0, kStopAll);
   EXPECT_EQ(drive_.Wait(0).slave, 7);
@@ -438,7 +438,7 @@ TEST_F(BroadcastTest, ARouteThatRemapsUnitZeroMakesItAnOrdinaryRequest) {
   EXPECT_EQ(ToHex(drive_.Wait(1).pdu), kReadStatus);
 }
 
-TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
+TEST_F(BroadcastTest, AnRtuMasterGetsNoReplyToAWriteToARemappedUnitZero) {
   listener().framing = Framing::rtu;
   Add(1, 0, 0).remap = 7;
   for (const bus::RoutedReply& reply : {GoodReply(std::string(kStopAll)), SlaveException("86 02"),
@@ -452,7 +452,7 @@ TEST_F(BroadcastTest, AnRtuMasterIsNotAnsweredEvenWhereOneSlaveIsMeant) {
   EXPECT_THAT(Settle(), ElementsAre("12 34 00 00 00 05 00 03 02 00 07"));
 }
 
-TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
+TEST_F(BroadcastTest, ABroadcastingClientMayLeaveAtOnce) {
   Pass();
   Add(1, 20, 20);
   Ask(0, kStopAll);
@@ -466,7 +466,7 @@ TEST_F(BroadcastTest, WhoBroadcastsMayLeaveAtOnce) {
   EXPECT_EQ(Traffic().routes.back().broadcasts, 1U);
 }
 
-TEST_F(BroadcastTest, OneClientMayNotFillTheQueuesWithBroadcasts) {
+TEST_F(BroadcastTest, AClientMayNotFillTheQueuesWithBroadcasts) {
   Pass();
   Add(1, 20, 20);
   for (std::size_t i = 0; i < PendingRequests::kMost + 5; ++i) Ask(0, kStopAll);
@@ -478,7 +478,7 @@ TEST_F(BroadcastTest, OneClientMayNotFillTheQueuesWithBroadcasts) {
   EXPECT_EQ(drive_.count(), PendingRequests::kMost + 1);
 }
 
-TEST_F(BroadcastTest, AnRtuMasterIsNeverAnsweredABroadcast) {
+TEST_F(BroadcastTest, AnRtuMasterGetsNoReplyToABroadcast) {
   listener().framing = Framing::rtu;
   Add(1, 20, 20);
   EXPECT_THAT(Ask(0, kStopAll), ElementsAre("nothing"));

@@ -62,14 +62,14 @@ class EventsOfService : public ServiceTest {
   std::int64_t seq_ = 0;
 };
 
-TEST_F(EventsOfService, WithoutEventsIsEmpty) {
+TEST_F(EventsOfService, AreEmptyWithoutAnEventsFile) {
   links_.events = nullptr;
   const Block block = Read(1);
   EXPECT_EQ(block.newest, 0U);
   EXPECT_THAT(block.numbers, IsEmpty());
 }
 
-TEST_F(EventsOfService, ShowsTheNewestOfTheUnit) {
+TEST_F(EventsOfService, ShowTheNewestEventsOfTheUnit) {
   Happens(0, 3);
   Happens(1, 2);
   EXPECT_THAT(Read(1).numbers, ElementsAre(1, 2, 3));
@@ -79,7 +79,7 @@ TEST_F(EventsOfService, ShowsTheNewestOfTheUnit) {
   EXPECT_EQ(Read(1).newest, 5U) << "of the whole gateway";
 }
 
-TEST_F(EventsOfService, EachConnectionHasItsPlaceInEachUnit) {
+TEST_F(EventsOfService, EachConnectionHasAReadPositionPerUnit) {
   Happens(0, 3);
   Want(1, 2);
   EXPECT_THAT(Read(1).numbers, ElementsAre(2, 3));
@@ -97,7 +97,7 @@ TEST_F(EventsOfService, EachConnectionHasItsPlaceInEachUnit) {
   EXPECT_THAT(Read(1).numbers, ElementsAre(1, 2, 3));
 }
 
-TEST_F(EventsOfService, AtUnitZeroThereIsNothingToWrite) {
+TEST_F(EventsOfService, UnitZeroRefusesEventWrites) {
   Happens(0, 3);
   EXPECT_THAT(Ask(0, "10 23 38 00 02 04 00 00 00 02"), ElementsAre("12 34 00 00 00 03 00 90 02"));
   EXPECT_THAT(Ask(0, "06 23 38 00 02"), ElementsAre("12 34 00 00 00 03 00 86 02"));
@@ -111,7 +111,7 @@ TEST_F(EventsOfService, AtUnitZeroThereIsNothingToWrite) {
   EXPECT_EQ(Read(0).first, 0U);
 }
 
-TEST_F(EventsOfService, APlaceEndsWithItsConnection) {
+TEST_F(EventsOfService, AReadPositionEndsWithItsConnection) {
   Happens(0, 3);
   Want(1, 3);
   services_[0]->Close();
@@ -119,7 +119,7 @@ TEST_F(EventsOfService, APlaceEndsWithItsConnection) {
   EXPECT_THAT(Read(1).numbers, ElementsAre(1, 2, 3));
 }
 
-TEST_F(EventsOfService, NeedsNoLeaveToWriteButThatOfTheListener) {
+TEST_F(EventsOfService, SettingTheReadPositionNeedsNoWritePermission) {
   config_.lines[0].devices[0].points[0].writing.allowed = false;
   Happens(0, 3);
   Want(1, 2);
@@ -129,7 +129,7 @@ TEST_F(EventsOfService, NeedsNoLeaveToWriteButThatOfTheListener) {
   EXPECT_THAT(Read(1).numbers, ElementsAre(2, 3));
 }
 
-TEST_F(EventsOfService, TakesNoOtherWrite) {
+TEST_F(EventsOfService, RefuseOtherWrites) {
   const struct {
     const char* pdu;
     const char* answer;
@@ -152,7 +152,7 @@ TEST_F(EventsOfService, TakesNoOtherWrite) {
   EXPECT_EQ(Read(1).first, 0U);
 }
 
-TEST_F(EventsOfService, PartsAreWholeValues) {
+TEST_F(EventsOfService, AreReadInWholeValues) {
   Happens(0, 3);
   EXPECT_THAT(Ask(1, "04 23 40 00 01"), ElementsAre("12 34 00 00 00 05 01 04 02 00 03"));
   EXPECT_THAT(Ask(1, "04 23 3A 00 04"),
@@ -163,7 +163,7 @@ TEST_F(EventsOfService, PartsAreWholeValues) {
 }
 
 /// A slow client learns how many events it has missed.
-TEST_F(EventsOfService, OfARingThatGoesOnNothingIsMissedUnseen) {
+TEST_F(EventsOfService, EachOverwrittenEventIsCountedAsLost) {
   std::uint64_t next = 1;
   std::uint64_t seen = 0;
   std::uint64_t lost = 0;
@@ -197,7 +197,7 @@ TEST_F(EventsOfService, OfARingThatGoesOnNothingIsMissedUnseen) {
   EXPECT_GT(seen, 500U);
 }
 
-TEST_F(EventsOfService, OthersEventsAreSkippedAndNotLost) {
+TEST_F(EventsOfService, EventsOfOtherUnitsAreSkippedAndNotCountedAsLost) {
   Happens(0, 2);
   Happens(1, 30);
   Happens(0, 1);
@@ -297,7 +297,7 @@ class AckServiceTest : public ServiceTest {
   KeptNotes log_;
 };
 
-TEST_F(AckServiceTest, AcknowledgesTheAlarmOfTheNumber) {
+TEST_F(AckServiceTest, AcknowledgesTheAlarmWithTheWrittenNumber) {
   EXPECT_THAT(Ask(1, "10 23 88 00 02 04 00 00 00 07"), IsEmpty()) << "it is not on the disk yet";
   EXPECT_THAT(alarms_.meant, ElementsAre(7));
   EXPECT_EQ(alarms_.by, "modbus 10.0.0.7:40112");
@@ -313,7 +313,7 @@ TEST_F(AckServiceTest, AcknowledgesTheAlarmOfTheNumber) {
   EXPECT_EQ(note.time, WallTime(77s));
 }
 
-TEST_F(AckServiceTest, OfAUnitItsOwnAndOfTheGatewayAll) {
+TEST_F(AckServiceTest, AUnitAcknowledgesItsOwnAlarmsAndTheGatewayAll) {
   EXPECT_EQ(Write(1, "00 00 00 08"), "01 90 03") << "another unit's";
   EXPECT_THAT(alarms_.meant, IsEmpty());
   EXPECT_EQ(Write(255, "00 00 00 08"), "FF 10 23 88 00 02");
@@ -327,7 +327,7 @@ TEST_F(AckServiceTest, OfAUnitItsOwnAndOfTheGatewayAll) {
   EXPECT_EQ(log_.notes.back().device, "");
 }
 
-TEST_F(AckServiceTest, RefusesWhatNamesNone) {
+TEST_F(AckServiceTest, RefusesNumbersWithoutAnAlarm) {
   EXPECT_EQ(Write(1, "00 00 00 63"), "01 90 03");
   EXPECT_EQ(Write(1, "00 00 00 00"), "01 90 03");
   EXPECT_THAT(Ask(1, "10 23 88 00 01 02 00 07"), ElementsAre("12 34 00 00 00 03 01 90 03"))
@@ -341,7 +341,7 @@ TEST_F(AckServiceTest, RefusesWhatNamesNone) {
   EXPECT_EQ(Write(1, "FF FF FF FF"), "01 10 23 88 00 02") << "all of none";
 }
 
-TEST_F(AckServiceTest, IsDeniedWhereTheListenerOnlyReads) {
+TEST_F(AckServiceTest, AReadOnlyListenerDeniesAcknowledgements) {
   listener().permit = config::Permit::read;
   EXPECT_EQ(Write(1, "00 00 00 07"), "01 90 01");
   EXPECT_EQ(Write(255, "00 00 00 07"), "FF 90 01") << "alarms of the gateway";
@@ -354,14 +354,14 @@ TEST_F(AckServiceTest, IsDeniedWhereTheListenerOnlyReads) {
   }
 }
 
-TEST_F(AckServiceTest, SaysThatTheDiskFails) {
+TEST_F(AckServiceTest, AFailingDiskIsAnsweredWithAnException) {
   alarms_.trouble = "the disk is full";
   EXPECT_EQ(Write(1, "00 00 00 07"), "01 90 0B");
   EXPECT_EQ(log_.notes[0].end, WriteEnd::unknown);
   EXPECT_EQ(log_.notes[0].reason, "the disk is full");
 }
 
-TEST_F(AckServiceTest, IsNotThereWithoutEvents) {
+TEST_F(AckServiceTest, RefusesAcknowledgementsWithoutAnEventsFile) {
   links_.alarms = nullptr;
   EXPECT_EQ(Write(1, "00 00 00 07"), "01 90 02");
 }

@@ -31,7 +31,7 @@ config::Route Elsewhere(std::uint8_t unit, std::uint16_t port) {
   return route;
 }
 
-TEST(RouteList, NumbersAreForGood) {
+TEST(RouteList, RouteNumbersAreNeverReused) {
   RouteList list({Unit(20), Unit(21)});
   EXPECT_THAT(list.numbers(), ElementsAre(0U, 1U));
   list.Renew({Unit(33), Unit(21)}, {std::nullopt, 1});
@@ -43,7 +43,7 @@ TEST(RouteList, NumbersAreForGood) {
   EXPECT_EQ(list.size(), 4U);
 }
 
-TEST(RouteList, OfARouteThatIsTheSameTheLineMayHaveAnotherNumber) {
+TEST(RouteList, AnUnchangedRouteGetsTheNewIndexOfItsLine) {
   config::Route route = Unit(20);
   route.line = "drive";
   RouteList list({route});
@@ -70,7 +70,7 @@ class RouteTargetsTest : public testing::Test {
   RouteTargets targets_{list_, lines_};
 };
 
-TEST_F(RouteTargetsTest, AServerIsTheSameForAsLongAsARouteLeadsThere) {
+TEST_F(RouteTargetsTest, AServerConnectionIsKeptWhileARouteUsesIt) {
   targets_.Open(io_, book_);
   bus::RouteTarget* const server = targets_.of(0);
   ASSERT_NE(server, nullptr);
@@ -84,7 +84,7 @@ TEST_F(RouteTargetsTest, AServerIsTheSameForAsLongAsARouteLeadsThere) {
   targets_.Close();
 }
 
-TEST_F(RouteTargetsTest, ALineMayComeInPlaceOfAServer) {
+TEST_F(RouteTargetsTest, ALineMayReplaceAServer) {
   targets_.Open(io_, book_);
   config::Route route = Unit(50);
   route.line = "pumps";
@@ -97,7 +97,7 @@ TEST_F(RouteTargetsTest, ALineMayComeInPlaceOfAServer) {
   targets_.Close();
 }
 
-TEST_F(RouteTargetsTest, ARouteOfBeforeIsCountedAndNotShown) {
+TEST_F(RouteTargetsTest, ARemovedRouteIsNotShown) {
   book_->Show(list_);
   book_->Asked(0, 50);
   Renew({Elsewhere(51, 2), Elsewhere(60, 2)}, {1, std::nullopt});
@@ -129,7 +129,7 @@ class RouteTableTest : public testing::Test {
   config::Config config_;
 };
 
-TEST_F(RouteTableTest, WithoutRoutesThereAreDevicesAndTheGateway) {
+TEST_F(RouteTableTest, WithoutRoutesUnitsAreDevicesOrTheGateway) {
   EXPECT_EQ(Of(20).kind, Kind::device);
   EXPECT_EQ(Of(0).kind, Kind::gateway);
   EXPECT_EQ(Of(255).kind, Kind::gateway);
@@ -137,7 +137,7 @@ TEST_F(RouteTableTest, WithoutRoutesThereAreDevicesAndTheGateway) {
     EXPECT_EQ(Of(unit).kind, Kind::none);
 }
 
-TEST_F(RouteTableTest, DevicesComeBeforeRoutes) {
+TEST_F(RouteTableTest, DevicesPrecedeRoutes) {
   Add(1, 247);
   EXPECT_EQ(Of(19).kind, Kind::route);
   EXPECT_EQ(Of(20).kind, Kind::device);
@@ -145,7 +145,7 @@ TEST_F(RouteTableTest, DevicesComeBeforeRoutes) {
   EXPECT_EQ(Of(22).kind, Kind::route);
 }
 
-TEST_F(RouteTableTest, TheFirstRouteThatNamesTheUnitWins) {
+TEST_F(RouteTableTest, TheFirstMatchingRouteIsUsed) {
   Add(33, 40);
   Add(40, 41);
   Add(1, 247);
@@ -156,7 +156,7 @@ TEST_F(RouteTableTest, TheFirstRouteThatNamesTheUnitWins) {
   EXPECT_EQ(Of(248).kind, Kind::none);
 }
 
-TEST_F(RouteTableTest, ARouteTakesTheGatewaysUnitsOverWhenItNamesThem) {
+TEST_F(RouteTableTest, ARouteReplacesTheGatewayUnitsThatItNames) {
   Add(255, 255);
   EXPECT_EQ(Of(0).kind, Kind::gateway);
   EXPECT_EQ(Of(255).kind, Kind::route);
@@ -186,7 +186,7 @@ class RoutedWriteTest : public ServiceTest {
   audit::RememberingLog log_;
 };
 
-TEST_F(RoutedWriteTest, IsRecordedBehindItsExchange) {
+TEST_F(RoutedWriteTest, IsRecordedAfterItsExchange) {
   Ask(21, kWrite);
   EXPECT_TRUE(log_.noted.empty());
   drive_.Wait(0).done(GoodReply(kWrite));
@@ -195,14 +195,14 @@ TEST_F(RoutedWriteTest, IsRecordedBehindItsExchange) {
   EXPECT_TRUE(log_.begun.empty() && log_.waited.empty()) << "it waits for nothing";
 }
 
-TEST_F(RoutedWriteTest, ReadsAreNot) {
+TEST_F(RoutedWriteTest, ReadsAreNotRecorded) {
   Ask(21, "03 00 00 00 01");
   drive_.Wait(0).done(GoodReply("03 02 00 00"));
   Ask(21, "2B 0E 01 00");
   EXPECT_TRUE(log_.noted.empty());
 }
 
-TEST_F(RoutedWriteTest, RefusalsAndSilenceAreWhatTheyAre) {
+TEST_F(RoutedWriteTest, RefusalSilenceAndUnsentAreRecorded) {
   Ask(21, kWrite);
   drive_.Wait(0).done(SlaveException("86 02"));
   Ask(21, kWrite);
@@ -213,7 +213,7 @@ TEST_F(RoutedWriteTest, RefusalsAndSilenceAreWhatTheyAre) {
                                    testing::EndsWith("not_sent")));
 }
 
-TEST_F(RoutedWriteTest, WhatIsNotLetInIsRecorded) {
+TEST_F(RoutedWriteTest, BusyAndDeniedWritesAreRecorded) {
   drive_.full = true;
   Ask(21, kWrite);
   listener().permit = config::Permit::read;
@@ -222,7 +222,7 @@ TEST_F(RoutedWriteTest, WhatIsNotLetInIsRecorded) {
   EXPECT_EQ(log_.noted[0].kind, audit::Kind::denied);
 }
 
-TEST_F(RoutedWriteTest, ABroadcastIsNeverConfirmed) {
+TEST_F(RoutedWriteTest, ABroadcastIsRecordedAsUnknown) {
   listener().broadcast = config::Listener::Broadcast::pass;
   Ask(0, kWrite);
   drive_.Wait(0).done(GoodReply(Bytes{}));

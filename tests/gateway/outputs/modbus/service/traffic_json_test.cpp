@@ -74,7 +74,7 @@ modbus::TrafficStatus TwoClients() {
   return fake;
 }
 
-TEST(Traffic, RoutesAndClientsHaveATableEach) {
+TEST(Traffic, RoutesAndClientsAreShownInTables) {
   EXPECT_EQ(tools::RenderTraffic(TrafficJson(TwoClients(), {}, status::kNow), {}), R"(
 units  route to             requests      ok  refused  no reply  too late  queue full  client left  mean wait
 20     line bay-1             120000  119990        4         3         0           0            3    12.0 ms
@@ -91,11 +91,11 @@ client          on           priority  requests  exceptions  waiting  bytes in  
 )");
 }
 
-TEST(Traffic, EachCounterOfARouteStandsOnceAndInTheDocumentation) {
+TEST(Traffic, EachRouteCounterIsUniqueAndDocumented) {
   EXPECT_THAT(status::TroublesOfKeys<modbus::RouteStatus>("of a route"), ::testing::IsEmpty());
 }
 
-TEST(Traffic, TheJsonOfARouteIsAsEver) {
+TEST(Traffic, TheJsonOfARouteIsUnchanged) {
   modbus::TrafficStatus traffic = TwoClients();
   traffic.routes.resize(1);
   traffic.routes[0].by_unit.clear();
@@ -109,7 +109,7 @@ TEST(Traffic, TheJsonOfARouteIsAsEver) {
   EXPECT_EQ(status::Known(route, expected).dump(), expected.dump());
 }
 
-TEST(Traffic, NothingIsSaidWhereThereIsNeither) {
+TEST(Traffic, IsEmptyWithoutRoutesAndClients) {
   EXPECT_EQ(tools::RenderTraffic(TrafficJson({}, {}, status::kNow), {}), "");
 }
 
@@ -123,7 +123,7 @@ status::Json StatusOf(const config::Config& config, const bus::PointStore& store
   return StatusJson(config, store, {"1.2.3", status::kStarted, &outputs}, target, status::kNow);
 }
 
-TEST(Traffic, TheStatusHoldsIt) {
+TEST(Traffic, IsPartOfTheStatus) {
   const config::Config config = status::TwoLines();
   bus::PointStore store(config);
   const status::Json all = StatusOf(config, store, std::nullopt);
@@ -188,7 +188,7 @@ TEST_F(TrafficTest, RequestsOfAListenerAreCountedByFunctionAndAnswer) {
                                            "127.0.0.1:1502 0 1 1"));
 }
 
-TEST_F(TrafficTest, AClientsRequestsAndBytes) {
+TEST_F(TrafficTest, RequestsAndBytesOfAClientAreCounted) {
   Add(1, 20, 20);
   Enter(wire_, config::Priority::high);
   const Now entered = Clocks();
@@ -218,14 +218,14 @@ TEST_F(TrafficTest, AClientsRequestsAndBytes) {
   EXPECT_EQ(shared_->counters().Snapshot().exceptions, 2U);
 }
 
-TEST_F(TrafficTest, BytesOfRtuClientsAreThoseOfTheirFrames) {
+TEST_F(TrafficTest, BytesOfRtuClientsAreCountedPerRtuFrame) {
   listener().framing = Framing::rtu;
   Ask(1, "03 00 00 00 01");
   EXPECT_EQ(Traffic().clients[0].bytes_in, 8U);
   EXPECT_EQ(Traffic().clients[0].bytes_out, 7U);
 }
 
-TEST_F(TrafficTest, EveryClientIsCountedByItself) {
+TEST_F(TrafficTest, EachClientHasItsOwnCounters) {
   KeptWire other;
   Enter(wire_);
   Enter(other)->Handle(Frame(1, "03 00 00 00 01"), Clocks());
@@ -240,7 +240,7 @@ TEST_F(TrafficTest, EveryClientIsCountedByItself) {
 }
 
 /// The alarms get the end of each routed request, with the unit number that the client has used.
-TEST_F(TrafficTest, TheEndOfARoutedRequestIsTold) {
+TEST_F(TrafficTest, TheEndOfARoutedRequestIsReported) {
   Add(1, 20, 22).remap = 1;
   std::vector<std::string> told;
   links_.routed = [&told](const RoutedReport& end, Now) {
@@ -317,7 +317,7 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   ExpectSum(Traffic().routes[0], 0);
 }
 
-TEST_F(TrafficTest, WhatTheListenerDoesNotPermitIsCounted) {
+TEST_F(TrafficTest, ADeniedRoutedRequestIsCounted) {
   Add(1, 20, 22);
   listener().permit = config::Permit::read;
   Ask(21, "06 00 08 00 07");
@@ -328,7 +328,7 @@ TEST_F(TrafficTest, WhatTheListenerDoesNotPermitIsCounted) {
   ExpectSum(route, 0);
 }
 
-TEST(TrafficBookTest, APortsTimesAreTheCallers) {
+TEST(TrafficBookTest, APortShowsTheTimesOfTheCaller) {
   TrafficBook book;
   config::Listener listener;
   listener.path = "/dev/ttyUSB0";
@@ -346,7 +346,7 @@ TEST(TrafficBookTest, APortsTimesAreTheCallers) {
   EXPECT_EQ(master().since, WallTime(5h));
 }
 
-TEST_F(TrafficTest, ASlavesExceptionIsNoTrouble) {
+TEST_F(TrafficTest, AnExceptionOfASlaveIsNotShownAsTrouble) {
   Add(1, 20, 20);
   Ask(20, kRead);
   drive_.Wait(0).done(Trouble(Outcome::partial, "stopped mid-frame"));
@@ -382,14 +382,14 @@ modbus::MasterStatus Open() {
   return master;
 }
 
-TEST(DiagnoseMaster, OneThatIsHeardNeedsNoWord) {
+TEST(DiagnoseMaster, AWorkingMasterGetsNoAdvice) {
   modbus::MasterStatus master = Open();
   EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty());
   master.damaged = 9;
   EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "now and then";
 }
 
-TEST(DiagnoseMaster, DamageIsSaidWithTheSettings) {
+TEST(DiagnoseMaster, DamagedFramesAreReportedWithTheSerialSettings) {
   modbus::MasterStatus master = Open();
   master.damaged = 250;
   EXPECT_THAT(
@@ -398,7 +398,7 @@ TEST(DiagnoseMaster, DamageIsSaidWithTheSettings) {
                   "and wiring (19200 8E1)"));
 }
 
-TEST(DiagnoseMaster, OneOfAnotherFramingIsTold) {
+TEST(DiagnoseMaster, AMasterOfAnotherFramingIsReported) {
   modbus::MasterStatus master = Open();
   master.other = modbus::Framing::ascii;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
@@ -407,7 +407,7 @@ TEST(DiagnoseMaster, OneOfAnotherFramingIsTold) {
                           "side"));
 }
 
-TEST(DiagnoseMaster, AClosedPortSaysWhyAndSinceWhen) {
+TEST(DiagnoseMaster, AClosedPortIsReportedWithReasonAndDuration) {
   modbus::MasterStatus master = Open();
   master.is_open = false;
   master.text = "No such file or directory";
@@ -417,7 +417,7 @@ TEST(DiagnoseMaster, AClosedPortSaysWhyAndSinceWhen) {
                           "until it works"));
 }
 
-TEST(DiagnoseMaster, AnEchoIsSaidWhateverElseIsHeard) {
+TEST(DiagnoseMaster, AnEchoIsReportedInEveryState) {
   modbus::MasterStatus master = Open();
   master.echoes = 7;
   const char* kEcho = "the adapter has given back 7 of the gateway's own replies: set echo: strip";
@@ -427,7 +427,7 @@ TEST(DiagnoseMaster, AnEchoIsSaidWhateverElseIsHeard) {
               ElementsAre(kEcho, "no request for 2 min: does the master still poll?"));
 }
 
-TEST(DiagnoseMaster, SilenceIsSaidByWhatWasHeardBefore) {
+TEST(DiagnoseMaster, TheAdviceOnSilenceDependsOnEarlierFrames) {
   modbus::MasterStatus master = Open();
   master.last_frame = kToday - 2min;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
@@ -446,7 +446,7 @@ TEST(DiagnoseMaster, SilenceIsSaidByWhatWasHeardBefore) {
   EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "the port is open for a moment only";
 }
 
-TEST(DiagnoseRoute, OneThatAnswersNeedsNoWord) {
+TEST(DiagnoseRoute, AWorkingRouteGetsNoAdvice) {
   modbus::RouteStatus route;
   route.requests = 12;
   route.ok = 10;
@@ -454,7 +454,7 @@ TEST(DiagnoseRoute, OneThatAnswersNeedsNoWord) {
   EXPECT_THAT(DiagnoseRoute(route, kToday), IsEmpty());
 }
 
-TEST(DiagnoseRoute, FailuresAndLateRepliesAreSaid) {
+TEST(DiagnoseRoute, FailuresAndLateRepliesAreReported) {
   modbus::RouteStatus route;
   route.requests = 12;
   route.no_reply = route.expired = route.busy = 1;

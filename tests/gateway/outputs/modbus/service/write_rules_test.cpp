@@ -20,13 +20,13 @@ class WriteRules : public ServiceTest {
   static constexpr const char* kSelected = "12 34 00 00 00 06 01 06 EA 60 C0 DE";
 };
 
-TEST_F(WriteRules, ADeviceThatDoesNotAllowItIsReadOnly) {
+TEST_F(WriteRules, ADeviceWithoutWritePermissionIsReadOnly) {
   writing().allowed = false;
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 02"));
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(WriteRules, WhatIsRefusedIsHandedOnToBeRecorded) {
+TEST_F(WriteRules, ADeniedWriteIsRecorded) {
   config_.lines[0].devices[0].points.push_back(MakePoint(config::Type::int16, 1));
   EXPECT_THAT(Ask(1, "06 00 01 00 07"), ElementsAre("12 34 00 00 00 03 01 86 02"));
   ASSERT_THAT(sink_.denied, SizeIs(1));
@@ -39,7 +39,7 @@ TEST_F(WriteRules, WhatIsRefusedIsHandedOnToBeRecorded) {
   EXPECT_EQ(sink_.denied[1].reason, "the listener does not permit it");
 }
 
-TEST_F(WriteRules, WhatIsBeyondItsRoomIsHandedOnToBeRecorded) {
+TEST_F(WriteRules, AWriteBeyondTheClientLimitIsRecorded) {
   for (std::uint16_t i = 0; i < PendingRequests::kMost; ++i) {
     ASSERT_THAT(Ask(Frame(1, kWrite, i)), IsEmpty());
   }
@@ -53,19 +53,19 @@ TEST_F(WriteRules, WhatIsBeyondItsRoomIsHandedOnToBeRecorded) {
   EXPECT_EQ(sink_.denied[0].reason, "this client has 32 unanswered requests already");
 }
 
-TEST_F(WriteRules, BeyondItsLimitsIsAnIllegalValue) {
+TEST_F(WriteRules, AValueBeyondItsLimitsIsAnIllegalValue) {
   writing().max = 6;
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 03"));
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(WriteRules, WhatIsLockedIsADeviceFailure) {
+TEST_F(WriteRules, AWriteToALockedPointIsADeviceFailure) {
   writing().allow_when = {{"line.unit-1.p0", Value(std::int64_t{5}), Value(), 0, 0}};
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04")) << "it is -2";
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(WriteRules, SelectedThenWritten) {
+TEST_F(WriteRules, ASelectedPointIsWritten) {
   writing().select = true;
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04"));
   EXPECT_THAT(Ask(1, kSelect), ElementsAre(kSelected));
@@ -87,7 +87,7 @@ TEST_F(WriteRules, ASelectionBelongsToItsConnection) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(WriteRules, ASelectionEnds) {
+TEST_F(WriteRules, ASelectionExpires) {
   writing().select = true;
   writing().select_time = 2s;
   Ask(1, kSelect);
@@ -95,7 +95,7 @@ TEST_F(WriteRules, ASelectionEnds) {
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04"));
 }
 
-TEST_F(WriteRules, TheSelectRegisterTakesTheKeyAloneAndIsNotRead) {
+TEST_F(WriteRules, TheSelectRegisterAcceptsOnlyTheKeyAndIsNotReadable) {
   writing().select = true;
   EXPECT_THAT(Ask(1, "06 EA 60 00 01"), ElementsAre("12 34 00 00 00 03 01 86 03"));
   EXPECT_THAT(Ask(1, "03 EA 60 00 01"), ElementsAre("12 34 00 00 00 03 01 83 02"));
@@ -103,7 +103,7 @@ TEST_F(WriteRules, TheSelectRegisterTakesTheKeyAloneAndIsNotRead) {
   EXPECT_THAT(Ask(1, kWrite), ElementsAre("12 34 00 00 00 03 01 86 04")) << "still not selected";
 }
 
-TEST_F(WriteRules, WithoutSelectThereIsNoRegister) {
+TEST_F(WriteRules, WithoutSelectThereIsNoSelectRegister) {
   EXPECT_THAT(Ask(1, kSelect), ElementsAre("12 34 00 00 00 03 01 86 02"));
 }
 

@@ -21,7 +21,7 @@ using testing::Not;
 
 using UpstreamConnectionTest = UpstreamTest;
 
-TEST_F(UpstreamConnectionTest, NoConnectionWithoutARequestAndOneForAll) {
+TEST_F(UpstreamConnectionTest, RequestsShareOneConnectionThatIsOpenedOnDemand) {
   RunReady(io_);
   EXPECT_EQ(server_.accepted(), 0U);
   for (int i = 0; i < 3; ++i) {
@@ -44,7 +44,7 @@ TEST_F(UpstreamConnectionTest, HalfAReplyAtTheDeadlineEndsTheConnection) {
   EXPECT_EQ(Wait(next).outcome, Outcome::ok);
 }
 
-TEST_F(UpstreamConnectionTest, HalfAReplyOfAnotherUnitEndsNoConnection) {
+TEST_F(UpstreamConnectionTest, HalfAReplyOfAnotherUnitKeepsTheConnection) {
   const Asked& slow = Submit({.slave = 21});
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 05 15 03");
@@ -64,7 +64,7 @@ TEST_F(UpstreamConnectionTest, GarbageEndsTheConnection) {
   EXPECT_TRUE(RunUntil(io_, [&] { return server_.session(0).ended(); }));
 }
 
-TEST_F(UpstreamConnectionTest, AnEndInTheMidstAnswersAllAndRepeatsNothing) {
+TEST_F(UpstreamConnectionTest, AConnectionClosedInAReplyFailsAllAndRepeatsNothing) {
   const Asked& before = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
@@ -86,7 +86,7 @@ TEST_F(UpstreamConnectionTest, AnEndInTheMidstAnswersAllAndRepeatsNothing) {
   EXPECT_EQ(server_.Requests(1).size(), 1U);
 }
 
-TEST_F(UpstreamConnectionTest, AReadThatMetTheEndOfAConnectionIsSentOnceMore) {
+TEST_F(UpstreamConnectionTest, AReadOnAClosedConnectionIsRepeatedOnce) {
   const Asked& before = Submit();
   ASSERT_TRUE(server_.Wait(1));
   const Asked& read = Submit({.slave = 21});
@@ -134,7 +134,7 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
 }
 
 /// Each read is tried twice, then its unit pauses.
-TEST_F(UpstreamConnectionTest, AServerThatTurnsUsAwayIsNotPestered) {
+TEST_F(UpstreamConnectionTest, AServerThatClosesAtOnceIsRetriedAfterAPause) {
   server_.turns_away = true;
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::no_reply);
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::line_down);
@@ -187,7 +187,7 @@ class ClosingServer : public UpstreamConnectionTest {
   bool closed_ = false;
 };
 
-TEST_F(ClosingServer, FailsForTheUnitAloneThatItClosesOn) {
+TEST_F(ClosingServer, FailsOnlyForTheUnitThatItClosesOn) {
   closes_on = "07";
   int failed = 0;
   for (int i = 0; i < 50; ++i) {
@@ -203,7 +203,7 @@ TEST_F(ClosingServer, FailsForTheUnitAloneThatItClosesOn) {
 }
 
 /// The request is truncated. Its unit answers all other requests, so the unit must not pause.
-TEST_F(ClosingServer, FailsForTheRequestAloneThatItClosesOn) {
+TEST_F(ClosingServer, FailsOnlyForTheRequestThatItClosesOn) {
   closes_on = "01 01 00";
   int failed = 0;
   for (int i = 0; i < 50; ++i) {
@@ -217,7 +217,7 @@ TEST_F(ClosingServer, FailsForTheRequestAloneThatItClosesOn) {
   EXPECT_EQ(failed, 0);
 }
 
-TEST_F(ClosingServer, IsAskedForTheUnitAgainWhenItsPauseIsOver) {
+TEST_F(ClosingServer, IsAskedForTheUnitAgainAfterThePause) {
   closes_on = "07";
   Served(Submit({.slave = 7}));
   closes_on.clear();
@@ -226,7 +226,7 @@ TEST_F(ClosingServer, IsAskedForTheUnitAgainWhenItsPauseIsOver) {
   EXPECT_EQ(Served(Submit({.slave = 7})).outcome, Outcome::ok);
 }
 
-TEST_F(UpstreamConnectionTest, AnIdleConnectionThatEndsIsMadeAnewAtOnce) {
+TEST_F(UpstreamConnectionTest, AClosedIdleConnectionIsReopenedAtOnce) {
   const Asked& first = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
@@ -239,7 +239,7 @@ TEST_F(UpstreamConnectionTest, AnIdleConnectionThatEndsIsMadeAnewAtOnce) {
   EXPECT_EQ(Wait(second).outcome, Outcome::ok);
 }
 
-TEST_F(UpstreamConnectionTest, ADeadServerIsGivenUpAfterSilentDeadlines) {
+TEST_F(UpstreamConnectionTest, ADeadServerIsDisconnectedAfterSilentDeadlines) {
   const Asked& first = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 05 14 03 02 00 01");
@@ -276,7 +276,7 @@ TEST_F(UpstreamConnectionTest, ADeadlineWhileConnectingIsNotExceeded) {
   EXPECT_THAT(reply.reason, HasSubstr("connected"));
 }
 
-TEST_F(UpstreamConnectionTest, StopAnswersEveryoneAndLetsNobodyIn) {
+TEST_F(UpstreamConnectionTest, StopAnswersAllRequestsAndRefusesNewOnes) {
   const Asked& write = Submit({.pdu = "06 00 08 00 02"});
   ASSERT_TRUE(server_.Wait(1));
   const Asked& waits = Submit({.pdu = "06 00 08 00 00"});
@@ -294,7 +294,7 @@ TEST_F(UpstreamConnectionTest, StopAnswersEveryoneAndLetsNobodyIn) {
   EXPECT_EQ(server_.Requests().size(), 1U);
 }
 
-TEST_F(UpstreamConnectionTest, NamesAreLookedUp) {
+TEST_F(UpstreamConnectionTest, HostNamesAreResolved) {
   Upstream upstream(io_, "localhost", server_.port(), [](std::uint8_t) {});
   upstream.Start();
   ASSERT_TRUE(upstream.Submit(Make({})));

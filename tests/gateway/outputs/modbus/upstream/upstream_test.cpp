@@ -26,7 +26,7 @@ using test::RunUntil;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-TEST_F(UpstreamTest, RequestAndReplyPassAsTheyAre) {
+TEST_F(UpstreamTest, RequestAndReplyPassUnchanged) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   EXPECT_EQ(server_.Requests()[0], "00 00 00 00 00 06 14 03 00 C8 00 01");
@@ -48,7 +48,7 @@ TEST_F(UpstreamTest, AnExceptionIsPassedOn) {
   EXPECT_EQ(ToHex(reply.pdu), "83 02");
 }
 
-TEST_F(UpstreamTest, RepliesFindTheirRequestsInAnyOrder) {
+TEST_F(UpstreamTest, RepliesAreMatchedToRequestsInAnyOrder) {
   const Asked& first = Submit({.slave = 1});
   const Asked& second = Submit({.slave = 2});
   ASSERT_TRUE(server_.Wait(2));
@@ -88,7 +88,7 @@ struct Misframed {
 };
 
 /// The next reply follows, with and without the bytes that the header counts too many.
-TEST_F(UpstreamTest, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
+TEST_F(UpstreamTest, AKnownReplySizeOverridesTheHeader) {
   const Misframed kCases[] = {
       {"03 00 C8 00 01", "00 00 00 04 14 83 02", "83 02", Outcome::refused},
       {"03 00 C8 00 01", "00 00 00 06 14 03 02 09 C4", "03 02 09 C4"},
@@ -110,7 +110,7 @@ TEST_F(UpstreamTest, TheSizeThatFunctionAndRequestFixStandsAboveTheHeader) {
 }
 
 /// Two replies come in one piece, and the header of the second must be found.
-TEST_F(UpstreamTest, BehindAMisframedReplyTheNextHeaderIsFound) {
+TEST_F(UpstreamTest, TheHeaderBehindAMisframedReplyIsFound) {
   const Asked& first = Submit();
   const Asked& second = Submit({.slave = 21});
   ASSERT_TRUE(server_.Wait(2));
@@ -119,7 +119,7 @@ TEST_F(UpstreamTest, BehindAMisframedReplyTheNextHeaderIsFound) {
   EXPECT_EQ(ToHex(Wait(second).pdu), "03 02 00 07");
 }
 
-TEST_F(UpstreamTest, OtherUnitsAndFunctionsAreNoReply) {
+TEST_F(UpstreamTest, RepliesOfOtherUnitsAndFunctionsAreUnexpected) {
   using Case = std::pair<std::string, std::string>;
   for (const auto& [reply, reason] :
        {Case{"00 00 00 00 00 05 15 03 02 09 C4", "answered for unit 21"},
@@ -142,7 +142,7 @@ struct OddReply {
 class OddReplyTest : public UpstreamTest, public testing::WithParamInterface<OddReply> {};
 
 /// The transaction id shows the request, so the reply passes, and the client judges it.
-TEST_P(OddReplyTest, PassesAsItCame) {
+TEST_P(OddReplyTest, PassesUnchanged) {
   const std::string pdu = GetParam().reply;
   const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
   const Asked& asked = Submit({.pdu = GetParam().request});
@@ -161,14 +161,14 @@ INSTANTIATE_TEST_SUITE_P(
                     OddReply{"10 00 08 00 01 02 00 07", "10 00 08 00 01 02 00 07"},
                     OddReply{"08 00 15 00 03", "08 00 15 00 03 00 04 00 01 00 02"}));
 
-TEST_F(UpstreamTest, WhatNobodyKnowsPassesAsItIs) {
+TEST_F(UpstreamTest, AnUnknownFunctionPassesUnchanged) {
   const Asked& asked = Submit({.slave = 250, .pdu = "64 DE AD"});
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 00 00 00 00 05 FA 64 01 02 03");
   EXPECT_EQ(ToHex(Wait(asked).pdu), "64 01 02 03");
 }
 
-TEST_F(UpstreamTest, AnUnknownIdIsDropped) {
+TEST_F(UpstreamTest, AReplyWithAnUnknownIdIsDropped) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write("00 07 00 00 00 05 14 03 02 09 C4 00 00 00 00 00 05 14 03 02 00 01");
@@ -192,7 +192,7 @@ TEST_F(UpstreamTest, ABroadcastIsNotWaitedFor) {
   EXPECT_THAT(late_, IsEmpty()) << "nobody waits for its answer";
 }
 
-TEST_F(UpstreamTest, AWriteToUnitZeroThatIsNoBroadcastIsAnswered) {
+TEST_F(UpstreamTest, APlainWriteToUnitZeroIsAnswered) {
   const Asked& write = Submit({.slave = 0, .pdu = "06 00 08 00 02"});
   const Asked& other = Submit({.slave = 20});
   ASSERT_TRUE(server_.Wait(2)) << "and holds up no other unit";
@@ -202,7 +202,7 @@ TEST_F(UpstreamTest, AWriteToUnitZeroThatIsNoBroadcastIsAnswered) {
   EXPECT_EQ(Wait(other).outcome, Outcome::ok);
 }
 
-TEST_F(UpstreamTest, AServerThatSendsGarbageBehindGoodFramesFillsNoLog) {
+TEST_F(UpstreamTest, GarbageBehindGoodFramesDoesNotFloodTheLog) {
   CapturedLog log;
   constexpr std::size_t kTimes = 10;
   for (std::size_t i = 0; i < kTimes; ++i) {
@@ -221,7 +221,7 @@ TEST_F(UpstreamTest, AServerThatSendsGarbageBehindGoodFramesFillsNoLog) {
 
 using testing::ElementsAre;
 
-TEST_F(UpstreamTest, ALateReplyIsNotTheNextOnes) {
+TEST_F(UpstreamTest, ALateReplyIsNotTakenForTheNextRequest) {
   const Asked& slow = SendInVain();
   EXPECT_THAT(slow.reply.reason, HasSubstr("did not answer in time"));
   const Asked& next = Submit();
@@ -237,7 +237,7 @@ TEST_F(UpstreamTest, ALateReplyIsNotTheNextOnes) {
   EXPECT_THAT(late_, ElementsAre(20)) << "a copy is not counted";
 }
 
-TEST_F(UpstreamTest, WhatCameLateIsShownAtTheRoutesToThatUnit) {
+TEST_F(UpstreamTest, ALateReplyIsCountedAtTheRoutesToItsUnit) {
   std::vector<config::Route> routes;
   const auto add = [&routes](std::uint16_t port, std::uint8_t first, std::uint8_t last) {
     config::Route& route = routes.emplace_back();
@@ -280,7 +280,7 @@ TEST_F(UpstreamTest, NothingIsSentAfterItsDeadline) {
   EXPECT_EQ(server_.accepted(), 0U);
 }
 
-TEST_F(UpstreamTest, WhatWaitsForTheWireExpires) {
+TEST_F(UpstreamTest, AWaitingRequestExpires) {
   FillTheWire();
   const Asked& late = Submit({.within = 1ms});
   EXPECT_FALSE(Wait(late).sent);
@@ -292,7 +292,7 @@ TEST_F(UpstreamTest, WhatWaitsForTheWireExpires) {
 
 // ---------------- Which requests are sent and which wait: places on the wire, priorities, writes.
 
-TEST_F(UpstreamTest, TheWireTakesTwelveReadsAndThenThePriorityDecides) {
+TEST_F(UpstreamTest, TwelveReadsAreSentAndFurtherReadsWaitByPriority) {
   FillTheWire();
   Submit({.slave = 30, .pdu = "03 00 0A 00 01", .priority = config::Priority::low});
   Submit({.slave = 30, .pdu = "03 00 0B 00 01"});
@@ -310,7 +310,7 @@ TEST_F(UpstreamTest, TheWireTakesTwelveReadsAndThenThePriorityDecides) {
   EXPECT_THAT(requests[14], HasSubstr("03 00 0A"));
 }
 
-TEST_F(UpstreamTest, ShortWritesDoNotWaitForReadsThatNobodyAnswers) {
+TEST_F(UpstreamTest, WritesDoNotWaitForUnansweredReads) {
   FillTheWire();
   for (std::uint8_t unit = 40; unit < 48; ++unit) Submit({.slave = unit});
   RunReady(io_);
@@ -321,7 +321,7 @@ TEST_F(UpstreamTest, ShortWritesDoNotWaitForReadsThatNobodyAnswers) {
   EXPECT_EQ(server_.Requests()[13], "00 0D 00 00 00 06 1E 06 00 08 00 00");
 }
 
-TEST_F(UpstreamTest, OneUnitTakesFourPlacesAndASilentOneOne) {
+TEST_F(UpstreamTest, AUnitHasFourPendingReadsAndASilentUnitOne) {
   const auto read = [this](std::uint8_t unit, int start, Duration within = 1h) {
     Submit({.slave = unit,
             .pdu = "03 01 " + HexByte(static_cast<std::uint8_t>(start)) + " 00 01",
@@ -345,7 +345,7 @@ TEST_F(UpstreamTest, OneUnitTakesFourPlacesAndASilentOneOne) {
   ASSERT_TRUE(server_.Wait(sent + 2 + RequestsOnWire::kMostPerUnit)) << "it answers again";
 }
 
-TEST_F(UpstreamTest, TheNextWriteToAUnitWaitsForTheOneBefore) {
+TEST_F(UpstreamTest, AWriteWaitsForThePreviousWriteToItsUnit) {
   const Asked& start = Submit({.pdu = "06 00 08 00 02", .client = 1});
   Submit({.pdu = "06 00 08 00 00", .client = 2, .priority = config::Priority::high});
   Submit({.slave = 21, .pdu = "06 00 08 00 07", .client = 2});
@@ -371,7 +371,7 @@ class UpstreamRest : public UpstreamTest {
   }
 };
 
-TEST_F(UpstreamRest, AnswersWhatIsUnderWayAndDisconnects) {
+TEST_F(UpstreamRest, AnswersPendingRequestsAndDisconnects) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   upstream_.Rest();
@@ -382,7 +382,7 @@ TEST_F(UpstreamRest, AnswersWhatIsUnderWayAndDisconnects) {
   EXPECT_TRUE(RunUntilDisconnected());
 }
 
-TEST_F(UpstreamRest, DisconnectsAtOnceWhereNothingIsUnderWay) {
+TEST_F(UpstreamRest, DisconnectsAtOnceWithoutPendingRequests) {
   const Asked& asked = Submit();
   ASSERT_TRUE(server_.Wait(1));
   server_.Write(kReply);
@@ -417,7 +417,7 @@ TEST_F(UpstreamRest, EndsWithTheNextRoute) {
 
 // ---------------- Clients of a remote server: shared reads, a full queue, leaving, threads.
 
-TEST_F(UpstreamTest, IdenticalReadsThatWaitTogetherShareOneReply) {
+TEST_F(UpstreamTest, WaitingIdenticalReadsShareOneReply) {
   const Asked& first = Submit({.client = 1});
   const Asked& second = Submit({.client = 2});
   ASSERT_TRUE(server_.Wait(1));
@@ -428,7 +428,7 @@ TEST_F(UpstreamTest, IdenticalReadsThatWaitTogetherShareOneReply) {
   EXPECT_EQ(server_.Requests().size(), 1U);
 }
 
-TEST_F(UpstreamTest, AForgottenClientIsNotSentFor) {
+TEST_F(UpstreamTest, RequestsOfAForgottenClientAreNotSent) {
   FillTheWire();
   const Asked& gone = Submit({.client = 7});
   RunReady(io_);
@@ -450,7 +450,7 @@ TEST_F(UpstreamTest, AForgottenClientIsNotSentFor) {
   EXPECT_THAT(late_, IsEmpty()) << "it was waited for";
 }
 
-TEST_F(UpstreamTest, AFullQueueSaysNoUntilThereIsRoom) {
+TEST_F(UpstreamTest, AFullQueueRefusesRequestsUntilThereIsRoom) {
   FillTheWire();
   for (std::size_t i = 0; i < UpstreamQueue::kMostWaiting; ++i) {
     Submit({.pdu = "2B 0E 01 00", .client = i});

@@ -57,7 +57,7 @@ TEST_F(RtuFramingTest, EveryCutOfEveryFunctionGivesTheModbusTcpForm) {
   }
 }
 
-TEST_F(RtuFramingTest, FramesInOneGoComeOneAfterTheOther) {
+TEST_F(RtuFramingTest, FramesInOnePieceAreTakenInOrder) {
   Bytes both = Rtu(20, "03 01 F4 00 01");
   Append(both, View(Rtu(21, "06 00 08 00 02")));
   Put(both);
@@ -68,7 +68,7 @@ TEST_F(RtuFramingTest, FramesInOneGoComeOneAfterTheOther) {
   EXPECT_EQ(Take(), "00 00 00 00 00 06 15 06 00 08 00 02");
 }
 
-TEST_F(RtuFramingTest, ADamagedFrameIsDroppedAndTheNextOneFound) {
+TEST_F(RtuFramingTest, ADamagedFrameIsDroppedAndTheNextFrameIsFound) {
   const Bytes good = Rtu(20, "03 01 F4 00 01");
   for (std::size_t at = 0; at < good.size(); ++at) {
     Bytes damaged = good;
@@ -99,7 +99,7 @@ TEST_F(RtuFramingTest, SilenceEndsAFrameOfUnknownLength) {
   EXPECT_EQ(Take(), "00 00 00 00 00 07 14 64 DE AD BE EF 01");
 }
 
-TEST_F(RtuFramingTest, MemoryIsBoundedWhileNothingIsTaken) {
+TEST_F(RtuFramingTest, MemoryIsBoundedWhileFramesAreNotTaken) {
   const Bytes frame = Rtu(20, "03 01 F4 00 01");
   std::size_t put = 0;
   while (!framing_.Space().empty()) {
@@ -157,7 +157,7 @@ TEST(Mbap, EveryCutGivesTheSameFrames) {
   }
 }
 
-TEST(Mbap, OneByteAtATime) {
+TEST(Mbap, AFrameInSingleBytesIsTaken) {
   const Bytes frame = Frame(1, "03 00 00 00 02");
   MbapAssembler assembler;
   for (std::size_t i = 0; i + 1 < frame.size(); ++i) {
@@ -168,7 +168,7 @@ TEST(Mbap, OneByteAtATime) {
   EXPECT_EQ(TakeAll(assembler), std::vector<Bytes>{frame});
 }
 
-TEST(Mbap, LongestFrameFitsBehindAHalfOne) {
+TEST(Mbap, TheLongestFrameMayArriveInTwoParts) {
   const Bytes longest = Frame(1, std::string(2 * 253, '0'));
   ASSERT_EQ(longest.size(), kMaxAdu);
   MbapAssembler assembler;
@@ -180,7 +180,7 @@ TEST(Mbap, LongestFrameFitsBehindAHalfOne) {
   }
 }
 
-TEST(Mbap, AFloodIsBoundedAndLosesNothing) {
+TEST(Mbap, AFloodOfFramesIsBoundedAndLosesNothing) {
   const Bytes frame = Frame(1, "03 00 00 00 02");
   MbapAssembler assembler;
   std::size_t offered = 0;
@@ -204,7 +204,7 @@ struct DefectCase {
 
 class MbapDefects : public testing::TestWithParam<DefectCase> {};
 
-TEST_P(MbapDefects, IsMalformedAsSoonAsItCanBeSeen) {
+TEST_P(MbapDefects, AreDetectedAsSoonAsPossible) {
   MbapAssembler assembler;
   Feed(assembler, ParseHex(GetParam().hex).value());
   EXPECT_EQ(assembler.Peek(), MbapState::malformed);
@@ -248,7 +248,7 @@ Bytes RequestIn(Framing framing) {
   return Both().Of(framing)->carrier->wrap(1, pdu);
 }
 
-TEST(OtherFraming, TellsEachFromTheOthers) {
+TEST(OtherFraming, RecognisesEachFraming) {
   constexpr Framing kAll[] = {Framing::tcp, Framing::rtu, Framing::ascii};
   for (const Framing expected : kAll) {
     for (const Framing spoken : kAll) {
@@ -275,7 +275,7 @@ TEST(OtherFraming, WaitsForAWholeRequest) {
   }
 }
 
-TEST(OtherFraming, SaysNothingOfNoise) {
+TEST(OtherFraming, IgnoresNoise) {
   Bytes noise(kMostLookedAt);
   std::uint32_t random = 1;
   for (std::uint8_t& byte : noise) {
@@ -295,7 +295,7 @@ TEST(OtherFraming, ADamagedRequestIsNotAnotherFraming) {
   }
 }
 
-TEST(OtherFraming, SaysWhatToDo) {
+TEST(OtherFraming, AdvisesHowToFixTheFraming) {
   EXPECT_EQ(ExplainOther(Framing::ascii, Framing::tcp),
             "it speaks Modbus ASCII, and Modbus TCP is spoken here; set framing: ascii at the "
             "listener, or change the other side");
@@ -351,7 +351,7 @@ INSTANTIATE_TEST_SUITE_P(
                     BadRequest{"bits_1969", "0F 00 00 07 B1 F7" + Zeros(247), kIllegalValue}),
     [](const auto& info) { return info.param.name; });
 
-TEST(Request, TheLargestOfEachKindPass) {
+TEST(Request, TheLargestRequestOfEachKindIsAccepted) {
   for (const std::string& pdu :
        {std::string("03 00 00 00 7D"), std::string("04 FF 83 00 7D"), std::string("01 00 00 07 D0"),
         "10 00 00 00 7B F6" + Zeros(246), "0F 00 00 07 B0 F6" + Zeros(246)}) {
@@ -361,7 +361,7 @@ TEST(Request, TheLargestOfEachKindPass) {
   }
 }
 
-TEST(Request, FieldsAreTakenFromTheirPlaces) {
+TEST(Request, FieldsAreParsed) {
   ModbusRequest request;
   const Bytes frame = Frame(21, "10 01 02 00 02 04 AA BB CC DD");
   ASSERT_EQ(ParseRequest(frame, request), kNoException);
@@ -373,7 +373,7 @@ TEST(Request, FieldsAreTakenFromTheirPlaces) {
   EXPECT_EQ(request.table(), config::Table::registers);
 }
 
-TEST(Request, SizesOfReplies) {
+TEST(Request, ComputesTheSizesOfReplies) {
   const std::pair<const char*, std::size_t> sizes[] = {
       {"01 00 00 00 01", 10},          {"02 00 00 00 08", 10}, {"02 00 00 00 09", 11},
       {"01 00 00 07 D0", 259},         {"03 00 00 00 01", 11}, {"04 00 00 00 7D", 259},

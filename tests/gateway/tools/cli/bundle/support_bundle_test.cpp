@@ -51,7 +51,7 @@ class BundleTest : public control::ControlTest {
   std::ostringstream err_;
 };
 
-TEST_F(BundleTest, HasAllOfARunningGateway) {
+TEST_F(BundleTest, ContainsAllFilesOfARunningGateway) {
   records::TraceRecord record;
   record.text = "port open";
   lines_.recorded = {record};
@@ -73,7 +73,7 @@ TEST_F(BundleTest, HasAllOfARunningGateway) {
   EXPECT_EQ(state.st_mode & 0777U, 0600U);
 }
 
-TEST_F(BundleTest, SaysWhatIsMissingWithoutAGateway) {
+TEST_F(BundleTest, ListsMissingFilesWithoutAGateway) {
   options_.log = [] { return Result<std::string>(Error{"nobody keeps one"}); };
   options_.config = (directory_ / "nowhere.yaml").string();
   EXPECT_EQ(Run(), 0);
@@ -86,14 +86,14 @@ TEST_F(BundleTest, SaysWhatIsMissingWithoutAGateway) {
   EXPECT_THAT(err_.str(), HasSubstr("baudgate: missing: log: nobody keeps one\n"));
 }
 
-TEST_F(BundleTest, AConfigurationThatIsAPipeIsNotWaitedFor) {
+TEST_F(BundleTest, DoesNotWaitForAConfigurationThatIsAPipe) {
   options_.config = (directory_ / "pipe.yaml").string();
   ASSERT_EQ(::mkfifo(options_.config.c_str(), 0600), 0);
   EXPECT_EQ(Run(), 0);
   EXPECT_THAT(Files()["baudgate-support/contents.txt"], HasSubstr("pipe.yaml: is no regular file"));
 }
 
-TEST_F(BundleTest, OverwritesNothing) {
+TEST_F(BundleTest, RefusesToOverwriteAFile) {
   std::ofstream(options_.file) << "mine";
   EXPECT_EQ(Run(), 4);
   EXPECT_THAT(err_.str(), HasSubstr("File exists"));

@@ -59,7 +59,7 @@ TEST_F(ClientTest, StatusShowsTablesOrJson) {
   EXPECT_THAT(err_.str(), IsEmpty());
 }
 
-TEST(CureOfSilence, NamesAProcessThatIsStopped) {
+TEST(CureOfSilence, NamesAStoppedProcess) {
   const pid_t child = ::fork();
   if (child == 0) {
     ::raise(SIGSTOP);
@@ -77,7 +77,7 @@ TEST(CureOfSilence, NamesAProcessThatIsStopped) {
   EXPECT_THAT(CureOfSilence(0), StartsWith("the gateway may hang"));
 }
 
-TEST_F(ClientTest, AWatchedStatusLeavesTheTerminalAsItWas) {
+TEST_F(ClientTest, AWatchedStatusRestoresTheTerminal) {
   StartServer();
   const StatusOptions options{.target = "",
                               .socket = path(),
@@ -111,7 +111,7 @@ class PointsClient : public ClientTest {
   }
 };
 
-TEST_F(PointsClient, AWriteSaysWhatBecameOfIt) {
+TEST_F(PointsClient, AWritePrintsItsOutcome) {
   StartServer();
   EXPECT_EQ(Write("7.5"), 0) << err_.str();
   EXPECT_EQ(out_.str(), "io.ai-1.setting: 7.5 written, and read back\n");
@@ -131,7 +131,7 @@ TEST_F(PointsClient, AWriteSaysWhatBecameOfIt) {
   EXPECT_EQ(out_.str(), "{\"end\":\"refused\",\"reason\":\"NACK 5\",\"read_back\":false}\n");
 }
 
-TEST_F(PointsClient, WhatIsNotWrittenSaysWhy) {
+TEST_F(PointsClient, ARefusedWritePrintsTheReason) {
   StartServer();
   EXPECT_EQ(Write("11"), kNotDone);
   EXPECT_THAT(err_.str(), HasSubstr("not written: 'setting': 11 is above the maximum"));
@@ -163,7 +163,7 @@ TEST_F(ClientTest, UnknownNamesAreWrongUsage) {
   EXPECT_THAT(out_.str(), IsEmpty());
 }
 
-TEST_F(ClientTest, WithoutAGatewayTheySayWhereTheyLooked) {
+TEST_F(ClientTest, WithoutAGatewayTheSearchedPathsAreNamed) {
   EXPECT_EQ(Status(""), 4);
   EXPECT_THAT(err_.str(), HasSubstr("no gateway answers at " + path()));
   EXPECT_THAT(err_.str(), HasSubstr("start baudgate, or name its socket with --socket PATH"));
@@ -171,7 +171,7 @@ TEST_F(ClientTest, WithoutAGatewayTheySayWhereTheyLooked) {
   EXPECT_EQ(InUse("io.ai-1", true), 4);
 }
 
-TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
+TEST_F(ClientTest, TheOnlyGatewayInTheDefaultPlacesIsFound) {
   const control::RuntimeDirectory runtime(directory_);
   std::filesystem::create_directory(directory_ / "baudgate");
   const auto connect = [] { return ControlClient::Connect({}); };
@@ -199,7 +199,7 @@ TEST_F(ClientTest, TheOneGatewayInTheDefaultPlacesIsFound) {
   EXPECT_EQ(one->path(), config_.socket) << "what a dead process left does not count";
 }
 
-TEST_F(ClientTest, ReleaseWaitsForThePortAndSaysUntilWhen) {
+TEST_F(ClientTest, ReleaseWaitsForThePortAndPrintsItsEndTime) {
   status::SetOpen(store_, 1, "serial");
   StartServer();
   EXPECT_EQ(Release("io", 10min), 0) << err_.str();
@@ -214,7 +214,7 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndSaysUntilWhen) {
   EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min", "take back 1", "take back 1"));
 }
 
-TEST_F(ClientTest, InUseSaysThatARestartForgets) {
+TEST_F(ClientTest, DisableWarnsThatARestartForgetsIt) {
   StartServer();
   EXPECT_EQ(InUse("bay-1.feeder-2", false), 0);
   EXPECT_EQ(
@@ -290,7 +290,7 @@ class BillingTest : public control::ControlTest {
   std::ostringstream err_;
 };
 
-TEST_F(BillingTest, ATableOfReadingsAndTariffsByTheDateOfTheMeter) {
+TEST_F(BillingTest, PrintsReadingsAndTariffsByTheDateOfTheMeter) {
   ASSERT_EQ(Run({}), 0) << err_.str();
   EXPECT_EQ(
       out_.str(),
@@ -315,7 +315,7 @@ TEST_F(BillingTest, CsvHasPlainNumbersAndEmptyCells) {
             "bay-1.feeder-1,month,2026-11-01,2,250.0,,,,good\r\n");
 }
 
-TEST_F(BillingTest, JsonIsOneObjectALine) {
+TEST_F(BillingTest, JsonHasOneObjectPerLine) {
   HistoryOptions options;
   options.json = true;
   options.since = ParseWallTime("2026-11-02").value();
@@ -327,7 +327,7 @@ TEST_F(BillingTest, JsonIsOneObjectALine) {
   EXPECT_TRUE(row["active_import"].is_null());
 }
 
-TEST_F(BillingTest, WhereNoneAreKeptItSaysWhatToDo) {
+TEST_F(BillingTest, MissingReadingsAreExplained) {
   EXPECT_EQ(Run({.points = {"bay-1.feeder-2"}}), 2);
   EXPECT_THAT(out_.str(), IsEmpty());
   EXPECT_EQ(Run({.points = {"bay-1.nobody"}}), 2);
@@ -374,7 +374,7 @@ class HistoryClient : public control::ControlTest {
   std::ostringstream err_;
 };
 
-TEST_F(HistoryClient, PatternsMeanThePointsThatAreKept) {
+TEST_F(HistoryClient, PatternsMatchTheStoredPoints) {
   EXPECT_EQ(Run({"*.*.curr*", "bay-1.feeder-1.current"}), 0) << err_.str();
   EXPECT_EQ(
       out_.str(),
@@ -383,7 +383,7 @@ TEST_F(HistoryClient, PatternsMeanThePointsThatAreKept) {
       "2026-09-21T14:13:20.000Z  bay-1.feeder-2.current                         1.5  good\n");
 }
 
-TEST_F(HistoryClient, PatternsThatMeanNothingSayWhy) {
+TEST_F(HistoryClient, PatternsWithoutAMatchAreExplained) {
   EXPECT_EQ(Run({"bay-1.*.power"}), 2);
   EXPECT_THAT(err_.str(), HasSubstr("no point is like 'bay-1.*.power'"));
   EXPECT_EQ(Run({"*.*.voltage"}), 2);
@@ -417,7 +417,7 @@ Json Device(const std::string& name, const std::string& state, int ok, const std
           {"advice", Json::array({says})}};
 }
 
-TEST(StatusSentences, WhatFailsStandsAboveWhatSuffersFromIt) {
+TEST(StatusSentences, TheWorstTroubleIsListedFirst) {
   Json status;
   status["modbus"] = {{"masters", Json::array()}, {"routes", Json::array()}};
   status["lines"] = Json::array(
@@ -431,7 +431,7 @@ TEST(StatusSentences, WhatFailsStandsAboveWhatSuffersFromIt) {
                                             "bay.healthy: two replies were late"));
 }
 
-TEST(StatusSentences, EachSectionHasItsOwn) {
+TEST(StatusSentences, EachSectionContributesItsAdvice) {
   const Json status = {{"gateway", "plant"},
                        {"lines", Json::array()},
                        {"dds", {{"advice", Json::array({"the process has not connected yet"})}}},

@@ -79,7 +79,7 @@ Ran Map(const std::string& text, tools::MapFormat format) {
   });
 }
 
-TEST(Check, GoodConfigurationIsSummedUp) {
+TEST(Check, AGoodConfigurationIsSummarised) {
   const Ran ran = Check(kGood);
   EXPECT_EQ(ran.code, 0);
   EXPECT_EQ(ran.err, "");
@@ -100,7 +100,7 @@ TEST(Check, GoodConfigurationIsSummedUp) {
   EXPECT_THAT(ran.out, Not(HasSubstr("hunter")));
 }
 
-TEST(Check, SaysWhereClientsCanHaveAPort) {
+TEST(Check, ListsTheAddressesWherePortsAreLent) {
   const Ran ran = Check(
       "gateway: { name: g }\ndds: { enabled: false }\nmodbus: { enabled: false }\nlines:\n"
       "  - { name: panel, port: /dev/p, serial: 9600 8N1, serial_server: { at: "
@@ -114,7 +114,7 @@ TEST(Check, SaysWhereClientsCanHaveAPort) {
                                  "reaches it, 5min at most\n"));
 }
 
-TEST(Check, SaysThatDdsMayWrite) {
+TEST(Check, ReportsThatDdsMayWrite) {
   const Ran ran = Check(std::string(kGood) + "dds: { write: allow }\n");
   EXPECT_EQ(ran.code, 0) << ran.err;
   EXPECT_THAT(ran.out, HasSubstr("; write: allow, so that everybody who reaches the domain can "
@@ -146,7 +146,7 @@ TEST(Check, JsonHasPlacesAndSeverities) {
   EXPECT_EQ(good["summary"]["units"][0]["target"], "device d on line bay (cached)");
 }
 
-TEST(Map, TableShowsBothNotationsAndTheCompanions) {
+TEST(Map, TheTableShowsBothNotationsAndCompanionRegisters) {
   const Ran ran = Map(kGood, tools::MapFormat::table);
   EXPECT_EQ(ran.code, 0);
   EXPECT_THAT(ran.out, HasSubstr("device d on line bay: unit 7, word order CDAB; DDS key "
@@ -164,7 +164,7 @@ TEST(Map, TableShowsBothNotationsAndTheCompanions) {
   EXPECT_THAT(ran.out, HasSubstr("device e on line bay: not on Modbus (no unit)"));
 }
 
-TEST(Check, SaysWhatMayBeWrittenAndWhatCouldBe) {
+TEST(Check, ListsWritablePointsAndThoseSwitchedOff) {
   const std::string text =
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"
       "{ name: d, address: 1, write: [a], points: [\n"
@@ -182,7 +182,7 @@ TEST(Check, SaysWhatMayBeWrittenAndWhatCouldBe) {
             R"({"allowed":["a"],"off":["b"]})");
 }
 
-TEST(Map, ShowsSelectRegistersAndOnlyWritesThatAreAllowed) {
+TEST(Map, ShowsSelectRegistersAndOnlyAllowedWrites) {
   const std::string text =
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
       "1, write: [a], points: [{ name: a, read: A1, type: bool, access: w, modbus: 7, select: true "
@@ -196,14 +196,14 @@ TEST(Map, ShowsSelectRegistersAndOnlyWritesThatAreAllowed) {
   EXPECT_THAT(Map(text, tools::MapFormat::table).out, HasSubstr("60007"));
 }
 
-TEST(Map, SixDigitNotationBeyondFive) {
+TEST(Map, UsesSixDigitNotationBeyondFiveDigits) {
   const std::string text =
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1, unit: "
       "1, points: [{ name: p, read: A1, type: int16, modbus: 19999 }] }] }\n";
   EXPECT_THAT(Map(text, tools::MapFormat::table).out, HasSubstr("320000/420000"));
 }
 
-TEST(Map, CsvHasOneRowAPoint) {
+TEST(Map, CsvHasOneRowPerPoint) {
   const Ran ran = Map(kGood, tools::MapFormat::csv);
   EXPECT_THAT(ran.out,
               HasSubstr("bay,d,7,current,\"input, holding\",\"4,3\",,0,30001/40001,2,"
@@ -220,7 +220,7 @@ TEST(Map, NoCellOfTheCsvIsAFormula) {
   EXPECT_THAT(out, HasSubstr(",'=1+1\r\n"));
 }
 
-TEST(Map, Json) {
+TEST(Map, JsonHasAllPoints) {
   const Json json = Json::parse(Map(kGood, tools::MapFormat::json).out);
   EXPECT_EQ(json["gateway"], "gate");
   ASSERT_EQ(json["points"].size(), 4U);
@@ -233,7 +233,7 @@ TEST(Map, BadConfigurationIsExitCode3) {
   EXPECT_EQ(Map("lines: 1\n", tools::MapFormat::table).code, 3);
 }
 
-TEST(Protocols, WhereNoneIsInstalledTheFoldersAreNamed) {
+TEST(Protocols, WithoutModulesTheSearchedFoldersAreNamed) {
   config::Catalog nothing;
   nothing.module_dirs = {"/opt/baudgate/protocols"};
   const Ran runs[] = {
@@ -250,7 +250,7 @@ TEST(Protocols, WhereNoneIsInstalledTheFoldersAreNamed) {
   }
 }
 
-TEST(Protocols, ListAndOne) {
+TEST(Protocols, AreListedAndDescribed) {
   const auto run = [](const std::string& name, bool json) {
     return Capture([&](auto& out, auto& err) {
       return tools::RunProtocols(name, json, FakeCatalog(), out, err);
@@ -271,7 +271,7 @@ TEST(Protocols, ListAndOne) {
             "protocol 'fakt' is not installed; did you mean 'fake'? installed: fake, other\n");
 }
 
-TEST(Profiles, ListAndOne) {
+TEST(Profiles, AreListedAndDescribed) {
   const auto run = [](const std::string& name, tools::ProfileFormat format) {
     return Capture([&](auto& out, auto& err) {
       return tools::RunProfiles(name, format, FakeCatalog(), out, err);
@@ -340,20 +340,20 @@ const std::string kFileTrace =
     "04:05:07.000000 ai-2 > 23 30 32 0D | #02.\n"
     "04:05:07.500000 ai-2 = no_reply: no reply after 500 ms\n";
 
-TEST(Decode, TakesProtocolAndProfileFromTheHead) {
+TEST(Decode, TakesProtocolAndProfileFromTheHeader) {
   const Said decoded = DecodeText(kFileHead + kFileTrace);
   EXPECT_EQ(decoded.code, 0) << decoded.err;
   EXPECT_THAT(decoded.out, HasSubstr(R"("point":"input_0","value":1.5,"unit":"V")"));
   EXPECT_THAT(decoded.out, HasSubstr(R"({"outcome":"no_reply","reason":"no reply after 500 ms")"));
 }
 
-TEST(Decode, WhatTheWordsSayHoldsForAll) {
+TEST(Decode, TheProtocolOptionOverridesTheHeader) {
   const Said decoded = DecodeText(kFileHead + kFileTrace, {.protocol = "dcon"});
   EXPECT_EQ(decoded.code, 0) << decoded.err;
   EXPECT_THAT(decoded.out, HasSubstr(R"({"point":"#[0]","value":1.5,"quality")"));
 }
 
-TEST(Decode, SaysThatItHasToBeToldTheProtocol) {
+TEST(Decode, RequiresAProtocolWithoutAHeader) {
   const Said decoded = DecodeText(kFileTrace);
   EXPECT_EQ(decoded.code, 2);
   EXPECT_EQ(decoded.err,
@@ -402,7 +402,7 @@ std::string CheckUnits(const std::string& text) {
   return out.str();
 }
 
-TEST(RouteTable, IsPrintedAsInTheFile) {
+TEST(RouteTable, MatchesTheCasesOfTheFile) {
   const auto cases = ReadFileCases("tests/gateway/tools/cli/offline/units.txt");
   EXPECT_GT(cases.size(), 10U);
   for (const FileCase& one : cases) {

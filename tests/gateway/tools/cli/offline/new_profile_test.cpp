@@ -59,7 +59,7 @@ class ProfileFiles : public ::testing::Test {
   std::ostringstream err_;
 };
 
-TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
+TEST_F(ProfileFiles, ARegisterListBecomesAValidProfile) {
   ASSERT_EQ(New("name;register;type;unit;scale;access;example\n"
                 "Voltage;40001;UINT16;V;0,1;R;230,4\n"
                 "Energy \"in\";40005-40006;UINT32;kWh;0,1;R;18340,5\n"
@@ -80,7 +80,7 @@ TEST_F(ProfileFiles, AListBecomesAProfileThatIsAccepted) {
 }
 
 /// As Excel on Windows saves a list: a separator line, and dashes of the Windows code page.
-TEST_F(ProfileFiles, AListWithOrdersDashesAndATextIsAccepted) {
+TEST_F(ProfileFiles, AListWithWordOrdersDashesAndTextsIsAccepted) {
   ASSERT_EQ(New("sep=;\r\n"
                 "name;register;type;word order\r\n"
                 "Power;40003\x96"
@@ -102,14 +102,14 @@ TEST_F(ProfileFiles, AListWithOrdersDashesAndATextIsAccepted) {
   EXPECT_EQ(Check("modbus_rtu/list.yaml", profile), kExitDone) << err_.str();
 }
 
-TEST_F(ProfileFiles, WhatTheFirstRegisterIsCalledIsAskedFor) {
+TEST_F(ProfileFiles, TheNumberOfTheFirstRegisterIsRequired) {
   EXPECT_EQ(New("name,register,type\na,40001,INT\n", {}), kExitUsage);
   EXPECT_THAT(out_.str(), IsEmpty());
   EXPECT_THAT(err_.str(), AllOf(HasSubstr("40001"), HasSubstr("--first-register 1")));
   EXPECT_EQ(New("name,register,type\na,holding 7,INT\n", {}), kExitDone) << err_.str();
 }
 
-TEST_F(ProfileFiles, ListsOfOtherCodePages) {
+TEST_F(ProfileFiles, ListsMayUseOtherCodePages) {
   ASSERT_EQ(New("name,register,type,unit\nt,0,INT,\xB0"
                 "C\n",
                 tools::FirstRegister::zero),
@@ -122,7 +122,7 @@ TEST_F(ProfileFiles, ListsOfOtherCodePages) {
   EXPECT_EQ(tools::RunNewProfile({.file = "/no/such"}, Shipped(), out_, err_), kExitCanNot);
 }
 
-TEST_F(ProfileFiles, AllThatIsWrongIsToldAtOnce) {
+TEST_F(ProfileFiles, AllErrorsAreReportedAtOnce) {
   const std::string text =
       "device: Meter\n"
       "pol: 1s\n"
@@ -144,7 +144,7 @@ TEST_F(ProfileFiles, AllThatIsWrongIsToldAtOnce) {
   EXPECT_THAT(out_.str(), IsEmpty());
 }
 
-TEST_F(ProfileFiles, TheProtocolIsThatOfTheFolderOrTheBestFit) {
+TEST_F(ProfileFiles, TheProtocolIsTakenFromTheFolderOrTheBestFit) {
   const std::string relay = "device: R\npoints: [{ name: i, read: I1, type: float32 }]\n";
   EXPECT_EQ(Check("mine.yaml", relay), kExitDone) << err_.str();
   EXPECT_THAT(out_.str(), HasSubstr("(spabus/mine, 1 points)"));
@@ -164,7 +164,7 @@ Result<config::Line> Make(const tools::WantedDevice& device, const std::string& 
 
 std::string ErrorOf(const Result<config::Line>& line) { return line ? "none" : line.error(); }
 
-TEST(MakeLine, IsTheLineThatAFileWouldGive) {
+TEST(MakeLine, MatchesALineOfAConfigurationFile) {
   const auto made = Make({.profile = "relay", .address = "5", .set = {"mode=careful"}});
   ASSERT_TRUE(made) << made.error();
   const auto loaded = Load(
@@ -189,7 +189,7 @@ TEST(MakeLine, IsTheLineThatAFileWouldGive) {
   EXPECT_EQ(device.points.size(), same.points.size());
 }
 
-TEST(MakeLine, TakesTheProtocolOfTheProfileAndTheSerialSettingsOfTheProtocol) {
+TEST(MakeLine, TakesProtocolFromProfileAndSerialSettingsFromProtocol) {
   const auto made = Make({.profile = "relay", .address = "5"}, "");
   ASSERT_TRUE(made) << made.error();
   EXPECT_EQ(made->protocol, "fake");
@@ -199,7 +199,7 @@ TEST(MakeLine, TakesTheProtocolOfTheProfileAndTheSerialSettingsOfTheProtocol) {
   EXPECT_EQ(slow->serial.ToString(), "9600 7E1");
 }
 
-TEST(MakeLine, SaysAllThatIsWrong) {
+TEST(MakeLine, ReportsAllErrors) {
   EXPECT_EQ(
       ErrorOf(Make({.address = "100", .set = {"widht=7", "mode=fats", "width"}}, "fake", "9600")),
       "serial: '9600' is not speed and character form; write for example 9600 8N1\n"
@@ -212,7 +212,7 @@ TEST(MakeLine, SaysAllThatIsWrong) {
             "device 'device': mode slow has no room for width 20");
 }
 
-TEST(MakeLine, NamesWhatIsNotInstalled) {
+TEST(MakeLine, NamesMissingProtocolsAndProfiles) {
   EXPECT_EQ(ErrorOf(Make({.address = "1"}, "fakes")),
             "protocol: 'fakes' is not installed; did you mean 'fake'? installed: fake, other");
   EXPECT_EQ(ErrorOf(Make({.profile = "relai", .address = "1"}, "")),
@@ -259,7 +259,7 @@ constexpr const char* kConfig =
     "}\n"
     "  - { name: quiet, address: 3, points: [{ name: n, read: A1, type: UINT, modbus: 0 }] }\n";
 
-TEST(StructuredText, PutsEachPointAtAnAddressOfItsOwn) {
+TEST(StructuredText, GivesEachPointItsOwnAddress) {
   const config::Loaded loaded = Load(kConfig);
   ASSERT_TRUE(loaded.ok()) << Shown(loaded.problems);
   std::ostringstream out;

@@ -32,7 +32,7 @@ std::string Row(const std::string& cells, tools::FirstRegister first,
   return point.table + " " + std::to_string(point.address) + " " + point.form + " " + point.type;
 }
 
-TEST(CsvTable, CommasSemicolonsTabsQuotesAndLinesOfAnySystem) {
+TEST(CsvTable, ReadsEverySeparatorQuoteAndLineEnd) {
   for (const char* text : {"a,b\n1,2\n", "a;b\r\n1;2\r\n", "a\tb\n1\t2",
                            "\xEF\xBB\xBF"
                            "a;b\n\n1;2\n",
@@ -55,7 +55,7 @@ TEST(CsvTable, CommasSemicolonsTabsQuotesAndLinesOfAnySystem) {
   EXPECT_THAT(tools::ReadCsv("sep=\t\na,b\tc\n").rows.at(0).cells, ElementsAre("a,b", "c"));
 }
 
-TEST(RegisterList, TheFirstRegisterDecides) {
+TEST(RegisterList, TheFirstRegisterDeterminesTheAddresses) {
   EXPECT_EQ(Row("a,40001,UINT16", tools::FirstRegister::modicon), "holding 0 uint16 uint16");
   EXPECT_EQ(Row("a,30013,INT", tools::FirstRegister::modicon), "input 12 int16 int16");
   EXPECT_EQ(Row("a,10006,BOOL", tools::FirstRegister::modicon), "discrete 5 bool bool");
@@ -78,7 +78,7 @@ TEST(RegisterList, TheFirstRegisterDecides) {
   EXPECT_THAT(Row("a,65536,WORD", tools::FirstRegister::zero), HasSubstr("is not valid"));
 }
 
-TEST(RegisterList, RangesHaveManyDashes) {
+TEST(RegisterList, RangesAcceptManyKindsOfDashes) {
   for (const char* range :
        {"40003-40004", "40003\u201340004", "40003 \u2013 40004", "40003\u201440004",
         "40003\u221240004", "40003\u202640004", "40003..40004", "40003~40004", "40003 to 40004",
@@ -105,7 +105,7 @@ TEST(RegisterList, ATextIsAsLongAsItsRegisters) {
   EXPECT_THAT(Row("a,40001-40004,STRING(16)", tools::FirstRegister::modicon), HasSubstr("are 4"));
 }
 
-TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
+TEST(RegisterList, AColumnMayGiveTheWordOrder) {
   const auto order = [](const std::string& type, const std::string& word,
                         const std::string& header = "Word order") {
     const tools::RegisterList list =
@@ -134,12 +134,12 @@ TEST(RegisterList, AColumnNamesTheOrderOfTheWords) {
       << "nobody guesses";
 }
 
-TEST(RegisterList, IsAskedForWhereNumbersStand) {
+TEST(RegisterList, ReportsRegisterNumbersThatNeedTheFirstRegister) {
   EXPECT_EQ(Read("name,register,type\na,40007,INT\nb,40003,INT\n").numbers, "40003…40007");
   EXPECT_EQ(Read("name,register,type\na,holding 3,INT\n").numbers, "");
 }
 
-TEST(RegisterList, ColumnsStandInAnyOrderUnderManyNames) {
+TEST(RegisterList, ColumnsMayHaveAnyOrderAndManyNames) {
   const tools::RegisterList list = Read(
       "R/W;Data type;Factor;Units;Parameter;Modbus address;Colour\n"
       "RW;unsigned int 16;0,1;°C;Set point #1;40011;red\n",
@@ -171,7 +171,7 @@ TEST(RegisterList, ScalesAndWideNumbersKeepTheirDigits) {
   EXPECT_THAT(type("a,0,STRING(8),2"), HasSubstr("only numbers"));
 }
 
-TEST(RegisterList, NumbersThatLookLikeAnotherCountingAreDoubted) {
+TEST(RegisterList, NumbersThatSuggestAnotherFirstRegisterAreWarnedAbout) {
   const auto warning = [](const std::string& number, tools::FirstRegister first) {
     const tools::RegisterList list = Read("name,register,type\na," + number + ",WORD\n", first);
     return list.warnings.empty() ? std::string() : list.warnings.front();
@@ -183,7 +183,7 @@ TEST(RegisterList, NumbersThatLookLikeAnotherCountingAreDoubted) {
   EXPECT_EQ(warning("40000", tools::FirstRegister::zero), "") << "as SunSpec counts";
 }
 
-TEST(RegisterList, PointsShareNoRegisterUnseen) {
+TEST(RegisterList, SharedRegistersAreReported) {
   const tools::RegisterList list = Read(
       "name,register,type,table\n"
       "a,10,UDINT,\n"
@@ -204,7 +204,7 @@ TEST(RegisterList, PointsShareNoRegisterUnseen) {
       << "it is not known yet where they are";
 }
 
-TEST(RegisterList, ADecimalCommaAmongCommasIsNamed) {
+TEST(RegisterList, ADecimalCommaInACommaSeparatedListIsReported) {
   const tools::RegisterList list = Read(
       "name,register,type,scale,unit\n"
       "a,1,INT,0,1,V\n"
@@ -218,7 +218,7 @@ TEST(RegisterList, ADecimalCommaAmongCommasIsNamed) {
   EXPECT_THAT(Read("name,register,type\na,1,INT,,\n", tools::FirstRegister::one).errors, IsEmpty());
 }
 
-TEST(RegisterList, ExamplesAreOfTheirType) {
+TEST(RegisterList, ExamplesMustFitTheirType) {
   const auto shown = [](const std::string& type, const std::string& example,
                         const std::string& scale = "1") {
     const tools::RegisterList list =
@@ -249,7 +249,7 @@ TEST(RegisterList, ExamplesAreOfTheirType) {
   EXPECT_THAT(shown("DATE", "5", "2"), HasSubstr("only numbers"));
 }
 
-TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
+TEST(RegisterList, AllErrorsAreReportedWithTheirLines) {
   const tools::RegisterList list = Read(
       "name,register,type,access,table\n"
       "a,40001,UNIT16,r,\n"
@@ -277,7 +277,7 @@ TEST(RegisterList, EveryErrorIsToldAtOnceWithItsLine) {
   EXPECT_THAT(Read("name,tag,register,type\n").errors, ElementsAre(HasSubstr("is there twice")));
 }
 
-TEST(ListedWords, TypesOfManyManuals) {
+TEST(ListedWords, CoverTheTypeNamesOfManyManuals) {
   for (const auto& [word, form] : {std::pair{"U16", "uint16"},
                                    {"unsigned-int16", "uint16"},
                                    {"S32", "int32"},

@@ -70,12 +70,12 @@ class Ports : public ::testing::Test {
   PortsPlace place_;
 };
 
-TEST_F(Ports, NoneIsASentence) {
+TEST_F(Ports, WithoutAPortASentenceIsPrinted) {
   EXPECT_THAT(Shown(), HasSubstr("This machine has no serial port. Plug an adapter in"));
   EXPECT_THAT(AsJson()["ports"], IsEmpty());
 }
 
-TEST_F(Ports, AnFtdiAdapterWithAllItsNames) {
+TEST_F(Ports, AnFtdiAdapterIsShownWithAllItsNames) {
   AddUsb("ttyUSB0", "1-1.2", "ftdi_sio", "0403:6001", "FT1A2B3C");
   Link("dev/serial/by-id/usb-FTDI_FT232R_USB_UART_FT1A2B3C-if00-port0", "../../ttyUSB0");
   Link("dev/serial/by-path/pci-0000:00:14.0-usb-0:1.2:1.0-port0", "../../ttyUSB0");
@@ -107,7 +107,7 @@ TEST_F(Ports, AnFtdiAdapterWithAllItsNames) {
 }
 
 /// All CP210x have the number 0001: the link by id leads to the last one that was plugged in.
-TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
+TEST_F(Ports, AdaptersWithEqualSerialNumbersAreNamedByPlace) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "0001");
   AddUsb("ttyUSB1", "1-2", "cp210x", "10c4:ea60", "0001");
   Link("dev/serial/by-id/usb-Silicon_Labs_CP2102_0001-if00-port0", "../../ttyUSB1");
@@ -122,7 +122,7 @@ TEST_F(Ports, TwoWithOneSerialNumberAreToldApartByPlaceOnly) {
 }
 
 /// Linux 6.5 has two more devices in the path. A "type" of 0 is an address without a UART.
-TEST_F(Ports, PortsOfTheBoard) {
+TEST_F(Ports, PortsOfTheBoardAreShown) {
   for (const std::string name : {"ttyS10", "ttyS2"}) {
     const fs::path base = "sys/devices/pnp0/" + name;
     Link(base / "driver", "/sys/bus/pnp/drivers/serial");
@@ -141,7 +141,7 @@ TEST_F(Ports, PortsOfTheBoard) {
   EXPECT_FALSE(found[0].is_usb());
 }
 
-TEST_F(Ports, WhoHasThem) {
+TEST_F(Ports, ProgramsAndLinesThatUseAPortAreShown) {
   AddUsb("ttyUSB0", "1-1", "ftdi_sio", "0403:6001", "A");
   AddUsb("ttyUSB1", "1-2", "ftdi_sio", "0403:6001", "B");
   Link("dev/serial/by-id/usb-A", "../../ttyUSB0");
@@ -168,7 +168,7 @@ TEST_F(Ports, WhoHasThem) {
   EXPECT_THAT(Shown(), HasSubstr("ttyUSB1: line io: /dev/ttyUSB1 is in use by minicom (pid 77)"));
 }
 
-TEST_F(Ports, RightsThatAreMissing) {
+TEST_F(Ports, MissingPermissionsAreShown) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "X");
   fs::permissions(root_ / "dev/ttyUSB0", fs::perms::none);
   place_.people = {{"nobody", 65534, {65534}, false}};
@@ -178,12 +178,12 @@ TEST_F(Ports, RightsThatAreMissing) {
 }
 
 /// An adapter may report any name, also one with control characters.
-TEST_F(Ports, NamesOfAdaptersDoNotReachTheTerminal) {
+TEST_F(Ports, ControlCharactersInAdapterNamesAreRemoved) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "\x1b]0;x\x07");
   EXPECT_THAT(FindPorts(root_)[0].serial, Not(HasSubstr("\x1b")));
 }
 
-TEST_F(Ports, AConfiguredPathLeadsToItsPort) {
+TEST_F(Ports, AConfiguredPathIsResolvedToItsPort) {
   Link("dev/serial/by-id/usb-A", "../../ttyUSB0");
   Link("dev/mine", "serial/by-id/usb-A");
   Link("dev/round", "round");
@@ -202,7 +202,7 @@ const Person kAnna{"anna", 1000, {1000}, false};
 const Person kMember{"berta", 1001, {1001, kDialout}, false};
 const Person kService{"baudgate", 990, {990, kDialout}, true};
 
-TEST(PortRights, TheUsualPortIsForItsGroup) {
+TEST(PortRights, TheUsualPortNeedsItsGroup) {
   EXPECT_TRUE(MayUse(kMember, kUsual));
   EXPECT_TRUE(MayUse(kService, kUsual));
   EXPECT_TRUE(MayUse({"root", 0, {0}, false}, kUsual));
@@ -213,7 +213,7 @@ TEST(PortRights, TheUsualPortIsForItsGroup) {
 }
 
 /// The first class that fits decides (owner, group, others), even if a later class has more rights.
-TEST(PortRights, AsTheKernelDoes) {
+TEST(PortRights, FollowTheRulesOfTheKernel) {
   PortFile file = kUsual;
   file.mode = 0606;
   EXPECT_FALSE(MayUse(kMember, file));
@@ -223,7 +223,7 @@ TEST(PortRights, AsTheKernelDoes) {
   EXPECT_FALSE(MayUse(kAnna, file));
 }
 
-TEST(PortRights, AGroupThatMayNothingIsNoHelp) {
+TEST(PortRights, AGroupWithoutPermissionsIsNotSuggested) {
   PortFile file{"/dev/ttyACM0", 0, 0, "root", 0600};
   EXPECT_FALSE(MayUse(kService, file));
   EXPECT_EQ(HowToMend(kService, file),
@@ -231,7 +231,7 @@ TEST(PortRights, AGroupThatMayNothingIsNoHelp) {
             "/dev/ttyACM0 && sudo chmod 660 /dev/ttyACM0; a udev rule makes it last");
 }
 
-TEST(PortRights, TheServiceIsGivenAnotherGroupByItsUnit) {
+TEST(PortRights, TheServiceGetsAnotherGroupThroughItsUnit) {
   const PortFile file{"/dev/ttyX0", 0, 42, "plant", 0660};
   EXPECT_FALSE(MayUse(kService, file));
   EXPECT_EQ(HowToMend(kService, file),

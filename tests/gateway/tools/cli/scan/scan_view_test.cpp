@@ -25,7 +25,7 @@ std::string Concluded(const scan::Report& report) {
   return out.str();
 }
 
-TEST(ScanView, NobodyIsSaidToBeSilentWhoWasNotAsked) {
+TEST(ScanView, SilenceIsReportedOnlyAfterAQuery) {
   scan::Report report;
   report.ended = false;
   EXPECT_THAT(Concluded(report), AllOf(HasSubstr("ended before the first request"),

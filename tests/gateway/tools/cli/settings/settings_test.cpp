@@ -122,7 +122,7 @@ class SettingsTest : public control::ControlTest {
   std::ostringstream err_;
 };
 
-TEST_F(SettingsTest, ADumpIsTheSettingsAndWhoseTheyAre) {
+TEST_F(SettingsTest, ADumpContainsTheSettingsAndTheirDevice) {
   StartServer();
   ASSERT_EQ(Dump(), 0) << err_.str();
   const std::string text = Text();
@@ -140,7 +140,7 @@ TEST_F(SettingsTest, ADumpIsTheSettingsAndWhoseTheyAre) {
   EXPECT_THAT(text, Not(HasSubstr("current_l1"))) << "a measurement";
 }
 
-TEST_F(SettingsTest, AFileIsNeverWrittenOver) {
+TEST_F(SettingsTest, ADumpNeverOverwritesAFile) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   EXPECT_EQ(Dump(), 4);
@@ -149,7 +149,7 @@ TEST_F(SettingsTest, AFileIsNeverWrittenOver) {
   EXPECT_EQ(Dump(), 4);
 }
 
-TEST_F(SettingsTest, WhatIsNotKnownIsNoValue) {
+TEST_F(SettingsTest, AnUnknownSettingIsWrittenWithoutAValue) {
   Reads(kTime, 0.5, Quality::bad_communication);
   StartServer();
   EXPECT_EQ(Dump(), 3);
@@ -164,7 +164,7 @@ TEST_F(SettingsTest, WhatIsNotKnownIsNoValue) {
 }
 
 /// With the ratio of another current transformer, the raw value of 999 would be 666.
-TEST_F(SettingsTest, AnotherRatioIsAnotherFile) {
+TEST_F(SettingsTest, AFileOfAnotherScaleIsRefused) {
   config_.lines[0].devices[0].points[kHigh].scale = 400;
   StartServer();
   ASSERT_EQ(Dump(), 0) << err_.str();
@@ -176,7 +176,7 @@ TEST_F(SettingsTest, AnotherRatioIsAnotherFile) {
               HasSubstr("xIn (600 times the value of the device) in this file, but in xIn (400"));
 }
 
-TEST_F(SettingsTest, BothFormsAreReadAgain) {
+TEST_F(SettingsTest, YamlAndJsonAreReadBack) {
   StartServer();
   for (const bool json : {false, true}) {
     file_ = directory_ / (json ? "relay.json" : "other.yaml");
@@ -208,7 +208,7 @@ TEST_F(SettingsTest, ComparisonShowsEachDifference) {
   EXPECT_TRUE(json["oldest_ms"].is_number_integer());
 }
 
-TEST_F(SettingsTest, AnotherDevicesFileIsRefused) {
+TEST_F(SettingsTest, AFileOfAnotherDeviceIsRefused) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   const std::string good = Text();
@@ -233,7 +233,7 @@ TEST_F(SettingsTest, AnotherDevicesFileIsRefused) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-TEST_F(SettingsTest, ADeviceThatHasNotSaidWhatItIsIsNotTouched) {
+TEST_F(SettingsTest, AnUnidentifiedDeviceIsNotWritten) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -243,7 +243,7 @@ TEST_F(SettingsTest, ADeviceThatHasNotSaidWhatItIsIsNotTouched) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-TEST_F(SettingsTest, BadFilesAreNamedWithTheirPlaces) {
+TEST_F(SettingsTest, ErrorsInFilesAreReportedWithTheirPlaces) {
   StartServer();
   std::ofstream(file_) << "line: a\nline: b\nsettings: [{ point: x, item: S1, valeu: 1 }]\n";
   EXPECT_EQ(Restore(true), 3);
@@ -257,7 +257,7 @@ TEST_F(SettingsTest, BadFilesAreNamedWithTheirPlaces) {
   EXPECT_THAT(err_.str(), HasSubstr("missing: error: cannot be opened"));
 }
 
-TEST_F(SettingsTest, RestoringIsOnlyShownUntilItIsConfirmed) {
+TEST_F(SettingsTest, RestoreOnlyShowsChangesWithoutConfirm) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   EXPECT_EQ(Restore(false), 0) << "nothing differs";
@@ -271,7 +271,7 @@ TEST_F(SettingsTest, RestoringIsOnlyShownUntilItIsConfirmed) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-TEST_F(SettingsTest, WhatDiffersIsWrittenInOrderAndReadBack) {
+TEST_F(SettingsTest, DifferentSettingsAreWrittenInOrderAndReadBack) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -284,7 +284,7 @@ TEST_F(SettingsTest, WhatDiffersIsWrittenInOrderAndReadBack) {
   EXPECT_EQ(Compare(), 0);
 }
 
-TEST_F(SettingsTest, TheFirstRefusalEndsIt) {
+TEST_F(SettingsTest, TheFirstRefusalEndsARestore) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -297,7 +297,7 @@ TEST_F(SettingsTest, TheFirstRefusalEndsIt) {
   EXPECT_THAT(err_.str(), HasSubstr("main_time (S22): 0.1 -> 0.5: not written\n"));
 }
 
-TEST_F(SettingsTest, ARelayThatShowsAnotherValueIsNotRestored) {
+TEST_F(SettingsTest, AValueThatReadsBackDifferentlyIsReported) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -312,7 +312,7 @@ TEST_F(SettingsTest, ARelayThatShowsAnotherValueIsNotRestored) {
 }
 
 /// Each row ends with one result, whatever follows in the reasons.
-TEST_F(SettingsTest, WhatCouldNotBeReadBackSaysSoOnce) {
+TEST_F(SettingsTest, AFailedReadBackIsReportedOnce) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -335,7 +335,7 @@ TEST_F(SettingsTest, WhatCouldNotBeReadBackSaysSoOnce) {
   EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, not read back\n"));
 }
 
-TEST_F(SettingsTest, ASignalEndsItBetweenTwoRows) {
+TEST_F(SettingsTest, ASignalEndsARestoreBetweenTwoSettings) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -349,7 +349,7 @@ TEST_F(SettingsTest, ASignalEndsItBetweenTwoRows) {
   EXPECT_EQ(err_.str(), "baudgate: main_time (S22): 0.1 -> 0.5: not written\n");
 }
 
-TEST_F(SettingsTest, WhatWouldBeDeniedIsNamedBeforeAnythingIsWritten) {
+TEST_F(SettingsTest, DeniedSettingsAreNamedBeforeAnyWrite) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -374,7 +374,7 @@ TEST_F(SettingsTest, NumbersAreComparedAsNumbers) {
   EXPECT_FALSE(IsSameValue("SPCJ", "SPCU"));
 }
 
-TEST_F(SettingsTest, NothingIsWrittenBlindlyOrWithATypingError) {
+TEST_F(SettingsTest, NothingIsWrittenWithUncertainValuesOrTypingErrors) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
   Reads(kCurrent, 0.9);
@@ -403,7 +403,7 @@ TEST_F(SettingsTest, OnlyRelaysHaveSettings) {
   EXPECT_EQ(Dump(), 4);
 }
 
-TEST_F(SettingsTest, AGatewayThatCannotWriteIsToldByItsWords) {
+TEST_F(SettingsTest, ADenialOfTheGatewayIsReportedWithItsReason) {
   StartServer();
   settings::SocketWriter writer(path());
   const WriteReport report = writer.Write("bay-9.feeder-1.main_current", "1");
