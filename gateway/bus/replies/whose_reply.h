@@ -281,7 +281,7 @@ class LostReplies {
     std::vector<Bytes> requests;     // the latest
   };
   /// Assumed: no slave takes longer for a reply. One whose ceiling is longer is guarded for these 5
-  /// s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  /// s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 

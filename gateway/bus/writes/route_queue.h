@@ -185,7 +185,7 @@ class RoutedSide {
   /// back: a client that asks its slaves one after the other waits for others then, so its last
   /// read is repeated in its place. For 2 s after that at once, up to 1 min only directly after
   /// another exchange (`behind`). Needed by
-  /// AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
+  /// AskedInTurn.AReturningSlaveIsFoundByAClientThatAsksSlavesInTurn.
   bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
   /// The read, without a client.
   RouteQueue::Batch RepeatRead(const Member& slave) const;
