@@ -64,7 +64,7 @@ std::optional<bool> Ask(std::optional<int> said) {
   return answer;
 }
 
-TEST(TimeService, SaysWhetherTheClockIsRight) {
+TEST(TimeService, ReportsWhetherTheClockIsSynchronised) {
   EXPECT_EQ(Ask(1), true);
   EXPECT_EQ(Ask(0), false);
 }
