@@ -144,7 +144,7 @@ std::string TextOf(const config::AlarmSetting& alarms) {
          FormatDuration(alarms.delay);
 }
 
-TEST(AlarmsKey, TheMoreSpecificSettingWinsEachKeyByItself) {
+TEST(AlarmsKey, EachKeyIsTakenFromTheMostSpecificSetting) {
   struct Row {
     const char* gateway;
     const char* line;

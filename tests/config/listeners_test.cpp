@@ -416,7 +416,7 @@ TEST(PortServerConfig, AServedLineNeedsNoProtocol) {
   EXPECT_EQ(server.idle, 90s);
 }
 
-TEST(PortServerConfig, APolledLineIsLent) {
+TEST(PortServerConfig, APolledLineMayLendItsPort) {
   const auto loaded = LoadLine(std::string(kPolled) + "lend: { at: \"[::1]:4001\", for: 5min }");
   EXPECT_EQ(Shown(loaded.problems), "");
   const PortServer& server = loaded.config.lines.at(0).lend.value();

@@ -160,7 +160,7 @@ TEST_F(Memory, AnotherMeterIsBadUntilItIsEnabledByHand) {
   EXPECT_TRUE(Becomes(kGood)) << "it is the meter now";
 }
 
-TEST_F(Memory, TheRightMeterIsGoodAgainByItself) {
+TEST_F(Memory, TheConfiguredMeterIsGoodAgainByItself) {
   Run("meter-a");
   ASSERT_TRUE(Becomes(kGood));
   End();

@@ -38,7 +38,7 @@ std::uint32_t Double(const std::vector<std::uint16_t>& registers, std::size_t at
 }
 
 /// Tags are numbered: one snapshot contains n, n-1, n-2 and so on, and never half a tag.
-TEST_F(ReaderOnAPty, EveryReadShowsTheLatestTagsWhole) {
+TEST_F(ReaderOnAPty, EveryReadReturnsTheLatestTagsConsistently) {
   const auto daemon = StartDaemon(Yaml());
   ModbusClient client(port());
   EXPECT_EQ(client.Input(1, 0, 7).exception, 0x0B) << "nothing was read yet";

@@ -249,7 +249,7 @@ TEST_F(Routes, AFullRouteStillAcceptsAShortWrite) {
 
 // ---------------- Transparent routes to servers elsewhere, and through another gateway.
 
-TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
+TEST_F(Routes, ForwardRequestsToAModbusTcpServer) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);
   ASSERT_TRUE(server->connected());
@@ -318,7 +318,7 @@ TEST_F(Routes, AModbusTcpServerCanBeADeviceWithoutARoute) {
   EXPECT_TRUE(Eventually([&] { return client.Holding(40, 10, 1).ok(); })) << "it is back";
 }
 
-TEST_F(Routes, LeadThroughAnotherGateway) {
+TEST_F(Routes, ForwardRequestsThroughAnotherGateway) {
   const ScriptedSlave slave(LinkOf("drive"), Answer);
   const std::uint16_t near = FreePort();
   const auto far_gateway = StartGateway(Yaml({kRoute}, BareLine("drive")));

@@ -143,7 +143,7 @@ TEST_F(SimulateFault, AnUnknownFaultIsWrongUsage) {
   EXPECT_THAT(simulate("late:dealy=1s"), HasSubstr("did you mean 'delay'?"));
 }
 
-TEST_F(SimulateFault, DamagedRepliesAreCorruptUntilTheTwinIsWell) {
+TEST_F(SimulateFault, DamagedRepliesAreCorruptUntilTheFaultEnds) {
   auto twin = StartTwinWith({"bits:count=2,seed=5", "echo:rate=0"});
   const auto daemon = StartGateway();
   EXPECT_TRUE(Eventually([&] { return Counter(9010) > 3; })) << "corrupt replies are counted";

@@ -130,7 +130,7 @@ TEST_F(SerialPortTest, AFailedOpenLeavesThePortFree) {
 
 // ---------------- The settings of an open serial port, on real ptys.
 
-TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
+TEST_F(SerialPortTest, SoftwareParityIsSentAndChecked) {
   serial_.software_parity = true;
   Open();
   port_->Send(ToBytes(">1RF:XX\r"));

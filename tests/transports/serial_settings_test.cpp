@@ -69,7 +69,7 @@ TEST_F(SerialSettingsOnPty, ATerminalBecomesRaw) {
   EXPECT_EQ(std::string(got, 7), bytes);
 }
 
-TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
+TEST_F(SerialSettingsOnPty, AnyBitRateCanBeSet) {
   const PtySlave slave(*pty_);
   for (const int baud : {300, 9600, 10400, 250000, 921600}) {
     ASSERT_TRUE(
@@ -81,7 +81,7 @@ TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
   }
 }
 
-TEST_F(SerialSettingsOnPty, NonsenseIsRefused) {
+TEST_F(SerialSettingsOnPty, InvalidSettingsAreRefused) {
   const PtySlave slave(*pty_);
   using config::Parity;
   for (const auto& serial :
@@ -237,7 +237,7 @@ TEST(SoftwareParity, PortIsSetToEightNone) {
   EXPECT_EQ(OnTheWire(serial).BitsPerCharacter(), serial.BitsPerCharacter());
 }
 
-TEST(SoftwareParity, OnlySevenBitsWithParity) {
+TEST(SoftwareParity, NeedsSevenBitsAndAParity) {
   config::SerialSettings serial;
   EXPECT_TRUE(CheckSoftwareParity(serial).ok());
   serial.software_parity = true;

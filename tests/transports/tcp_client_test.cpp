@@ -117,7 +117,7 @@ TEST_F(TcpClientTest, RefusedConnectionIsAFailureAndLaterWorks) {
   EXPECT_EQ(listener_.failures.size(), 1U);
 }
 
-TEST_F(TcpClientTest, ClosedByTheServerIsLostOnce) {
+TEST_F(TcpClientTest, ACloseByTheServerIsReportedOnce) {
   Open();
   far_->stream().close();
   ASSERT_TRUE(WaitForLoss());

@@ -18,7 +18,7 @@
 namespace baudgate {
 namespace {
 
-TEST(Hex, RoundTrip) {
+TEST(Hex, RoundTripGivesTheSameBytes) {
   const Bytes bytes = {0x3E, 0x00, 0xFF, 0x0A};
   EXPECT_EQ(ToHex(bytes), "3E 00 FF 0A");
   EXPECT_EQ(ParseHex("3E 00 FF 0A"), bytes);

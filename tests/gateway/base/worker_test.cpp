@@ -72,7 +72,7 @@ TEST(Worker, RunsWhenStartedOrWokenAndOnceMoreAtItsEnd) {
   EXPECT_THAT(notes.all(), ElementsAre("round", "round", "last"));
 }
 
-TEST(Worker, RunsWhenItsTimeComes) {
+TEST(Worker, RunsAgainAtTheReturnedTime) {
   std::counting_semaphore<> rounds{0};
   Worker worker("test", [&](bool) {
     rounds.release();
@@ -141,7 +141,7 @@ TEST(Worker, LeaveDoesNotWaitForAWorkerThatHangs) {
   shared->over.get_future().get();
 }
 
-TEST(Worker, HasItsNameAndTakesNoSignals) {
+TEST(Worker, ItsThreadHasTheGivenNameAndBlocksSignals) {
   std::promise<std::pair<std::string, bool>> found;
   std::array<char, 16> name{};
   Worker worker("a name of 18 bytes", [&](bool last) {

@@ -215,7 +215,7 @@ TEST_F(SharedLoop, AServerThatClosesIsRetriedAndTheOtherLineContinues) {
   EXPECT_TRUE(GoesOn(1));
 }
 
-TEST_F(SharedLoop, ManyStopsAtOnceEnd) {
+TEST_F(SharedLoop, ManyStopsAtOnceComplete) {
   for (const auto& runner : runners_) runner->RequestStop();
   for (const auto& runner : runners_) runner->Stop();
   for (const auto& runner : runners_) EXPECT_FALSE(runner->is_open());
@@ -314,7 +314,7 @@ struct Row {
   ThreadKind place;
 };
 
-TEST(Placement, FollowsTheFormOfThePort) {
+TEST(Placement, TheFormOfThePortSelectsTheThreadOfALine) {
   const std::vector<Row> rows = {
       {"tcp://moxa:4001", ThreadKind::shared_loop},
       {"tcp://[::1]:4001", ThreadKind::shared_loop},

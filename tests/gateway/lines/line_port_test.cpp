@@ -154,7 +154,7 @@ struct UntaggedPort : LinePortTest {
   }
 };
 
-TEST_F(UntaggedPort, TheLateReplyToATelegramIsNoValue) {
+TEST_F(UntaggedPort, TheLateReplyToATelegramIsNotStoredAsAValue) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -171,7 +171,7 @@ TEST_F(UntaggedPort, TheLateReplyToATelegramIsNoValue) {
   EXPECT_THAT(sink_.read, IsEmpty());
 }
 
-TEST_F(UntaggedPort, TheLateReplyToAPollIsNoReplyToATelegram) {
+TEST_F(UntaggedPort, TheLateReplyToAPollIsNotTheReplyToATelegram) {
   Open();
   Pass(2s);
   answers_ = false;

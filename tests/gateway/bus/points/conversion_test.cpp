@@ -44,7 +44,7 @@ void ExpectRefused(const config::Point& point, Value raw) {
   EXPECT_FALSE(HasValue(sample.value)) << ToText(sample.value);
 }
 
-TEST(ToSample, ScaleAndOffset) {
+TEST(ToSample, ScaleAndOffsetAreApplied) {
   ExpectGood(PointOf(Type::float64, 0.5, 10), std::int64_t{4}, 12.0);
   ExpectGood(PointOf(Type::int16, 10, -1), 5.04, std::int64_t{49});
 }

@@ -85,7 +85,7 @@ TEST_F(PointStoreTest, PointsStartWithTheQualityWaiting) {
   });
 }
 
-TEST_F(PointStoreTest, PrecedenceOfQualities) {
+TEST_F(PointStoreTest, OverridesAndFaultsHideQualitiesByAge) {
   // From the strongest to the weakest: each quality hides all that follow below.
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
   store_.SetOverride(0, Quality::bad_out_of_service);
@@ -181,7 +181,7 @@ TEST_F(PointStoreTest, NewAgeLimitsApplyToExistingValues) {
   EXPECT_EQ(AgedAt(61s), Points{kFast}) << "and the feed hears of it";
 }
 
-TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
+TEST_F(PointStoreTest, TheLastGoodValueRemainsUnderABadQuality) {
   Update(kFast, 1.5, 0s);
   Update(kFast, {}, 1s, Quality::bad_sensor_failure);
   EXPECT_EQ(RecordOf(kFast).value, Value(1.5));

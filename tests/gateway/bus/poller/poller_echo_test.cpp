@@ -300,7 +300,7 @@ TEST(PollerFaults, RandomDamageNeverGivesAWrongValue) {
   }
 }
 
-TEST(PollerFaults, StoppedMidFrameIsPartial) {
+TEST(PollerFaults, AReplyThatStopsMidFrameIsPartial) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.distort = [](Bytes reply) {
     reply.resize(4);
@@ -327,7 +327,7 @@ TEST(PollerFaults, ABabblingDeviceGoesOfflineAndTheLineRecovers) {
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1min));
 }
 
-TEST(PollerFaults, AnEndlessStreamIsSurvived) {
+TEST(PollerFaults, TheDeviceIsGoodAgainAfterAnEndlessStream) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.dead = true;
   line.Open();

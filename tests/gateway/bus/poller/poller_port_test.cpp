@@ -25,7 +25,7 @@ TEST(Poller, DevicesAreOfflineWhileThePortIsClosed) {
 }
 
 /// The port is lost in every state of the line.
-TEST(Poller, PortLostAtAnyMomentAndReopened) {
+TEST(Poller, PollingResumesAfterThePortIsLostAtAnyTime) {
   for (Duration lost = 0ms; lost < 700ms; lost += 7ms) {
     config::Device slow = ToyDevice("c", "C", {"1"});
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "S2"}), ToyDevice("b", "B", {"L1"}), slow}),
@@ -365,7 +365,7 @@ TEST(InUse, ADeviceTakenOutStaysOutAfterALostPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
 }
 
-TEST(DeviceStatusOfLine, LineTimeAndRecentOutcomes) {
+TEST(DeviceStatusOfLine, CountsLineTimeAndRecentOutcomes) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();
   line.RunFor(5s);

@@ -327,7 +327,7 @@ TEST(PollerRouted, AWriteToADeadSlaveWaitsForItsDeadlineAndGoesOutWhenTheSlaveRe
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
 
-TEST(PollerRouted, ABroadcastIsNotAnsweredAndGivesTheSlavesTheirTime) {
+TEST(PollerRouted, ABroadcastHasNoReplyAndIsFollowedByAPause) {
   RoutedLine line;
   line.Ask("all", kStartDrive, 0);
   line.Ask("read", kRead);

@@ -410,7 +410,7 @@ TEST(Schedule, ADueRoundGoesBeforeTheNextWrite) {
   EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 1s)) << "it waits, the write need not";
 }
 
-TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
+TEST(Schedule, AHeldDeviceWaitsAndOtherDevicesContinue) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});

@@ -136,7 +136,7 @@ TEST_F(WriteGateTest, OneForbiddenPointRefusesTheWholeCommand) {
   EXPECT_EQ(sink_.denied[0].reason, "'current' can only be read");
 }
 
-TEST_F(WriteGateTest, LimitsAndTypes) {
+TEST_F(WriteGateTest, ValuesOutsideLimitsOrTypeAreRefused) {
   EXPECT_EQ(Write({{kSetting, 40.1}}), Why::value);
   EXPECT_THAT(text_, HasSubstr("'setting': 40.1 is above the maximum"));
   EXPECT_EQ(Write({{kScaled, 1e9}}), Why::value) << "no int16";

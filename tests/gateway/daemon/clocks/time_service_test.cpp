@@ -69,7 +69,9 @@ TEST(TimeService, ReportsWhetherTheClockIsSynchronised) {
   EXPECT_EQ(Ask(0), false);
 }
 
-TEST(TimeService, MayBeMissing) { EXPECT_EQ(Ask(std::nullopt), std::nullopt); }
+TEST(TimeService, ReportsNothingWhenTheServiceIsMissing) {
+  EXPECT_EQ(Ask(std::nullopt), std::nullopt);
+}
 
 }  // namespace
 }  // namespace baudgate::daemon

@@ -41,7 +41,7 @@ TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "another master may ask the same";
 }
 
-TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
+TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
   line_.exchanges = 100;
   line_.collisions = 90;
   EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "

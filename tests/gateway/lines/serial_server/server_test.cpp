@@ -194,7 +194,7 @@ TEST_F(ServerTest, SilentClientsDoNotKeepOthersFromALentPort) {
   EXPECT_FALSE(silent[1]->ended());
 }
 
-TEST_F(ServerTest, WaitsForTheExchangeUnderWay) {
+TEST_F(ServerTest, AClientWaitsForTheExchangeUnderWay) {
   line_.grants = false;
   Start(Server::Use::lent);
   auto client = Connect();
@@ -330,7 +330,7 @@ TEST_F(SessionTest, PassesEveryByteUnchanged) {
   EXPECT_EQ(session_.visit().from_port, 256U);
 }
 
-TEST_F(SessionTest, TheClientWaitsForThePort) {
+TEST_F(SessionTest, TheClientIsPausedWhileThePortIsFull) {
   Begin();
   port_.takes = false;
   FromClient(Bytes(Session::kMostForPort + 1));
@@ -340,7 +340,7 @@ TEST_F(SessionTest, TheClientWaitsForThePort) {
   EXPECT_FALSE(client_.paused);
 }
 
-TEST_F(SessionTest, ThePortWaitsForAClientThatDoesNotRead) {
+TEST_F(SessionTest, ThePortIsPausedWhileTheClientDoesNotRead) {
   Begin();
   client_.reads = false;
   FromPort(Bytes(Session::kMostForClient + 1));
