@@ -196,12 +196,12 @@ TEST_P(Interlocks, OpenOnlyForTheGoodValue) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Interlocks,
-                         testing::Values(Lock{"as_it_has_to_be", Value(false), Quality::good, true},
-                                         Lock{"another_value", Value(true), Quality::good, false},
-                                         Lock{"uncertain", Value(false), Quality::uncertain, false},
-                                         Lock{"bad", Value(false), Quality::bad_sensor_failure,
+                         testing::Values(Lock{"RequiredValue", Value(false), Quality::good, true},
+                                         Lock{"AnotherValue", Value(true), Quality::good, false},
+                                         Lock{"Uncertain", Value(false), Quality::uncertain, false},
+                                         Lock{"Bad", Value(false), Quality::bad_sensor_failure,
                                               false},
-                                         Lock{"never_read", std::nullopt, Quality::good, false}),
+                                         Lock{"NeverRead", std::nullopt, Quality::good, false}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST_F(WriteGateTest, TheInterlockIsCheckedAgainWhenTheWriteIsSent) {
