@@ -23,7 +23,7 @@ config::Loaded LoadWith(const std::string& top, const std::string& keys = "") {
 }
 bool Asked(const config::Loaded& loaded) { return loaded.config.lines.at(0).devices.at(0).events; }
 
-TEST(EventsKey, IsOffUntilItIsGiven) {
+TEST(EventsKey, EventsOfADeviceAreOffByDefault) {
   EXPECT_FALSE(Asked(LoadWith("")));
   EXPECT_FALSE(Asked(LoadWith("events: {}\n"))) << "nobody knows what its events mean";
   EXPECT_TRUE(Asked(LoadWith("", ", events: on")));
@@ -45,7 +45,7 @@ Table LoadTable(const std::string& events) {
   return {raw.profile.event_texts, problems.Sorted()};
 }
 
-TEST(EventTable, IsRead) {
+TEST(EventTable, IsReadWithTextsAndStates) {
   const auto loaded = LoadTable(
       "- { code: 1, text: started, state: on }\n- { code: 1, channel: 2, text: \"2\" }\n"
       "- { code: 2, text: reset, state: off }\n");
@@ -78,7 +78,7 @@ const config::Device& DeviceOf(const config::Loaded& loaded) {
   return loaded.config.lines.at(0).devices.at(0);
 }
 
-TEST(PointEvents, AreRead) {
+TEST(PointEvents, AreReadWithAllTheirKeys) {
   const auto one = LoadPoint(
       "{ on: above, value: 5, hysteresis: 0.5, delay: 3s, text: \"too "
       "much\", alarm: high }");
@@ -102,7 +102,7 @@ TEST(PointEvents, AreRead) {
   EXPECT_EQ(DeviceOf(two).points.at(0).events[1].alarm, AlarmPriority::medium);
 }
 
-TEST(PointEvents, AreKeptWhereTheGatewayKeepsEvents) {
+TEST(PointEvents, AreStoredOnlyIfTheGatewayStoresEvents) {
   EXPECT_TRUE(DeviceOf(LoadPoint("{ on: change }")).point_events);
   EXPECT_FALSE(DeviceOf(LoadPoint("{ on: change }")).events) << "it is not asked for its own";
   EXPECT_TRUE(DeviceOf(LoadPoint("{ on: change }", "bool", "", ", events: on")).point_events);
@@ -114,7 +114,7 @@ TEST(PointEvents, AreKeptWhereTheGatewayKeepsEvents) {
               HasSubstr("warning: events of 'a' are not kept: write 'events: {}'"));
 }
 
-TEST(EventTable, HasAlarms) {
+TEST(EventTable, AlarmsAreReadWithTheirEndEvents) {
   static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
   const auto raw = config::ReadProfileText(
@@ -144,7 +144,7 @@ std::string TextOf(const config::AlarmSetting& alarms) {
          FormatDuration(alarms.delay);
 }
 
-TEST(AlarmsKey, TheMoreSpecificSettingWinsEachKeyByItself) {
+TEST(AlarmsKey, EachKeyIsTakenFromTheMostSpecificSetting) {
   struct Row {
     const char* gateway;
     const char* line;
@@ -177,7 +177,7 @@ TEST(AlarmsKey, TheMoreSpecificSettingWinsEachKeyByItself) {
   }
 }
 
-TEST(EventAlarms, ChangeRowsOfTheTable) {
+TEST(EventAlarms, OverrideAlarmsOfTheEventTable) {
   const config::Loaded loaded = config::LoadText(
       "events: {}\nlines: [{ name: l, port: /dev/l, protocol: spabus, devices: [{ name: d, "
       "address: 1, profile: spaj140c, event_alarms: { \"2E17\": high, E3: off, 1E1: low, E1: "
@@ -200,7 +200,7 @@ TEST(EventAlarms, ChangeRowsOfTheTable) {
 }
 
 /// The alarms are those that the device's document calls a trip, a fault or a loss.
-TEST(ShippedProfiles, RaiseAlarms) {
+TEST(ShippedProfiles, DefineTheExpectedAlarms) {
   struct Row {
     const char* protocol;
     const char* profile;
@@ -276,7 +276,7 @@ constexpr const char* kTrip =
     "records: { trip: { points: [phases, 'record?_*'] } }\n"
     "events:\n- { code: 3, text: tripped, state: on, record: trip }\n- { code: 4, text: b }\n";
 
-TEST(Records, AreTheirPointsAndAreReadDailyElse) {
+TEST(Records, ListTheirPointsWhichAreReadDaily) {
   const LoadedProfile loaded = LoadKeys(kTrip);
   ASSERT_EQ(loaded.problems, "");
   ASSERT_EQ(loaded.device.records.size(), 1U);
@@ -288,7 +288,7 @@ TEST(Records, AreTheirPointsAndAreReadDailyElse) {
               ElementsAre(Group::daily, Group::daily, Group::fast, Group::slow, Group::fast));
 }
 
-TEST(Records, StayWithTheirGroupsWhereNoEventIsKept) {
+TEST(Records, PointsKeepTheirGroupsWhenNoEventIsStored) {
   EXPECT_THAT(Groups(LoadKeys(kTrip, false)),
               ElementsAre(Group::slow, Group::slow, Group::fast, Group::slow, Group::fast));
   const LoadedProfile unused = LoadKeys("records: { trip: { points: [phases] } }\n");
@@ -296,7 +296,7 @@ TEST(Records, StayWithTheirGroupsWhereNoEventIsKept) {
   EXPECT_EQ(Groups(unused).front(), Group::slow) << "no event has it";
 }
 
-TEST(Records, SayWhatIsWrong) {
+TEST(Records, ReportInvalidKeys) {
   EXPECT_THAT(LoadKeys("records: { trip: { points: [phase] } }\n").problems,
               HasSubstr("p.yaml:8:18: error: records: 'phase' of 'trip' matches no point"));
   EXPECT_THAT(LoadKeys("records: { trip: { points: [reset] } }\n").problems,
@@ -334,7 +334,7 @@ std::vector<std::string> Names(const config::Loaded& loaded) {
   return names;
 }
 
-TEST(HistoryPattern, HasStarsAndQuestionMarks) {
+TEST(HistoryPattern, MatchesStarsAndQuestionMarks) {
   EXPECT_TRUE(MatchesPattern("*", ""));
   EXPECT_TRUE(MatchesPattern("current_*", "current_l1"));
   EXPECT_TRUE(MatchesPattern("c*l?", "current_l1"));
@@ -344,7 +344,7 @@ TEST(HistoryPattern, HasStarsAndQuestionMarks) {
   EXPECT_FALSE(MatchesPattern("?", ""));
 }
 
-TEST(HistoryKey, IsOffUntilItIsGiven) {
+TEST(HistoryKey, HistoryIsOffByDefault) {
   EXPECT_FALSE(Load(kFeeders).config.history.on());
   const auto loaded = LoadHistory("{ points: [ '*.*.*' ] }");
   EXPECT_EQ(Shown(loaded.problems), "");
@@ -353,7 +353,7 @@ TEST(HistoryKey, IsOffUntilItIsGiven) {
   EXPECT_EQ(loaded.config.history.points.size(), 3U);
 }
 
-TEST(HistoryKey, TheFirstThatFitsDecides) {
+TEST(HistoryKey, TheFirstMatchingRuleDecides) {
   const auto loaded = LoadHistory(
       "{ max_gap: 1h, points: [ { match: bay.f2.*, log: off }, { match: 'bay.*.cur*', max_gap: "
       "2min }, { match: '*.*.*', log: all, deadband: 2 } ] }");

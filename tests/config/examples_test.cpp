@@ -22,7 +22,7 @@ TEST(Examples, LoadWithoutProblems) {
   }
 }
 
-TEST(Examples, DigiOneLeadsToTheDrive) {
+TEST(Examples, DigiOneRoutesToTheDrive) {
   const auto loaded = config::LoadFile("config/examples/digi-one.yaml", Shipped());
   ASSERT_TRUE(loaded.ok());
   ASSERT_EQ(loaded.config.modbus.routes.size(), 1U);
@@ -47,7 +47,7 @@ config::Identity IdentityOf(const std::string& keys) {
   return loaded.ok() ? loaded.config.lines[0].devices[0].identity : config::Identity();
 }
 
-TEST(Examples, ADeviceKnowsWhatOnlyOtherTypesCallThemselves) {
+TEST(Examples, ADeviceKnowsTheIdentityNamesOfOtherTypes) {
   const config::Identity shipped = IdentityOf("profile: spaj140c");
   EXPECT_EQ(shipped.names.front(), "SPCJ 4D29");
   EXPECT_EQ(shipped.others, (std::map<std::string, std::string>{{"SPAU130C", "spau130c"}}));
@@ -89,7 +89,7 @@ TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
             "identity, options, points, event_texts, records");
 }
 
-TEST(Profiles, AllShippedLoadWithoutProblems) {
+TEST(Profiles, AllShippedProfilesLoadWithoutProblems) {
   const auto files = Shipped().Profiles();
   EXPECT_GE(files.size(), 3U);
   for (const config::ProfileFile& file : files) {
@@ -105,7 +105,7 @@ TEST(Profiles, AllShippedLoadWithoutProblems) {
 }
 
 /// A default that a profile repeats would override the setting of a line or gateway.
-TEST(Profiles, SayNothingThatIsTheDefault) {
+TEST(Profiles, ContainNoKeyWithItsDefaultValue) {
   for (const config::ProfileFile& file : Shipped().Profiles()) {
     const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);
     const config::Pace pace =

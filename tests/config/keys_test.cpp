@@ -118,7 +118,7 @@ std::map<std::string, std::string> Tables() {
   };
 }
 
-TEST(Keys, StandInTheDocumentAsInTheProgram) {
+TEST(Keys, AreDocumentedAsInTheProgram) {
   const std::string file = "docs/keys.md";
   const std::string document = ReadWholeFile(file).value();
   auto tables = Tables();

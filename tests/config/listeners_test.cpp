@@ -35,7 +35,7 @@ Listener ListenerOf(const std::string& keys) {
   return loaded.config.modbus.listen.at(0);
 }
 
-TEST(Listeners, Defaults) {
+TEST(Listeners, MissingKeysGetTheirDefaults) {
   const Listener listener = ListenerOf("at: \"127.0.0.1:1502\"");
   EXPECT_FALSE(listener.is_serial());
   EXPECT_EQ(listener.Address(), "127.0.0.1:1502");
@@ -47,20 +47,20 @@ TEST(Listeners, Defaults) {
   EXPECT_TRUE(listener.allow.empty() && listener.clients.empty() && listener.functions.empty());
 }
 
-TEST(Listeners, RtuOverTcp) {
+TEST(Listeners, RtuFramingOverTcpIsRead) {
   const Listener listener = ListenerOf("at: \"0.0.0.0:2101\", framing: rtu, errors: silent");
   EXPECT_EQ(listener.framing, modbus::Framing::rtu);
   EXPECT_EQ(listener.errors, Listener::Errors::silent);
   EXPECT_EQ(ListenerOf("framing: rtu").errors, Listener::Errors::exception);
 }
 
-TEST(Listeners, Holes) {
+TEST(Listeners, HolesAreOffByDefault) {
   EXPECT_EQ(ListenerOf("permit: all").holes, Listener::Holes::off);
   EXPECT_EQ(ListenerOf("holes: zero").holes, Listener::Holes::zero);
   EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, holes: zero").holes, Listener::Holes::zero);
 }
 
-TEST(Listeners, Permission) {
+TEST(Listeners, PermitAndWriteSetThePermission) {
   EXPECT_EQ(ListenerOf("permit: read").permit, Permit::read);
   EXPECT_EQ(ListenerOf("permit: data").permit, Permit::data);
   EXPECT_EQ(ListenerOf("permit: all").permit, Permit::all);
@@ -70,7 +70,7 @@ TEST(Listeners, Permission) {
   EXPECT_EQ(ListenerOf("write: deny, permit: read").permit, Permit::read);
 }
 
-TEST(Listeners, PriorityRules) {
+TEST(Listeners, PriorityRulesAreRead) {
   const Listener listener = ListenerOf(
       "priority: low, clients: [{ from: 10.0.0.7, priority: high }, { from: 10.0.0.0/8, "
       "priority: normal }], functions: [{ codes: [5, 6, 15, 16], priority: high }, { codes: "
@@ -87,7 +87,7 @@ TEST(Listeners, PriorityRules) {
   EXPECT_EQ(listener.functions[1].codes, (std::vector<std::uint8_t>{127}));
 }
 
-TEST(Listeners, SerialPort) {
+TEST(Listeners, ASerialPortHasItsOwnDefaults) {
   const Listener listener = ListenerOf(
       "at: /dev/ttyUSB4, serial: 38400 7O1, parity: software, rs485: { delay_after_send: 1ms "
       "}, permit: data, priority: high, functions: [{ codes: [6], priority: low }]");
@@ -103,13 +103,13 @@ TEST(Listeners, SerialPort) {
             Listener::Errors::exception);
 }
 
-TEST(Listeners, Echo) {
+TEST(Listeners, EchoIsOffByDefault) {
   EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4").echo, Listener::Echo::off);
   EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, echo: off").echo, Listener::Echo::off);
   EXPECT_EQ(ListenerOf("at: /dev/ttyUSB4, echo: strip").echo, Listener::Echo::strip);
 }
 
-TEST(Listeners, SerialPortAsTextHasTheSettingsOfTheProtocol) {
+TEST(Listeners, ASerialPortAsTextHasTheSettingsOfTheProtocol) {
   const auto loaded = LoadModbus(std::string("modbus: { listen: [/dev/ttyUSB4] }\n") + kDrive);
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.modbus.listen.at(0).path, "/dev/ttyUSB4");
@@ -117,7 +117,7 @@ TEST(Listeners, SerialPortAsTextHasTheSettingsOfTheProtocol) {
   EXPECT_EQ(loaded.config.modbus.listen.at(0).errors, Listener::Errors::silent);
 }
 
-TEST(Listeners, Broadcast) {
+TEST(Listeners, BroadcastIsRead) {
   const std::string with_route =
       "modbus: { listen: { broadcast: pass }, routes: [{ units: 20, line: drive }] }\n";
   const auto loaded = LoadModbus(with_route + kDrive);
@@ -126,7 +126,7 @@ TEST(Listeners, Broadcast) {
   EXPECT_EQ(ListenerOf("broadcast: ignore").broadcast, Listener::Broadcast::ignore);
 }
 
-TEST(Network, OneInsideAnother) {
+TEST(Network, ANetworkCoversTheNetworksInsideIt) {
   const auto covers = [](const char* outer, const char* inner) {
     return config::Covers(*config::ParseNetwork(outer), *config::ParseNetwork(inner));
   };
@@ -137,7 +137,7 @@ TEST(Network, OneInsideAnother) {
   EXPECT_FALSE(covers("::1", "10.0.0.7"));
 }
 
-TEST(Network, ServersMayLeaveThePortOut) {
+TEST(Network, ServersMayOmitThePort) {
   const auto shown = [](const char* text) {
     const auto at = config::ParseServer(text, 502);
     return at ? at->host + " " + std::to_string(at->port) : at.error();
@@ -178,7 +178,7 @@ Route One(const std::string& keys) {
   return loaded.config.modbus.routes.at(0);
 }
 
-TEST(Routes, ToALine) {
+TEST(Routes, ARouteToALineIsRead) {
   const Route route = One("units: \"20\", line: drive");
   EXPECT_EQ(route.first, 20);
   EXPECT_EQ(route.last, 20);
@@ -191,7 +191,7 @@ TEST(Routes, ToALine) {
   EXPECT_EQ(One("units: 20, line: text").line_index, 2U);
 }
 
-TEST(Routes, RangesAndRemap) {
+TEST(Routes, RangesAreReadAndRemapped) {
   const Route route = One("units: \"37-40\", line: drive, remap: 1, deadline: 1s");
   EXPECT_EQ(route.Units(), "37-40");
   EXPECT_EQ(route.SlaveOf(37), 1);
@@ -204,7 +204,7 @@ TEST(Routes, RangesAndRemap) {
   EXPECT_EQ(One("units: 1, line: drive, remap: 255").SlaveOf(1), 255);
 }
 
-TEST(Routes, ToAServer) {
+TEST(Routes, ARouteToAServerIsRead) {
   const Route route = One("units: \"50-59\", server: \"10.0.0.9:1502\", deadline: 50ms");
   EXPECT_EQ(route.line, "");
   EXPECT_EQ(route.host, "10.0.0.9");
@@ -218,20 +218,20 @@ TEST(Routes, ToAServer) {
   EXPECT_EQ(One("units: 0, server: plc, remap: 0").SlaveOf(0), 0) << "a write is no broadcast then";
 }
 
-TEST(Routes, UnitZeroAsItIsOrRewritten) {
+TEST(Routes, UnitZeroIsUnchangedOrRemapped) {
   EXPECT_EQ(One("units: 0, line: drive").SlaveOf(0), 0);
   EXPECT_EQ(One("units: 0, line: drive, remap: 1").SlaveOf(0), 1);
   EXPECT_EQ(One("units: 0-5, line: drive").first, 0);
 }
 
-TEST(Routes, OrderIsKept) {
+TEST(Routes, RoutesKeepTheirOrder) {
   const auto loaded = LoadRoutes("{ units: 9, line: text }, { units: 7, line: drive }");
   ASSERT_EQ(loaded.config.modbus.routes.size(), 4U);
   EXPECT_EQ(loaded.config.modbus.routes[0].first, 9);
   EXPECT_EQ(loaded.config.modbus.routes[1].first, 7);
 }
 
-TEST(Units, AsText) {
+TEST(Units, AreShownAsRanges) {
   const auto text = [](std::initializer_list<std::size_t> units) {
     config::UnitSet set;
     for (const std::size_t unit : units) set.set(unit);
@@ -269,7 +269,7 @@ TEST(Gateway, RecordingsAndSocketAreAbsolutePaths) {
   EXPECT_TRUE(LoadOutputs("gateway: { socket: /" + std::string(106, 'x') + " }").ok());
 }
 
-TEST(Outputs, ListenAsTextMapAndList) {
+TEST(Outputs, ListenersAreReadAsTextMapAndList) {
   const auto text = Good("modbus: { listen: \"0.0.0.0:502\" }").modbus;
   EXPECT_EQ(text.listen.at(0).host, "0.0.0.0");
   EXPECT_EQ(text.listen.at(0).port, 502);
@@ -290,13 +290,13 @@ TEST(Outputs, ListenAsTextMapAndList) {
   EXPECT_EQ(list.listen[1].port, 2);
 }
 
-TEST(Outputs, SwitchedOff) {
+TEST(Outputs, OutputsCanBeSwitchedOff) {
   const auto config = Good("modbus: { enabled: false }\ndds: { enabled: no }");
   EXPECT_FALSE(config.modbus.enabled);
   EXPECT_FALSE(config.dds.enabled);
 }
 
-TEST(Outputs, DdsKeys) {
+TEST(Outputs, DdsKeysAreRead) {
   const auto dds =
       Good(
           "dds: { domain: 7, interfaces: [10.0.0.1, \"::1\"], heartbeat: 2s, lease: 15s, peers: "
@@ -320,7 +320,7 @@ TEST(Outputs, DdsKeys) {
   EXPECT_TRUE(Good("dds: { domain: 1 }").dds.multicast);
 }
 
-TEST(Outputs, DdsSecurity) {
+TEST(Outputs, DdsSecurityFilesAreRead) {
   const auto here = [](const std::string& path) {
     return (std::filesystem::current_path() / path).lexically_normal().string();
   };
@@ -345,7 +345,7 @@ TEST(Outputs, DdsSecurity) {
             "t.yaml:1:18: error: security: '/xxxxxxxx");
 }
 
-TEST(Network, Ipv4IsHeldInItsMappedForm) {
+TEST(Network, Ipv4IsStoredInItsMappedForm) {
   const auto network = config::ParseNetwork("10.0.0.0/8");
   ASSERT_TRUE(network);
   EXPECT_EQ(network->prefix, 104);
@@ -365,7 +365,7 @@ config::Loaded LoadWeb(const std::string& web) {
                           "t.yaml", FakeCatalog());
 }
 
-TEST(WebConfig, IsOffUntilItIsThere) {
+TEST(WebConfig, IsOffByDefault) {
   EXPECT_FALSE(config::Config().web.on);
   const config::Web web = LoadWeb("{}").config.web;
   EXPECT_TRUE(web.on);
@@ -374,7 +374,7 @@ TEST(WebConfig, IsOffUntilItIsThere) {
   EXPECT_FALSE(web.acknowledge);
 }
 
-TEST(WebConfig, IsRead) {
+TEST(WebConfig, IsReadWithAllItsKeys) {
   const config::Loaded loaded = LoadWeb(
       "{ listen: 0.0.0.0:80, allow: [10.0.0.0/8, 192.0.2.7], hosts: [Gate.example, "
       "'proxy:8443'], token: { file: /etc/web.token }, acknowledge: allow }");
@@ -416,7 +416,7 @@ TEST(PortServerConfig, AServedLineNeedsNoProtocol) {
   EXPECT_EQ(server.idle, 90s);
 }
 
-TEST(PortServerConfig, APolledLineIsLent) {
+TEST(PortServerConfig, APolledLineMayLendItsPort) {
   const auto loaded = LoadLine(std::string(kPolled) + "lend: { at: \"[::1]:4001\", for: 5min }");
   EXPECT_EQ(Shown(loaded.problems), "");
   const PortServer& server = loaded.config.lines.at(0).lend.value();

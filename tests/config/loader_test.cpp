@@ -43,7 +43,7 @@ Device OneDevice(const std::string& keys) {
   return loaded.config.lines[0].devices[0];
 }
 
-TEST(Loader, GivesDefaultsWhereNothingIsSaid) {
+TEST(Loader, MissingKeysGetTheirDefaults) {
   const Loaded loaded = Load(kRelay);
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.name, "baudgate");
@@ -59,7 +59,7 @@ TEST(Loader, GivesDefaultsWhereNothingIsSaid) {
   EXPECT_EQ(line.devices.at(0).mark.ToString(), "t.yaml:6:5");
 }
 
-TEST(Loader, ProfileFillsWhatTheDeviceLeavesOpen) {
+TEST(Loader, TheProfileFillsKeysThatTheDeviceOmits) {
   const Device device = OneDevice("profile: relay, unit: 7, poll: 3s, timing: { reply: 900ms }");
   EXPECT_EQ(device.protocol, "fake");
   EXPECT_EQ(device.title, "Fake relay");
@@ -103,7 +103,7 @@ TEST(Loader, UnquotedPasswordKeepsItsZeros) {
   EXPECT_EQ(OneDevice("profile: relay, password: no").options.Text("password"), "no");
 }
 
-TEST(Loader, DeviceMaySpeakAnotherProtocol) {
+TEST(Loader, ADeviceMayHaveAnotherProtocolThanItsLine) {
   const Device device =
       OneDevice("protocol: other, serial: 300 7O2, points: [{ name: p, read: A1, type: int16 }]");
   EXPECT_EQ(device.protocol, "other");
@@ -111,7 +111,7 @@ TEST(Loader, DeviceMaySpeakAnotherProtocol) {
   EXPECT_EQ(device.serial->ToString(), "300 7O2");
 }
 
-TEST(Loader, SerialAsTextAndAsMapAreTheSame) {
+TEST(Loader, SerialSettingsAsTextAndAsMapAreEqual) {
   const auto text = OneLine("serial: 9600 7E1, parity: software").serial;
   const auto map =
       OneLine("serial: { baud: 9600, data: 7, parity: even, stop: 1, software_parity: true }")
@@ -124,7 +124,7 @@ TEST(Loader, SerialAsTextAndAsMapAreTheSame) {
   }
 }
 
-TEST(Loader, Rs485) {
+TEST(Loader, Rs485SettingsAreRead) {
   const auto serial = OneLine(
                           "serial: 9600 8N1, rs485: { delay_before_send: 2ms, "
                           "receive_while_sending: true, rts_active_high: false }")
@@ -158,7 +158,7 @@ TEST(Loader, ProfileByNameAndByPath) {
   }
 }
 
-TEST(Loader, DeviceFromProfileEqualsTheConfiguredOne) {
+TEST(Loader, DeviceFromProfileEqualsTheConfiguredDevice) {
   const protocols::Protocol protocol = MakeFakeProtocol("fake");
   const auto loaded = config::LoadProfile("relay", protocol, FakeCatalog());
   const Device made = config::DeviceFromProfile(loaded.profile, protocol, "d", "1");
@@ -250,7 +250,7 @@ TEST_F(SharedProfiles, AreListedOnce) {
   EXPECT_EQ(Listed(""), "guest/both owner/both owner/common");
 }
 
-TEST_F(SharedProfiles, AreNamedWhereOneIsMissed) {
+TEST_F(SharedProfiles, AreSuggestedForAMisspeltProfile) {
   const auto missed = config::LocateProfile("comon", guest_, catalog_, {});
   ASSERT_FALSE(missed);
   EXPECT_NE(missed.error().find("common"), std::string::npos) << missed.error();
@@ -278,7 +278,7 @@ config::Line LineOf(const std::string& gateway, const std::string& line,
 constexpr const char* kPlain = "points: [{ name: p, read: A1, type: int16 }]";
 constexpr const char* kProfiled = "profile: relay";
 
-TEST(Pace, DefaultWhereNobodySaysAnything) {
+TEST(Pace, HasDefaultsWhenNoLevelSetsIt) {
   const config::Line line = LineOf("", "", kPlain);
   EXPECT_EQ(line.retries, 2);
   EXPECT_FALSE(line.devices[0].retries);
@@ -288,7 +288,7 @@ TEST(Pace, DefaultWhereNobodySaysAnything) {
   EXPECT_FALSE(line.timing.reply);
 }
 
-TEST(Pace, EachLevelGivesWayToTheNext) {
+TEST(Pace, AMoreSpecificLevelOverridesTheOthers) {
   const std::string gateway = ", poll: 11s, slow: 12min, daily: 6h, retries: 7";
   const std::string line = "poll: 13s, slow: 14min, retries: 8,";
   const std::string device = ", poll: 15s, slow: 16min, daily: 7h, retries: 9";
@@ -317,7 +317,7 @@ TEST(Pace, EachLevelGivesWayToTheNext) {
   EXPECT_EQ(by_device.devices[0].retries, 9);
 }
 
-TEST(Pace, EachTimeByItself) {
+TEST(Pace, EachTimeIsOverriddenByItself) {
   const config::Line line =
       LineOf(", timing: { quiet: 1ms, reply: 2s, gap: 31ms, drain: 41ms, ceiling: 9s }",
              "timing: { gap: 32ms, drain: 42ms, reply: 3s },",
@@ -352,7 +352,7 @@ Duration CeilingUsed(std::optional<Duration> reply, std::optional<Duration> ceil
   return *config::Resolve(given, fallback).ceiling;
 }
 
-TEST(Resolve, MoreTimeForTheReplyIsMoreTimeForTheExchange) {
+TEST(Resolve, ALongerReplyTimeLengthensTheCeiling) {
   EXPECT_EQ(CeilingUsed({}, {}), 2s);
   EXPECT_EQ(CeilingUsed(1500ms, {}), 3s);
   EXPECT_EQ(CeilingUsed(300ms, {}), 1800ms);
@@ -360,7 +360,7 @@ TEST(Resolve, MoreTimeForTheReplyIsMoreTimeForTheExchange) {
   EXPECT_EQ(CeilingUsed(1500ms, 1s), 1525ms) << "never shorter than reply and gap";
 }
 
-TEST(Resolve, MoreTimeForPausesIsMoreTimeForTheExchange) {
+TEST(Resolve, LongerPausesLengthenTheCeiling) {
   Timing fallback;
   fallback.reply = 500ms;
   fallback.gap = 50ms;
@@ -377,7 +377,7 @@ TEST(Resolve, MoreTimeForPausesIsMoreTimeForTheExchange) {
   EXPECT_EQ(ceiling(200ms, 900ms), 900ms);
 }
 
-TEST(Pace, OfReplyGapAndCeilingTheLongerOneOfLineAndProfileCounts) {
+TEST(Pace, TheLongerReplyGapAndCeilingOfLineAndProfileApply) {
   // The profile has reply 700ms, gap 30ms.
   const auto timing = [](const std::string& line, const std::string& device) {
     return LineOf("", "timing: { " + line + " },", kProfiled + device).devices[0].timing;
@@ -390,7 +390,7 @@ TEST(Pace, OfReplyGapAndCeilingTheLongerOneOfLineAndProfileCounts) {
   EXPECT_EQ(timing("reply: 2s", ", timing: { reply: 100ms }").reply, 100ms) << "the device's own";
 }
 
-TEST(Pace, WhatAProfileOverrulesIsSaid) {
+TEST(Pace, AWarningNamesKeysThatAProfileOverrides) {
   const auto loaded = Load(
       "lines: [{ name: l, port: /dev/l, protocol: fake, poll: 5s, timing: { reply: 500ms, quiet: "
       "1ms }, devices: [{ name: d, address: 1, profile: relay }] }]\n");
@@ -401,7 +401,7 @@ TEST(Pace, WhatAProfileOverrulesIsSaid) {
             "profile says 700ms, which is longer; write it at the device to use it\n");
 }
 
-TEST(Pace, Recheck) {
+TEST(Pace, RecheckFollowsTheMostSpecificLevel) {
   const auto recheck = [](const std::string& gateway, const std::string& line,
                           const std::string& device, const std::string& point) {
     return LineOf(gateway, line,
@@ -418,7 +418,7 @@ TEST(Pace, Recheck) {
   EXPECT_EQ(recheck("", "", ", recheck: off", ", recheck: jump"), Recheck::jump);
 }
 
-TEST(Pace, RecheckWhereNeitherParityNorAStrongSumGuardsReplies) {
+TEST(Pace, RecheckIsOnWithoutParityAndWithAWeakChecksum) {
   protocols::Protocol weak;
   weak.weak_check = true;
   EXPECT_EQ(config::DefaultRecheck(weak, {.parity = config::Parity::none}), config::Recheck::jump);

@@ -39,7 +39,7 @@ std::string Put(std::string text, const std::string& mark, const std::string& va
   return text;
 }
 
-TEST(MaskedConfig, HasNoSecretWhereverItStands) {
+TEST(MaskedConfig, MasksSecretsInEveryPlace) {
   for (const config::Catalog* catalog :
        {&baudgate::testing::Shipped(), &baudgate::testing::FakeCatalog()}) {
     const std::set<std::string> keys = SecretKeys(*catalog);
@@ -66,7 +66,7 @@ TEST(MaskedConfig, KnowsEveryKeyThatIsDeclaredSecret) {
   }
 }
 
-TEST(MaskedConfig, LeavesTheRestAsItIs) {
+TEST(MaskedConfig, LeavesOtherKeysUnchanged) {
   EXPECT_EQ(*MaskedConfig("gateway: { name: a }\nlines:\n- { name: 'l 1', retries: 2 }\n"
                           "- poll: ~\n  password: 000000\n",
                           {"password"}),
@@ -74,7 +74,7 @@ TEST(MaskedConfig, LeavesTheRestAsItIs) {
             "  - poll: ~\n    password: \"***\"\n");
 }
 
-TEST(MaskedConfig, RefusesWhatItCanNotRead) {
+TEST(MaskedConfig, RefusesTextThatIsNotYaml) {
   EXPECT_THAT(MaskedConfig("a: [", {"password"}).error(), HasSubstr("no YAML"));
   EXPECT_FALSE(MaskedConfig("a: &a [*a]\n", {"password"}));
 }

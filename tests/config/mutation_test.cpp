@@ -49,14 +49,14 @@ void ExpectConsistent(const std::string& text) {
 
 class Mutation : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(Mutation, EveryTruncation) {
+TEST_P(Mutation, EveryTruncationGivesAConsistentResult) {
   const std::string example = Example(GetParam());
   for (std::size_t size = 0; size < example.size(); size += 7) {
     ExpectConsistent(example.substr(0, size));
   }
 }
 
-TEST_P(Mutation, RandomDamage) {
+TEST_P(Mutation, RandomDamageGivesAConsistentResult) {
   const std::string example = Example(GetParam());
   std::mt19937 random(20261121);
   const auto below = [&](std::size_t limit) { return random() % limit; };

@@ -25,12 +25,12 @@ Point OnePoint(const std::string& keys) {
   return points.size() == 1 ? points[0] : Point();
 }
 
-TEST(Points, JumpsAreReadAgainAndLimitsAreDecimals) {
+TEST(Points, AJumpSetsRecheckAndLimitsAreDecimals) {
   EXPECT_EQ(OnePoint("read: A1, type: int16, jump: 5").recheck, config::Recheck::jump);
   EXPECT_EQ(OnePoint("read: A1, type: int16, min: -1e2, max: 1E+2").writing.max, 100);
 }
 
-TEST(Points, EveryKey) {
+TEST(Points, EveryKeyIsRead) {
   const Point point = OnePoint(
       "read: A1, write: A2, type: int32, unit: kW, access: rw, group: slow, modbus: 9100, "
       "table: holding, scale: 10, offset: -5, sentinels: { 999: sensor_failure, -1: 0x44 }, "
@@ -62,7 +62,7 @@ TEST(Points, EveryKey) {
   EXPECT_EQ(point.mark.line, 2);
 }
 
-TEST(Points, BooleansStandInBitsUnlessToldOtherwise) {
+TEST(Points, BooleansAreBitsUnlessConfiguredOtherwise) {
   EXPECT_EQ(OnePoint("read: A1, type: bool").table, config::Table::bits);
   EXPECT_EQ(OnePoint("read: A1, type: bool, modbus: 1, table: coil").table, config::Table::bits);
   EXPECT_EQ(OnePoint("read: A1, type: bool, modbus: 1, table: input").table,
@@ -81,13 +81,13 @@ TEST(Points, WriteOnlyNeedsNoRead) {
   EXPECT_EQ(OnePoint("write: A1, access: w, type: int16").read, "");
 }
 
-TEST(Points, SimulateOneValueOfABool) {
+TEST(Points, ABoolMaySimulateOneValue) {
   const Point point = OnePoint("read: A1, type: bool, simulate: true");
   EXPECT_EQ(point.simulate->low, 1);
   EXPECT_EQ(point.simulate->high, 1);
 }
 
-TEST(Points, InlineKeysReplaceThoseOfTheProfileAndOthersStay) {
+TEST(Points, InlineKeysReplaceOnlyTheEqualKeysOfTheProfile) {
   const auto points = PointsOf(
       "profile: relay, points: [{ name: current, modbus: 20, deadband: 0.1 }, "
       "{ name: extra, read: A9, type: int16, modbus: 0 }]");
@@ -101,7 +101,7 @@ TEST(Points, InlineKeysReplaceThoseOfTheProfileAndOthersStay) {
   EXPECT_EQ(points[3].name, "extra") << "at the end, so that indices of the profile stay";
 }
 
-TEST(Points, TypesAreCalledAsInIec61131) {
+TEST(Points, TypesMayHaveTheirIec61131Names) {
   const auto loaded = Load(
       "lines:\n- name: l\n  port: /dev/l\n  protocol: fake\n  devices:\n"
       "  - name: d\n    address: 1\n    points:\n"
@@ -144,7 +144,7 @@ config::Loaded LoadRatios(const std::string& ratios) {
       "{ name: b, read: A4, type: bool, unit: xIn }] }] }\n");
 }
 
-TEST(Ratios, ChangeEveryNumberOfTheUnitAlike) {
+TEST(Ratios, ScaleEveryNumberOfTheUnit) {
   const auto loaded = LoadRatios("{ xIn: 400 A, xUn: 10 kV }");
   ASSERT_EQ(Shown(loaded.problems), "");
   const auto& points = loaded.config.lines[0].devices[0].points;
@@ -162,7 +162,7 @@ TEST(Ratios, ChangeEveryNumberOfTheUnitAlike) {
   EXPECT_EQ(points[3].unit, "xIn") << "a bit has no size";
 }
 
-TEST(Ratios, OneDoesNotMeetTheResultOfAnother) {
+TEST(Ratios, ARatioIsNotAppliedToTheResultOfAnother) {
   const auto loaded = LoadRatios("{ xIn: 400 xUn, xUn: 10 kV }");
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(loaded.config.lines[0].devices[0].points[0].scale, 200);
@@ -195,7 +195,7 @@ std::string Allowed(const config::Loaded& loaded) {
   return names;
 }
 
-TEST(WritePermit, IsOffUntilTheDeviceSaysSo) {
+TEST(WritePermit, IsOffUnlessTheDeviceAllowsIt) {
   EXPECT_EQ(Allowed(LoadDevice("")), "");
   EXPECT_EQ(Shown(LoadDevice("").problems), "");
   EXPECT_EQ(Allowed(LoadDevice(", write: deny")), "");
@@ -204,7 +204,7 @@ TEST(WritePermit, IsOffUntilTheDeviceSaysSo) {
   EXPECT_EQ(Allowed(LoadDevice(", write: []")), "");
 }
 
-TEST(WritePermit, NamesSomeOfManyPoints) {
+TEST(WritePermit, AProblemNamesOnlySomeOfManyPoints) {
   std::string points;
   for (int i = 0; i < 14; ++i) {
     points += (i == 0 ? "" : ",") + std::string("{ name: point_") + std::to_string(i) +
@@ -230,7 +230,7 @@ TEST(WriteLimits, AreRead) {
   EXPECT_EQ(PointOf(loaded, 1).writing.min, std::nullopt);
 }
 
-TEST(WriteLimits, FollowRatios) {
+TEST(WriteLimits, AreScaledByRatios) {
   const auto loaded = LoadDevice(", ratios: { A: 400 kA }", ", min: 0.5, max: 40, step: 0.05");
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(PointOf(loaded, 0).writing.min, 200);
@@ -268,7 +268,7 @@ TEST(AllowWhen, CountsDevicesThroughAllLines) {
   EXPECT_EQ(PointOf(loaded, 0).writing.allow_when.at(0).index, 1U);
 }
 
-TEST(AllowWhen, MayGuardOneValueAlone) {
+TEST(AllowWhen, MayGuardOnlyOneValue) {
   const auto loaded = LoadDevice("", ", allow_when: { point: l.d.b, is: off, for: 12.5 }");
   ASSERT_EQ(Shown(loaded.problems), "");
   EXPECT_EQ(PointOf(loaded, 0).writing.allow_when.at(0).only, Value(12.5));

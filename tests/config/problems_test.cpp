@@ -70,7 +70,7 @@ std::string Without(const std::string& prefix, std::string problems) {
 }
 
 /// The head of problems.txt explains the signs.
-TEST(Problems, AreSaidAsInTheTable) {
+TEST(Problems, AreReportedAsInTheTable) {
   const auto cases = ReadFileCases("tests/config/problems.txt");
   EXPECT_GT(cases.size(), 500U);
   for (const FileCase& one : cases) {
@@ -102,7 +102,7 @@ TEST(Problems, AreSaidAsInTheTable) {
   }
 }
 
-TEST(LineErrors, ALineWhoseProtocolIsMisspeltIsCheckedAsTheOneThatIsMeant) {
+TEST(LineErrors, ALineWithAMisspeltProtocolIsCheckedByTheLikelyProtocol) {
   const std::string rest =
       ", port: /dev/l, serial: 9600 8N1,\n"
       "    devices: [{ name: d, address: 7x, profile: relay, write: [setting], identity: ignore,\n"
@@ -123,7 +123,7 @@ TEST(LineErrors, ALineWhoseProtocolIsMisspeltIsCheckedAsTheOneThatIsMeant) {
       << "nobody knows what the rest would mean";
 }
 
-TEST(GatewayErrors, AProfileIsJudgedOnceHoweverItsPathIsWritten) {
+TEST(GatewayErrors, AProfileIsCheckedOnceHoweverItsPathIsWritten) {
   const std::string devices =
       "lines:\n"
       "- name: l\n"

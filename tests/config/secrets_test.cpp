@@ -27,7 +27,7 @@ TEST(Secrets, AreHiddenInQuotationsOnly) {
   }
 }
 
-TEST(Secrets, AreNotAmongTheOptionsThatAreRepeatedElsewhere) {
+TEST(Secrets, AreNotAmongTheWrittenOptions) {
   const config::Loaded loaded = Load(
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [{ name: d, address: 1,\n"
       "    profile: relay, password: hush, pin: 4711, width: 9, tags: [a, b] }] }\n");

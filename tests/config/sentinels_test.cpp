@@ -21,7 +21,7 @@ config::Loaded LoadShipped(const std::string& protocol, const std::string& point
                           "x.yaml", Shipped());
 }
 
-TEST(Sentinels, InHexAreTheBitsOfWhatIsRead) {
+TEST(Sentinels, InHexAreTheRawBitsOfTheReading) {
   struct Case {
     const char* protocol;
     const char* point;
@@ -79,7 +79,7 @@ TEST(LeadingZero, NamesBothReadings) {
 
 // ---------------- Suggestions for an unknown protocol name.
 
-TEST(MeantProtocol, IsFoundByWhatPeopleCallIt) {
+TEST(MeantProtocol, IsFoundByCommonNames) {
   const struct {
     const char* name;
     const char* port;

@@ -30,7 +30,7 @@ TrialPlaces PlacesFor(std::size_t lines) {
   return places;
 }
 
-TEST(TrialConfig, OfEveryExampleIsLoadedAndTouchesNothingOfThePlant) {
+TEST(TrialConfig, OfEveryExampleLoadsAndUsesNothingOfThePlant) {
   for (const char* name : {"baudgate", "digi-one", "substation"}) {
     const std::string text = TextOf(std::string("config/examples/") + name + ".yaml");
     const Loaded original = LoadText(text, "original.yaml", testing::Shipped());
@@ -59,7 +59,7 @@ TEST(TrialConfig, OfEveryExampleIsLoadedAndTouchesNothingOfThePlant) {
   }
 }
 
-TEST(TrialConfig, SaysWhatItLeavesOut) {
+TEST(TrialConfig, ListsTheOmittedParts) {
   const auto trial = MakeTrialConfig(
       "modbus:\n"
       "  listen: [ \"0.0.0.0:502\", \"127.0.0.1:1502\", /dev/ttyS1 ]\n"

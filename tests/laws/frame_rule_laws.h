@@ -146,7 +146,7 @@ TEST_P(ChecksumLaws, NoFlippedBitPassesAsAGoodFrame) {
   }
 }
 
-TEST_P(ChecksumLaws, TruncatedFramesDeliverNothing) {
+TEST_P(ChecksumLaws, TruncatedFramesDeliverNoWrongContent) {
   const LawSubject& subject = GetParam();
   for (const Bytes& frame : subject.frames) {
     const Bytes truth = subject.essence(frame);
@@ -171,7 +171,7 @@ TEST_P(FrameRuleLaws, RandomBytesMakeProgressInBoundedMemory) {
   }
 }
 
-TEST_P(FrameRuleLaws, TheSameSliceGetsTheSameAnswer) {
+TEST_P(FrameRuleLaws, TheSameBytesGetTheSameCut) {
   const LawSubject& subject = GetParam();
   std::mt19937 random(99);
   for (int round = 0; round < 200; ++round) {

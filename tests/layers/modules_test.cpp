@@ -38,7 +38,7 @@ std::vector<std::string> Sources() {
 
 std::vector<Entry> TheTable() { return ReadTable(ReadFile("docs/modules.txt")); }
 
-TEST(Layers, NoSourceIncludesWhatItsModuleMayNotInclude) {
+TEST(Layers, NoSourceIncludesAForbiddenModule) {
   const std::vector<Entry> table = TheTable();
   const std::vector<std::string> sources = Sources();
   for (const std::string& path : sources) {
@@ -47,7 +47,7 @@ TEST(Layers, NoSourceIncludesWhatItsModuleMayNotInclude) {
   EXPECT_GT(sources.size(), 300U);
 }
 
-TEST(Layers, EachNamesOnlyWhatStandsAboveIt) { EXPECT_THAT(WrongNames(TheTable()), IsEmpty()); }
+TEST(Layers, EachEntryNamesOnlyEntriesAboveIt) { EXPECT_THAT(WrongNames(TheTable()), IsEmpty()); }
 
 TEST(Layers, EveryNameInTheTableIsUsed) {
   const std::vector<Entry> table = TheTable();
@@ -105,7 +105,7 @@ constexpr std::string_view kTable =
     "lines: base bus\n"
     "  gateway/lines\n";
 
-TEST(Layers, AnIncludeThatRunsUpIsNamedWithItsLine) {
+TEST(Layers, AnUpwardIncludeIsReportedWithItsLine) {
   const std::vector<Entry> table = ReadTable(kTable);
   const std::string source =
       "// an exchange that wants the line\n"
@@ -118,7 +118,7 @@ TEST(Layers, AnIncludeThatRunsUpIsNamedWithItsLine) {
                           "gateway/lines/lines.h"));
 }
 
-TEST(Layers, InItsOwnLayerAModuleIncludesOnlyWhatItNames) {
+TEST(Layers, WithinItsLayerAModuleIncludesOnlyNamedModules) {
   const std::vector<Entry> table = ReadTable(kTable);
   EXPECT_THAT(WrongIncludes(table, "gateway/bus/points/point_store.h",
                             "#include \"gateway/bus/exchange/line.h\"\n"),
@@ -129,12 +129,12 @@ TEST(Layers, InItsOwnLayerAModuleIncludesOnlyWhatItNames) {
       IsEmpty());
 }
 
-TEST(Layers, AFolderThatIsNoModuleIsNamed) {
+TEST(Layers, AFolderThatIsNoModuleIsReported) {
   EXPECT_THAT(WrongIncludes(ReadTable(kTable), "gateway/attic/box.cpp", ""),
               ElementsAre("gateway/attic/box.cpp: gateway/attic is not in docs/modules.txt"));
 }
 
-TEST(Layers, ANameThatStandsBelowIsNamed) {
+TEST(Layers, ANameFromBelowIsReported) {
   EXPECT_THAT(WrongNames(ReadTable("base: bus\n  a: b\n  b\nbus:\n")),
               ElementsAre("base names bus, which does not stand above it",
                           "a names b, which does not stand above it"));
@@ -168,7 +168,7 @@ std::vector<std::string> MissingFiles(const std::string& path, std::istream& sou
   return missing;
 }
 
-TEST(FileNames, WhatACommentNamesIsThere) {
+TEST(FileNames, FilesNamedInCommentsExist) {
   for (const char* top : {"config", "protocols", "transports", "gateway"}) {
     for (const auto& entry : fs::recursive_directory_iterator(top)) {
       const std::string extension = entry.path().extension();
@@ -181,7 +181,7 @@ TEST(FileNames, WhatACommentNamesIsThere) {
   }
 }
 
-TEST(FileNames, OneThatIsGoneIsNamedWithItsLine) {
+TEST(FileNames, AMissingFileIsReportedWithItsLine) {
   std::istringstream source(
       "// from session.cpp, by way of gateway/bus/exchange/line.h\n"
       "#include \"gateway/bus/gone.h\"\n"
@@ -222,7 +222,7 @@ std::vector<std::string> NamedIn(const std::string& source, const std::string& n
   return all;
 }
 
-TEST(ProtocolNames, StandInNoSourceOfTheStatus) {
+TEST(ProtocolNames, AreNotUsedInSourcesOfTheStatus) {
   const std::string names = NamesIn(ReadAll("protocols/CMakeLists.txt"));
   EXPECT_THAT(names, testing::HasSubstr("|modbus_tcp|"));
   for (const char* folder : {"gateway/outputs/status", "gateway/diagnosis/causes"}) {
@@ -232,7 +232,7 @@ TEST(ProtocolNames, StandInNoSourceOfTheStatus) {
   }
 }
 
-TEST(ProtocolNames, AreFoundWhereTheyStand) {
+TEST(ProtocolNames, AreFoundInSourceText) {
   const std::string names = NamesIn("set(baudgate_protocols spabus modbus:modbus_rtu reader)\n");
   EXPECT_EQ(names, "spabus|modbus_rtu|reader");
   EXPECT_THAT(NamedIn("if (protocol == \"spabus\" || protocol.starts_with(\"mod\"))\n"

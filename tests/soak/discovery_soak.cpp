@@ -218,7 +218,7 @@ std::string KillInTurn(Domain& domain, const Plan& plan, std::size_t round) {
   return kKinds[kind];
 }
 
-TEST(DiscoverySoak, WhoeverIsKilledAllIsSeenAgain) {
+TEST(DiscoverySoak, AllGatewaysAreSeenAgainAfterEachKill) {
   const Plan plan;
   Domain domain(plan);
   const Duration begun = domain.Whole();

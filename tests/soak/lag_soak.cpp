@@ -78,7 +78,7 @@ class LagSoak : public ::testing::Test {
   std::vector<std::unique_ptr<LagSoakLine>> lines_;
 };
 
-TEST_F(LagSoak, NothingWrongIsEverGood) {
+TEST_F(LagSoak, NoWrongValueIsEverGood) {
   ExpectAllGood("at the beginning");
   ASSERT_FALSE(HasFailure());
 

@@ -107,7 +107,7 @@ class PtySoak : public ::testing::Test {
   std::size_t most_later_ = 0;
 };
 
-TEST_F(PtySoak, NothingWrongIsEverGoodAndNothingGrows) {
+TEST_F(PtySoak, NoWrongValueIsEverGoodAndMemoryDoesNotGrow) {
   ExpectAllGood("on a clean line");
   for (const auto& line : lines_) line->CompareWithTruth();
   ASSERT_FALSE(HasFailure());

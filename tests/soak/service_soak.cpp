@@ -127,7 +127,7 @@ class ServiceSoak : public Station {
   std::string yaml_;
 };
 
-TEST_F(ServiceSoak, HoldsNoMoreAfterALongLifeAndManyDeaths) {
+TEST_F(ServiceSoak, ResourcesDoNotGrowInALongRunWithManyKills) {
   const auto seconds = std::chrono::seconds(Number("SECONDS", 6));
   const std::size_t kills = Number("KILLS", 3);
   StartTwins();

@@ -34,7 +34,7 @@ TEST(Transcript, FollowsQueriesSessionsAndRounds) {
                         "= second bad: configuration, out of the type's range\n" + kFirst));
 }
 
-TEST(Transcript, OutcomesOfDamageAndSilence) {
+TEST(Transcript, OutcomesOfDamageAndSilenceMatch) {
   PlayTranscript(ToyProtocol(), FileOf(Ask("?A1\r") + "! no_reply\n" + Ask("OA9\r") + "< 55\n" +
                                        "! corrupt\n" + Ask("?A1\r") + "< 21 41\n+50ms\n< 31\n" +
                                        "! corrupt\n" + Ask("OA9\r") + "< 21\n! partial\n"));
@@ -42,19 +42,19 @@ TEST(Transcript, OutcomesOfDamageAndSilence) {
 
 const std::string kThird = "point: third 3 int16 w scale=0.5\n";
 
-TEST(Transcript, WritesWithTheirSession) {
+TEST(Transcript, WritesWithTheirSessionPass) {
   PlayTranscript(ToyProtocol(),
                  FileOf(kThird + "write: second 7\n" + Ask("OA9\r") + Reply("A9") + Ask("WA2=7\r") +
                         Reply("A2") + Ask("CA0\r") + Reply("A0") + "write: third 2.5\n" +
                         Ask("WA3=5\r") + Reply("A3~refused") + "! refused\n" + kFirst));
 }
 
-TEST(Transcript, AWriteThatSendsNothing) {
+TEST(Transcript, AWriteThatSendsNothingPasses) {
   const std::string file = FileOf("point: fourth E4 int16 rw\nwrite: fourth 1\n! unsupported\n");
   PlayTranscript(ToyProtocol(), file);
 }
 
-TEST(Transcript, AWriteThatSendsWhatItMustNotFails) {
+TEST(Transcript, AWriteThatSendsAnUnexpectedRequestFails) {
   EXPECT_NONFATAL_FAILURE(
       PlayTranscript(ToyProtocol(), FileOf(kThird + "write: third 1\n! unsupported\n")),
       "nothing may be sent, but this is: 57 41 33 3D 32 0D");
@@ -66,7 +66,7 @@ TEST(Transcript, AWriteWithAnotherOutcomeFails) {
                           "busy");
 }
 
-TEST(Transcript, AWriteThatIsNotAtItsEndFails) {
+TEST(Transcript, AnUnfinishedWriteFails) {
   EXPECT_NONFATAL_FAILURE(
       PlayTranscript(ToyProtocol(), FileOf("write: second 7\n" + Ask("OA9\r") + Reply("A9"))),
       "not at its end");

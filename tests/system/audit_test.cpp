@@ -73,7 +73,7 @@ class Audit : public RouteStation {
   }
 };
 
-TEST_F(Audit, SaysWhoHasWrittenWhat) {
+TEST_F(Audit, RecordsTheClientAndTheValueOfEachWrite) {
   Slave slave(LinkOf("drive"));
   auto daemon = StartGateway(YamlOf());
   ModbusClient client(port());
@@ -114,7 +114,7 @@ TEST_F(Audit, SaysWhoHasWrittenWhat) {
   EXPECT_EQ(Writes({"--since", "yesterday"}).code, 2);
 }
 
-TEST_F(Audit, FollowShowsWhatComes) {
+TEST_F(Audit, FollowShowsNewWrites) {
   Slave slave(LinkOf("drive"));
   const auto daemon = StartGateway(YamlOf());
   const auto follower = Start({"writes", "--follow", "--json", "--socket", socket()});
@@ -130,7 +130,7 @@ TEST_F(Audit, FollowShowsWhatComes) {
   EXPECT_EQ(follower->WaitForEnd(), 0);
 }
 
-TEST_F(Audit, AGatewayThatWritesNothingSaysSo) {
+TEST_F(Audit, AGatewayWithoutWritablePointsReportsIt) {
   Slave slave(LinkOf("drive"));
   const auto daemon = StartDaemon(
       WithSocket(Head()) +
@@ -159,7 +159,7 @@ class NumberWriter {
   ModbusClient client_;
 };
 
-TEST_F(Audit, AKilledGatewayHasARecordOfAllThatWasOnTheWire) {
+TEST_F(Audit, AKilledGatewayHasARecordOfEveryWriteOnTheWire) {
   const std::size_t kills = Setting("BAUDGATE_AUDIT_KILLS", 5);
   Slave slave(LinkOf("drive"));
   std::mt19937 random(static_cast<unsigned>(::getpid()));

@@ -37,7 +37,7 @@ class BadSlave : public RouteStation {
 };
 
 /// The reply to register 10 arrives after its timeout and looks like a reply to register 11.
-TEST_F(BadSlave, ThatIsLateDoesNotAnswerTheNextRequest) {
+TEST_F(BadSlave, ALateReplyDoesNotAnswerTheNextRequest) {
   const ScriptedSlave slave(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
     return {{AddressOf(request) == 10 ? 700ms : 0ms, RegistersReply(request, 1000)}};
   });
@@ -65,7 +65,7 @@ TEST_F(BadSlave, ThatIsLateDoesNotAnswerTheNextRequest) {
   EXPECT_EQ(line["stray_bytes"], 7) << "the late reply";
 }
 
-TEST_F(BadSlave, ThatSpeaksInPiecesIsHeardOut) {
+TEST_F(BadSlave, AReplyInPiecesIsReceivedWhole) {
   const ScriptedSlave slave(LinkOf("drive"), [&](View request) {
     const Bytes reply = RegistersReply(request, 1000);
     std::vector<Piece> pieces;
@@ -91,7 +91,7 @@ TEST_F(BadSlave, ThatSpeaksInPiecesIsHeardOut) {
 
 /// The reply to a block breaks off and the port disappears while a write waits. The slave that
 /// returns has other values.
-TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
+TEST_F(BadSlave, ASlaveLostInABlockReturnsWithoutStaleValues) {
   const auto daemon = StartGateway(OneLine(), {});
   ModbusClient client(port());
   RawClient cut(port());
@@ -120,7 +120,7 @@ TEST_F(BadSlave, ThatVanishesInABlockReturnsWithoutAnythingStale) {
   for (int i = 0; i < 2; ++i) EXPECT_EQ(ExceptionIn(Receive(cut).value()), kNotAnswering);
 }
 
-TEST_F(BadSlave, TwinThatIsKilledAndStartedAgainIsAskedAgain) {
+TEST_F(BadSlave, ARestartedTwinIsServedAgain) {
   const auto start = [&] {
     return Start({"simulate", "--profile", "mitsubishi-fr-d700", "--address", "20", "--pty",
                   LinkOf("drive")});
@@ -221,7 +221,7 @@ class Stall : public RouteStation {
   }
 };
 
-TEST_F(Stall, OfASerialServerDeliversNothingThatWasGivenUp) {
+TEST_F(Stall, OfASerialServerDeliversNoAbandonedRequest) {
   const StalledServer server;
   const auto daemon = StartGateway(
       Yaml({"{ units: 1-60, line: drive, deadline: 5s }"},

@@ -33,7 +33,7 @@ class Cli : public Station {
   }
 };
 
-TEST_F(Cli, WrongWordsAreWrongUsage) {
+TEST_F(Cli, WrongArgumentsExitWithTheUsageCode) {
   for (const std::vector<std::string>& words :
        std::vector<std::vector<std::string>>{{},
                                              {"serve"},
@@ -53,7 +53,7 @@ TEST_F(Cli, WrongWordsAreWrongUsage) {
   EXPECT_THAT(Command({"--version"}).output, StartsWith("baudgate "));
 }
 
-TEST_F(Cli, WhatWasMeantIsSaid) {
+TEST_F(Cli, MistypedArgumentsSuggestACorrection) {
   const struct {
     std::vector<std::string> words;
     const char* says;
@@ -76,7 +76,7 @@ TEST_F(Cli, WhatWasMeantIsSaid) {
   }
 }
 
-TEST_F(Cli, OutputThatIsLostIsAFailure) {
+TEST_F(Cli, LostStandardOutputIsAFailure) {
   for (const std::string words : {"protocols", "profiles", "--version", "demo --help"}) {
     const Finished full = RunToEnd({"/bin/sh", "-c", BAUDGATE_BINARY " " + words + " >/dev/full"},
                                    directory(), Environment());
@@ -102,7 +102,7 @@ TEST_F(Cli, CheckJudgesAConfiguration) {
   EXPECT_GE(verdict["problems"].size(), 1U);
 }
 
-TEST_F(Cli, MapShowsWherePointsAre) {
+TEST_F(Cli, MapShowsTheRegistersOfPoints) {
   const std::string file = Configuration();
   const Finished text = Command({"map", "--json", "-c", file});
   ASSERT_EQ(text.code, 0) << text.errors;
@@ -194,7 +194,7 @@ TEST_F(Cli, DecodeReadsCapturesOfEachProtocol) {
   EXPECT_TRUE(meter[1]["values"].empty());
 }
 
-TEST_F(Cli, DecodeSaysWhatItCanNotUse) {
+TEST_F(Cli, DecodeReportsUnusableInput) {
   const std::string good = Write("good.txt", "> 23 30 31 0D\n").string();
   const std::string bad = Write("bad.txt", "> 23 3\n").string();
   const std::string orphan = Write("orphan.txt", "< 23 30\n").string();
@@ -212,7 +212,7 @@ TEST_F(Cli, DecodeSaysWhatItCanNotUse) {
   EXPECT_THAT(unknown.errors, HasSubstr("telex"));
 }
 
-TEST_F(Cli, SimulateSaysWhyThereIsNoTwin) {
+TEST_F(Cli, SimulateReportsWhyATwinCannotStart) {
   const auto simulate = [&](const std::string& profile, const std::string& address,
                             const std::string& pty) {
     return Command({"simulate", "--profile", profile, "--address", address, "--pty", pty});
@@ -252,7 +252,7 @@ TEST_F(Cli, ASettingWithoutEqualsIsNotShown) {
   EXPECT_THAT(decode.errors, Not(HasSubstr("SECRET")));
 }
 
-TEST_F(Cli, SimulateTakesItsLinkAway) {
+TEST_F(Cli, SimulateRemovesItsLinkAtItsEnd) {
   const auto twin = StartTwin("bay", "spaj140c", "1");
   EXPECT_THAT(twin->Output(), HasSubstr("SPAJ 140 C"));
   EXPECT_THAT(twin->Output(), HasSubstr(LinkOf("bay")));

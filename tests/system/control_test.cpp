@@ -66,7 +66,7 @@ TEST_F(Control, PointsAreReadAndWrittenFromTheCommandLine) {
   EXPECT_EQ(Ask({"read", "io"}).code, 2);
 }
 
-TEST_F(Control, StatusTellsWhoIsWellAndWhoIsNot) {
+TEST_F(Control, StatusReportsTheStateOfEachDevice) {
   StartRelay();
   ASSERT_TRUE(Eventually([&] { return Status("relay")["lines"][0]["notice_bound_ms"] > 0; }))
       << "the ghost is not missed";
@@ -94,7 +94,7 @@ TEST_F(Control, StatusTellsWhoIsWellAndWhoIsNot) {
   EXPECT_THAT(unknown.errors, HasSubstr("did you mean 'relay'? lines: relay, io"));
 }
 
-TEST_F(Control, WithoutAGatewayExitCodeFour) {
+TEST_F(Control, CommandsExitWithCodeFourWithoutAGateway) {
   for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
            {"status"}, {"release", "x"}, {"trace", "x"}, {"enable", "x.y"}, {"disable", "x.y"}}) {
     const Finished none = Ask(words);
@@ -114,7 +114,7 @@ TEST_F(Control, ADeviceIsTakenOutOfUseAndBack) {
   EXPECT_EQ(Ask({"disable", "relay"}).code, 2);
 }
 
-TEST_F(Control, ATraceShowsTheBytesAndEndsInPeace) {
+TEST_F(Control, ATraceShowsTheBytesAndEndsCleanly) {
   StartRelay();
   const auto trace = Start({"trace", "relay", "--device", "relay-1", "--socket", socket()});
   EXPECT_TRUE(Eventually([&] {
@@ -138,7 +138,7 @@ TEST_F(Control, ATraceShowsTheBytesAndEndsInPeace) {
   EXPECT_FALSE(fs::exists(socket()));
 }
 
-TEST_F(Control, WhatWasRecordedIsDecoded) {
+TEST_F(Control, ARecordedTraceIsDecoded) {
   StartRelay();
   const Finished last = Ask({"trace", "relay", "--device", "relay-1", "--last"});
   ASSERT_EQ(last.code, 0) << last.errors;
@@ -151,7 +151,7 @@ TEST_F(Control, WhatWasRecordedIsDecoded) {
   EXPECT_GT(good, 0) << last.output;
 }
 
-TEST_F(Control, WithoutItsSocketTheGatewayPollsAllTheSame) {
+TEST_F(Control, TheGatewayPollsWithoutItsControlSocket) {
   relay = StartTwin("relay", "relay", "7");
   std::string head = WithSocket(Head());
   head.replace(head.find(socket()), socket().size(), "/nowhere/gate.sock");
@@ -160,7 +160,7 @@ TEST_F(Control, WithoutItsSocketTheGatewayPollsAllTheSame) {
   EXPECT_THAT(daemon->Errors(), HasSubstr("/nowhere/gate.sock: No such file or directory"));
 }
 
-TEST_F(Control, AGatewayIsFoundWithoutBeingTold) {
+TEST_F(Control, AGatewayIsFoundWithoutTheSocketOption) {
   relay = StartTwin("relay", "relay", "7");
   const std::string yaml =
       Head() + Line("relay", "spabus", "address: 7, profile: relay, unit: 1", "serial: 38400 7E1");

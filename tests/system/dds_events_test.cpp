@@ -39,7 +39,7 @@ class EventsOnDds : public EventStation {
   std::uint64_t Newest() const { return Status()["events"]["newest"]; }
 };
 
-TEST_F(EventsOnDds, AreHeardByBothSubscribersAsTheyWereKept) {
+TEST_F(EventsOnDds, AreReceivedByBothSubscribersAsTheyWereStored) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   const auto watch = Watch();
   const auto daemon = StartDaemon(Yaml(", events: on", "", true));
@@ -66,7 +66,7 @@ TEST_F(EventsOnDds, AreHeardByBothSubscribersAsTheyWereKept) {
 
 /// A subscriber that stays receives all events, whichever process is killed. It recognises
 /// repetitions by their number.
-TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
+TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
   const auto relay = StartRelay("every:150ms,count=4,numbered");
   const auto watch = Watch();
   const auto cyclone = Cyclone(100'000);
@@ -121,7 +121,7 @@ TEST_F(EventsOnDds, OfAGatewayThatIsKilledAreAllHeard) {
 }
 
 /// A subscriber of points alone does not confirm events; a subscriber of events does.
-TEST_F(EventsOnDds, AnOrderlyEndLosesNoneAndRepeatsNoneThatWasConfirmed) {
+TEST_F(EventsOnDds, AnOrderlyStopNeitherLosesNorRepeatsConfirmedEvents) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   auto daemon = StartDaemon(Yaml(", events: on", "", true));
   const auto end = [&] {

@@ -77,7 +77,7 @@ class DdsProcess : public ThreeDevices {
 
 /// Another program uses the port of the domain's multicast group, so new subscribers cannot be
 /// discovered. The status reports this until that program has ended.
-TEST_F(DdsProcess, ThatCannotHearNewSubscribersSaysSo) {
+TEST_F(DdsProcess, AnOccupiedDiscoveryPortIsReportedUntilItIsFree) {
   const int port = 7400 + 250 * domain();
   const int other = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   sockaddr_in at{};
@@ -95,7 +95,7 @@ TEST_F(DdsProcess, ThatCannotHearNewSubscribersSaysSo) {
   EXPECT_TRUE(Eventually([&] { return SeqOf("io-1", "input_1").has_value(); }));
 }
 
-TEST_F(DdsProcess, KilledItComesBackWithEverything) {
+TEST_F(DdsProcess, AKilledProcessIsRestartedWithAllPoints) {
   Begin();
   std::optional<std::uint64_t> before;
   ASSERT_TRUE(Eventually([&] { return (before = SeqOf("io-1", "input_1")).has_value(); }));
@@ -120,7 +120,7 @@ TEST_F(DdsProcess, KilledItComesBackWithEverything) {
   EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
 }
 
-TEST_F(DdsProcess, StoppedItIsAStateAndNobodyWaits) {
+TEST_F(DdsProcess, AStoppedProcessIsReportedAndReplacedAndBlocksNoRead) {
   Begin();
   const pid_t process = Process();
   ::kill(process, SIGSTOP);
@@ -134,7 +134,7 @@ TEST_F(DdsProcess, StoppedItIsAStateAndNobodyWaits) {
   EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
 }
 
-TEST_F(DdsProcess, AStoppedOneDoesNotHoldUpTheEnd) {
+TEST_F(DdsProcess, AStoppedProcessDoesNotDelayTheEndOfTheGateway) {
   Begin();
   const pid_t process = Process();
   ::kill(process, SIGSTOP);
@@ -163,7 +163,7 @@ void SendHostileDatagram(int domain) {
   ::close(sender);
 }
 
-TEST_F(DdsProcess, ADatagramThatEndsTheLibraryEndsNeitherGatewayNorWatch) {
+TEST_F(DdsProcess, AHostileDatagramEndsNeitherGatewayNorWatch) {
   Begin();
   const auto watch =
       Start({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"});
@@ -188,7 +188,7 @@ TEST_F(DdsProcess, ADatagramThatEndsTheLibraryEndsNeitherGatewayNorWatch) {
 }
 
 /// The points are not read any more, so no last sample may look good.
-TEST_F(DdsProcess, ADaemonThatIsKilledLeavesNoGoodValueAndNoProcess) {
+TEST_F(DdsProcess, AKilledDaemonLeavesNoGoodValueAndNoProcess) {
   Begin();
   const auto watch =
       Start({"watch", "--domain", std::to_string(domain()), "--gateway", gateway(), "--json"});
@@ -213,7 +213,7 @@ TEST_F(DdsProcess, ADaemonThatIsKilledLeavesNoGoodValueAndNoProcess) {
 }
 
 /// Names that are no longer used must be freed: each rename creates some hundred new names.
-TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
+TEST_F(DdsProcess, RenamedDevicesDisappearAfterAReload) {
   Begin();
   std::string yaml = WithSocket(Yaml(true));
   std::string name = "meter-1";
@@ -236,7 +236,7 @@ TEST_F(DdsProcess, NamesThatNoLongerExistAreGone) {
 }
 
 /// As systemd does: the process is started separately and connects to the gateway's socket.
-TEST_F(DdsProcess, StartedBySomebodyElseItComesToTheSocket) {
+TEST_F(DdsProcess, AProcessStartedSeparatelyConnectsToTheSocket) {
   const std::string socket = (directory() / "dds.sock").string();
   const std::string program = fs::path(BAUDGATE_BINARY).parent_path() / "baudgate-dds";
   const auto start = [&] {

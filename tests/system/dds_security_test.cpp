@@ -47,7 +47,7 @@ class DdsSecurity : public ThreeDevices {
   }
 };
 
-TEST_F(DdsSecurity, WhoHasACertificateSeesValues) {
+TEST_F(DdsSecurity, OnlyASubscriberWithACertificateReceivesValues) {
   MakeCertificates(1);
   StartTwins();
   daemon = StartDaemon(SecuredYaml());
@@ -64,7 +64,7 @@ TEST_F(DdsSecurity, WhoHasACertificateSeesValues) {
   EXPECT_THAT(check.output, HasSubstr("  security   CN=" + gateway() + ", until 20"));
 }
 
-TEST_F(DdsSecurity, WithoutRightFilesNothingIsPublishedUntilTheyAreRight) {
+TEST_F(DdsSecurity, NothingIsPublishedUntilTheSecurityFilesAreValid) {
   MakeCertificates(1);
   const fs::path key = Pki(gateway() + "/key.pem");
   fs::rename(key, Pki("away"));
@@ -84,7 +84,7 @@ TEST_F(DdsSecurity, WithoutRightFilesNothingIsPublishedUntilTheyAreRight) {
   EXPECT_EQ(open->Output(), "") << "it was never open";
 }
 
-TEST_F(DdsSecurity, AnIdentityThatHasExpiredSinceIsNotLetIn) {
+TEST_F(DdsSecurity, AnExpiredIdentityReceivesNoValues) {
   MakeCertificates(1);
   constexpr Duration kShort = 8s;  // enough for the start on a busy machine
   const auto begun = ReadClocks();
@@ -171,7 +171,7 @@ TEST_F(Discovery, GatewayAndSubscribersFindEachOther) {
   EXPECT_THAT(server->Errors(), Not(HasSubstr("refused"))) << server->Errors();
 }
 
-TEST_F(Discovery, TheServerSaysWhyItCanNotBegin) {
+TEST_F(Discovery, TheServerReportsWhyItCannotStart) {
   const auto server = StartServer();
   const Finished second = Command({"discovery-server", "--listen", At()});
   EXPECT_EQ(second.code, 4);
@@ -183,7 +183,7 @@ TEST_F(Discovery, TheServerSaysWhyItCanNotBegin) {
   EXPECT_THAT(name.errors, HasSubstr("'plant' has no port; write for example plant:11811"));
 }
 
-TEST_F(Discovery, WatchAsksMachinesOnly) {
+TEST_F(Discovery, WatchAcceptsOnlyUnicastAddresses) {
   for (const char* group : {"239.255.0.1", "240.0.0.1", "0.0.0.0"}) {
     for (const auto& [option, ask] : {std::pair("--peer", std::string(group)),
                                       std::pair("--discovery-server", group + At().substr(9))}) {

@@ -124,7 +124,7 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   })) << watch->Output();
 }
 
-TEST_F(OnDds, ASecondGatewayThatCanNotStartDisturbsNobody) {
+TEST_F(OnDds, ASecondGatewayThatCannotStartDoesNotDisturbTheFirst) {
   io = StartTwin("io", "module", "1");
   daemon = StartDaemon(Yaml(true));
   const auto watch = Start(WatchWords());

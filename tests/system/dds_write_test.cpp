@@ -115,7 +115,7 @@ TEST_F(DdsWrites, ASetPointIsWrittenAnsweredAndRecorded) {
   EXPECT_EQ(DdsStatus()["requests"]["taken"], 7);
 }
 
-TEST_F(DdsWrites, DuplicatesAreAnsweredOnceMoreAlsoByANewProcess) {
+TEST_F(DdsWrites, DuplicatesAreAnsweredAgainAlsoByANewProcess) {
   StartAll("write: allow, ");
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25", "--repeat", "3"}), "1 ok \n1 ok \n1 ok \n");
   const pid_t before = Process();
@@ -150,7 +150,7 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
 
 /// A client without an answer repeats its request unchanged every two seconds. The gateway is
 /// killed while the device has the request.
-TEST_F(DdsWrites, WhatAKillHasInterruptedIsUnknownToTheNextRun) {
+TEST_F(DdsWrites, ARequestInterruptedByAKillIsUnknownToTheNextRun) {
   StartAll("write: allow, ");
   io_->Signal(SIGSTOP);
   Child asks(Words("io-1", "output_0", {"--seq", "7", "--value", "2.25", "--seconds", "60"}),
@@ -170,7 +170,7 @@ TEST_F(DdsWrites, WhatAKillHasInterruptedIsUnknownToTheNextRun) {
 
 /// The reader of the killed gateway has not acknowledged the request, so Cyclone DDS delivers it to
 /// the next gateway.
-TEST_F(DdsWrites, WhatADeadGatewayWasAskedIsNotDoneByTheNextOne) {
+TEST_F(DdsWrites, ARequestToADeadGatewayIsNotDoneByTheNextRun) {
   StartAll("write: allow, ");
   Child asks(
       Words("io-1", "output_0", {"--value", "9", "--deadline", "1000", "--once", "--pause", "3"}),
@@ -201,7 +201,7 @@ TEST_F(DdsWrites, AreDeniedByDefault) {
   EXPECT_EQ(DdsStatus()["requests"], nullptr);
 }
 
-TEST_F(DdsWrites, NeedTheDevicesLeaveAsWell) {
+TEST_F(DdsWrites, NeedThePermissionOfTheDeviceAsWell) {
   StartAll("write: allow, ", "deny");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.25"}),
               StartsWith("1 denied 'output_0' is not in the device's 'write'"));
@@ -212,7 +212,7 @@ TEST_F(DdsWrites, NeedTheDevicesLeaveAsWell) {
 
 // Cyclone DDS stores what a transient local writer wrote, and sends it to a volatile reader that
 // requests it.
-TEST_F(DdsWrites, WhatWasAskedBeforeTheGatewayWasThereIsNeverDone) {
+TEST_F(DdsWrites, ARequestFromBeforeTheStartOfTheGatewayIsNeverDone) {
   Child early(Words("io-1", "output_0", {"--value", "9", "--early", "--seconds", "40"}),
               directory());
   StartAll("write: allow, ");
@@ -225,7 +225,7 @@ TEST_F(DdsWrites, WhatWasAskedBeforeTheGatewayWasThereIsNeverDone) {
   }
 }
 
-TEST_F(DdsWrites, AFloodDisturbsNobody) {
+TEST_F(DdsWrites, AFloodOfRequestsDoesNotDisturbOtherClients) {
   StartAll("write: allow, ");
   Child flood(Words("io-1", "output_0",
                     {"--value", "99", "--flood", "--count", "20000", "--seconds", "15"}),

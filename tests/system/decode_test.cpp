@@ -43,7 +43,7 @@ TEST_F(Traces, AreDecodedLikeCaptures) {
   EXPECT_EQ(exchanges[1]["outcome"], "no_reply");
 }
 
-TEST_F(Traces, OfOneDevice) {
+TEST_F(Traces, CanBeDecodedForOneDevice) {
   const std::string trace =
       "04:05:06.123456 ai-1 > 23 30 31 0D | #01.\n04:05:06.223456 ai-2 > 23 30 32 0D | #02.\n"
       "04:05:06.323456 ai-2 < 3E 2B 30 31 2E 30 30 30 0D | >+01.000.\n";
@@ -56,7 +56,7 @@ TEST_F(Traces, OfOneDevice) {
 
 /// The outcomes come from the trace: the ceiling cut off the first exchange, and the second reply
 /// was late. The bytes alone do not show this.
-TEST_F(Traces, EndAsTheyEndedThen) {
+TEST_F(Traces, KeepTheRecordedOutcomes) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.
 04:05:06.010000 ai-1 < 3E 2B 30 31 | >+01
@@ -104,7 +104,7 @@ TEST_F(Traces, EndAsTheyEndedThen) {
 }
 
 /// An exchange that was saved half-way, or that a release interrupted, is no failure.
-TEST_F(Traces, MayEndBeforeTheExchange) {
+TEST_F(Traces, MayEndBeforeAnExchangeEnds) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.
 04:05:06.000100 - # port released

@@ -27,7 +27,7 @@ using ::testing::StartsWith;
 
 using Events = EventStation;
 
-TEST_F(Events, AreTold) {
+TEST_F(Events, AreListedAndFollowed) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   const auto daemon = StartDaemon(Yaml());
   ASSERT_TRUE(Eventually([&] { return Records().size() >= 6; })) << Ask().errors;
@@ -101,7 +101,7 @@ const char* const kHighAlarm =
     "}, "
     "{ on: below, value: -1 }] }]";
 
-TEST_F(Events, AnAcknowledgementThatIsNotOnTheDiskIsSaid) {
+TEST_F(Events, AnUnstoredAcknowledgementIsReported) {
   const auto relay = StartRelay("every:1h");
   const auto daemon = StartDaemon(Yaml(kHighAlarm, "events: {}\n"));
   ASSERT_TRUE(Eventually([&] { return Status()["events"]["alarms"]["active"] == 1; }));
@@ -121,7 +121,7 @@ TEST_F(Events, AnAcknowledgementThatIsNotOnTheDiskIsSaid) {
 
 /// A point exceeds its limit, the alarm is acknowledged, and the gateway is killed; then a relay
 /// disappears.
-TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
+TEST_F(Events, OfPointsAreAlarmsUntilTheyAreAcknowledged) {
   const std::string yaml = Yaml(kHighAlarm, "events: {}\n");
   const auto alarms = [this] { return JsonLines(Station::Ask({"alarms", "--json"}).output); };
   const auto ack = [this](const std::string& target) { return Station::Ask({"ack", target}); };
@@ -163,7 +163,7 @@ TEST_F(Events, OfPointsAreAlarmsUntilSomebodyHasSeenThem) {
   EXPECT_EQ(count(1000016), 1);
 }
 
-TEST_F(Events, AreNotAskedForByThemselves) {
+TEST_F(Events, AreNotRequestedByDefault) {
   const auto relay = StartRelay("every:300ms");
   const auto daemon = StartDaemon(Yaml(""));
   const Finished events = Ask();
@@ -172,7 +172,7 @@ TEST_F(Events, AreNotAskedForByThemselves) {
   EXPECT_EQ(Status()["events"]["in_memory"], true) << "alarms of the gateway itself alone";
 }
 
-TEST_F(Events, OfAGatewayThatIsKilledAreNeitherLostNorDoubled) {
+TEST_F(Events, OfAKilledGatewayAreNeitherLostNorDoubled) {
   const std::size_t kills = Setting("BAUDGATE_EVENT_KILLS", 5);
   const auto relay = StartRelay("every:500ms,count=12,numbered");
   std::mt19937 random(static_cast<unsigned>(::getpid()));
@@ -243,7 +243,7 @@ class EventRing : public EventStation {
   }
 };
 
-TEST_F(EventRing, IsReadWholeWhileItGoesOn) {
+TEST_F(EventRing, IsReadWithoutErrorsWhileEventsArrive) {
   FillFile();
   const auto relay = StartRelay("every:100ms,count=6,numbered");
   const auto daemon = StartDaemon(Yaml());
@@ -281,7 +281,7 @@ TEST_F(EventRing, IsReadWholeWhileItGoesOn) {
   EXPECT_EQ(before, 50) << "of 4001 to 4100";
 }
 
-TEST_F(EventRing, ShowsTheNewestToWhoeverCanNotWrite) {
+TEST_F(EventRing, ShowsTheNewestEventsWithoutAWrite) {
   const auto relay = StartRelay("every:200ms,count=3,numbered");
   const auto daemon = StartDaemon(Yaml());
   ModbusClient client(port());
@@ -330,7 +330,7 @@ class Alarms : public Routes {
   }
 };
 
-TEST_F(Alarms, OfARoutedSlaveThatNoLongerAnswersItsClients) {
+TEST_F(Alarms, AreRaisedForARoutedSlaveThatDoesNotAnswer) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
   const auto daemon =
@@ -370,7 +370,7 @@ TEST_F(Alarms, OfARoutedSlaveThatNoLongerAnswersItsClients) {
   EXPECT_EQ(follower->WaitForEnd(), 0);
 }
 
-TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
+TEST_F(Alarms, OfAPortAndADeviceAreStoredAndEndWithTheirConfiguration) {
   const auto yaml = [&](const std::string& line, const std::string& routes = {}) {
     return "gateway: { name: " + gateway() + ", socket: " + socket() +
            ", state: " + (directory() / "state").string() +
@@ -408,7 +408,7 @@ TEST_F(Alarms, OfAPortAndADeviceAreKeptWithEventsAndGoWithTheConfiguration) {
 }
 
 /// Runs the unit of docs/events.md as systemd would, with a `curl` that stores its arguments.
-TEST_F(Alarms, AreToldByTheServiceThatTheDocumentHas) {
+TEST_F(Alarms, AreForwardedByTheServiceOfTheDocs) {
   std::ifstream document(std::filesystem::path(SYSTEM_TEST_SOURCES) / "../../docs/events.md");
   std::string script;
   constexpr std::string_view kStart = "ExecStart=/bin/sh -c '";

@@ -113,7 +113,7 @@ class Hang : public Station {
   std::unique_ptr<Child> daemon_;
 };
 
-TEST_F(Hang, ALineHangsAlone) {
+TEST_F(Hang, AHangingLineDoesNotDisturbTheOtherLines) {
   Begin();
   {
     const HeldThread held(*daemon_, "line io");
@@ -167,9 +167,9 @@ TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
   EXPECT_TRUE(Eventually([&] { return last_quality("bay-1") == 8; }));
 }
 
-class HangOf : public Hang, public testing::WithParamInterface<const char*> {};
+class HangingThread : public Hang, public testing::WithParamInterface<const char*> {};
 
-TEST_P(HangOf, KeepsTheSignOfLifeBack) {
+TEST_P(HangingThread, StopsTheSignOfLifeUntilItRunsAgain) {
   Begin();
   EXPECT_TRUE(SignsOfLife());
   {
@@ -187,7 +187,7 @@ TEST_P(HangOf, KeepsTheSignOfLifeBack) {
   EXPECT_TRUE(SignsOfLife()) << "it was not too late";
 }
 
-INSTANTIATE_TEST_SUITE_P(Threads, HangOf,
+INSTANTIATE_TEST_SUITE_P(Threads, HangingThread,
                          testing::Values("baudgate", "modbus", "control", "lines 1"),
                          [](const auto& one) {
                            std::string name = one.param;

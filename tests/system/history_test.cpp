@@ -37,7 +37,7 @@ class History : public Station {
 
 constexpr const char* kKept = "history: { points: [ 'bay.*.current_*' ] }\n";
 
-TEST_F(History, IsKeptAndReadBack) {
+TEST_F(History, IsStoredAndReadBack) {
   const auto relay = StartRelay();
   {
     const auto daemon = StartDaemon(Yaml(kKept));
@@ -97,7 +97,7 @@ TEST_F(History, IsKeptAndReadBack) {
   }
 }
 
-TEST_F(History, IsOffUntilItIsAskedFor) {
+TEST_F(History, IsOffByDefault) {
   const auto relay = StartRelay();
   const auto daemon = StartDaemon(Yaml(""));
   const Finished history = Ask();
@@ -142,7 +142,7 @@ class Memory : public Station {
   std::unique_ptr<Child> daemon_;
 };
 
-TEST_F(Memory, AnotherMeterIsBadUntilAPersonTakesIt) {
+TEST_F(Memory, AnotherMeterIsBadUntilItIsEnabledByHand) {
   Run("meter-a");
   ASSERT_TRUE(Becomes(kGood)) << daemon_->Errors();
   End();
@@ -160,7 +160,7 @@ TEST_F(Memory, AnotherMeterIsBadUntilAPersonTakesIt) {
   EXPECT_TRUE(Becomes(kGood)) << "it is the meter now";
 }
 
-TEST_F(Memory, TheRightMeterIsGoodAgainByItself) {
+TEST_F(Memory, TheConfiguredMeterIsGoodAgainByItself) {
   Run("meter-a");
   ASSERT_TRUE(Becomes(kGood));
   End();
@@ -171,7 +171,7 @@ TEST_F(Memory, TheRightMeterIsGoodAgainByItself) {
   EXPECT_TRUE(Becomes(kGood));
 }
 
-TEST_F(Memory, OneFolderServesOneGateway) {
+TEST_F(Memory, AStateFolderServesOnlyOneGateway) {
   Run("meter-a");
   std::string yaml = Head();
   yaml.replace(yaml.find("modbus:"), yaml.find('\n', yaml.find("modbus:")) - yaml.find("modbus:"),

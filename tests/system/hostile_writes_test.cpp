@@ -150,7 +150,7 @@ std::optional<double> VoltsOfOutput0(const std::string& request) {
   return std::stod(request.substr(4));
 }
 
-TEST_F(HostileWrites, DoNothingThatTheRulesForbidAndDisturbNobody) {
+TEST_F(HostileWrites, NeitherBreakTheRulesNorDisturbOtherClients) {
   const auto twin = StartTwin("module", "icpdas-i-7024", "1");
   const TappedCable cable(LinkOf("io"), LinkOf("module"));
   const auto daemon = StartGateway(Yaml(), {"io"});

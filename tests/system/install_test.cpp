@@ -20,7 +20,7 @@ class Installed : public Station {
   }
 };
 
-TEST_F(Installed, EverythingIsAtItsPlace) {
+TEST_F(Installed, AllFilesAreInTheirPlaces) {
   const Finished install = RunToEnd({CMAKE_PROGRAM, "--install", BUILD_DIRECTORY}, directory(),
                                     {{"DESTDIR", (directory() / "root").string()}});
   ASSERT_EQ(install.code, 0) << install.errors;

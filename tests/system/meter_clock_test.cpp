@@ -94,7 +94,7 @@ class MeterClock : public Station {
   std::unique_ptr<Child> daemon_;
 };
 
-TEST_F(MeterClock, IsCorrectedOnceAndOnRecord) {
+TEST_F(MeterClock, IsCorrectedOnceAndRecorded) {
   Run(true);
   ASSERT_TRUE(Eventually([&] { return !Corrections().empty(); })) << daemon_->Errors();
   EXPECT_THAT(Corrections().front().at("text"), HasSubstr("s ahead"));
@@ -109,12 +109,12 @@ TEST_F(MeterClock, IsCorrectedOnceAndOnRecord) {
   }));
 }
 
-TEST_F(MeterClock, IsLeftAloneWhileNobodyKnowsTheRightTime) {
+TEST_F(MeterClock, IsNotCorrectedWithoutASynchronisedHostClock) {
   Run(false);
   ExpectLeftAlone();
 }
 
-TEST_F(MeterClock, IsLeftAloneOnceTheHostNoLongerKnowsTheRightTime) {
+TEST_F(MeterClock, IsNotCorrectedOnceTheHostClockLosesSynchronisation) {
   twin_.reset();  // nothing needs a correction yet
   Run(true);
   ASSERT_TRUE(EventuallyTold("right")) << daemon_->Errors();

@@ -22,7 +22,7 @@ class OnePort : public Station {
   std::string Local() const { return "127.0.0.1:" + std::to_string(port()); }
 };
 
-TEST_F(OnePort, ABridgePassesRequestsOn) {
+TEST_F(OnePort, ABridgeForwardsRequests) {
   const auto twin = StartDrive();
   const auto bridge = Start({"bridge", LinkOf("drive"), "19200", "8E1", "--listen", Local()});
   ASSERT_TRUE(EventuallyLogged(*bridge, "runs")) << bridge->Errors();
@@ -33,7 +33,7 @@ TEST_F(OnePort, ABridgePassesRequestsOn) {
   EXPECT_FALSE(std::filesystem::exists(directory() / "state")) << "nothing of it stays";
 }
 
-TEST_F(OnePort, ABridgeSaysWhatItNeeds) {
+TEST_F(OnePort, ABridgeReportsWrongArguments) {
   const Finished open = Command({"bridge", LinkOf("x"), "19200", "8E1", "--listen", "0.0.0.0"});
   EXPECT_EQ(open.code, kUsage);
   EXPECT_THAT(open.errors, HasSubstr("--allow 10.0.0.0/24"));
@@ -45,7 +45,7 @@ TEST_F(OnePort, ABridgeSaysWhatItNeeds) {
   EXPECT_EQ(Command({"bridge"}).code, kUsage);
 }
 
-TEST_F(OnePort, OneLookAtADevice) {
+TEST_F(OnePort, ReadShowsADeviceWithoutAConfiguration) {
   const auto twin = StartDrive();
   const auto read = [&](std::vector<std::string> more) {
     std::vector<std::string> words = {

@@ -37,7 +37,7 @@ class Outage : public ThreeDevices {
   }
 };
 
-TEST_F(Outage, APortThatIsAbsentAtTheStartIsWaitedFor) {
+TEST_F(Outage, APortThatIsAbsentAtTheStartIsOpenedWhenItAppears) {
   daemon = StartDaemon(Yaml());
   EXPECT_TRUE(EventuallyUnanswered(kRelayUnit));
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kNotConnected));
@@ -51,7 +51,7 @@ TEST_F(Outage, APortThatIsAbsentAtTheStartIsWaitedFor) {
   EXPECT_EQ(client.Input(kModuleUnit, 0, 2).exception, kNotAnswering) << "its port is still absent";
 }
 
-TEST_F(Outage, OfOneLineLeavesTheOthersAlone) {
+TEST_F(Outage, OfOneLineDoesNotDisturbTheOtherLines) {
   StartAll();
   io->Signal(SIGKILL);
   EXPECT_TRUE(TrueValuesUntil(
@@ -95,7 +95,7 @@ TEST_P(SilentDevice, IsOfflineUntilItAnswersAgain) {
 INSTANTIATE_TEST_SUITE_P(OfEachProtocol, SilentDevice,
                          testing::Values(kRelayUnit, kModuleUnit, kMeterUnit));
 
-TEST_F(Outage, ADeviceThatHoldsItsValuesSaysSoByTheirQuality) {
+TEST_F(Outage, ValuesHeldDuringAnOutageHaveABadQuality) {
   relay = StartTwin("relay", "relay", "7");
   daemon =
       StartDaemon(Head() + Line("relay", "spabus",
@@ -154,7 +154,7 @@ class Damage : public ThreeDevices {
   std::uint32_t Ok(int unit) { return Counter(unit, 9006); }
 };
 
-TEST_F(Damage, OfALineNeverMakesAWrongValue) {
+TEST_F(Damage, OfALineNeverGivesAWrongValue) {
   StartTwins();
   BadCable relay_cable(LinkOf("relay-bad"), LinkOf("relay"), 1);
   BadCable io_cable(LinkOf("io-bad"), LinkOf("io"), 2);
@@ -222,7 +222,7 @@ std::vector<Bytes> HostileFrames() {
   return frames;
 }
 
-TEST_F(Damage, ByHostileClientsDoesNotReachAGoodOne) {
+TEST_F(Damage, ByHostileClientsDoesNotReachAGoodClient) {
   io = StartTwin("io", "module", "1");
   daemon = StartDaemon(Head() + Line("io", "dcon", "address: 1, profile: module, unit: 11"));
   ASSERT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));

@@ -52,7 +52,7 @@ class Ports : public Station {
 
 // ---------------------------------------------------------------- appearing and moving
 
-TEST_F(Ports, AFolderThatComesLaterIsNotMissed) {
+TEST_F(Ports, APortInAFolderThatIsCreatedLaterIsFound) {
   const fs::path by_id = directory() / "serial" / "by-id";
   const auto daemon = StartDaemon(Yaml(by_id / "usb-x"));
   EXPECT_TRUE(EventuallyQualityIs(kNotConnected));
@@ -91,7 +91,7 @@ TEST_F(Ports, AStableNameIsFollowedWhenTheAdapterIsRenumbered) {
   EXPECT_TRUE(status["port_since"].is_string());
 }
 
-TEST_F(Ports, APortThatWasLostComesBackAgainAndAgain) {
+TEST_F(Ports, ALostPortComesBackRepeatedly) {
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
   for (int life = 0; life < 5; ++life) {
     const auto twin = StartTwin("bay", "module", "1");
@@ -104,7 +104,7 @@ TEST_F(Ports, APortThatWasLostComesBackAgainAndAgain) {
 // ---------------------------------------------------------------- serial servers
 
 /// The server accepts and ends each connection at once: by a close, a reset, or a text before.
-TEST_F(Ports, AServerThatServesAnotherClientIsOneTrouble) {
+TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   TakenServer server(FreePort());
   ASSERT_TRUE(server.listening());
   const std::string port = "tcp://127.0.0.1:" + std::to_string(server.port());
@@ -161,7 +161,7 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   EXPECT_EQ(client.Float(1, 0), 100.25F);
 }
 
-TEST_F(Ports, AReleaseCountsAnewAndEndsWhenAsked) {
+TEST_F(Ports, ASecondReleaseRestartsTheTimeAndEndsOnCommand) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
   ASSERT_TRUE(EventuallyQualityIs(kGood));
@@ -176,7 +176,7 @@ TEST_F(Ports, AReleaseCountsAnewAndEndsWhenAsked) {
   EXPECT_EQ(Release({"bay", "--for", "10"}).code, 2);
 }
 
-TEST_F(Ports, AReleasedLineDoesNotHoldUpTheStop) {
+TEST_F(Ports, AReleasedLineDoesNotDelayTheStop) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
   ASSERT_TRUE(EventuallyQualityIs(kGood));
@@ -188,7 +188,7 @@ TEST_F(Ports, AReleasedLineDoesNotHoldUpTheStop) {
 
 // ---------------------------------------------------------------- recordings
 
-TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatReplays) {
+TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatDecodes) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
   ASSERT_TRUE(EventuallyQualityIs(kGood));

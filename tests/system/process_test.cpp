@@ -33,7 +33,7 @@ class Process : public Station {
   ModbusClient client{port()};
 };
 
-TEST_F(Process, TellsTheServiceManagerWhenItsPortAnswersAndWhenItStops) {
+TEST_F(Process, NotifiesTheServiceManagerWhenItsPortAnswersAndWhenItStops) {
   const NotifySocket notify(directory() / "notify");
   ASSERT_TRUE(notify.bound());
   const auto file = Write("baudgate.yaml", Yaml());
@@ -65,7 +65,7 @@ TEST_F(Process, IsNeverReadyWhenItsPortIsTaken) {
   EXPECT_TRUE(client.Input(0, 9000, 1).ok()) << "the first one goes on";
 }
 
-TEST_F(Process, StopsInOrderOnBothSignals) {
+TEST_F(Process, StopsInOrderOnSigtermAndSigint) {
   const auto twin = StartTwin("io", "module", "1");
   for (const int signal : {SIGTERM, SIGINT}) {
     const auto daemon = StartDaemon(Yaml());
@@ -78,7 +78,7 @@ TEST_F(Process, StopsInOrderOnBothSignals) {
 }
 
 /// SIGHUP is also sent by habit or when a terminal closes: it reloads the same file.
-TEST_F(Process, OtherSignalsDoNotEndIt) {
+TEST_F(Process, OtherSignalsDoNotEndTheGateway) {
   const auto daemon = StartDaemon(Yaml());
   for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload by SIGHUP: nothing has changed"));
@@ -89,7 +89,7 @@ TEST_F(Process, OtherSignalsDoNotEndIt) {
 
 /// The log's reader is stalled (a terminal after Ctrl-S, `docker logs`), so the log is full from
 /// the start.
-TEST_F(Process, StartsRunsAndStopsAlthoughNobodyReadsItsLog) {
+TEST_F(Process, StartsRunsAndStopsWhenItsLogIsNotRead) {
   const std::string fifo = (directory() / "log").string();
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
   const int reader = ::open(fifo.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
@@ -107,7 +107,7 @@ TEST_F(Process, StartsRunsAndStopsAlthoughNobodyReadsItsLog) {
   ::close(reader);
 }
 
-TEST_F(Process, WritesNoLogIntoItsOwnFilesWhereDescriptorsAreClosed) {
+TEST_F(Process, ReplacesClosedStandardDescriptorsByDevNull) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   Child daemon(
@@ -123,7 +123,7 @@ TEST_F(Process, WritesNoLogIntoItsOwnFilesWhereDescriptorsAreClosed) {
 }
 
 /// The daemon as the only process of a container.
-TEST_F(Process, AsProcessOneItEndsOnSignalsAndTakesOrphans) {
+TEST_F(Process, AsPidOneEndsOnSignalsAndReapsOrphans) {
   // Root needs no user namespace; a chroot forbids it.
   std::vector<std::string> apart = {"unshare", "-p", "-f", "--kill-child"};
   if (::geteuid() != 0) apart.emplace_back("-r");
@@ -156,7 +156,7 @@ TEST_F(Process, AsProcessOneItEndsOnSignalsAndTakesOrphans) {
   EXPECT_EQ(outside.WaitForEnd(10s), 0);
 }
 
-TEST_F(Process, StopsWhileNothingAnswersAndPortsAreAbsent) {
+TEST_F(Process, StopsWhileDevicesAreSilentAndPortsAreAbsent) {
   const auto twin = StartTwin("io", "module", "1");
   twin->Signal(SIGSTOP);
   const auto daemon =
@@ -227,7 +227,7 @@ TEST_F(Process, DoesNotStartOnABadConfiguration) {
   EXPECT_THAT(daemon->Output(), IsEmpty());
 }
 
-TEST_F(Process, SaysWhichConfigurationItCanNotRead) {
+TEST_F(Process, NamesTheConfigurationThatItCannotRead) {
   const auto daemon = Start({"run", "-c", LinkOf("nowhere.yaml")});
   EXPECT_EQ(daemon->WaitForEnd(), kBadConfiguration);
   EXPECT_THAT(daemon->Errors(), HasSubstr("nowhere.yaml"));

@@ -38,7 +38,7 @@ std::uint32_t Double(const std::vector<std::uint16_t>& registers, std::size_t at
 }
 
 /// Tags are numbered: one snapshot contains n, n-1, n-2 and so on, and never half a tag.
-TEST_F(ReaderOnAPty, EveryReadShowsTheLatestTagsWhole) {
+TEST_F(ReaderOnAPty, EveryReadReturnsTheLatestTagsConsistently) {
   const auto daemon = StartDaemon(Yaml());
   ModbusClient client(port());
   EXPECT_EQ(client.Input(1, 0, 7).exception, 0x0B) << "nothing was read yet";
@@ -64,7 +64,7 @@ TEST_F(ReaderOnAPty, EveryReadShowsTheLatestTagsWhole) {
   EXPECT_EQ(client.DiscreteInputs(1, 0, 1).values, std::vector<std::uint8_t>{1});
 }
 
-TEST_F(ReaderOnAPty, TagsAreEventsOnceEachAndNumbersGoOnBehindAKill) {
+TEST_F(ReaderOnAPty, EachTagIsOneEventAndNumbersContinueAfterAKill) {
   auto daemon = StartDaemon(Yaml());
   auto twin = StartReader("every:50ms,numbered");
   ASSERT_TRUE(Eventually([&] { return Tags().size() >= 10; })) << daemon->Errors();
@@ -82,7 +82,7 @@ TEST_F(ReaderOnAPty, TagsAreEventsOnceEachAndNumbersGoOnBehindAKill) {
   })) << "not from 1 on";
 }
 
-TEST_F(ReaderOnAPty, SilenceIsNoOutageAndALostPortIs) {
+TEST_F(ReaderOnAPty, SilenceIsNoOutageButALostPortIs) {
   const auto daemon = StartDaemon(Yaml());
   auto twin = StartReader("every:1h");
   ASSERT_TRUE(EventuallyLogged(*daemon, "open ("));

@@ -55,7 +55,7 @@ class ReloadModbus : public Routes {
   const std::uint16_t more_ = FreePort();
 };
 
-TEST_F(ReloadModbus, ListenersAndRoutesComeAndGoAndOthersDoNotNotice) {
+TEST_F(ReloadModbus, ChangedListenersAndRoutesDoNotDisturbTheOthers) {
   const auto daemon = StartGateway(Of({kRoute}));
   SteadyClient routed(port(), ReadsRoute);
   SteadyClient own(port(), ReadsGateway);
@@ -91,7 +91,7 @@ TEST_F(ReloadModbus, ListenersAndRoutesComeAndGoAndOthersDoNotNotice) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-TEST_F(ReloadModbus, OfAGatewayWithEventsAndALineWithoutDevices) {
+TEST_F(ReloadModbus, AddsARouteWithEventsOnAndNoDevices) {
   const std::string events = "events: {}\n";
   const auto daemon = StartGateway(events + Of({kRoute}));
   const Finished reload = Reload(events + Of({kMoreUnits, kRoute}, {At(more_)}));
@@ -99,7 +99,7 @@ TEST_F(ReloadModbus, OfAGatewayWithEventsAndALineWithoutDevices) {
   EXPECT_EQ(ModbusClient(more_).Holding(34, 5, 1).values, std::vector<std::uint16_t>{1005});
 }
 
-TEST_F(ReloadModbus, APortThatIsTakenChangesNothingAtAll) {
+TEST_F(ReloadModbus, AnOccupiedPortRefusesTheWholeReload) {
   const auto daemon = StartGateway(Of({kRoute}));
   SteadyClient steady(port(), ReadsRoute);
   ASSERT_TRUE(steady.GoesOn());
@@ -121,7 +121,7 @@ TEST_F(ReloadModbus, APortThatIsTakenChangesNothingAtAll) {
   EXPECT_EQ(steady.Stop(), 0) << "of " << steady.asked();
 }
 
-TEST_F(ReloadModbus, AllAddressesInPlaceOfOneNeedARestart) {
+TEST_F(ReloadModbus, ChangingOneAddressToAllAddressesNeedsARestart) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   const std::string all = "0.0.0.0:" + std::to_string(more_);
   for (const char* dry : {"--dry-run", ""}) {
@@ -136,7 +136,7 @@ TEST_F(ReloadModbus, AllAddressesInPlaceOfOneNeedARestart) {
   EXPECT_TRUE(ReadsRoute(client));
 }
 
-TEST_F(ReloadModbus, ThatIsTakenBackTakesListenersAndRoutesBack) {
+TEST_F(ReloadModbus, ARollbackRestoresListenersAndRoutes) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   SteadyClient steady(port(), ReadsRoute);
   ASSERT_TRUE(steady.GoesOn());
@@ -152,7 +152,7 @@ TEST_F(ReloadModbus, ThatIsTakenBackTakesListenersAndRoutesBack) {
 }
 
 /// The listener of the trial and the confirmed listener cannot be open together.
-TEST_F(ReloadModbus, ThatIsTakenBackOverASecondTrialHasItsPortAgain) {
+TEST_F(ReloadModbus, ARollbackOfASecondTrialReopensTheConfirmedPort) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   ASSERT_EQ(Reload(Of({kRoute}, {At(FreePort())}), {"--confirm", "60s"}).code, 0);
   const std::string all = "0.0.0.0:" + std::to_string(more_);
@@ -164,7 +164,7 @@ TEST_F(ReloadModbus, ThatIsTakenBackOverASecondTrialHasItsPortAgain) {
   EXPECT_EQ(Status()["modbus"]["closed"].size(), 0U);
 }
 
-TEST_F(ReloadModbus, ThatCanNotBeTakenBackWhollySaysWhatIsMissingAndTriesOn) {
+TEST_F(ReloadModbus, AnIncompleteRollbackNamesTheMissingListenerAndRetries) {
   const auto daemon = StartGateway(Of({kRoute}, {At(more_)}));
   const std::uint16_t other = FreePort();
   ASSERT_EQ(Reload(Of({kMoreUnits, kRoute}, {At(other)}), {"--confirm", "2s"}).code, 0);

@@ -17,7 +17,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
+TEST_F(Reload, OfOneLineDoesNotDisturbTheOtherLines) {
   StartAll(YamlWithSocket());
   SteadyClient steady(port(), [](ModbusClient& its) { return its.Input(kRelayUnit, 0, 2).ok(); });
   ASSERT_TRUE(steady.GoesOn());
@@ -56,7 +56,7 @@ TEST_F(Reload, OfOneLineIsNotNoticedByTheOthers) {
 }
 
 /// The relay is read once, and not again for ten minutes.
-TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
+TEST_F(Reload, OfAModbusUnitKeepsTheValuesAndTheOpenPort) {
   const std::string yaml =
       Replaced(YamlWithSocket(), "unit: 1, poll: 200ms", "unit: 1, poll: 10min");
   StartAll(yaml);
@@ -72,7 +72,7 @@ TEST_F(Reload, ThatChangesOutputsKeepsValuesAndAges) {
   EXPECT_GE(after["devices"][0]["exchanges"], before["devices"][0]["exchanges"]);
 }
 
-TEST_F(Reload, LinesComeAndGo) {
+TEST_F(Reload, AddsAndRemovesLines) {
   StartAll(YamlWithSocket());
   const std::string all = YamlWithSocket();
   SetFile(all.substr(0, all.find("  - name: meter")));
@@ -94,7 +94,7 @@ TEST_F(Reload, LinesComeAndGo) {
 }
 
 /// Another program has the port: the reload must not open it, because a bus has only one master.
-TEST_F(Reload, KeepsWhatWasSetByHand) {
+TEST_F(Reload, KeepsManualReleasesAndDisabledDevices) {
   StartAll(YamlWithSocket());
   ASSERT_EQ(Ask({"release", "io", "--for", "10min"}).code, 0);
   ASSERT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
@@ -111,7 +111,7 @@ TEST_F(Reload, KeepsWhatWasSetByHand) {
   EXPECT_TRUE(EventuallyFloat(client, kRelayUnit, 0, 1.25F));
 }
 
-TEST_F(Reload, OfABadFileChangesNothingAndSaysWhy) {
+TEST_F(Reload, OfABadFileChangesNothingAndReportsWhy) {
   NotifySocket notify(directory() / "notify");
   StartTwins();
   SetFile(YamlWithSocket());
@@ -144,7 +144,7 @@ TEST_F(Reload, OfABadFileChangesNothingAndSaysWhy) {
   EXPECT_TRUE(EventuallyLogged(*daemon, "reload by SIGHUP: 1 line restarted"));
 }
 
-TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
+TEST_F(Reload, AnUnconfirmedTrialIsRolledBackAndStaysRolledBack) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   const Finished reload = Ask({"reload", "--confirm", FormatDuration(kLongEnough)});
@@ -184,7 +184,7 @@ TEST_F(Reload, ThatNobodyConfirmsIsTakenBackAndStaysSo) {
 }
 
 /// A reload by another user or a tool is no confirmation.
-TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
+TEST_F(Reload, ATrialContinuesAfterOtherReloads) {
   StartAll(YamlWithSocket());
   const auto with_slower_relay = [](const std::string& yaml) {
     return Replaced(yaml, "unit: 1, poll: 200ms", "unit: 1, poll: 250ms");
@@ -220,7 +220,7 @@ TEST_F(Reload, ThatIsOnTrialStaysSoBehindOtherReloads) {
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
 }
 
-TEST_F(Reload, OfWhatWasConfirmedEndsATrial) {
+TEST_F(Reload, OfTheConfirmedFileEndsATrial) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
@@ -236,7 +236,7 @@ TEST_F(Reload, OfWhatWasConfirmedEndsATrial) {
   EXPECT_THAT(daemon->Errors(), Not(HasSubstr("was taken back")));
 }
 
-TEST_F(Reload, ThatIsConfirmedStaysOverAKill) {
+TEST_F(Reload, AConfirmedTrialSurvivesAKill) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
@@ -248,7 +248,7 @@ TEST_F(Reload, ThatIsConfirmedStaysOverAKill) {
   EXPECT_TRUE(RunsSlower());
 }
 
-TEST_F(Reload, ThatIsOnTrialIsTakenBackAfterAKill) {
+TEST_F(Reload, ATrialIsRolledBackAfterAKill) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
@@ -262,7 +262,7 @@ TEST_F(Reload, ThatIsOnTrialIsTakenBackAfterAKill) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
-TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
+TEST_F(Reload, ARollbackAfterAKillWithoutACopyReportsWhatToDo) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
@@ -278,7 +278,7 @@ TEST_F(Reload, ThatIsTakenBackAfterAKillWithoutItsCopySaysWhatToDo) {
   EXPECT_TRUE(EventuallyLogged(*daemon, "the gateway ended while a configuration was on trial"));
 }
 
-TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
+TEST_F(Reload, ATrialThatLosesADeviceIsRolledBackAtOnce) {
   StartAll(YamlWithSocket());
   const std::string wrong =
       Replaced(YamlWithSocket(), "address: 1, profile: module", "address: 5, profile: module");
@@ -288,7 +288,7 @@ TEST_F(Reload, ThatLosesADeviceIsTakenBackAtOnce) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
-TEST_F(Reload, ThatLosesADeviceThatHadAnsweredIsTakenBackAtOnce) {
+TEST_F(Reload, ATrialIsRolledBackWhenADeviceFallsSilentLater) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "60s"}).code, 0);
@@ -297,7 +297,7 @@ TEST_F(Reload, ThatLosesADeviceThatHadAnsweredIsTakenBackAtOnce) {
   EXPECT_TRUE(EventuallyLogged(*daemon, "io.io-1 worked before the change, and fails now"));
 }
 
-TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
+TEST_F(Reload, StatusReportsAFileThatWasEditedAndNotReloaded) {
   StartAll(YamlWithSocket());
   const auto said = [this] { return Status()["configuration"]["file_changed"].get<std::string>(); };
   SetFile(WithSlowerIo());
@@ -312,7 +312,7 @@ TEST_F(Reload, StatusSaysThatTheFileWasEditedAndNotReloaded) {
 }
 
 /// Uses the command of docs/reload.md.
-TEST_F(Reload, ThatWasTakenBackLeavesACopyOfWhatWasConfirmed) {
+TEST_F(Reload, ARollbackLeavesACopyOfTheConfirmedFile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "1s"}).code, 0);
@@ -353,7 +353,7 @@ class ReloadLimits : public Reload {
   }
 };
 
-TEST_F(ReloadLimits, WithoutDescriptorsChangesNothing) {
+TEST_F(ReloadLimits, AReloadWithoutFreeDescriptorsChangesNothing) {
   StartAll(YamlWithSocket());
   SetFile(WithoutMeter());
   ASSERT_EQ(Ask({"reload"}).code, 0);
@@ -376,7 +376,7 @@ TEST_F(ReloadLimits, WithoutDescriptorsChangesNothing) {
   EXPECT_EQ(client.Float(kModuleUnit, 0), 100.25F);
 }
 
-TEST_F(ReloadLimits, WithoutDescriptorsIsTakenBackAllTheSame) {
+TEST_F(ReloadLimits, ATrialIsRolledBackWithoutFreeDescriptors) {
   StartAll(YamlWithSocket());
   SetFile(WithoutMeter());
   ASSERT_EQ(Ask({"reload", "--confirm", "3s"}).code, 0);
@@ -389,7 +389,7 @@ TEST_F(ReloadLimits, WithoutDescriptorsIsTakenBackAllTheSame) {
 }
 
 /// The running configuration is in memory, whatever happens on disk.
-TEST_F(ReloadLimits, IsTakenBackWithoutCopyAndProfile) {
+TEST_F(ReloadLimits, ATrialIsRolledBackWithoutCopyAndProfile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());
   ASSERT_EQ(Ask({"reload", "--confirm", "2s"}).code, 0);
@@ -400,7 +400,7 @@ TEST_F(ReloadLimits, IsTakenBackWithoutCopyAndProfile) {
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F));
 }
 
-TEST_F(ReloadLimits, AStartWithoutDescriptorsSaysWhichLimit) {
+TEST_F(ReloadLimits, AStartWithoutDescriptorsNamesTheLimit) {
   SetFile(YamlWithSocket());
   const Finished start =
       RunToEnd({"/bin/sh", "-c", "ulimit -n 8; exec " BAUDGATE_BINARY " run -c " + file().string()},
@@ -409,7 +409,7 @@ TEST_F(ReloadLimits, AStartWithoutDescriptorsSaysWhichLimit) {
   EXPECT_THAT(start.errors, AllOf(HasSubstr("Too many open files"), HasSubstr("LimitNOFILE")));
 }
 
-TEST_F(ReloadLimits, OfAPipeWaitsForNobody) {
+TEST_F(ReloadLimits, AReloadOfAPipeIsRefusedWithoutWaiting) {
   StartAll(YamlWithSocket());
   fs::remove(file());
   ASSERT_EQ(::mkfifo(file().c_str(), 0600), 0);

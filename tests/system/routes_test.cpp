@@ -18,7 +18,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST_F(Routes, ThatFailAreExceptionsOfTheirKind) {
+TEST_F(Routes, ReturnTheExceptionOfEachFailure) {
   const ScriptedSlave muted(LinkOf("muted"), Nothing);
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
@@ -43,7 +43,7 @@ TEST_F(Routes, ThatFailAreExceptionsOfTheirKind) {
   EXPECT_EQ(Pymodbus("tcp", at, 23, {"holding:0:1"}), exception(kNoPath));
 }
 
-TEST_F(Routes, AreCountedAsTheTrafficWas) {
+TEST_F(Routes, CountersMatchTheTraffic) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
   const auto daemon = StartGateway(
@@ -97,7 +97,7 @@ TEST_F(Routes, AreCountedAsTheTrafficWas) {
 
 /// Registers of 32 bits, a device that limits written values, and a reply that contains the whole
 /// write.
-TEST_F(Routes, BringOddRepliesAsTheyCame) {
+TEST_F(Routes, ForwardOddRepliesUnchanged) {
   const std::map<std::string, std::string> odd = {{"03 13 89 00 01", "03 04 00 01 00 02"},
                                                   {"06 00 0D 00 6C", "06 00 0D 00 64"},
                                                   {"10 00 00 00 01 02 00 02", ""}};
@@ -123,7 +123,7 @@ TEST_F(Routes, BringOddRepliesAsTheyCame) {
   }
 }
 
-TEST_F(Routes, ThatAreWrongEndTheProgramWithTheirPlace) {
+TEST_F(Routes, WrongRoutesAreReportedWithTheirPlace) {
   const std::string file =
       Write("wrong.yaml", Yaml({"{ units: 20, line: driev }", "{ units: 20-300, line: drive }"},
                                BareLine("drive")))
@@ -137,7 +137,7 @@ TEST_F(Routes, ThatAreWrongEndTheProgramWithTheirPlace) {
 
 // ---------------- What listeners of transparent routes forward, and in which framing.
 
-TEST_F(Routes, OfASilentListenerLeaveTheirClientsToTheirTimeouts) {
+TEST_F(Routes, ASilentListenerReturnsNoExceptionsOfRoutes) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
   const std::uint16_t quiet = FreePort();
   const auto daemon =
@@ -158,7 +158,7 @@ TEST_F(Routes, OfASilentListenerLeaveTheirClientsToTheirTimeouts) {
       << "the other listener says so";
 }
 
-TEST_F(Routes, OfAListenerThatOnlyReadsTakeNoWrites) {
+TEST_F(Routes, AReadOnlyListenerRefusesWrites) {
   const ScriptedSlave slave(LinkOf("drive"), Answer);
   const std::uint16_t readers = FreePort();
   const auto daemon =
@@ -195,7 +195,7 @@ TEST_F(Routes, TakeRtuOverTcpOfPymodbus) {
 
 // ---------------- Many requests and many clients at once.
 
-TEST_F(Routes, ThatAreFullSaySo) {
+TEST_F(Routes, AFullRouteAnswersBusy) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
   const auto daemon = StartGateway(Yaml({"{ units: 20, line: drive, deadline: 1500ms }"},
                                         BareLine("drive", "timing: { reply: 500ms }")));
@@ -223,7 +223,7 @@ TEST_F(Routes, ThatAreFullSaySo) {
   for (const Bytes& request : muted.heard()) EXPECT_LE(request[3], kRequests - busy);
 }
 
-TEST_F(Routes, ThatAreFullStillTakeAStop) {
+TEST_F(Routes, AFullRouteStillAcceptsAShortWrite) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
   const auto daemon = StartGateway(Yaml({"{ units: 20, line: drive, deadline: 3s }"},
                                         BareLine("drive", "timing: { reply: 500ms }")));
@@ -249,7 +249,7 @@ TEST_F(Routes, ThatAreFullStillTakeAStop) {
 
 // ---------------- Transparent routes to servers elsewhere, and through another gateway.
 
-TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
+TEST_F(Routes, ForwardRequestsToAModbusTcpServer) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);
   ASSERT_TRUE(server->connected());
@@ -279,7 +279,7 @@ TEST_F(Routes, LeadToAModbusTcpServerElsewhere) {
 }
 
 /// A device is no route: the registers of the server are points of this gateway.
-TEST_F(Routes, AreNotNeededForAModbusTcpServerAsADevice) {
+TEST_F(Routes, AModbusTcpServerCanBeADeviceWithoutARoute) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);
   ASSERT_TRUE(server->connected());
@@ -318,7 +318,7 @@ TEST_F(Routes, AreNotNeededForAModbusTcpServerAsADevice) {
   EXPECT_TRUE(Eventually([&] { return client.Holding(40, 10, 1).ok(); })) << "it is back";
 }
 
-TEST_F(Routes, LeadThroughAnotherGateway) {
+TEST_F(Routes, ForwardRequestsThroughAnotherGateway) {
   const ScriptedSlave slave(LinkOf("drive"), Answer);
   const std::uint16_t near = FreePort();
   const auto far_gateway = StartGateway(Yaml({kRoute}, BareLine("drive")));

@@ -59,7 +59,7 @@ class ScanSystem : public Station {
   PtyBus bus;
 };
 
-TEST_F(ScanSystem, ABusOfThreeProtocolsRunsAsItWasFound) {
+TEST_F(ScanSystem, TheConfigurationOfAScannedBusRuns) {
   AddTwelve();
   bus.Start();
   const Finished scan =
@@ -93,7 +93,7 @@ TEST_F(ScanSystem, ABusOfThreeProtocolsRunsAsItWasFound) {
   }
 }
 
-TEST_F(ScanSystem, WhereSomebodySpeaksItRefuses) {
+TEST_F(ScanSystem, AScanRefusesALineWithAnotherMaster) {
   AddSix();
   bus.Talk(">2RI1/5:06\r");
   bus.Start();
@@ -104,7 +104,7 @@ TEST_F(ScanSystem, WhereSomebodySpeaksItRefuses) {
   EXPECT_THAT(scan.output, IsEmpty());
 }
 
-TEST_F(ScanSystem, OverTrafficItFindsTheSame) {
+TEST_F(ScanSystem, AScanOverTrafficFindsTheSameDevices) {
   AddSix();
   bus.Talk(">2RI1/5:06\r");
   bus.Start();
@@ -119,7 +119,7 @@ TEST_F(ScanSystem, OverTrafficItFindsTheSame) {
                            "set4tm 9600 8O1 2 set-4tm.03m", "set4tm 9600 8O1 3 set-4tm.03m"));
 }
 
-TEST_F(ScanSystem, CtrlCPrintsWhatWasFound) {
+TEST_F(ScanSystem, CtrlCPrintsTheDevicesFoundSoFar) {
   AddSix();
   bus.Start();
   const auto scan = Start({"scan", bus.path(), "--protocol", "spabus", "--json"});
@@ -148,7 +148,7 @@ class ScanGateway : public ScanSystem {
   }
 };
 
-TEST_F(ScanGateway, ALineIsLentAndTakenBack) {
+TEST_F(ScanGateway, AScannedLineIsReleasedAndReturned) {
   const auto gateway = StartBay();
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
@@ -160,7 +160,7 @@ TEST_F(ScanGateway, ALineIsLentAndTakenBack) {
   EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood)) << "it has the port again";
 }
 
-TEST_F(ScanGateway, AHangUpKeepsWhatWasFoundAndGivesTheLineBack) {
+TEST_F(ScanGateway, AHangUpWritesTheFoundDevicesAndReturnsTheLine) {
   const auto gateway = StartBay();
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
@@ -177,7 +177,7 @@ TEST_F(ScanGateway, AHangUpKeepsWhatWasFoundAndGivesTheLineBack) {
   EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood)) << "it has the port again";
 }
 
-TEST_F(ScanGateway, ATelegramByHandGoesBetweenTwoPolls) {
+TEST_F(ScanGateway, AManualTelegramIsSentBetweenTwoPolls) {
   const auto gateway = StartBay();
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
@@ -191,14 +191,14 @@ TEST_F(ScanGateway, ATelegramByHandGoesBetweenTwoPolls) {
   EXPECT_TRUE(EventuallyQuality(client, 1, 0, kGood));
 }
 
-TEST_F(ScanGateway, WhatMayWriteNeedsThePermissionOfTheLine) {
+TEST_F(ScanGateway, AManualWriteTelegramNeedsThePermissionOfTheLine) {
   const auto gateway = StartBay();
   const Finished denied = Ask(">1WV150:1:XX", {"--write"});
   EXPECT_NE(denied.code, 0);
   EXPECT_THAT(denied.errors, AllOf(HasSubstr("nothing proves"), HasSubstr("ask: write")));
 }
 
-TEST_F(ScanGateway, WhatMayWriteIsRecorded) {
+TEST_F(ScanGateway, AManualWriteTelegramIsRecorded) {
   const auto gateway = StartBay("    ask: write\n");
   ModbusClient client(port());
   ASSERT_TRUE(EventuallyQuality(client, 1, 0, kGood));
@@ -216,7 +216,7 @@ TEST_F(ScanGateway, WhatMayWriteIsRecorded) {
   }
 }
 
-TEST_F(ScanSystem, ATelegramOnAFreePort) {
+TEST_F(ScanSystem, AManualTelegramIsSentOnAFreePort) {
   AddSix();
   bus.Start();
   const Finished answered = Command({"ask", bus.path(), ">1RF:XX"});

@@ -53,7 +53,7 @@ class SimulateConfig : public Station {
   }
 };
 
-TEST_F(SimulateConfig, EveryDeviceOfAPlantIsReadFromItsTrial) {
+TEST_F(SimulateConfig, EveryDeviceOfAPlantIsReadFromItsTrialConfiguration) {
   const auto twins = StartTwins();
   ASSERT_TRUE(twins->Running()) << twins->Errors();
   const auto gateway = Start({"run", "-c", Trial()});
@@ -70,7 +70,7 @@ TEST_F(SimulateConfig, EveryDeviceOfAPlantIsReadFromItsTrial) {
   EXPECT_THAT(twins->Output(), HasSubstr("line bay: answered "));
 }
 
-TEST_F(SimulateConfig, AWrongBitRateIsHeard) {
+TEST_F(SimulateConfig, AWrongBitRateFailsOnlyOnItsLine) {
   const auto twins = StartTwins();
   std::string trial = ReadWholeFile(Trial());
   const auto at = trial.find("9600 7E1");
@@ -83,7 +83,7 @@ TEST_F(SimulateConfig, AWrongBitRateIsHeard) {
   EXPECT_NE(client.Register(1, 9000), 1);
 }
 
-TEST_F(SimulateConfig, WhatCanNotBeMadeIsSaidWithTheWayOut) {
+TEST_F(SimulateConfig, AnImpossibleSimulationIsRefusedWithAdvice) {
   const Finished device = Command({"simulate", "-c", Plant()});
   EXPECT_EQ(device.code, kCannotOpen);
   EXPECT_THAT(device.errors, HasSubstr("line bay: "));
@@ -131,7 +131,7 @@ class SimulateFault : public Station {
   ModbusClient client_;
 };
 
-TEST_F(SimulateFault, WhatIsNoFaultIsWrongUsage) {
+TEST_F(SimulateFault, AnUnknownFaultIsWrongUsage) {
   const auto simulate = [&](const std::string& fault) {
     const Finished wrong = Command({"simulate", "--profile", "module", "--address", "1", "--pty",
                                     LinkOf("io"), "--fault", "loss", "--fault", fault});
@@ -143,7 +143,7 @@ TEST_F(SimulateFault, WhatIsNoFaultIsWrongUsage) {
   EXPECT_THAT(simulate("late:dealy=1s"), HasSubstr("did you mean 'delay'?"));
 }
 
-TEST_F(SimulateFault, DamagedRepliesAreCorruptUntilTheTwinIsWell) {
+TEST_F(SimulateFault, DamagedRepliesAreCorruptUntilTheFaultEnds) {
   auto twin = StartTwinWith({"bits:count=2,seed=5", "echo:rate=0"});
   const auto daemon = StartGateway();
   EXPECT_TRUE(Eventually([&] { return Counter(9010) > 3; })) << "corrupt replies are counted";
@@ -161,7 +161,7 @@ TEST_F(SimulateFault, DamagedRepliesAreCorruptUntilTheTwinIsWell) {
   EXPECT_THAT(twin->Output(), Not(HasSubstr("struck")));
 }
 
-TEST_F(SimulateFault, ADeadTwinReturnsWhenItsTimeHasCome) {
+TEST_F(SimulateFault, ADeadTwinReturnsAfterItsTime) {
   const auto twin = StartTwinWith({"death:for=3s", "garbage_before", "dribble:pause=1ms"});
   const auto daemon = StartGateway();
   EXPECT_TRUE(Eventually([&] { return Counter(9008) > 0; })) << "no_reply is counted";

@@ -44,7 +44,7 @@ class Slaves : public RouteStation {
 
 // ---------------------------------------------------------------- libmodbus
 
-TEST_F(Slaves, OfLibmodbusReadEverythingForLibmodbus) {
+TEST_F(Slaves, ALibmodbusMasterReadsALibmodbusSlave) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
   ASSERT_TRUE(cable.connected() && slave->connected());
@@ -66,7 +66,7 @@ TEST_F(Slaves, OfLibmodbusReadEverythingForLibmodbus) {
   }
 }
 
-TEST_F(Slaves, OfLibmodbusTakeEveryWriteOfLibmodbus) {
+TEST_F(Slaves, ALibmodbusSlaveAcceptsEveryWriteOfLibmodbus) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
   ASSERT_TRUE(cable.connected() && slave->connected());
@@ -110,7 +110,7 @@ class PymodbusSlave : public Slaves, public testing::WithParamInterface<const ch
   std::string protocol() const { return std::string("modbus_") + GetParam(); }
 };
 
-TEST_P(PymodbusSlave, AnswersPymodbusWhateverItIsAsked) {
+TEST_P(PymodbusSlave, AnswersEveryFunctionOfPymodbus) {
   const NullModem cable(LinkOf("meters"), FarEnd("meters"));
   const auto slave = StartPymodbusSlave(GetParam(), FarEnd("meters"), "20");
   const auto daemon = StartGateway(
@@ -140,7 +140,7 @@ TEST_P(PymodbusSlave, AnswersPymodbusWhateverItIsAsked) {
   EXPECT_EQ(results[14], Json({{"exception", kIllegalAddress}})) << "the slave's own";
 }
 
-TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedOne) {
+TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedSlave) {
   const NullModem cable(LinkOf("meters"), FarEnd("meters"));
   const auto slave = StartPymodbusSlave(GetParam(), FarEnd("meters"), "20,21");
   const auto daemon = StartGateway(
@@ -172,7 +172,7 @@ TEST_P(PymodbusSlave, IsServedFromTheStoreBesideARoutedOne) {
   EXPECT_EQ(client.Register(30, 20000), kGood);
 }
 
-TEST_P(PymodbusSlave, SaysWhoItIs) {
+TEST_P(PymodbusSlave, ReportsItsIdentity) {
   const NullModem cable(LinkOf("meters"), FarEnd("meters"));
   const auto slave = StartPymodbusSlave(GetParam(), FarEnd("meters"), "21");
   const auto daemon = StartGateway(
@@ -228,7 +228,7 @@ INSTANTIATE_TEST_SUITE_P(OfEachFraming, PymodbusSlave, testing::Values("rtu", "a
 
 // ---------------------------------------------------------------- mbpoll, and the twin
 
-TEST_F(Slaves, OfSeveralLinesAnswerMbpoll) {
+TEST_F(Slaves, SlavesOfSeveralLinesAnswerMbpoll) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const NullModem other(LinkOf("meters"), FarEnd("meters"));
   const auto drive = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
@@ -258,7 +258,7 @@ TEST_F(Slaves, OfSeveralLinesAnswerMbpoll) {
 }
 
 /// The messages of a PLC: values, set point, start, a block of parameters.
-TEST_F(Slaves, OfTheInverterTwinAnswerAtTheirBitRate) {
+TEST_F(Slaves, TheInverterTwinAnswersAtItsBitRate) {
   const auto twin = Start({"simulate", "--profile", "mitsubishi-fr-d700", "--address", "20",
                            "--pty", LinkOf("drive"), "--baud", "19200 8E1"});
   const auto daemon =

@@ -48,7 +48,7 @@ TEST_F(Values, OfAllThreeProtocolsReachLibmodbus) {
   EXPECT_DOUBLE_EQ(*energy, 12345.6);
 }
 
-TEST_F(Values, StandInBothTablesWithQualityAndAge) {
+TEST_F(Values, AreInBothTablesWithQualityAndAge) {
   StartAll();
   EXPECT_EQ(client.Holding(kModuleUnit, 0, 16).values, client.Input(kModuleUnit, 0, 16).values);
   EXPECT_EQ(client.Coils(kRelayUnit, 0, 15).values,
@@ -60,7 +60,7 @@ TEST_F(Values, StandInBothTablesWithQualityAndAge) {
   EXPECT_THAT(client.DiscreteInputs(kRelayUnit, 20000, 15).values, Each(1));
 }
 
-TEST_F(Values, OfADeviceComeWithItsStatusBlock) {
+TEST_F(Values, OfADeviceAreAccompaniedByItsStatusBlock) {
   StartAll();
   const Registers first = client.Input(kMeterUnit, 9000, 16);
   ASSERT_TRUE(first.ok());
@@ -117,7 +117,7 @@ class Writes : public Station {
   ModbusClient client{port()};
 };
 
-TEST_F(Writes, SettingGroupOfARelay) {
+TEST_F(Writes, TheSettingGroupOfARelayIsWrittenAndReadBack) {
   const auto twin = StartTwin("relay", "spaj140c", "2");
   const auto daemon =
       StartDaemon(Head() + Line("relay", "spabus",
@@ -136,7 +136,7 @@ TEST_F(Writes, SettingGroupOfARelay) {
   EXPECT_EQ(client.WriteRegisters(kRelay, 0, AsRegisters(1)), kIllegalAddress) << "a measurement";
 }
 
-TEST_F(Writes, OutputsOfAnAnalogModule) {
+TEST_F(Writes, OutputsOfAnAnalogModuleAreWrittenAndReadBack) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "0x1F");
   const auto daemon =
       StartDaemon(Head() + Line("io", "dcon",
@@ -158,7 +158,7 @@ TEST_F(Writes, OutputsOfAnAnalogModule) {
   EXPECT_EQ(client.Float(kRelay, 2), 7.125F);
 }
 
-TEST_F(Writes, RelaysOfADigitalModule) {
+TEST_F(Writes, RelaysOfADigitalModuleAreWrittenAndReadBack) {
   const auto twin = StartTwin("io", "icpdas-i-7060", "1");
   const auto daemon =
       StartDaemon(Head() + Line("io", "dcon",
@@ -171,7 +171,7 @@ TEST_F(Writes, RelaysOfADigitalModule) {
   EXPECT_TRUE(Eventually([&] { return relays() == std::vector<std::uint8_t>{0, 1, 1, 0}; }));
 }
 
-TEST_F(Writes, ToADeviceThatIsSilentAreNotConfirmed) {
+TEST_F(Writes, ToASilentDeviceAreNotConfirmed) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const auto daemon =
       StartDaemon(Head() + Line("io", "dcon",

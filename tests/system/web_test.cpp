@@ -29,7 +29,7 @@ class Web : public Reload {
   std::uint16_t web_ = FreePort();
 };
 
-TEST_F(Web, ShowsWhatTheLinesRead) {
+TEST_F(Web, ShowsTheValuesOfTheLines) {
   StartAll(WithWeb());
   const Json points = Get("/api/v1/points?device=io.io-1");
   EXPECT_GT(points["points"].size(), 0U);
@@ -50,7 +50,7 @@ TEST_F(Web, ShowsWhatTheLinesRead) {
   EXPECT_THAT(event, HasSubstr("\"good\""));
 }
 
-TEST_F(Web, FramesAreWholeAndSayWhatTheyMean) {
+TEST_F(Web, FramesAreShownWithTheirMeaning) {
   StartAll(WithWeb());
   const Json points = Get("/api/v1/points?device=io.io-1");
   const auto name = points["points"][0]["point"].get<std::string>();
@@ -66,7 +66,7 @@ TEST_F(Web, FramesAreWholeAndSayWhatTheyMean) {
   EXPECT_THAT(event, HasSubstr("event: record"));
 }
 
-TEST_F(Web, ComesMovesAndGoesByReload) {
+TEST_F(Web, IsStartedMovedAndStoppedByAReload) {
   StartAll(YamlWithSocket());
   EXPECT_FALSE(HttpClient(web_).raw().connected());
   SetFile(WithWeb());
@@ -107,7 +107,7 @@ TEST_F(Web, ComesMovesAndGoesByReload) {
   EXPECT_FALSE(HttpClient(web_).raw().connected());
 }
 
-TEST_F(Web, APortThatIsTakenIsSaidBeforeAnythingIsAsked) {
+TEST_F(Web, AnOccupiedPortIsReportedAtTheStart) {
   const auto other = transports::ListenSocket::Open({asio::ip::address_v4::loopback(), 0}, "");
   ASSERT_TRUE(other) << other.error();
   web_ = other->port();

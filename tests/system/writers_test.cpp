@@ -143,7 +143,7 @@ class Writers : public RouteStation {
   }
 };
 
-TEST_F(Writers, OfEveryKindAtOnce) {
+TEST_F(Writers, OfEveryKindWriteCorrectlyAtOnce) {
   const auto twin = StartTwin("module", "icpdas-i-7024", std::string("0x") + kAddress);
   const TappedCable cable(LinkOf("io"), LinkOf("module"));
   ASSERT_TRUE(cable.connected());

@@ -66,7 +66,7 @@ TEST_F(PortKeeperTest, AnAbsentPortIsTriedAsSoonAsItAppears) {
   EXPECT_EQ(Tries(), 1);
 }
 
-TEST_F(PortKeeperTest, APortWithoutRightsIsTriedWhenTheyChange) {
+TEST_F(PortKeeperTest, APortWithoutPermissionIsTriedWhenItsModeChanges) {
   Make(port_);
   EXPECT_TRUE(keeper_->OnDown("permission denied"));
   EXPECT_EQ(Tries(), 0);
@@ -74,7 +74,7 @@ TEST_F(PortKeeperTest, APortWithoutRightsIsTriedWhenTheyChange) {
   EXPECT_EQ(Tries(), 1);
 }
 
-TEST_F(PortKeeperTest, APortThatIsThereIsTriedStepByStep) {
+TEST_F(PortKeeperTest, AnExistingPortIsRetriedByTimer) {
   Make(port_);
   EXPECT_TRUE(keeper_->OnDown("busy"));
   EXPECT_TRUE(IsTried()) << "without any news of its file";
@@ -86,7 +86,7 @@ TEST_F(PortKeeperTest, AServerIsNeverAbsent) {
   EXPECT_TRUE(IsTried());
 }
 
-TEST_F(PortKeeperTest, OneTroubleIsOneNews) {
+TEST_F(PortKeeperTest, ARepeatedTroubleIsReportedOnce) {
   EXPECT_TRUE(keeper_->OnDown("absent"));
   EXPECT_FALSE(keeper_->OnDown("absent"));
   EXPECT_TRUE(keeper_->OnDown("busy"));
@@ -95,7 +95,7 @@ TEST_F(PortKeeperTest, OneTroubleIsOneNews) {
 }
 
 /// Such a server may refuse, reset and close in turn, and sometimes accept without serving.
-TEST_F(PortKeeperTest, ATroubleOfAServerIsNewsOnceUntilItHasWorked) {
+TEST_F(PortKeeperTest, ATroubleOfAServerIsReportedOnceUntilItHasWorked) {
   Keep("tcp://127.0.0.1:1");
   EXPECT_TRUE(keeper_->OnDown("closed"));
   EXPECT_TRUE(keeper_->OnDown("reset"));
@@ -106,7 +106,7 @@ TEST_F(PortKeeperTest, ATroubleOfAServerIsNewsOnceUntilItHasWorked) {
   EXPECT_TRUE(keeper_->OnDown("closed"));
 }
 
-TEST_F(PortKeeperTest, AServerThatIsOnlyOpenedIsTriedLessAndLess) {
+TEST_F(PortKeeperTest, AServerThatOpensButNeverWorksIsRetriedLessOften) {
   const std::string port = "tcp://127.0.0.1:1";
   int in_vain = 0;
   int worked = 0;
@@ -127,7 +127,7 @@ TEST_F(PortKeeperTest, AServerThatIsOnlyOpenedIsTriedLessAndLess) {
   EXPECT_GE(worked, 5) << "in 3.5 s, a try every 0.5 s";
 }
 
-TEST_F(PortKeeperTest, NothingIsTriedBesideAnOpenConnection) {
+TEST_F(PortKeeperTest, NoOpenIsTriedBesideAnOpenConnection) {
   Keep("tcp://127.0.0.1:1");
   (void)keeper_->OnDown("closed");
   keeper_->OnOpened();
@@ -137,7 +137,7 @@ TEST_F(PortKeeperTest, NothingIsTriedBesideAnOpenConnection) {
   EXPECT_EQ(Tries(), 100);
 }
 
-TEST_F(PortKeeperTest, NothingIsTriedAfterItsEnd) {
+TEST_F(PortKeeperTest, NoOpenIsTriedAfterStop) {
   Make(port_);
   EXPECT_TRUE(keeper_->OnDown("busy"));
   keeper_->Stop();
@@ -151,7 +151,7 @@ bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(OpenErrorText, SaysWhatToDo) {
+TEST(OpenErrorText, NamesTheRemedyOfEachError) {
   EXPECT_EQ(OpenErrorText("/dev/ttyUSB7", ENOENT),
             "no such port /dev/ttyUSB7; is the adapter plugged in?");
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyUSB7", EACCES),
@@ -164,7 +164,7 @@ TEST(OpenErrorText, SaysWhatToDo) {
   EXPECT_TRUE(Contains(OpenErrorText("/dev/ttyS9", EMFILE), "/dev/ttyS9"));
 }
 
-TEST(OpenExclusive, MissingAndForeignFiles) {
+TEST(OpenExclusive, MissingAndOtherFilesAreRefused) {
   EXPECT_TRUE(Contains(OpenExclusive("/dev/no-such-port").error(), "no such port"));
   EXPECT_TRUE(Contains(OpenExclusive("/dev/null").error(), "is not a serial port"));
   EXPECT_EQ(OpenExclusive("/dev").error(), "/dev is a folder, not a serial port: correct port");
@@ -264,7 +264,7 @@ class PortWatchTest : public testing::Test {
   std::optional<PortWatch> watch_;
 };
 
-TEST_F(PortWatchTest, CreatedMovedThereAndGivenRights) {
+TEST_F(PortWatchTest, ReportsAPortThatIsCreatedRenamedOrGivenPermission) {
   const fs::path port = folder_ / "port";
   Watch(port);
   EXPECT_EQ(News(), 0);
@@ -282,7 +282,7 @@ TEST_F(PortWatchTest, CreatedMovedThereAndGivenRights) {
   EXPECT_EQ(News(), 1);
 }
 
-TEST_F(PortWatchTest, FoldersThatComeAndGo) {
+TEST_F(PortWatchTest, FollowsFoldersThatComeAndGo) {
   const fs::path by_id = folder_ / "serial" / "by-id";
   Watch(by_id / "usb-x");
   for (int round = 0; round < 3; ++round) {
@@ -301,7 +301,7 @@ TEST_F(PortWatchTest, FoldersThatComeAndGo) {
   }
 }
 
-TEST_F(PortWatchTest, AllAtOnceIsNotMissed) {
+TEST_F(PortWatchTest, FoldersAndPortCreatedAtOnceAreNotMissed) {
   Watch(folder_ / "serial" / "by-id" / "usb-x");
   fs::create_directories(folder_ / "serial" / "by-id");
   Make(folder_ / "serial" / "by-id" / "usb-x");
@@ -330,14 +330,14 @@ TEST_F(PortWatchTest, TheTargetOfALinkIsWatchedToo) {
   EXPECT_EQ(News(), 0);
 }
 
-TEST_F(PortWatchTest, APtyIsHeardOf) {
+TEST_F(PortWatchTest, ANewPtyIsReported) {
   const fs::path link = folder_ / "line";
   Watch(link);
   const auto pty = tools::Pty::Create(link.string());
   EXPECT_GE(News(), 1);
 }
 
-TEST_F(PortWatchTest, ACircleOfLinksEnds) {
+TEST_F(PortWatchTest, ACircleOfLinksIsWatchedWithoutALoop) {
   fs::create_symlink("b", folder_ / "a");
   fs::create_symlink("a", folder_ / "b");
   Watch(folder_ / "a");
@@ -346,7 +346,7 @@ TEST_F(PortWatchTest, ACircleOfLinksEnds) {
   EXPECT_GE(News(), 1);
 }
 
-TEST_F(PortWatchTest, StopMeansSilence) {
+TEST_F(PortWatchTest, NoNewsComesAfterStop) {
   Watch(folder_ / "port");
   Make(folder_ / "port");
   watch_->Stop();
@@ -361,7 +361,7 @@ TEST_F(PortWatchTest, StopMeansSilence) {
   EXPECT_EQ(News(), 0);
 }
 
-TEST_F(PortWatchTest, WhatCanNotBeWatchedIsSaid) {
+TEST_F(PortWatchTest, AnUnwatchableFolderIsReported) {
   PortWatch proc(io_, "/proc/self/no-such-port", [] {});
   EXPECT_FALSE(proc.Start());
   EXPECT_FALSE(proc.watching());
@@ -444,7 +444,7 @@ class SerialThreadTest : public testing::Test, public PortThread::Owner {
   std::optional<PortThread> port_;
 };
 
-TEST_F(SerialThreadTest, TheServerGoesOnWhileTheDriverBlocks) {
+TEST_F(SerialThreadTest, TheEventLoopRunsWhileTheDriverBlocks) {
   StartAndBlock();
   bool served = false;
   asio::post(io_, [&] { served = true; });
@@ -455,7 +455,7 @@ TEST_F(SerialThreadTest, TheServerGoesOnWhileTheDriverBlocks) {
   EXPECT_EQ(opened_, "sick");
 }
 
-TEST_F(SerialThreadTest, AfterStopTheOwnerHearsNothing) {
+TEST_F(SerialThreadTest, AfterStopTheOwnerGetsNoCallbacks) {
   driver_.brings = 4096;
   StartAndBlock();
   Answer();
@@ -466,7 +466,7 @@ TEST_F(SerialThreadTest, AfterStopTheOwnerHearsNothing) {
   EXPECT_EQ(heard_, 0U);
 }
 
-TEST_F(SerialThreadTest, BytesThatAreNotHeardTakeBoundedMemory) {
+TEST_F(SerialThreadTest, UnreadBytesTakeBoundedMemory) {
   driver_.brings = 1024 * 1024;
   StartAndBlock();
   Answer();

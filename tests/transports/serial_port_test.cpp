@@ -44,7 +44,7 @@ TEST_F(SerialPortTest, SendsMoreThanTheDriverTakesAtOnce) {
 }
 
 /// A pty reports an empty output queue although the far end has read nothing.
-TEST_F(SerialPortTest, WhatIsOutIsNotTakenBackByAReset) {
+TEST_F(SerialPortTest, SentBytesAreNotDroppedByAReset) {
   stalled_ = true;
   Plug();
   Open();
@@ -130,7 +130,7 @@ TEST_F(SerialPortTest, AFailedOpenLeavesThePortFree) {
 
 // ---------------- The settings of an open serial port, on real ptys.
 
-TEST_F(SerialPortTest, SoftwareParityOnTheWire) {
+TEST_F(SerialPortTest, SoftwareParityIsSentAndChecked) {
   serial_.software_parity = true;
   Open();
   port_->Send(ToBytes(">1RF:XX\r"));
@@ -211,7 +211,7 @@ TEST_F(SerialPortTest, IsOpenedWithItsOwnSettingsWhateverWasAppliedBefore) {
   EXPECT_EQ(now->baud, 9600);
 }
 
-TEST_F(SerialPortTest, ApplyOfNonsenseChangesNothing) {
+TEST_F(SerialPortTest, ApplyOfInvalidSettingsChangesNothing) {
   Open();
   config::SerialSettings other = serial_;
   other.baud = 5;
@@ -231,7 +231,7 @@ TEST_F(SerialPortTest, ImpossibleSettingsFailTheOpen) {
 
 // ---------------- A serial port whose far end reads nothing, on real ptys.
 
-TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
+TEST_F(SerialPortTest, APortThatTakesNoDataIsLost) {
   Open();
   const Bytes piece(40'000, 'x');
   for (int i = 0; i < 3; ++i) port_->Send(piece);
@@ -242,7 +242,7 @@ TEST_F(SerialPortTest, APortThatTakesNothingIsLost) {
 }
 
 /// The output stays stopped after the other program has ended, as long as the far end is open.
-TEST_F(SerialPortTest, AnOutputThatAnotherProgramHasStoppedGoesOn) {
+TEST_F(SerialPortTest, AnOutputStoppedByAnotherProgramIsResumed) {
   const auto stop = [this] {
     const int other = ::open(link_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK);
     ASSERT_GE(other, 0);
@@ -284,7 +284,7 @@ class StalledPort : public SerialPortTest {
 
 /// The kernel delivers what fits into its buffer for the far end (see serial_settings.h). The rest
 /// in the driver's and the port's queues must not follow.
-TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
+TEST_F(StalledPort, GetsNoMoreBytesOfAnAbandonedRequest) {
   port_->Send(much_);
   test::RunReady(io_);
   port_->DropUnsent();
@@ -294,7 +294,7 @@ TEST_F(StalledPort, GetsNothingMoreOfAGivenUpRequest) {
   EXPECT_TRUE(listener_.losses.empty());
 }
 
-TEST_F(StalledPort, GetsNothingMoreAfterTheClosing) {
+TEST_F(StalledPort, GetsNoMoreBytesAfterClosing) {
   port_->Send(much_);
   test::RunReady(io_);
   port_->Close();
@@ -316,7 +316,7 @@ TEST_F(StalledPort, IsLostWhenNoRequestGetsOut) {
   EXPECT_FALSE(port_->is_open());
 }
 
-TEST_F(StalledPort, ThatSaysSomethingIsNotLost) {
+TEST_F(StalledPort, IsNotLostWhileItSendsBytes) {
   for (int i = 0; i < 20; ++i) {
     port_->Send(much_);
     port_->DropUnsent();
@@ -327,7 +327,7 @@ TEST_F(StalledPort, ThatSaysSomethingIsNotLost) {
 }
 
 /// A silent device is no sign of a bad port.
-TEST_F(SerialPortTest, DropsNothingThatHasGoneOut) {
+TEST_F(SerialPortTest, DropUnsentKeepsSentBytes) {
   Open();
   for (int round = 1; round <= 20; ++round) {
     port_->Send(ToBytes("request"));
@@ -380,7 +380,7 @@ TEST_F(SerialPortTest, AHangUpWhileSendingIsReportedOnce) {
   EXPECT_FALSE(port_->is_open());
 }
 
-TEST_F(SerialPortTest, WhatCameBeforeTheHangUpIsHeardOrLostButEndsTheSame) {
+TEST_F(SerialPortTest, BytesBeforeAHangUpDoNotPreventTheLossReport) {
   Open();
   far_->Write(ToBytes("<1D"));
   test::RunReady(io_);
@@ -390,7 +390,7 @@ TEST_F(SerialPortTest, WhatCameBeforeTheHangUpIsHeardOrLostButEndsTheSame) {
 }
 
 /// The link is a stable name, as in /dev/serial/by-id: the adapter comes back under another number.
-TEST_F(SerialPortTest, ALinkIsFollowedAnewAtEachOpen) {
+TEST_F(SerialPortTest, ALinkIsResolvedAgainAtEachOpen) {
   Open();
   const std::string first = pty_->slave_path();
   auto other = tools::Pty::Create();

@@ -39,7 +39,7 @@ class SerialSettingsOnPty : public testing::Test {
   Result<tools::Pty> pty_ = tools::Pty::Create();
 };
 
-TEST_F(SerialSettingsOnPty, TheSameAgainAfterReopen) {
+TEST_F(SerialSettingsOnPty, TheSameSettingsApplyAgainAfterReopen) {
   // The C library's tcsetattr would fail the second time.
   for (int round = 0; round < 3; ++round) {
     const PtySlave slave(*pty_);
@@ -69,7 +69,7 @@ TEST_F(SerialSettingsOnPty, ATerminalBecomesRaw) {
   EXPECT_EQ(std::string(got, 7), bytes);
 }
 
-TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
+TEST_F(SerialSettingsOnPty, AnyBitRateCanBeSet) {
   const PtySlave slave(*pty_);
   for (const int baud : {300, 9600, 10400, 250000, 921600}) {
     ASSERT_TRUE(
@@ -81,7 +81,7 @@ TEST_F(SerialSettingsOnPty, FreeBitRatesArrive) {
   }
 }
 
-TEST_F(SerialSettingsOnPty, NonsenseIsRefused) {
+TEST_F(SerialSettingsOnPty, InvalidSettingsAreRefused) {
   const PtySlave slave(*pty_);
   using config::Parity;
   for (const auto& serial :
@@ -91,7 +91,7 @@ TEST_F(SerialSettingsOnPty, NonsenseIsRefused) {
   }
 }
 
-TEST_F(SerialSettingsOnPty, Rs485WithoutDriverSaysWhatToDo) {
+TEST_F(SerialSettingsOnPty, Rs485WithoutDriverSupportReportsWhatToDo) {
   const PtySlave slave(*pty_);
   config::SerialSettings serial = k8N1;
   serial.rs485.enabled = true;
@@ -101,7 +101,7 @@ TEST_F(SerialSettingsOnPty, Rs485WithoutDriverSaysWhatToDo) {
   EXPECT_NE(set.error().find("remove `rs485:`"), std::string::npos);
 }
 
-TEST_F(SerialSettingsOnPty, IsRecognised) {
+TEST_F(SerialSettingsOnPty, APtyIsRecognised) {
   const PtySlave slave(*pty_);
   EXPECT_TRUE(IsPty(slave.fd));
   const int null = open("/dev/null", O_RDWR);
@@ -112,12 +112,12 @@ TEST_F(SerialSettingsOnPty, IsRecognised) {
   EXPECT_NE(set.error().find("/dev/null is not a serial port"), std::string::npos);
 }
 
-TEST_F(SerialSettingsOnPty, CountsNothing) {
+TEST_F(SerialSettingsOnPty, APtyHasNoDriverCounters) {
   const PtySlave slave(*pty_);
   EXPECT_FALSE(ReadDriverCounters(slave.fd).has_value());
 }
 
-TEST(CompareSettings, RoundingOfTheDividerIsFine) {
+TEST(CompareSettings, RoundingOfTheDividerIsAccepted) {
   EXPECT_TRUE(CompareSettings(Settings(921600, 8, config::Parity::none, 1),
                               Settings(923077, 8, config::Parity::none, 1), "p")
                   .ok());
@@ -176,7 +176,7 @@ TEST(SameSettings, EveryFieldCounts) {
 
 using config::Parity;
 
-TEST(SoftwareParity, KnownCharacters) {
+TEST(SoftwareParity, KnownCharactersHaveTheirParityBit) {
   EXPECT_EQ(WithParity('A', Parity::even), 0x41);  // two ones
   EXPECT_EQ(WithParity('A', Parity::odd), 0xC1);
   EXPECT_EQ(WithParity('>', Parity::even), 0xBE);  // five ones
@@ -184,7 +184,7 @@ TEST(SoftwareParity, KnownCharacters) {
   EXPECT_EQ(WithParity(0x00, Parity::odd), 0x80);
 }
 
-TEST(SoftwareParity, EveryCharacterComesBack) {
+TEST(SoftwareParity, EveryCharacterSurvivesARoundTrip) {
   for (const Parity parity : {Parity::even, Parity::odd}) {
     for (int value = 0; value < 128; ++value) {
       const auto character = static_cast<std::uint8_t>(value);
@@ -193,7 +193,7 @@ TEST(SoftwareParity, EveryCharacterComesBack) {
   }
 }
 
-TEST(SoftwareParity, EverySingleBitErrorIsSeen) {
+TEST(SoftwareParity, EverySingleBitErrorIsDetected) {
   for (const Parity parity : {Parity::even, Parity::odd}) {
     for (int value = 0; value < 128; ++value) {
       for (int bit = 0; bit < 8; ++bit) {
@@ -219,7 +219,7 @@ TEST(SoftwareParity, DamageIsMarkedAndCounted) {
   EXPECT_EQ(parity.errors(), 1U);
 }
 
-TEST(SoftwareParity, NoneChangesNothing) {
+TEST(SoftwareParity, ParityNoneChangesNothing) {
   SoftwareParity parity;
   const Bytes bytes = {0x00, 0x7F, 0x80, 0xFF};
   EXPECT_EQ(parity.Encode(bytes), bytes);
@@ -237,7 +237,7 @@ TEST(SoftwareParity, PortIsSetToEightNone) {
   EXPECT_EQ(OnTheWire(serial).BitsPerCharacter(), serial.BitsPerCharacter());
 }
 
-TEST(SoftwareParity, OnlySevenBitsWithParity) {
+TEST(SoftwareParity, NeedsSevenBitsAndAParity) {
   config::SerialSettings serial;
   EXPECT_TRUE(CheckSoftwareParity(serial).ok());
   serial.software_parity = true;
@@ -259,7 +259,7 @@ Bytes AsTheKernelWrites(View characters) {
   return marked;
 }
 
-TEST(ParmrkDecoder, EveryCleanByteComesBack) {
+TEST(ParmrkDecoder, EveryUndamagedByteIsDecoded) {
   ParmrkDecoder decoder;
   EXPECT_EQ(decoder.Decode(AsTheKernelWrites(test::AllBytes())), test::AllBytes());
   EXPECT_EQ(decoder.damaged(), 0U);
@@ -291,7 +291,7 @@ TEST(ParmrkDecoder, AnUnknownMarkIsDamage) {
   EXPECT_EQ(decoder.damaged(), 1U);
 }
 
-TEST(ParmrkDecoder, AnyFragmentationGivesTheSame) {
+TEST(ParmrkDecoder, AnyFragmentationGivesTheSameCharacters) {
   const Bytes marked = {'a', 0xFF, 0xFF, 0xFF, 0x00, 0x33, 0x00, 0xFF, 0x00, 0x00, 0xFF, 0xFF};
   const Bytes expected = {'a', 0xFF, kDamaged, 0x00, kDamaged, 0xFF};
   test::EachFragmentation(marked, [&](const std::vector<Bytes>& pieces) {

@@ -99,7 +99,7 @@ TEST_F(SessionTest, WritesInPiecesAsThereIsRoom) {
 }
 
 /// A start command that has been given up must not be sent when there is room again.
-TEST_F(SessionTest, WhatIsDroppedIsNeverWritten) {
+TEST_F(SessionTest, DroppedBytesAreNeverWritten) {
   session_->Send(ToBytes("start"));
   session_->Send(ToBytes("more"));
   EXPECT_TRUE(session_->DropUnsent());
@@ -110,7 +110,7 @@ TEST_F(SessionTest, WhatIsDroppedIsNeverWritten) {
   EXPECT_EQ(AsText(wire_->written), "stop");
 }
 
-TEST_F(SessionTest, TheRestOfARequestIsDroppedToo) {
+TEST_F(SessionTest, TheRestOfAPartlyWrittenRequestIsDropped) {
   wire_->room = 2;
   session_->Send(ToBytes("start"));
   EXPECT_TRUE(session_->DropUnsent());
@@ -123,7 +123,7 @@ TEST_F(SessionTest, TheRestOfARequestIsDroppedToo) {
 }
 
 /// The stream behaves like a pty after TCOFLUSH: there is room, but the wait for room does not end.
-TEST_F(SessionTest, RoomThatNobodyTellsOfIsUsed) {
+TEST_F(SessionTest, RoomWithoutANotificationIsUsed) {
   session_->Send(ToBytes("start"));
   session_->DropUnsent();
   wire_->room = 100;
@@ -132,7 +132,7 @@ TEST_F(SessionTest, RoomThatNobodyTellsOfIsUsed) {
   EXPECT_TRUE(wire_->waiting);
 }
 
-TEST_F(SessionTest, WhatIsWrittenIsNotDropped) {
+TEST_F(SessionTest, WrittenBytesAreNotDropped) {
   wire_->room = 100;
   session_->Send(ToBytes("request"));
   EXPECT_FALSE(session_->DropUnsent());
@@ -233,7 +233,7 @@ TEST(CloseElsewhere, ClosesEveryDescriptor) {
   for (const Pipe& one : pipes) EXPECT_TRUE(one.SeesEnd());
 }
 
-TEST(CloseElsewhere, AStuckCloseHoldsUpNobody) {
+TEST(CloseElsewhere, AStuckCloseDoesNotBlockOthers) {
   const Stuck stuck;
   CloseElsewhere(stuck.fd);
   const Pipe other;
@@ -269,7 +269,7 @@ std::string TroubleAt(const char* address) {
   return has ? "" : has.error();
 }
 
-TEST(ListenSocket, NamesAnAddressThatHasLeftTheMachine) {
+TEST(ListenSocket, NamesAnAddressThatTheMachineLacks) {
   for (const char* here : {"127.0.0.1", "127.0.0.7", "0.0.0.0", "::"}) {
     EXPECT_EQ(TroubleAt(here), "") << here;
   }
@@ -280,7 +280,7 @@ TEST(ListenSocket, NamesAnAddressThatHasLeftTheMachine) {
 
 // ---------------- The choice of a line's transport.
 
-TEST(MakeTransport, FormOfThePortDecides) {
+TEST(MakeTransport, TheFormOfThePortSelectsTheTransport) {
   asio::io_context io;
   test::Recorder listener;
   config::Line line;

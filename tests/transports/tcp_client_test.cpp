@@ -117,7 +117,7 @@ TEST_F(TcpClientTest, RefusedConnectionIsAFailureAndLaterWorks) {
   EXPECT_EQ(listener_.failures.size(), 1U);
 }
 
-TEST_F(TcpClientTest, ClosedByTheServerIsLostOnce) {
+TEST_F(TcpClientTest, ACloseByTheServerIsReportedOnce) {
   Open();
   far_->stream().close();
   ASSERT_TRUE(WaitForLoss());
@@ -127,7 +127,7 @@ TEST_F(TcpClientTest, ClosedByTheServerIsLostOnce) {
   Open();
 }
 
-TEST_F(TcpClientTest, ResetByTheServerIsItsEnd) {
+TEST_F(TcpClientTest, AResetByTheServerIsALoss) {
   Open();
   far_->stream().set_option(asio::socket_base::linger(true, 0));
   far_->stream().close();
@@ -185,7 +185,7 @@ TEST_F(TcpClientTest, MayBeDestroyedFromACallback) {
   EXPECT_EQ(client_, nullptr);
 }
 
-TEST_F(TcpClientTest, SoftwareParityWorksBehindAServerToo) {
+TEST_F(TcpClientTest, SoftwareParityWorksThroughAServer) {
   serial_.data_bits = 7;
   serial_.parity = config::Parity::odd;
   serial_.software_parity = true;
@@ -198,7 +198,7 @@ TEST_F(TcpClientTest, SoftwareParityWorksBehindAServerToo) {
   EXPECT_EQ(client_->Counters().parity, 1U);
 }
 
-TEST_F(TcpClientTest, SettingsCanNotBeSwitchedFromHere) {
+TEST_F(TcpClientTest, SerialSettingsCannotBeChangedThroughAServer) {
   Open();
   EXPECT_TRUE(client_->Apply(serial_).ok());
   config::SerialSettings other = serial_;
@@ -251,7 +251,7 @@ class StalledServer : public TcpClientTest {
   std::size_t given_ = 0;
 };
 
-TEST_F(StalledServer, GetsNothingMoreOfAGivenUpRequest) {
+TEST_F(StalledServer, GetsNoMoreBytesOfAnAbandonedRequest) {
   FarServer first = *far_;
   client_->DropUnsent();
   EXPECT_TRUE(listener_.losses.empty()) << "no callback from within the call";
@@ -270,20 +270,20 @@ TEST_F(StalledServer, GetsNothingMoreOfAGivenUpRequest) {
   EXPECT_EQ(AsText(far_->received()), "stop");
 }
 
-TEST_F(StalledServer, GetsNothingMoreAfterTheClosing) {
+TEST_F(StalledServer, GetsNoMoreBytesAfterClosing) {
   FarServer first = *far_;
   client_->Close();
   EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
   EXPECT_TRUE(listener_.losses.empty());
 }
 
-TEST_F(StalledServer, GetsNothingMoreWhenTheTransportIsGone) {
+TEST_F(StalledServer, GetsNoMoreBytesWhenTheTransportIsDestroyed) {
   FarServer first = *far_;
   client_.reset();
   EXPECT_LE(ReadOfFirst(first), given_ - 100'000);
 }
 
-TEST_F(StalledServer, ClosingEndsTheWaitingForIt) {
+TEST_F(StalledServer, ClosingEndsTheWaitForItsAcknowledgement) {
   client_->DropUnsent();
   client_->Close();
   Open();
@@ -308,7 +308,7 @@ TEST_F(StalledServer, IsDrainedWhenTheServerHasTakenAll) {
 
 /// A device may be silent although its serial server works: the connection stays if the server's
 /// kernel acknowledges, at once or later.
-TEST_F(TcpClientTest, AServerThatHasTheRequestKeepsItsConnection) {
+TEST_F(TcpClientTest, AServerThatHasReceivedTheRequestKeepsItsConnection) {
   Open();
   const int fd = ClientDescriptor(number_);
   for (int round = 1; round <= 20; ++round) {
@@ -352,14 +352,14 @@ void ExpectAddress(const char* text, const char* host, int port) {
   EXPECT_EQ(address->port, port);
 }
 
-TEST(TcpAddress, NamesAndAddresses) {
+TEST(TcpAddress, NamesAndAddressesAreAccepted) {
   ExpectAddress("tcp://moxa-7.local:4001", "moxa-7.local", 4001);
   ExpectAddress("tcp://192.0.2.7:1", "192.0.2.7", 1);
   ExpectAddress("tcp://[::1]:4001", "::1", 4001);
   ExpectAddress("tcp://[fe80::1%eth0]:65535", "fe80::1%eth0", 65535);
 }
 
-TEST(TcpAddress, WrongOnesAreErrorsThatNameThem) {
+TEST(TcpAddress, WrongAddressesAreErrorsThatNameThem) {
   for (const std::string_view text :
        Split("|/dev/ttyUSB0|tcp:/host:1|tcp://|tcp://host|tcp://host:|tcp://:4001|"
              "tcp://host:0|tcp://host:65536|tcp://host:-1|tcp://host:+1|tcp://host:4001/|"
@@ -372,7 +372,7 @@ TEST(TcpAddress, WrongOnesAreErrorsThatNameThem) {
   }
 }
 
-TEST(TcpAddress, OnlyTheSchemeDecides) {
+TEST(TcpAddress, OnlyTheSchemeMakesATcpPort) {
   EXPECT_TRUE(IsTcpPort("tcp://wrong"));
   EXPECT_FALSE(IsTcpPort("/dev/serial/by-id/tcp://"));
 }
@@ -425,7 +425,7 @@ class NamesTest : public testing::Test {
   std::vector<HostNames::Ticket> tickets_;
 };
 
-TEST_F(NamesTest, AnAnswerComesOnTheAskersLoop) {
+TEST_F(NamesTest, AnAnswerComesOnTheLoopOfTheCaller) {
   Ask("server");
   EXPECT_EQ(answers_, 0) << "never from within the call";
   EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
@@ -433,7 +433,7 @@ TEST_F(NamesTest, AnAnswerComesOnTheAskersLoop) {
   EXPECT_TRUE(WaitFor([&] { return answers_ == 101; }));
 }
 
-TEST_F(NamesTest, WhoWaitsNoMoreIsNotAnswered) {
+TEST_F(NamesTest, ADroppedTicketIsNotAnswered) {
   Ask("dropped");
   tickets_.clear();
   Ask("server");
@@ -442,7 +442,7 @@ TEST_F(NamesTest, WhoWaitsNoMoreIsNotAnswered) {
   EXPECT_EQ(answers_, 1);
 }
 
-TEST_F(NamesTest, AHostIsLookedUpOnceForAllWhoAsk) {
+TEST_F(NamesTest, AHostIsLookedUpOnceForAllCallers) {
   for (int i = 0; i < 1000; ++i) Ask("dead");
   Ask("server");
   EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
@@ -451,7 +451,7 @@ TEST_F(NamesTest, AHostIsLookedUpOnceForAllWhoAsk) {
 }
 
 /// Lines give a server up after 5 s; until then these look-ups take all places.
-TEST_F(NamesTest, GivenUpHostsMakeRoom) {
+TEST_F(NamesTest, AbandonedHostsMakeRoom) {
   for (std::size_t i = 0; i < HostNames::kMostAwaited; ++i) Ask("dead" + std::to_string(i));
   ASSERT_TRUE(WaitForAsked(HostNames::kMostAwaited));
   std::vector<HostNames::Ticket> impatient;

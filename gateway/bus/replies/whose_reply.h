@@ -287,7 +287,8 @@ class LostReplies {
     std::vector<Bytes> requests;     // the latest lost requests
   };
   /// The gateway assumes that no slave takes longer for a reply. A slave with a longer ceiling is
-  /// guarded for these 5 s only. Needed by PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.
+  /// guarded for these 5 s only. Needed by
+  /// PollerRoutedFaults.ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply.
   static constexpr Duration kLatest = 5s;
   static constexpr std::size_t kMost = 8;
 

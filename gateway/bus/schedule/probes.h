@@ -54,7 +54,7 @@ class Probes {
  public:
   /// A short write of a client (a start or stop) to an offline slave has a share of its own: a
   /// slave that is back must get the write before the probes have found the slave. Needed by
-  /// PollerRoutedFaults.AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt.
+  /// PollerRoutedFaults.AWriteReachesAReturnedSlaveBeforeAProbeFindsIt.
   static constexpr double kWriteShare = 0.1;
   /// A device that has not answered its first request may only have lost it. Its next probes go
   /// before those of other members, and have a share of their own for some seconds. This does not

@@ -183,7 +183,8 @@ class RoutedSide {
   /// Returns whether a client without a waiting request still wants to know if this slave is back.
   /// A client that asks its slaves in turn waits for other slaves meanwhile, so its last read is
   /// repeated as a probe: for 2 s at once, up to 1 min only directly after another exchange
-  /// (`behind`). Needed by AskedInTurn.ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt.
+  /// (`behind`). Needed by
+  /// AskedInTurn.AReturningSlaveIsFoundByAClientThatAsksSlavesInTurn.
   bool MayRepeatRead(const Member& slave, bool behind, Instant now) const;
   /// Returns the last read of this slave by a client, now without a client.
   RouteQueue::Batch RepeatRead(const Member& slave) const;

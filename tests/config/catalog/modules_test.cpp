@@ -17,7 +17,7 @@ using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
-TEST(Modules, OfAnotherContractAreRefusedWithoutACallIntoThem) {
+TEST(Modules, OfAnotherContractAreRefusedWithoutACall) {
   ASSERT_EQ(setenv("BAUDGATE_MODULES", ODD_MODULES, 1), 0);
   const Modules modules = LoadModules();
   unsetenv("BAUDGATE_MODULES");
@@ -32,7 +32,7 @@ TEST(Modules, OfAnotherContractAreRefusedWithoutACallIntoThem) {
               Contains(HasSubstr("/stranger.so is not a protocol module of baudgate")));
 }
 
-TEST(Modules, ProfilesOfThisMachineWinOverThoseThatAreShipped) {
+TEST(Modules, ProfilesOfThisMachineGoBeforeShippedProfiles) {
   using Folders = std::vector<std::filesystem::path>;
   EXPECT_EQ(ProfileFolders({"/given", "/binary", "/usr/share/baudgate"}),
             (Folders{"/given/profiles", "/etc/baudgate/profiles", "/binary/profiles",

@@ -26,7 +26,7 @@ Point Named(const char* name, const char* read) {
   return point;
 }
 
-TEST(Checks, AKeyGivesItsPlaceAndAnAbsentOneThatOfItsMap) {
+TEST(Checks, AnAbsentKeyHasThePlaceOfItsMap) {
   const Keys keys{{"f", 3, 1}, {{"poll", {"f", 4, 9}}}};
   EXPECT_TRUE(keys.Has("poll"));
   EXPECT_FALSE(keys.Has("slow"));
@@ -34,7 +34,7 @@ TEST(Checks, AKeyGivesItsPlaceAndAnAbsentOneThatOfItsMap) {
   EXPECT_EQ(keys.MarkOf("slow").ToString(), "f:3:1");
 }
 
-TEST(Checks, APointIsJudgedWhereItsKeysStand) {
+TEST(Checks, ProblemsOfAPointNameThePlacesOfItsKeys) {
   const protocols::Protocol protocol = MakeFakeProtocol("fake");
   Point point = Named("p", "X1");
   point.scale = 0;
@@ -45,7 +45,7 @@ TEST(Checks, APointIsJudgedWhereItsKeysStand) {
             "f:2:5: error: scale: 0 would make every value the same\n");
 }
 
-TEST(Checks, WithoutAProtocolItsOwnChecksAreLeftOut) {
+TEST(Checks, WithoutAProtocolItsChecksAreSkipped) {
   Problems problems;
   CheckPoint(Named("p", "X1"), nullptr, {}, problems);
   Device device;
@@ -54,7 +54,7 @@ TEST(Checks, WithoutAProtocolItsOwnChecksAreLeftOut) {
   EXPECT_EQ(Sorted(problems), "");
 }
 
-TEST(Checks, ADeviceIsJudgedByItsProtocol) {
+TEST(Checks, ADeviceIsCheckedByItsProtocol) {
   const protocols::Protocol protocol = MakeFakeProtocol("fake");
   Device device;
   device.name = "d";
@@ -89,7 +89,7 @@ TEST(Checks, TwoSpellingsOfOneAddressAreOneDevice) {
             "f:4:1: error: address: '700' is no address; allowed: 1…99\n");
 }
 
-TEST(Checks, ARouteNeedsOneTarget) {
+TEST(Checks, ARouteNeedsExactlyOneTarget) {
   const Mark mark = {"f", 1, 1};
   Problems problems;
   CheckTarget({mark, {{"line", {"f", 1, 5}}}}, problems);

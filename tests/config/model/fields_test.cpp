@@ -98,7 +98,7 @@ TYPED_TEST(Fields, AreAllVisited) {
   EXPECT_EQ(visited, CountMembers<TypeParam>());
 }
 
-TYPED_TEST(Fields, AreToldByTheirOwnNameWhenTheyDiffer) {
+TYPED_TEST(Fields, AreNamedByTheirKeyWhenTheyDiffer) {
   const TypeParam before{};
   EXPECT_EQ(DifferentKeys(before, before), "");
   VisitFields(&before, [&before](auto field) {
@@ -111,7 +111,7 @@ TYPED_TEST(Fields, AreToldByTheirOwnNameWhenTheyDiffer) {
   });
 }
 
-TEST(Fields, NamesAreThoseOfTheMembersUnlessTheKeyIsAnother) {
+TEST(Fields, KeysAreMemberNamesUnlessSetOtherwise) {
   EXPECT_EQ(MemberName<&Point::jump>(), "jump");
   EXPECT_EQ(MemberName<&Point::on_fault>(), "on_fault");
   EXPECT_EQ(Field<&Line::port>().key, "port");

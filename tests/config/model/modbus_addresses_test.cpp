@@ -7,7 +7,7 @@
 namespace baudgate::config {
 namespace {
 
-TEST(ModbusAddresses, ValuesStandBelowAndBehindTheStatusBlock) {
+TEST(ModbusAddresses, ValuesLieBelowAndAboveTheStatusBlock) {
   EXPECT_TRUE(IsValueArea(0, 0));
   EXPECT_TRUE(IsValueArea(8999, 8999));
   EXPECT_FALSE(IsValueArea(8999, 9000));

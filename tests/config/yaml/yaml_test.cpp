@@ -39,7 +39,7 @@ TEST(Yaml, AnUnquotedPasswordThatLooksLikeAnAliasIsNotShown) {
             "after 'password:' in line 2 begins with '*' and needs quotes\n");
 }
 
-TEST(Yaml, EmptyAndSeveralDocuments) {
+TEST(Yaml, EmptyTextsAndSeveralDocumentsAreRefused) {
   EXPECT_EQ(Shown(Load("").problems), "t.yaml:1:1: error: is empty\n");
   EXPECT_EQ(Shown(Load("# nothing\n").problems), "t.yaml:1:1: error: is empty\n");
   EXPECT_EQ(Shown(Load("lines: []\n---\ngateway: {}\n").problems),
@@ -50,7 +50,7 @@ TEST(Yaml, EmptyAndSeveralDocuments) {
 }
 
 // The YAML library alone would return documents endlessly here.
-TEST(Yaml, ACommaBehindTheWholeIsRefused) {
+TEST(Yaml, ACommaAfterTheDocumentIsRefused) {
   const std::string advice = " error: this comma stands outside of brackets; remove it\n";
   EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);
   EXPECT_EQ(Shown(Load("[1], 2\n").problems), "t.yaml:1:4:" + advice);
@@ -82,7 +82,7 @@ TEST(Yaml, LargeAndDeepTextsAreRefused) {
   }
 }
 
-TEST(Yaml, AliasesServeAndDoNotMultiplyWithoutBound) {
+TEST(Yaml, AliasesWorkAndAreLimited) {
   const auto good = Load(
       "lines:\n"
       "- { name: l, port: /dev/l, protocol: fake, timing: &t { reply: 1s },\n"

@@ -18,7 +18,7 @@
 namespace baudgate {
 namespace {
 
-TEST(Hex, RoundTrip) {
+TEST(Hex, RoundTripGivesTheSameBytes) {
   const Bytes bytes = {0x3E, 0x00, 0xFF, 0x0A};
   EXPECT_EQ(ToHex(bytes), "3E 00 FF 0A");
   EXPECT_EQ(ParseHex("3E 00 FF 0A"), bytes);
@@ -27,13 +27,13 @@ TEST(Hex, RoundTrip) {
   EXPECT_EQ(ParseHex(""), Bytes());
 }
 
-TEST(Hex, RefusesWhatIsNotHex) {
+TEST(Hex, RefusesTextThatIsNotHex) {
   for (const char* text : {"3", "3E 0", "3E 0 0", "G0", "0x3E", "3E,00", "3 E"}) {
     EXPECT_FALSE(ParseHex(text)) << text;
   }
 }
 
-TEST(Integers, WholeTextOnly) {
+TEST(Integers, ParseOnlyAWholeText) {
   EXPECT_EQ(ParseInteger<int>("-17"), -17);
   EXPECT_EQ(ParseInteger<std::uint8_t>("255"), 255);
   EXPECT_EQ(ParseInteger<std::uint16_t>("FFFF", 16), 65535);
@@ -42,7 +42,7 @@ TEST(Integers, WholeTextOnly) {
   }
 }
 
-TEST(Decimals, OnlyPlainOnes) {
+TEST(Decimals, ParseOnlyPlainDecimals) {
   EXPECT_EQ(ParseDecimal("+1.25"), 1.25);
   EXPECT_EQ(ParseDecimal("-0.5"), -0.5);
   EXPECT_EQ(ParseDecimal("007"), 7.0);
@@ -67,7 +67,7 @@ TEST(Decimals, FormatReadsBackExactly) {
   EXPECT_EQ(FormatNumber(std::nan("")), "nan");
 }
 
-TEST(Durations, Parse) {
+TEST(Durations, ParseOnlyNumbersWithAUnit) {
   EXPECT_EQ(*ParseDuration("250ms"), 250ms);
   EXPECT_EQ(*ParseDuration("1.5h"), 90min);
   EXPECT_EQ(*ParseDuration("5 min"), 5min);
@@ -103,14 +103,14 @@ TEST(Durations, FormatReadsBackToTheSameValue) {
   EXPECT_EQ(FormatDuration(60s), "1min");
 }
 
-TEST(WallTimes, IsoWithMilliseconds) {
+TEST(WallTimes, AreShownInIsoFormWithMilliseconds) {
   EXPECT_EQ(FormatWallTime(WallTime(1s + 250ms)), "1970-01-01T00:00:01.250Z");
   EXPECT_EQ(FormatWallTime(WallTime(std::chrono::sys_days(std::chrono::year(2024) / 2 / 29)) + 23h +
                            59min + 59s + 999'999us),
             "2024-02-29T23:59:59.999Z");
 }
 
-TEST(Checksums, Vectors) {
+TEST(Checksums, GiveThePublishedTestValues) {
   const Bytes digits = ToBytes("123456789");
   EXPECT_EQ(Crc16(digits), 0x4B37);
   EXPECT_EQ(Crc16({}), 0xFFFF);
@@ -127,7 +127,7 @@ TEST(Checksums, Vectors) {
   EXPECT_EQ(Xor8({}), 0x00);
 }
 
-TEST(Reader, NothingBeyondTheEnd) {
+TEST(Reader, ReadsNothingBeyondTheEnd) {
   const Bytes bytes = {0x01, 0x02, 0x03, 0x04, 0x05};
   const ByteReader reader(bytes);
   EXPECT_EQ(reader.U8(4), 0x05);
@@ -150,12 +150,12 @@ TEST(Reader, NothingBeyondTheEnd) {
   EXPECT_FALSE(ByteReader({}).U8(0));
 }
 
-TEST(Reader, Floats) {
+TEST(Reader, ReadsFloats) {
   EXPECT_EQ(ByteReader(Bytes{0x00, 0x00, 0x80, 0x3F}).F32Le(0), 1.0F);
   EXPECT_TRUE(std::isnan(*ByteReader(Bytes{0x00, 0x00, 0xC0, 0x7F}).F32Le(0)));
 }
 
-TEST(Text, SplitTrimAndPrintable) {
+TEST(Text, SplitsTrimsAndEscapes) {
   EXPECT_EQ(Split("a,,b", ',').size(), 3U);
   EXPECT_EQ(Split("", ',').size(), 1U);
   EXPECT_EQ(Trim(" \t a b\r\n"), "a b");
@@ -163,7 +163,7 @@ TEST(Text, SplitTrimAndPrintable) {
   EXPECT_EQ(Printable(Bytes{'A', '\r', '\n', 0x00, 0xE9}), "A\\r\\n\\x00\\xE9");
 }
 
-TEST(Text, WhatIsNoUtf8) {
+TEST(Text, FindsAndReplacesInvalidUtf8) {
   EXPECT_EQ(FirstNotUtf8("A \xC2\xB0 \xE2\x82\xAC \xF0\x9F\x98\x80"), std::string::npos);
   // In this order: a lone continuation byte, two overlong forms, a surrogate, a code point beyond
   // U+10FFFF, a sequence that is cut short, a byte that UTF-8 never uses.
@@ -179,7 +179,7 @@ TEST(Text, WhatIsNoUtf8) {
   EXPECT_EQ(Harmless("\x1B[2J \xC2\x9B \xC2\xB0"), "?[2J ? \xC2\xB0");
 }
 
-TEST(Values, AsNumberAndText) {
+TEST(Values, ConvertToNumberAndText) {
   EXPECT_EQ(ToDouble(true), 1.0);
   EXPECT_TRUE(std::isnan(ToDouble(std::string("5"))));
   EXPECT_TRUE(std::isnan(ToDouble({})));
@@ -188,7 +188,7 @@ TEST(Values, AsNumberAndText) {
   EXPECT_EQ(ToText({}), "");
 }
 
-TEST(Csv, GuardsFormulasAndChangesNothingElse) {
+TEST(Csv, EscapesFormulasAndChangesNoOtherCell) {
   const std::pair<const char*, const char*> rows[] = {
       {"=1+1", "'=1+1"},        {"@SUM(A1)", "'@SUM(A1)"},
       {"+A1", "'+A1"},          {"-cmd|' /C x'!A0", "'-cmd|' /C x'!A0"},
@@ -245,7 +245,7 @@ TEST(Decimals, AreReadAndWritten) {
   }
 }
 
-TEST(Decimals, AreWhatADoubleIsMeantAs) {
+TEST(Decimals, AreTheShortestDecimalOfADouble) {
   EXPECT_EQ(Decimal(0.57), Number("0.57"));
   EXPECT_EQ(Decimal(-0.0), 0);
   EXPECT_EQ(Decimal(1e300).ToDouble(), 1e300);
@@ -256,7 +256,7 @@ TEST(Decimals, AreWhatADoubleIsMeantAs) {
   }
 }
 
-TEST(Decimals, MultiplyAsPeopleDo) {
+TEST(Decimals, MultiplyExactlyWithinTheirDigits) {
   EXPECT_EQ((Decimal(0.57) * 400).ToDouble(), 228.0);
   EXPECT_EQ(Number("0.1") * 3, Number("0.3"));
   EXPECT_EQ(Decimal(kMost) * 1, kMost);
@@ -316,7 +316,7 @@ TEST(Decimals, AreMultiplesOfAStep) {
   EXPECT_FALSE(Decimal(5).IsMultipleOf(0));
 }
 
-TEST(Decimals, BecomeValues) {
+TEST(Decimals, ConvertToAndFromValues) {
   EXPECT_EQ(Decimal(kMost).ToValue(), Value(kMost));
   EXPECT_EQ(Decimal(-5).ToValue(), Value(std::int64_t{-5}));
   EXPECT_EQ(Number("0.57").ToValue(), Value(0.57));
@@ -328,7 +328,7 @@ TEST(Decimals, BecomeValues) {
 
 // ---------------- Times as a user types them, to ask for past events.
 
-TEST(Since, ReadsTimesAndPartsOfThem) {
+TEST(Since, ReadsWholeAndShortenedTimes) {
   const WallTime day = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21);
   EXPECT_EQ(ParseWallTime("2026-11-21").value(), day);
   EXPECT_EQ(ParseWallTime("2026-11-21T01:14").value(), day + 1h + 14min);
@@ -337,7 +337,7 @@ TEST(Since, ReadsTimesAndPartsOfThem) {
   EXPECT_EQ(ParseWallTime(FormatWallTime(whole)).value(), whole);
 }
 
-TEST(Since, RefusesWhatIsNone) {
+TEST(Since, RefusesTextThatIsNoTime) {
   for (const char* text :
        {"", "Z", "2026", "2026-11", "2026-13-01", "2026-02-30", "2026-11-21T", "2026-11-21T01",
         "2026-11-21T24:00", "2026-11-21T01:60", "2026-11-21T01:14:31.2", "2026-11-21x",
@@ -355,7 +355,7 @@ TEST(Since, ASpanIsBeforeNow) {
   EXPECT_EQ(ParseSince("1,5h", now).error(), "'1,5h' has a decimal comma; write 1.5h");
 }
 
-TEST(WriteResult, OfOnePointOfSeveral) {
+TEST(WriteResult, EachPointOfACommandHasItsOwnResult) {
   const WriteResult whole{.end = WriteEnd::refused, .reason = "no", .written = 1, .tried = 3};
   EXPECT_EQ(ResultOf(whole, 0).end, WriteEnd::ok);
   EXPECT_EQ(ResultOf(whole, 1).end, WriteEnd::refused);
@@ -366,12 +366,12 @@ TEST(WriteResult, OfOnePointOfSeveral) {
 
 constexpr Instant kNow{1h};
 
-TEST(Deadline, TheSoonestOfSeveralIsTheOneThatComesFirst) {
+TEST(Deadline, TheSoonestOfSeveralDeadlinesIsFound) {
   EXPECT_EQ(Soonest({kNow + 2s, std::nullopt, kNow + 1s}), kNow + 1s);
   EXPECT_EQ(Soonest({std::nullopt, std::nullopt}), std::nullopt);
 }
 
-TEST(Deadline, HasComeAtItsVeryTimeAndNeverWithoutOne) {
+TEST(Deadline, HasPassedAtItsExactTimeAndNeverWhenItIsEmpty) {
   EXPECT_TRUE(HasCome(kNow, kNow));
   EXPECT_FALSE(HasCome(kNow + 1ns, kNow));
   EXPECT_FALSE(HasCome(std::nullopt, kNow));

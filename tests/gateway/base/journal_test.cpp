@@ -23,7 +23,7 @@ using ::testing::MatchesRegex;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-TEST(Journal, AMessageHasItsFields) {
+TEST(Journal, AMessageContainsItsFields) {
   EXPECT_EQ(JournalMessage(Level::warning, {"bay", "relay", "no_reply"}, "offline"),
             "MESSAGE=offline\nPRIORITY=4\nSYSLOG_IDENTIFIER=baudgate\nLINE=bay\nDEVICE=relay\n"
             "OUTCOME=no_reply\n");
@@ -33,18 +33,18 @@ TEST(Journal, AMessageHasItsFields) {
 
 /// A line break inside a text must not add a field to the datagram: LINE=other stays part of
 /// MESSAGE.
-TEST(Journal, LinesInAValueMakeNoField) {
+TEST(Journal, ALineBreakInAValueCreatesNoField) {
   const std::string message = JournalMessage(Level::error, {}, "a\nLINE=other");
   EXPECT_THAT(message, HasSubstr(std::string("MESSAGE\n\x0C\0\0\0\0\0\0\0a\nLINE=other\n", 29)));
 }
 
-TEST(Journal, NobodyThere) {
+TEST(Journal, SendingFailsWithoutAJournalSocket) {
   const Journal journal("/nowhere/socket");
   EXPECT_FALSE(journal.Send(Level::info, {}, "runs"));
   EXPECT_FALSE(Journal(std::string(200, 'x')).Send(Level::info, {}, "runs"));
 }
 
-TEST(Journal, AnInheritedVariableIsNotEnough) {
+TEST(Journal, JournalStreamMustMatchTheOwnOutput) {
   struct stat info {};
   ASSERT_EQ(::fstat(STDERR_FILENO, &info), 0);
   ::setenv("JOURNAL_STREAM", "1:2", 1);
@@ -55,7 +55,7 @@ TEST(Journal, AnInheritedVariableIsNotEnough) {
   EXPECT_FALSE(IsJournal(STDERR_FILENO));
 }
 
-TEST(Log, LinesThatNobodyTakesAreCounted) {
+TEST(Log, LinesThatCannotBeWrittenAreCounted) {
   Begin(Level::info);
   const std::uint64_t before = Dropped();
   const int kept = ::dup(STDERR_FILENO);
@@ -72,7 +72,7 @@ TEST(Log, LinesThatNobodyTakesAreCounted) {
   EXPECT_EQ(Dropped(), before + 1);
 }
 
-TEST(Log, ALineHasItsLocalTimeAndLevel) {
+TEST(Log, ALineBeginsWithLocalTimeAndLevel) {
   ForgetRepeats();
   Begin(Level::info);
   testing::internal::CaptureStderr();
@@ -84,7 +84,7 @@ TEST(Log, ALineHasItsLocalTimeAndLevel) {
                            "....-..-.. ..:..:..\\.... info    no trouble\n"));
 }
 
-TEST(Journal, TheLogGoesThereWithAllItKnows) {
+TEST(Journal, TheLogIsSentToTheJournalWithItsFields) {
   const Journald journald;
   journald.TakeLog();
   ForgetRepeats();
@@ -126,7 +126,7 @@ TEST(Journal, TheLogGoesThereWithAllItKnows) {
 
 Now At(Duration since) { return {Instant{} + 1h + since, WallTime{} + 1h + since}; }
 
-TEST(LogFolder, ATextIsHeldBackForAMinute) {
+TEST(LogFolder, ARepeatedTextIsHeldBackForAMinute) {
   Folder folder;
   EXPECT_TRUE(folder.Pass("online", Level::info, At(0s)));
   EXPECT_FALSE(folder.Pass("online", Level::info, At(59s)));
@@ -134,7 +134,7 @@ TEST(LogFolder, ATextIsHeldBackForAMinute) {
   EXPECT_TRUE(folder.Pass("online", Level::info, At(61s)));
 }
 
-TEST(LogFolder, WhatWasHeldBackIsToldThoughNothingComesAnyMore) {
+TEST(LogFolder, HeldBackRepeatsAreReportedAfterAMinute) {
   Folder folder;
   folder.Pass("offline", Level::warning, At(0s));
   folder.Pass("offline", Level::warning, At(10s));
@@ -150,7 +150,7 @@ TEST(LogFolder, WhatWasHeldBackIsToldThoughNothingComesAnyMore) {
 }
 
 /// A repeat is written late, so its text contains the time at which it really came.
-TEST(LogFolder, ARepeatSaysWhenItCame) {
+TEST(LogFolder, ARepeatReportsItsTimes) {
   const auto local = [](Duration since) {
     const std::time_t time = std::chrono::system_clock::to_time_t(
         std::chrono::time_point_cast<std::chrono::system_clock::duration>(At(since).wall));
@@ -171,7 +171,7 @@ TEST(LogFolder, ARepeatSaysWhenItCame) {
   EXPECT_EQ(next[0].first.instant, At(70s).instant) << "each count has its own times";
 }
 
-TEST(LogFolder, AtTheEndEverythingIsTold) {
+TEST(LogFolder, AtTheEndAllHeldBackTextsAreReported) {
   Folder folder;
   folder.Pass("a: offline", Level::warning, At(0s));
   folder.Pass("a: online", Level::info, At(1s));
@@ -184,7 +184,7 @@ TEST(LogFolder, AtTheEndEverythingIsTold) {
   EXPECT_TRUE(folder.All(At(4s).instant).empty()) << "told once";
 }
 
-TEST(LogFolder, TheLatestIsToldLast) {
+TEST(LogFolder, TheLatestTextIsReportedLast) {
   Folder folder;
   folder.Pass("a: offline", Level::warning, At(0s));
   folder.Pass("z: online", Level::info, At(1s));
@@ -217,7 +217,7 @@ TEST(LogFolder, TextsWithTheSameKeyAreRepeats) {
   EXPECT_EQ(due[0].times, 2);
 }
 
-TEST(LogFolder, KeysWithoutEndTakeBoundedMemoryAndLines) {
+TEST(LogFolder, ManyKeysTakeBoundedMemoryAndLines) {
   Folder folder;
   constexpr int kStrangers = 10'000;
   int written = 0;
@@ -232,7 +232,7 @@ TEST(LogFolder, KeysWithoutEndTakeBoundedMemoryAndLines) {
   EXPECT_EQ(due[0].times, kStrangers - written);
 }
 
-TEST(LogFolder, KeysWithoutEndTakeNoRoomFromTexts) {
+TEST(LogFolder, ManyKeysTakeNoRoomFromTexts) {
   Folder folder;
   for (int i = 0; i < 10'000; ++i) {
     folder.Pass("stranger " + std::to_string(i), "refused", Level::warning, At(0s));
@@ -241,7 +241,7 @@ TEST(LogFolder, KeysWithoutEndTakeNoRoomFromTexts) {
   EXPECT_FALSE(folder.Pass("offline", Level::warning, At(2s)));
 }
 
-TEST(LogFolder, ATextForWhichThereIsNoRoomIsWritten) {
+TEST(LogFolder, ATextIsWrittenAtOnceWhenTheFolderIsFull) {
   Folder folder;
   for (int i = 0; i < 256; ++i) {
     folder.Pass("text " + std::to_string(i), Level::info, At(0s));
@@ -293,7 +293,7 @@ class StalledReader {
   std::size_t capacity_ = 0;
 };
 
-TEST(Outlet, WritesAllInTheirOrder) {
+TEST(Outlet, WritesAllLinesInTheirOrder) {
   StalledReader reader;
   Outlet outlet(reader.descriptor());
   for (int n = 0; n < 100; ++n) outlet.Put("line " + std::to_string(n) + "\n");
@@ -305,7 +305,7 @@ TEST(Outlet, WritesAllInTheirOrder) {
   EXPECT_EQ(outlet.dropped(), 0u);
 }
 
-TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
+TEST(Outlet, DropsLinesWithoutRoomAndReportsTheirNumber) {
   StalledReader reader;
   reader.Fill();
   Outlet outlet(reader.descriptor(), 10000);
@@ -323,7 +323,7 @@ TEST(Outlet, DropsWhatFindsNoRoomAndTellsItsReaderHowMuch) {
   EXPECT_EQ(reader.ReadUntil("later\n"), "later\n");
 }
 
-TEST(Outlet, EndsAlthoughItsReaderHoldsTheThread) {
+TEST(Outlet, EndsWhileItsThreadWaitsForAStalledReader) {
   StalledReader reader;
   {
     Outlet outlet(reader.descriptor(), 1000000);
@@ -334,7 +334,7 @@ TEST(Outlet, EndsAlthoughItsReaderHoldsTheThread) {
   EXPECT_EQ(reader.ReadUntil("\n").size(), 100001u);
 }
 
-TEST(Outlet, AReaderThatIsGoneHoldsNothing) {
+TEST(Outlet, AClosedReaderDoesNotBlockIt) {
   signal(SIGPIPE, SIG_IGN);
   StalledReader reader;
   Outlet outlet(reader.descriptor());

@@ -54,22 +54,22 @@ class PortHolders : public ::testing::Test {
   int slave_ = -1;
 };
 
-TEST_F(PortHolders, TheOtherProgramIsNamedWithItsNumber) {
+TEST_F(PortHolders, TheProgramThatHoldsThePortIsNamedWithItsPid) {
   Begin();
   const std::string names = NameHolders(port_);
   EXPECT_TRUE(names.ends_with(", pid " + std::to_string(other_))) << names;
   EXPECT_EQ(names.find(std::to_string(getpid())), std::string::npos) << names;
 }
 
-TEST_F(PortHolders, WithoutAnotherACommandIsNamedThatFindsIt) {
+TEST_F(PortHolders, WithoutAHolderTheFuserCommandIsNamed) {
   EXPECT_EQ(NameHolders(port_), "fuser -v " + port_);
 }
 
-TEST_F(PortHolders, SoIsAPortThatIsNotThere) {
+TEST_F(PortHolders, ForAMissingPortTheFuserCommandIsNamed) {
   EXPECT_EQ(NameHolders("/dev/baudgate-none"), "fuser -v /dev/baudgate-none");
 }
 
-TEST(UserName, IsKnownAlsoWhereNoFileCanBeOpened) {
+TEST(UserName, IsFoundWhenNoFileCanBeOpened) {
   constexpr uid_t kNobody = 65534;
   constexpr uid_t kUnknown = 4'000'000'000;
   EXPECT_EQ(NameOfUser(0), "root");
@@ -100,21 +100,21 @@ class WholeFileTest : public ::testing::Test {
   const fs::path file_ = folder_ / "file";
 };
 
-TEST_F(WholeFileTest, IsReadBack) {
+TEST_F(WholeFileTest, AWrittenFileIsReadBack) {
   EXPECT_FALSE(ReadWhole(file_));
   EXPECT_EQ(errno, ENOENT);
   EXPECT_EQ(WriteWhole(file_, "text"), 0);
   EXPECT_EQ(ReadWhole(file_), "text");
 }
 
-TEST_F(WholeFileTest, OneThatIsTooLargeIsNotRead) {
+TEST_F(WholeFileTest, ATooLargeFileIsNotRead) {
   ASSERT_EQ(WriteWhole(file_, ""), 0);
   fs::resize_file(file_, std::uintmax_t{20} << 30U);
   EXPECT_FALSE(ReadWhole(file_));
   EXPECT_EQ(errno, EFBIG);
 }
 
-TEST_F(WholeFileTest, APipeInItsPlaceIsNotWaitedFor) {
+TEST_F(WholeFileTest, APipeInPlaceOfTheFileIsNotWaitedFor) {
   ASSERT_EQ(::mkfifo(file_.c_str(), 0600), 0);
   EXPECT_FALSE(ReadWhole(file_));
   EXPECT_EQ(errno, EINVAL);

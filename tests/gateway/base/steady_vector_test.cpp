@@ -23,7 +23,7 @@ TEST(SteadyVector, ElementsNeverMove) {
   }
 }
 
-TEST(SteadyVector, IsReadWhileItGrows) {
+TEST(SteadyVector, CanBeReadWhileItGrows) {
   SteadyVector<std::size_t> numbers;
   std::atomic<bool> wrong = false;
   std::thread reader([&] {

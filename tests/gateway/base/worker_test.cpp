@@ -52,7 +52,7 @@ class Notes {
   std::vector<std::string> all_;
 };
 
-TEST(Worker, RunsAtOnceWhenWokenAndOnceMoreAtItsEnd) {
+TEST(Worker, RunsWhenStartedOrWokenAndOnceMoreAtItsEnd) {
   std::counting_semaphore<> rounds{0};
   Notes notes;
   Worker worker("test", [&](bool last) {
@@ -72,7 +72,7 @@ TEST(Worker, RunsAtOnceWhenWokenAndOnceMoreAtItsEnd) {
   EXPECT_THAT(notes.all(), ElementsAre("round", "round", "last"));
 }
 
-TEST(Worker, RunsWhenItsTimeComes) {
+TEST(Worker, RunsAgainAtTheReturnedTime) {
   std::counting_semaphore<> rounds{0};
   Worker worker("test", [&](bool) {
     rounds.release();
@@ -82,7 +82,7 @@ TEST(Worker, RunsWhenItsTimeComes) {
   for (int i = 0; i < 3; ++i) rounds.acquire();
 }
 
-TEST(Worker, WhoWakesItWhileItWorksGetsOneMoreRound) {
+TEST(Worker, WakeDuringARoundCausesOneMoreRound) {
   Gate gate;
   std::atomic<int> rounds = 0;
   Worker worker("test", [&](bool last) {
@@ -121,7 +121,7 @@ TEST(Worker, StopWaitsForWorkThatHangsAndRequestStopDoesNot) {
   EXPECT_THAT(notes.all(), ElementsAre("round", "last"));
 }
 
-TEST(Worker, NobodyWaitsForOneThatIsLeft) {
+TEST(Worker, LeaveDoesNotWaitForAWorkerThatHangs) {
   struct Shared {
     Gate gate;
     std::promise<void> over;
@@ -141,7 +141,7 @@ TEST(Worker, NobodyWaitsForOneThatIsLeft) {
   shared->over.get_future().get();
 }
 
-TEST(Worker, HasItsNameAndTakesNoSignals) {
+TEST(Worker, ItsThreadHasTheGivenNameAndBlocksSignals) {
   std::promise<std::pair<std::string, bool>> found;
   std::array<char, 16> name{};
   Worker worker("a name of 18 bytes", [&](bool last) {
@@ -190,7 +190,7 @@ TEST(WorkThread, WorkersTakeTurns) {
   busy_gate.Open();
 }
 
-TEST(WorkThread, AWorkerEndsAndTheOthersGoOn) {
+TEST(WorkThread, AWorkerEndsAndTheOtherWorkersContinue) {
   std::counting_semaphore<> rounds{0};
   WorkThread thread("test");
   Worker stays(thread, [&](bool) {
@@ -212,7 +212,7 @@ TEST(WorkThread, AWorkerEndsAndTheOthersGoOn) {
   rounds.acquire();
 }
 
-TEST(WorkQueue, KeepsTheOrderAndCountsWhatFindsNoRoom) {
+TEST(WorkQueue, KeepsTheOrderAndCountsDroppedItems) {
   WorkQueue<int> queue(3);
   for (const int item : {1, 2, 3}) EXPECT_TRUE(queue.Put(int(item)));
   EXPECT_TRUE(queue.full());
@@ -228,7 +228,7 @@ TEST(WorkQueue, KeepsTheOrderAndCountsWhatFindsNoRoom) {
   EXPECT_EQ(queue.dropped(), 2U);
 }
 
-TEST(StartDetached, RunsTheWorkElsewhere) {
+TEST(StartDetached, RunsTheWorkOnAnotherThread) {
   std::promise<std::thread::id> where;
   ASSERT_TRUE(StartDetached("test", [&] { where.set_value(std::this_thread::get_id()); }));
   EXPECT_NE(where.get_future().get(), std::this_thread::get_id());

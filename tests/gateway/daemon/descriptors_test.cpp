@@ -16,7 +16,7 @@ outputs::DescriptorNeeds Needs(const config::Config& config) {
   return DescriptorNeedsOf(config, AllOutputs());
 }
 
-TEST(DescriptorsTest, EveryClientPortAndServerNeedsSome) {
+TEST(DescriptorsTest, EveryClientPortAndServerNeedsDescriptors) {
   config::Config config;
   config.dds.enabled = false;
   const std::size_t base = Needs(config).others;
@@ -37,7 +37,7 @@ TEST(DescriptorsTest, EveryClientPortAndServerNeedsSome) {
   EXPECT_GE(Needs(config).others, with_lines + 32);
 }
 
-TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
+TEST(DescriptorsTest, ClientsShareTheDescriptorsThatPortsAndSocketsLeave) {
   const outputs::DescriptorNeeds needs{1280, 100, 0};
   EXPECT_EQ(ClientShare(needs, 1380), 1);
   EXPECT_EQ(ClientShare(needs, 100'000), 1);
@@ -51,7 +51,7 @@ TEST(DescriptorsTest, ClientsGetWhatPortsAndSocketsLeave) {
   }
 }
 
-TEST(DescriptorsTest, ViewersOfThePageTakeNoPlaceOfAClient) {
+TEST(DescriptorsTest, ViewersOfThePageReceiveTheirOwnShare) {
   config::Config config;
   EXPECT_EQ(Needs(config).viewers, 0U);
   config.web.on = true;
@@ -80,7 +80,7 @@ TEST(DescriptorsTest, TheSoftLimitIsRaisedAsFarAsItMay) {
   ASSERT_EQ(::setrlimit(RLIMIT_NOFILE, &before), 0);
 }
 
-TEST(OpenFiles, AreCountedAlsoWhereNoneCanBeOpened) {
+TEST(OpenFiles, AreCountedWhenNoMoreCanBeOpened) {
   OpenFiles files;
   const std::size_t before = files.Now().open;
   const int more = ::dup(0);

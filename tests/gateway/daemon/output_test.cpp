@@ -131,7 +131,7 @@ config::Config WithLines(int count) {
   return config;
 }
 
-TEST(Output, IsOneRowInTheListOfTheDaemon) {
+TEST(Output, AddedToTheDaemonIsOpenedReloadedAndStopped) {
   config::Catalog catalog;
   catalog.protocols["toy"] = &ToyProtocol();
   Seen seen;

@@ -96,7 +96,7 @@ class Ownership : public ::testing::Test {
   std::set<std::weak_ptr<const config::Line>, std::owner_less<>> seen_;
 };
 
-TEST_F(Ownership, NobodyKeepsWhatReloadsHaveReplaced) {
+TEST_F(Ownership, ReplacedConfigurationsAreFreedAfterAReload) {
   for (int i = 0; i < 20; ++i) Reload();
   const std::size_t before = mallinfo2().uordblks;
   for (int i = 0; i < 99; ++i) Reload();

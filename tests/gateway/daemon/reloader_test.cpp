@@ -106,7 +106,7 @@ class ReloaderTest : public ::testing::Test {
   std::unique_ptr<Reloader> reloader_;
 };
 
-TEST_F(ReloaderTest, OnlyConfirmConfirms) {
+TEST_F(ReloaderTest, ATrialEndsOnlyByConfirmationOrAnEarlierConfiguration) {
   Start();
   struct Step {
     const char* file;
@@ -137,7 +137,7 @@ TEST_F(ReloaderTest, OnlyConfirmConfirms) {
 }
 
 /// The file is the confirmed one, but the running configuration differs by its profile.
-TEST_F(ReloaderTest, AProfileMayBeOnTrialAlone) {
+TEST_F(ReloaderTest, AChangedProfileAloneCanBeOnTrial) {
   Start();
   profile_ = "2";
   EXPECT_GT(Reload("a", 60s).confirm, kNever);
@@ -149,7 +149,7 @@ TEST_F(ReloaderTest, AProfileMayBeOnTrialAlone) {
   EXPECT_EQ(Confirm().exit_code, 2);
 }
 
-TEST_F(ReloaderTest, WarningsOfTheFileAreInTheAnswer) {
+TEST_F(ReloaderTest, TheAnswerContainsTheWarningsOfTheFile) {
   Start();
   warnings_ = {"baudgate.yaml:7:3: warning: max_age: 5s is shorter than slow (2min)"};
   EXPECT_EQ(Reload("b").warnings, warnings_);
@@ -158,7 +158,7 @@ TEST_F(ReloaderTest, WarningsOfTheFileAreInTheAnswer) {
   EXPECT_EQ(Reload("c").warnings, warnings_);
 }
 
-TEST_F(ReloaderTest, WhatIsMissingIsRefusedAndATrialGoesOn) {
+TEST_F(ReloaderTest, AnUnavailableListenerRefusesTheReloadAndATrialContinues) {
   Start();
   ASSERT_TRUE(Reload("b", 60s).ok);
   troubles_ = {"listener 0.0.0.0:502: address already in use"};
@@ -169,7 +169,7 @@ TEST_F(ReloaderTest, WhatIsMissingIsRefusedAndATrialGoesOn) {
   EXPECT_TRUE(reloader_->state().confirm_until.has_value());
 }
 
-TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
+TEST_F(ReloaderTest, AnUnstorableTrialIsRefusedAndAnUnstorableReloadReported) {
   fs::create_directories(folder_.parent_path());
   std::ofstream(folder_) << "a file in place of the folder";
   Start();
@@ -181,7 +181,7 @@ TEST_F(ReloaderTest, WhatCanNotBeKeptIsNotTriedAndSaidElse) {
   EXPECT_EQ(Runs(), "b");
 }
 
-TEST_F(ReloaderTest, WhatWasTakenBackIsTakenAgainForATrialOnly) {
+TEST_F(ReloaderTest, ARolledBackConfigurationIsAcceptedOnlyForATrial) {
   Start(reload::Refused{"b", "nobody has confirmed it"});
   EXPECT_TRUE(reload::KeptConfigs(folder_).IsUnconfirmed("b"));
   const ReloadAnswer again = Reload("b");
@@ -195,7 +195,7 @@ TEST_F(ReloaderTest, WhatWasTakenBackIsTakenAgainForATrialOnly) {
   EXPECT_EQ(AtAStart(), "a");
 }
 
-TEST_F(ReloaderTest, AFileWhoseDiskHangsIsAnsweredAndReadAgain) {
+TEST_F(ReloaderTest, AReloadIsAnsweredWhenTheDiskHangs) {
   std::promise<void> disk;
   disk_ = disk.get_future().share();
   Start({}, Duration::zero());
@@ -206,7 +206,7 @@ TEST_F(ReloaderTest, AFileWhoseDiskHangsIsAnsweredAndReadAgain) {
   disk.set_value();
 }
 
-TEST_F(ReloaderTest, SaysWhatIsNotThereYet) {
+TEST_F(ReloaderTest, TheAnswerNamesPartsThatAreNotYetOpen) {
   missing_ = {"modbus: port 502 is not open yet"};
   Start();
   const ReloadAnswer answer = Reload("b");

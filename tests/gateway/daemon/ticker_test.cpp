@@ -18,7 +18,7 @@ config::Config OnePoint() {
   return config;
 }
 
-TEST(Ticker, TellsTheFeedsOfAValueThatNobodyReadsAgain) {
+TEST(Ticker, AgedValuesReachTheFeeds) {
   const config::Config config = OnePoint();
   bus::PointStore store(config);
   const auto feed = store.Subscribe();

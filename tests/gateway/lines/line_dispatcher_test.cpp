@@ -63,7 +63,7 @@ class LineDispatcherTest : public ::testing::Test {
   std::optional<WriteResult> result_;
 };
 
-TEST_F(LineDispatcherTest, ALineThatHangsIsNotBusy) {
+TEST_F(LineDispatcherTest, AWriteToALineThatHangsIsNotSent) {
   lines_->at(0).With([](LineRunner& runner) { runner.SetStuck(ReadClocks().wall); });
   EXPECT_TRUE(Write());
   ASSERT_TRUE(result_);
@@ -72,7 +72,7 @@ TEST_F(LineDispatcherTest, ALineThatHangsIsNotBusy) {
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
 }
 
-TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
+TEST_F(LineDispatcherTest, AWriteToALineEndedByAReloadIsNotSent) {
   const auto ended = lines_->at(0).Take();
   EXPECT_TRUE(Write());
   ASSERT_TRUE(result_);
@@ -81,7 +81,7 @@ TEST_F(LineDispatcherTest, NorIsOneThatAReloadHasEnded) {
 }
 
 /// During a reload, routes still send requests to a line that has ended.
-TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
+TEST_F(LineDispatcherTest, ARoutedRequestToAnEndedLineIsLineDown) {
   const auto ended = lines_->at(0).Take();
   std::optional<bus::RoutedReply> reply;
   bus::RoutedRequest request;
@@ -95,7 +95,7 @@ TEST_F(LineDispatcherTest, NorIsItForARoutedRequest) {
 }
 
 /// DDS clients may write to a line that a reload has added but not started.
-TEST_F(LineDispatcherTest, NorIsOneThatAReloadIsAdding) {
+TEST_F(LineDispatcherTest, AWriteToALineThatAReloadIsAddingIsNotSent) {
   config::Line added = config_.lines[0];
   added.name = "added";
   store_->Append(std::make_shared<const config::Line>(added));
@@ -115,7 +115,7 @@ TEST_F(LineDispatcherTest, AFullQueueIsBusyAndCounted) {
   EXPECT_FALSE(result_);
 }
 
-TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
+TEST_F(LineDispatcherTest, RefusedCommandsAreCountedByTheirEnd) {
   dispatcher_->OnNotTaken({.client = "user:anna", .point = 0});
   dispatcher_->OnNotTaken({.client = "user:anna", .point = 0, .end = WriteEnd::busy});
   dispatcher_->OnNotTaken({.client = "user:anna", .point = 1, .counts = false});
@@ -123,7 +123,7 @@ TEST_F(LineDispatcherTest, WhatTheGatewayRefusesIsCountedAsWhatItIs) {
   EXPECT_EQ(Counted(WriteEnd::busy), 1U);
 }
 
-TEST_F(LineDispatcherTest, ATelegramByHandIsNoWriteToAPoint) {
+TEST_F(LineDispatcherTest, ADeniedManualTelegramIsNotCountedAsAWrite) {
   dispatcher_->OnNotTaken({.client = "user:anna", .value = std::string("3E **")});
   EXPECT_EQ(Counted(WriteEnd::denied), 0U);
 }
@@ -186,12 +186,12 @@ class SharedLoop : public testing::Test {
   }
 };
 
-TEST_F(SharedLoop, BothLinesAsk) {
+TEST_F(SharedLoop, BothLinesSendRequests) {
   EXPECT_TRUE(GoesOn(0));
   EXPECT_TRUE(GoesOn(1));
 }
 
-TEST_F(SharedLoop, ALineThatStopsLeavesTheOtherAlone) {
+TEST_F(SharedLoop, AStoppedLineDoesNotStopTheOtherLine) {
   runners_[0]->Stop();
   EXPECT_TRUE(WaitFor([&] { return ends_[0]->ended(); }));
   EXPECT_FALSE(runners_[0]->is_open());
@@ -199,7 +199,7 @@ TEST_F(SharedLoop, ALineThatStopsLeavesTheOtherAlone) {
   EXPECT_TRUE(GoesOn(1));
 }
 
-TEST_F(SharedLoop, AReleasedPortComesBackAndTheOtherGoesOn) {
+TEST_F(SharedLoop, AReleasedPortComesBackAndTheOtherLineContinues) {
   runners_[0]->Post([](LineParts& line, Now now) { line.port.Release(1h, now); });
   EXPECT_TRUE(WaitFor([&] { return ends_[0]->ended(); }));
   EXPECT_TRUE(GoesOn(1));
@@ -208,14 +208,14 @@ TEST_F(SharedLoop, AReleasedPortComesBackAndTheOtherGoesOn) {
   EXPECT_EQ(accepted_[1], 1);
 }
 
-TEST_F(SharedLoop, AServerThatClosesIsTriedAgainAndTheOtherGoesOn) {
+TEST_F(SharedLoop, AServerThatClosesIsRetriedAndTheOtherLineContinues) {
   ends_[0]->stream().close();
   EXPECT_TRUE(WaitFor([&] { return accepted_[0] == 2; }));
   EXPECT_EQ(accepted_[1], 1);
   EXPECT_TRUE(GoesOn(1));
 }
 
-TEST_F(SharedLoop, ManyStopsAtOnceEnd) {
+TEST_F(SharedLoop, ManyStopsAtOnceComplete) {
   for (const auto& runner : runners_) runner->RequestStop();
   for (const auto& runner : runners_) runner->Stop();
   for (const auto& runner : runners_) EXPECT_FALSE(runner->is_open());
@@ -235,7 +235,7 @@ struct CountedNews final : bus::EventSink {
 };
 
 /// A new line of the same name may run already, and would get the alarm of the removed line.
-TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
+TEST(Lines, AnAbandonedLineReportsNothingWhenItsDriverReturns) {
   config::Config config;
   config.lines = {ToyLine({ToyDevice("a", "A", {"1"})})};
   config.lines[0].port = "/dev/not-there";
@@ -263,7 +263,7 @@ TEST(Lines, OneThatWasAbandonedTellsNothingWhenItsDriverReturns) {
 }
 
 /// The answer to a reload contains these texts: a line that no client can reach is no success.
-TEST(Lines, StartedInVainSayWhatTheyCannotOpen) {
+TEST(Lines, LinesThatCannotOpenReportTheirReason) {
   asio::io_context io;
   const asio::ip::tcp::acceptor other(io, {asio::ip::address_v4::loopback(), 0});
   const auto server_at = [](std::uint16_t port) {
@@ -314,7 +314,7 @@ struct Row {
   ThreadKind place;
 };
 
-TEST(Placement, FollowsTheFormOfThePort) {
+TEST(Placement, TheFormOfThePortSelectsTheThreadOfALine) {
   const std::vector<Row> rows = {
       {"tcp://moxa:4001", ThreadKind::shared_loop},
       {"tcp://[::1]:4001", ThreadKind::shared_loop},
@@ -329,7 +329,7 @@ TEST(Placement, FollowsTheFormOfThePort) {
   for (const Row& row : rows) EXPECT_EQ(ThreadKindOf(row.port), row.place) << row.port;
 }
 
-TEST(Placement, LoopsAreAsFewAsThereIsUseFor) {
+TEST(Placement, TheNumberOfSharedLoopsFollowsCoresAndLines) {
   const auto loops = [](std::size_t lines, std::size_t cores) {
     return SharedLoops(LinesOn(std::vector<std::string>(lines, "tcp://a:1")), cores);
   };

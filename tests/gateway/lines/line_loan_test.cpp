@@ -22,7 +22,7 @@ class PortInAWrite : public LocalPort {
   }
 };
 
-TEST_F(LocalPort, ThatIsLentComesBackByItself) {
+TEST_F(LocalPort, ALentPortComesBackByItself) {
   Open();
   Pass(2s);
   Handle([&] { line_->port.Release(10s, now_); });
@@ -36,7 +36,7 @@ TEST_F(LocalPort, ThatIsLentComesBackByItself) {
   EXPECT_EQ(status().port_text, "being taken back");
 }
 
-TEST_F(LocalPort, ALoanCountsAnewAndEndsWhenItIsTakenBack) {
+TEST_F(LocalPort, ARenewedLoanRestartsItsTimeAndEndsWhenTakenBack) {
   Open();
   Handle([&] { line_->port.Release(10s, now_); });
   Pass(8s);
@@ -58,7 +58,7 @@ TEST_F(PortInAWrite, IsLentAfterTheWriteUnderWay) {
   EXPECT_EQ(ends_.size(), 1U);
 }
 
-TEST_F(PortInAWrite, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
+TEST_F(PortInAWrite, TakenBackBeforeTheWriteHasEndedIsNotLent) {
   ReleaseDuringAWrite();
   Pass(100ms);
   Handle([&] { line_->port.EndRelease(now_); });
@@ -73,7 +73,7 @@ TEST_F(PortInAWrite, ThatIsTakenBackBeforeTheWriteHasEndedIsNotLent) {
 }
 
 /// A reload restarts the line before the write has ended.
-TEST_F(PortInAWrite, IsReleasedBehindAReloadAsWell) {
+TEST_F(PortInAWrite, AReleaseThatWaitsForTheWriteSurvivesAReload) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   ReleaseDuringAWrite();
   EXPECT_EQ(until(), now_.wall + 10s);
@@ -81,7 +81,7 @@ TEST_F(PortInAWrite, IsReleasedBehindAReloadAsWell) {
   EXPECT_EQ(until(), WallTime{});
 }
 
-TEST_F(PortInAWrite, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
+TEST_F(PortInAWrite, TakenBackDuringTheStopStillStops) {
   ReleaseDuringAWrite();
   int stopped = 0;
   Handle([&] { line_->port.Stop("the gateway stops", now_, [&] { ++stopped; }); });
@@ -91,7 +91,7 @@ TEST_F(PortInAWrite, ThatIsTakenBackDuringTheStopStopsAllTheSame) {
   EXPECT_FALSE(port_.open);
 }
 
-TEST_F(LocalPort, NothingOpensItAfterTheStop) {
+TEST_F(LocalPort, NoRequestOpensThePortAfterTheStop) {
   Open();
   Handle([&] { line_->port.Release(10s, now_); });
   int stopped = 0;
@@ -105,7 +105,7 @@ TEST_F(LocalPort, NothingOpensItAfterTheStop) {
   EXPECT_FALSE(line_->Deadline().has_value());
 }
 
-TEST_F(LocalPort, WhatWaitsAtTheStopIsAnswered) {
+TEST_F(LocalPort, CommandsThatWaitAtTheStopAreAnswered) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -168,7 +168,7 @@ struct NetworkLoan : LinePortTest {
   FakeUser user_;
 };
 
-TEST_F(NetworkLoan, BeginsBehindTheExchangeUnderWay) {
+TEST_F(NetworkLoan, BeginsAfterTheExchangeUnderWay) {
   Open();
   Pass(2s);
   const Bytes request = BeginPoll();
@@ -218,7 +218,7 @@ TEST_F(NetworkLoan, TheLinePollsBetweenTwoLoans) {
   EXPECT_EQ(user_.has, &port_) << "somebody has asked for it by hand";
 }
 
-TEST_F(NetworkLoan, IsNotCarriedOverAsALoanByHandIs) {
+TEST_F(NetworkLoan, IsNotCarriedOverByAReloadLikeAManualLoan) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   Open();
   Pass(2s);
@@ -234,7 +234,7 @@ TEST_F(NetworkLoan, IsNotCarriedOverAsALoanByHandIs) {
   EXPECT_EQ(until(), now_.wall + 1min);
 }
 
-TEST_F(NetworkLoan, AtTheStopThePortGetsItsOwnSettings) {
+TEST_F(NetworkLoan, TheStopRestoresThePortSettings) {
   Open();
   Pass(2s);
   Want(user_);
@@ -246,7 +246,7 @@ TEST_F(NetworkLoan, AtTheStopThePortGetsItsOwnSettings) {
 }
 
 /// The driver hangs during a reload, which abandons the line. Then the driver returns.
-TEST_F(NetworkLoan, EndsOnALineThatTheStoreHasForgotten) {
+TEST_F(NetworkLoan, EndsOnARetiredLine) {
   Open();
   Pass(2s);
   Want(user_);
@@ -257,7 +257,7 @@ TEST_F(NetworkLoan, EndsOnALineThatTheStoreHasForgotten) {
   EXPECT_EQ(user_.taken_back, 1);
 }
 
-TEST_F(NetworkLoan, ATelegramByHandIsRefusedWithTheNameOfTheClient) {
+TEST_F(NetworkLoan, AManualTelegramIsRefusedWithTheNameOfTheClient) {
   Open();
   Pass(2s);
   Want(user_);
@@ -272,7 +272,7 @@ TEST_F(NetworkLoan, ATelegramByHandIsRefusedWithTheNameOfTheClient) {
   EXPECT_NE(user_.has, nullptr);
 }
 
-TEST_F(NetworkLoan, DoesNotWaitForEverForAnExchange) {
+TEST_F(NetworkLoan, BeginsAlthoughAnExchangeIsNotAnswered) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -282,7 +282,7 @@ TEST_F(NetworkLoan, DoesNotWaitForEverForAnExchange) {
   EXPECT_NE(user_.has, nullptr);
 }
 
-TEST_F(NetworkLoan, ItsBytesAreTheClients) {
+TEST_F(NetworkLoan, BytesOfTheLoanGoOnlyToTheClient) {
   Open();
   Pass(2s);
   Want(user_);
@@ -297,7 +297,7 @@ TEST_F(NetworkLoan, ItsBytesAreTheClients) {
   }
 }
 
-TEST_F(NetworkLoan, RestsUntilTheBusIsSilentThenPollsGoOn) {
+TEST_F(NetworkLoan, PollsContinueWhenTheBusIsSilentAfterTheLoan) {
   Open();
   Pass(2s);
   Want(user_);
@@ -319,7 +319,7 @@ TEST_F(NetworkLoan, RestsUntilTheBusIsSilentThenPollsGoOn) {
   EXPECT_EQ(port_.opens, 1) << "the port was open all the time";
 }
 
-TEST_F(NetworkLoan, EndsWithItsTime) {
+TEST_F(NetworkLoan, EndsAfterTheConfiguredTime) {
   config_.lines[0].lend.emplace().time = 1min;
   Open();
   Pass(2s);
@@ -331,7 +331,7 @@ TEST_F(NetworkLoan, EndsWithItsTime) {
   EXPECT_EQ(status().port, bus::LineStatus::Port::open);
 }
 
-TEST_F(NetworkLoan, OneClientHasThePort) {
+TEST_F(NetworkLoan, OnlyOneClientGetsThePort) {
   Open();
   Pass(2s);
   Want(user_);
@@ -342,7 +342,7 @@ TEST_F(NetworkLoan, OneClientHasThePort) {
   EXPECT_NE(user_.has, nullptr);
 }
 
-TEST_F(NetworkLoan, NobodyGetsAPortThatIsClosedReleasedOrEnds) {
+TEST_F(NetworkLoan, NoClientGetsAPortThatIsClosedReleasedOrStopped) {
   Want(user_);
   EXPECT_EQ(user_.taken_back, 1) << "it is not open";
   Open();
@@ -358,7 +358,7 @@ TEST_F(NetworkLoan, NobodyGetsAPortThatIsClosedReleasedOrEnds) {
   EXPECT_EQ(user_.taken_back, 3);
 }
 
-TEST_F(NetworkLoan, EndsWhereThePortIsLostReleasedOrTakenBack) {
+TEST_F(NetworkLoan, EndsWhenThePortIsLostReleasedOrTakenBack) {
   const auto begin = [&] {
     Open();
     Pass(7s);
@@ -380,7 +380,7 @@ TEST_F(NetworkLoan, EndsWhereThePortIsLostReleasedOrTakenBack) {
   EXPECT_EQ(status().port_text, "released for 1min");
 }
 
-TEST_F(NetworkLoan, ThePortIsOpenedAnewWhereItsSettingsDoNotComeBack) {
+TEST_F(NetworkLoan, ThePortIsReopenedWhenItsSettingsCannotBeRestored) {
   Open();
   Pass(2s);
   Want(user_);
@@ -409,7 +409,7 @@ TEST_F(NetworkLoan, AClientThatLeavesBeforeItHasThePortChangesNothing) {
   EXPECT_EQ(port_.resets, 0);
 }
 
-TEST_F(NetworkLoan, IsToldOnceWhenItBeginsAndOnceWhenItEnds) {
+TEST_F(NetworkLoan, IsReportedOnceAtItsBeginAndOnceAtItsEnd) {
   using What = bus::News::What;
   Open();
   Pass(2s);
@@ -425,7 +425,7 @@ struct LoanOfAServer : NetworkLoan {
 };
 
 /// The gateway does not open the connection again for this client.
-TEST_F(LoanOfAServer, EndsWhereTheServerEndsTheConnection) {
+TEST_F(LoanOfAServer, EndsWhenTheServerEndsTheConnection) {
   for (const bool left : {false, true}) {
     Open();
     Pass(7s);
@@ -442,7 +442,7 @@ TEST_F(LoanOfAServer, EndsWhereTheServerEndsTheConnection) {
   }
 }
 
-TEST_F(LoanOfAServer, IsNotOfAConnectionThatEndedWhileTheClientWaited) {
+TEST_F(LoanOfAServer, DoesNotBeginIfTheConnectionEndedWhileTheClientWaited) {
   Open();
   Pass(2s);
   const Bytes request = BeginPoll();

@@ -11,7 +11,7 @@ using testing::HasSubstr;
 using testing::IsEmpty;
 using testing::Pair;
 
-TEST_F(LocalPort, HasWorkedOnceItOpens) {
+TEST_F(LocalPort, APortIsReportedOpenUntilItIsLost) {
   EXPECT_EQ(port_.opens, 1);
   Open();
   EXPECT_EQ(status().port, bus::LineStatus::Port::open);
@@ -23,7 +23,7 @@ TEST_F(LocalPort, HasWorkedOnceItOpens) {
   EXPECT_FALSE(line_->port.is_open());
 }
 
-TEST_F(LocalPort, SaysThatAnotherProgramHasChangedItsSettings) {
+TEST_F(LocalPort, ReportsThatAnotherProgramHasChangedItsSettings) {
   Open();
   Pass(2s);
   EXPECT_EQ(status().port_text, "fake");
@@ -49,7 +49,7 @@ class OtherSettings : public LinePortTest {
   OtherSettings() : LinePortTest("/dev/ttyS0", {Slow()}) {}
 };
 
-TEST_F(OtherSettings, AreTriedAgainWhereThePortRefusesThem) {
+TEST_F(OtherSettings, AreTriedAgainWhenThePortRefusesThem) {
   port_.refuses = true;
   Open();
   Pass(3s);
@@ -60,7 +60,7 @@ TEST_F(OtherSettings, AreTriedAgainWhereThePortRefusesThem) {
   EXPECT_EQ(port_.applied, refused + 1) << "once, and not with each request";
 }
 
-TEST_F(LocalPort, TellsWhatIsToBeKept) {
+TEST_F(LocalPort, PortAndDeviceChangesAreReportedForTheRecords) {
   using What = bus::News::What;
   Open();
   Pass(3s);
@@ -82,7 +82,7 @@ TEST_F(LocalPort, TellsWhatIsToBeKept) {
 }
 
 /// The loan is over, so the alarm of the lost port is reported now.
-TEST_F(LocalPort, TellsThatItIsLostBehindALoan) {
+TEST_F(LocalPort, ReportsThatThePortIsLostAfterALoan) {
   using What = bus::News::What;
   Open();
   Pass(2s);
@@ -103,7 +103,7 @@ TEST_F(LocalPort, IsPolledAndWritten) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
-TEST_F(LocalPort, ATelegramByHandHasTheLineToItselfAndPollsGoOn) {
+TEST_F(LocalPort, AManualTelegramIsAnsweredAndPollsContinue) {
   Open();
   Pass(2s);
   const auto before = store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)];
@@ -115,7 +115,7 @@ TEST_F(LocalPort, ATelegramByHandHasTheLineToItselfAndPollsGoOn) {
   EXPECT_GT(store_->ReadLine(0).outcomes[static_cast<std::size_t>(Outcome::ok)], before);
 }
 
-TEST_F(LocalPort, ATelegramByHandWaitsForTheEndOfThePoll) {
+TEST_F(LocalPort, AManualTelegramWaitsForTheEndOfThePoll) {
   answers_ = false;
   Open();
   Pass(20ms);  // a poll is under way
@@ -126,7 +126,7 @@ TEST_F(LocalPort, ATelegramByHandWaitsForTheEndOfThePoll) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
-TEST_F(LocalPort, NobodyKnowsWhatBecameOfATelegramThatWasNotAnswered) {
+TEST_F(LocalPort, AnUnansweredManualTelegramIsUnknown) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -154,7 +154,7 @@ struct UntaggedPort : LinePortTest {
   }
 };
 
-TEST_F(UntaggedPort, TheLateReplyToATelegramIsNoValue) {
+TEST_F(UntaggedPort, TheLateReplyToATelegramIsNotStoredAsAValue) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -171,7 +171,7 @@ TEST_F(UntaggedPort, TheLateReplyToATelegramIsNoValue) {
   EXPECT_THAT(sink_.read, IsEmpty());
 }
 
-TEST_F(UntaggedPort, TheLateReplyToAPollIsNoReplyToATelegram) {
+TEST_F(UntaggedPort, TheLateReplyToAPollIsNotTheReplyToATelegram) {
   Open();
   Pass(2s);
   answers_ = false;
@@ -187,7 +187,7 @@ TEST_F(UntaggedPort, TheLateReplyToAPollIsNoReplyToATelegram) {
   EXPECT_THAT(telegram->reply, IsEmpty());
 }
 
-TEST_F(LocalPort, ATelegramOnALineThatGoesAwayIsAnswered) {
+TEST_F(LocalPort, AManualTelegramIsAnsweredWhenThePortIsLost) {
   Ask("?A1\r");
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent)) << "the port is not open yet";
   Open();
@@ -204,7 +204,7 @@ TEST_F(LocalPort, ATelegramOnALineThatGoesAwayIsAnswered) {
   EXPECT_EQ(status().port, bus::LineStatus::Port::open);
 }
 
-TEST_F(LocalPort, ATelegramWhoseTimeIsOverIsNotSent) {
+TEST_F(LocalPort, AManualTelegramPastItsDeadlineIsNotSent) {
   answers_ = false;
   Open();
   Pass(20ms);  // a poll is under way
@@ -213,7 +213,7 @@ TEST_F(LocalPort, ATelegramWhoseTimeIsOverIsNotSent) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
 }
 
-TEST_F(LocalPort, ATelegramIsNotSentBehindItsTimeWhenTheProgramGoesOn) {
+TEST_F(LocalPort, AManualTelegramPastItsDeadlineIsNotSentWhenTheProgramResumes) {
   Open();
   Pass(1500ms);  // between two polls
   const int before = port_.sends;
@@ -225,13 +225,13 @@ TEST_F(LocalPort, ATelegramIsNotSentBehindItsTimeWhenTheProgramGoesOn) {
   EXPECT_EQ(port_.sends, before);
 }
 
-TEST_F(LocalPort, OneThatDoesNotOpenIsDown) {
+TEST_F(LocalPort, APortThatDoesNotOpenIsDown) {
   Handle([&] { line_->port.OnOpenFailed("busy", transports::NoConnection::other, now_); });
   EXPECT_THAT(retries_.downs, ElementsAre("busy"));
   EXPECT_EQ(status().port, bus::LineStatus::Port::closed);
 }
 
-TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
+TEST_F(LinePortTest, AnOrderlyEndedConnectionReopensOnDemand) {
   port_.open_on_demand = true;
   Open();
   Pass(1500ms);
@@ -250,7 +250,7 @@ TEST_F(LinePortTest, AConnectionThatEndsInGoodOrderRests) {
 }
 
 /// The connection comes after the exchange, after the deadline, or after the client has left.
-TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
+TEST_F(LinePortTest, ACommandThatWaitsForAConnectionIsNotSentLate) {
   struct Row {
     const char* what;
     bool by_hand;
@@ -292,7 +292,7 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionIsNotSentLate) {
 }
 
 /// No connection comes, or the wait for it is ended.
-TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
+TEST_F(LinePortTest, ACommandThatGetsNoConnectionIsReportedNotSent) {
   const std::pair<const char*, std::function<void()>> kRows[] = {
       {"no connection within the reply time", [] {}},
       {"no connection",
@@ -320,7 +320,7 @@ TEST_F(LinePortTest, WhatWaitsForAConnectionInVainWasNotSent) {
   }
 }
 
-TEST_F(LinePortTest, AWriteThatStillWaitsForAConnectionAtTheStopWasNotSent) {
+TEST_F(LinePortTest, AWriteWaitingForAConnectionAtTheStopIsReportedNotSent) {
   Open();
   Pass(1500ms);
   End();
@@ -332,7 +332,7 @@ TEST_F(LinePortTest, AWriteThatStillWaitsForAConnectionAtTheStopWasNotSent) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
 }
 
-TEST_F(LinePortTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
+TEST_F(LinePortTest, AServerThatClosesAfterEachAnswerIsNoOutage) {
   port_.open_on_demand = true;
   closes_ = true;
   Open();
@@ -347,7 +347,7 @@ TEST_F(LinePortTest, AServerThatClosesBehindEachAnswerIsNoOutage) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
-TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
+TEST_F(LinePortTest, AServerThatRefusesTheNextConnectionIsAnOutage) {
   Open();
   Pass(1500ms);
   End();
@@ -358,7 +358,7 @@ TEST_F(LinePortTest, AServerThatIsGoneWhenItIsWantedIsAnOutage) {
   EXPECT_THAT(retries_.downs, ElementsAre("refused"));
 }
 
-TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
+TEST_F(LinePortTest, CountsHowConnectionsEndAndWhatFollows) {
   const auto times = [this](bus::RecentTimes bus::ConnectionEnds::*what) {
     return (status().ends.*what).Since(Instant{});
   };
@@ -386,7 +386,7 @@ TEST_F(LinePortTest, TellsHowConnectionsEndAndWhatFollows) {
   EXPECT_EQ(times(&bus::ConnectionEnds::unreachable), 0U);
 }
 
-TEST_F(LinePortTest, OneThatEndsWithoutAnAnswerIsAnOutage) {
+TEST_F(LinePortTest, AConnectionThatEndsWithoutAnAnswerIsAnOutage) {
   Open();
   answers_ = false;
   Pass(300ms);
@@ -401,7 +401,7 @@ struct SharedConnection : LinePortTest {
                      {ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}) {}
 };
 
-TEST_F(SharedConnection, AServerThatClosesForOneDeviceLeavesTheOther) {
+TEST_F(SharedConnection, AServerThatClosesForOneDeviceDoesNotDisturbTheOther) {
   port_.open_on_demand = true;
   closes_for_ = {'A'};
   Open();
@@ -417,7 +417,7 @@ TEST_F(SharedConnection, AServerThatClosesForOneDeviceLeavesTheOther) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-TEST_F(SharedConnection, AServerThatClosesForAllIsAnOutage) {
+TEST_F(SharedConnection, AServerThatClosesForAllDevicesIsAnOutage) {
   port_.open_on_demand = true;
   closes_for_ = {'A', 'B'};
   Open();
@@ -425,7 +425,7 @@ TEST_F(SharedConnection, AServerThatClosesForAllIsAnOutage) {
   EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("before it had worked")));
 }
 
-TEST_F(LinePortTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
+TEST_F(LinePortTest, AServerThatClosesBeforeAnAnswerIsReported) {
   Open();
   EXPECT_EQ(status().port, bus::LineStatus::Port::open);
   answers_ = false;
@@ -436,7 +436,7 @@ TEST_F(LinePortTest, AServerThatClosesBeforeItHasWorkedIsToldSo) {
   EXPECT_EQ(retries_.worked, 0) << "a greeting proves nothing";
 }
 
-TEST_F(LinePortTest, AServerThatEndsAConnectionInWhichNobodyAnswersIsToldSo) {
+TEST_F(LinePortTest, AServerThatEndsAnUnansweredConnectionIsReported) {
   Open();
   answers_ = false;
   Pass(10s);
@@ -444,7 +444,7 @@ TEST_F(LinePortTest, AServerThatEndsAConnectionInWhichNobodyAnswersIsToldSo) {
   EXPECT_THAT(retries_.downs, ElementsAre(HasSubstr("closed, unanswered: check its mode")));
 }
 
-TEST_F(LinePortTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
+TEST_F(LinePortTest, AfterAUselessConnectionTheNextIsReportedOnceItWorks) {
   Open();
   Lose("closed");
   Pass(1s);
@@ -459,7 +459,7 @@ TEST_F(LinePortTest, TheConnectionBehindAUselessOneIsNewsOnceItWorks) {
   EXPECT_EQ(status().port, bus::LineStatus::Port::open) << "at once: the last one had worked";
 }
 
-TEST_F(LinePortTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
+TEST_F(LinePortTest, AnOpenConnectionHasWorkedAfterHalfAMinute) {
   Open();
   EXPECT_EQ(retries_.worked, 0);
   Handle([&] { line_->poller.SetInUse(0, false, now_); });
@@ -471,7 +471,7 @@ TEST_F(LinePortTest, AServerThatOnlyHoldsHasWorkedAfterHalfAMinute) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-TEST_F(LinePortTest, AConnectionWithoutAnyAnswerIsMadeAnew) {
+TEST_F(LinePortTest, AConnectionWithoutAnyAnswerIsReopened) {
   Open();
   Pass(2s);
   answers_ = false;

@@ -57,7 +57,7 @@ class LineReporterTest : public ::testing::Test, private bus::EventSink {
   std::vector<std::string> told_;
 };
 
-TEST_F(LineReporterTest, TellsOfADeviceThatGoesAndComes) {
+TEST_F(LineReporterTest, ReportsADeviceThatGoesOfflineAndReturns) {
   State(bus::DeviceState::never_seen, bus::DeviceState::online);
   State(bus::DeviceState::online, bus::DeviceState::degraded);
   EXPECT_THAT(TakeTold(), ElementsAre("0 first over of 3")) << "nothing has happened yet";
@@ -72,7 +72,7 @@ TEST_F(LineReporterTest, TellsOfADeviceThatGoesAndComes) {
 
 /// Behind a closed port all devices are offline without a report: their first answers are no
 /// events.
-TEST_F(LineReporterTest, TellsOfAPortAndNotOfAllBehindIt) {
+TEST_F(LineReporterTest, ReportsALostPortOnceAndNotItsDevices) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
   reporter_.OnNews({What::port_down, true, {}, "/dev/x"}, now_);
@@ -81,7 +81,7 @@ TEST_F(LineReporterTest, TellsOfAPortAndNotOfAllBehindIt) {
   EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged", "4 over: /dev/x", "0 first over of 3"));
 }
 
-TEST_F(LineReporterTest, TellsEveryTroubleOfAWrongDevice) {
+TEST_F(LineReporterTest, ReportsEveryTroubleOfAWrongDevice) {
   reporter_.OnNews({What::wrong_device, false, 3, "type 0D"}, now_);
   reporter_.OnNews({What::wrong_device, false, 3, "type 0E"}, now_);
   reporter_.OnNews({What::wrong_device, true, 3, ""}, now_);
@@ -91,7 +91,7 @@ TEST_F(LineReporterTest, TellsEveryTroubleOfAWrongDevice) {
                                       "3 of 3: a", "3 of 3: b"));
 }
 
-TEST_F(LineReporterTest, TellsOfADeviceOutOfUse) {
+TEST_F(LineReporterTest, ReportsADeviceTakenOutOfUse) {
   State(bus::DeviceState::online, bus::DeviceState::disabled);
   State(bus::DeviceState::disabled, bus::DeviceState::online);
   EXPECT_THAT(TakeTold(),
@@ -100,7 +100,7 @@ TEST_F(LineReporterTest, TellsOfADeviceOutOfUse) {
   EXPECT_THAT(TakeTold(), ElementsAre("1 first over of 4: no reply")) << "by the configuration";
 }
 
-TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
+TEST_F(LineReporterTest, ReportsNothingOfAnAbandonedLine) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   EXPECT_THAT(TakeTold(), ElementsAre("4: unplugged"));
   reporter_.Retire();
@@ -110,7 +110,7 @@ TEST_F(LineReporterTest, OneOfAnAbandonedLineTellsNothing) {
 }
 
 /// Events that a restart finds in the file do not count for events reported since.
-TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
+TEST_F(LineReporterTest, EventsAreStoredWhenTheLatestBatchIsStored) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});
   EXPECT_FALSE(reporter_.TakeKept(3, false));
@@ -121,7 +121,7 @@ TEST_F(LineReporterTest, EventsAreKeptWhenTheLatestOnesAre) {
 
 const Instant kOpened{100s};
 
-TEST(ConnectionProof, ALocalPortWorksWhenItIsOpen) {
+TEST(ConnectionProof, ALocalPortWorksAsSoonAsItIsOpen) {
   ConnectionProof proof(false);
   EXPECT_TRUE(proof.OnOpened(kOpened));
   EXPECT_FALSE(proof.check_at());
@@ -129,7 +129,7 @@ TEST(ConnectionProof, ALocalPortWorksWhenItIsOpen) {
   EXPECT_TRUE(proof.OnOpened(kOpened));
 }
 
-TEST(ConnectionProof, BytesProveItOnlyBehindTheTimeOfAGreeting) {
+TEST(ConnectionProof, BytesProveAConnectionOnlyAfterTheTimeOfAGreeting) {
   const struct {
     Duration first;
     Duration lost;
@@ -146,7 +146,7 @@ TEST(ConnectionProof, BytesProveItOnlyBehindTheTimeOfAGreeting) {
   }
 }
 
-TEST(ConnectionProof, WhereNobodyAnswersItIsProvenByHoldingFor30s) {
+TEST(ConnectionProof, AnUnansweredConnectionIsProvenAfterThirtySeconds) {
   ConnectionProof proof(true);
   proof.OnOpened(kOpened);
   Duration held{};
@@ -157,7 +157,7 @@ TEST(ConnectionProof, WhereNobodyAnswersItIsProvenByHoldingFor30s) {
   EXPECT_GE(held, 30s);
 }
 
-TEST(ConnectionProof, BehindAUselessOneTheNextIsNewsOnceItIsProven) {
+TEST(ConnectionProof, AfterAUselessConnectionTheNextIsNewsOnceItIsProven) {
   ConnectionProof proof(true);
   EXPECT_TRUE(proof.OnOpened(kOpened));
   EXPECT_FALSE(proof.OnLost());
@@ -169,7 +169,7 @@ TEST(ConnectionProof, BehindAUselessOneTheNextIsNewsOnceItIsProven) {
   EXPECT_TRUE(proof.OnLost());
 }
 
-TEST(ConnectionProof, AfterALoanTheSameConnectionGoesOn) {
+TEST(ConnectionProof, AfterALoanTheConnectionIsCheckedAgain) {
   ConnectionProof proof(true);
   proof.OnOpened(kOpened);
   proof.NoteBytes(kOpened + 1s);
@@ -207,7 +207,7 @@ class Watched : public testing::Test {
   Loop line_;
 };
 
-TEST_F(Watched, ALineThatHangsIsNamedAndKeepsNothingBack) {
+TEST_F(Watched, AHangingLineIsNamedAndDoesNotStopTheSignOfLife) {
   watch_.Add("modbus", {}, modbus_.ask());
   watch_.Add("line bay", 3, line_.ask());
   const WallTime asked = now_ + 1s;
@@ -236,7 +236,7 @@ TEST_F(Watched, ALineThatHangsIsNamedAndKeepsNothingBack) {
   EXPECT_FALSE(again[0].stuck_since);
 }
 
-TEST_F(Watched, WithoutOneThatAllNeedThereIsNoSignOfLife) {
+TEST_F(Watched, AHangingRequiredLoopStopsTheSignOfLife) {
   watch_.Add("modbus", {}, modbus_.ask());
   LookQuietly(1);
   EXPECT_TRUE(watch_.complete());
@@ -253,7 +253,7 @@ TEST_F(Watched, WithoutOneThatAllNeedThereIsNoSignOfLife) {
 }
 
 /// The watch did not look while the machine slept.
-TEST_F(Watched, ALeapOfTheClockIsNoHang) {
+TEST_F(Watched, AClockJumpIsNoHang) {
   watch_.Add("line bay", 0, line_.ask());
   LookQuietly(1);
   now_ += 24h;
@@ -262,7 +262,7 @@ TEST_F(Watched, ALeapOfTheClockIsNoHang) {
   LookQuietly(1);
 }
 
-TEST_F(Watched, AnAnswerMayComeWhenNobodyWatchesAnyMore) {
+TEST_F(Watched, AnAnswerMayComeAfterTheWatchHasEnded) {
   auto watch = std::make_unique<LoopWatch>();
   watch->Add("line bay", 0, line_.ask());
   (void)watch->Look(now_);

@@ -14,7 +14,7 @@ namespace {
 const Bytes kRequest = {1, 2, 3};
 
 /// The server closes each connection after its first answer, so a second request would be lost.
-TEST(RestingConnection, AConnectionForEachRequestIsGivenUpAgain) {
+TEST(RestingConnection, OneConnectionForEachRequestIsGivenUpAgain) {
   RestingConnection rest(false);
   std::uint64_t answers = 0;
   rest.OnOpened(answers, kStart - 1s);
@@ -35,7 +35,7 @@ TEST(RestingConnection, AConnectionForEachRequestIsGivenUpAgain) {
 }
 
 /// The server closes each connection 20 ms after the first answer.
-TEST(RestingConnection, AnEndSoonBehindTheOpeningIsOneBehindTheAnswer) {
+TEST(RestingConnection, AnEndSoonAfterTheOpeningGivesEachRequestItsOwnConnection) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart);
   rest.Holds(kRequest, kStart);
@@ -61,7 +61,7 @@ TEST(RestingConnection, AConnectionThatHasServedIsSharedAgain) {
   EXPECT_FALSE(rest.Holds(kRequest, kStart));
 }
 
-TEST(RestingConnection, FourConnectionsInVainAreNoOutageWhereOthersAreAskedNext) {
+TEST(RestingConnection, FourUselessConnectionsAreNoOutageOnALineOfSeveralDevices) {
   for (const bool several : {false, true}) {
     RestingConnection rest(false);
     int rested = 0;
@@ -94,7 +94,7 @@ TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
 }
 
 /// The server ends each connection after some seconds, whatever the request.
-TEST(RestingConnection, AnEndAtARequestThatIsAnsweredElseIsADrop) {
+TEST(RestingConnection, AnEndAtARequestAnsweredInAnotherConnectionIsADrop) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
   rest.Holds(kRequest, kStart);
@@ -142,7 +142,7 @@ TEST(RestingConnection, AnEndInUseIsADrop) {
 
 // ---------------- `WriteGrace`: an action that waits for the end of a write.
 
-TEST(WriteGraceTest, TheLastThatWaitsHappensOnce) {
+TEST(WriteGraceTest, OnlyTheLastWaitingActionRunsAndRunsOnce) {
   std::string done;
   WriteGrace grace;
   EXPECT_FALSE(grace.waits());
@@ -159,7 +159,7 @@ TEST(WriteGraceTest, TheLastThatWaitsHappensOnce) {
   EXPECT_FALSE(grace.IsOver(kStart + 1h));
 }
 
-TEST(WriteGraceTest, WhatFollowsMayWaitAgain) {
+TEST(WriteGraceTest, AnActionMayStartAnotherWait) {
   int ends = 0;
   WriteGrace grace;
   grace.Begin([&] { grace.Begin([&] { ++ends; }, kStart + 1s); }, kStart);

@@ -33,7 +33,7 @@ AlarmSample Alarm(std::uint64_t number, std::uint16_t state) {
           .acknowledged_by = state == 2 ? "user:anna" : ""};
 }
 
-TEST(AlarmTopic, LateSubscribersGetEachAsItIs) {
+TEST(AlarmTopic, LateSubscribersGetTheLatestStateOfEachAlarm) {
   auto writer =
       CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2, .events = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
@@ -89,7 +89,7 @@ TEST(AlarmTopic, IsReadByAnotherVendor) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
-TEST(AlarmTopic, IsNotThereWhereNobodyHasEvents) {
+TEST(AlarmTopic, RefusesAlarmsWithoutEventsInTheConfiguration) {
   auto writer = CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   EXPECT_EQ((*writer)->Write(Alarm(1, 1)), Sent::refused);

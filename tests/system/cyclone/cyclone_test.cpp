@@ -111,7 +111,7 @@ TEST(Cyclone, TheExampleOfThePackageShowsEveryPoint) {
                          "substation-7 feeder-0 p1: not good, quality 0x0018\n"));
 }
 
-TEST(Cyclone, TheEndOfAGatewayIsSeen) {
+TEST(Cyclone, TheEndOfAGatewayReachesSubscribers) {
   const config::Config config = MakeConfig(2, 20);
   bus::PointStore store(config);
   auto publisher = Publish(config, store);
@@ -157,7 +157,7 @@ TEST(Cyclone, SubscribersThatNameTheSameMulticastGroupAllGetEveryPoint) {
   }
 }
 
-TEST(Cyclone, AReaderThatAsksForWhatIsNotOfferedIsNamedUntilItLeaves) {
+TEST(Cyclone, AReaderWithIncompatibleQosIsNamedUntilItLeaves) {
   ParticipantOptions options;
   options.domain = TestDomain();
   options.interfaces = {"127.0.0.1"};

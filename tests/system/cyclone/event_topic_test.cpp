@@ -109,7 +109,7 @@ TEST(EventTopic, IsReadByAnotherVendor) {
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
 }
 
-TEST(EventTopic, IsNotThereWhereNoDeviceHasEvents) {
+TEST(EventTopic, RefusesEventsWithoutEventsInTheConfiguration) {
   auto writer = CreateFastWriter(TestSubscriber().participant, {.points = 10, .devices = 2});
   ASSERT_TRUE(writer.ok()) << writer.error();
   EXPECT_EQ((*writer)->Write(Event(1, "feeder-1")), Sent::refused);

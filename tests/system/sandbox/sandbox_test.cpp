@@ -57,7 +57,7 @@ class Sandbox : public RouteStation {
   ModbusClient client_{port()};
 };
 
-TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
+TEST_F(Sandbox, AllFunctionsWorkInTheSandbox) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const auto daemon = Run(Unit(), Everything());
   ASSERT_TRUE(EventuallyFloat(client_, kSandboxUnit, 0, 1.5F)) << daemon->Errors();
@@ -88,7 +88,7 @@ TEST_F(Sandbox, TheGatewayDoesAllItsWork) {
 }
 
 /// Shows that the tests above would notice a restriction.
-TEST_F(Sandbox, WhatBitesIsNoticed) {
+TEST_F(Sandbox, AForbiddenSystemCallEndsTheGateway) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   for (const char* more :
        {"SystemCallFilter=~flock", "SystemCallFilter=~ioctl", "SystemCallFilter=~@network-io",

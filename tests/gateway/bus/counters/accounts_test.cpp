@@ -53,7 +53,7 @@ class AccountsTest : public ::testing::Test, protected PollerListener {
 };
 
 /// One or two echoes that differ may be noise, so three are needed.
-TEST_F(AccountsTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinuteWithout) {
+TEST_F(AccountsTest, ThreeCollisionsInAMinuteReportAnotherMasterUntilAMinuteHasNone) {
   const std::pair<News::What, bool> began{News::What::collisions, false};
   const std::pair<News::What, bool> ended{News::What::collisions, true};
   EchoWatch::Received collision;
@@ -74,7 +74,7 @@ TEST_F(AccountsTest, AnotherMasterIsThereAfterThreeCollisionsAndGoneAfterAMinute
   EXPECT_THAT(news_, ElementsAre(began, ended));
 }
 
-TEST_F(AccountsTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
+TEST_F(AccountsTest, BusyTimeIsChargedToTheLineAndToTheDevice) {
   accounts_.OnTime(At(3s), true, &a_);
   accounts_.OnTime(At(9s), false, &a_);
   accounts_.OnTime(At(10s), true, nullptr);
@@ -83,7 +83,7 @@ TEST_F(AccountsTest, BusyTimeIsChargedToTheLineAndToWhoTookIt) {
   EXPECT_EQ(StatusOf(a_).busy, 3s);
 }
 
-TEST_F(AccountsTest, UseIsThatOfTheLastFullMinute) {
+TEST_F(AccountsTest, LineUseIsReportedForTheLastFullMinute) {
   const auto use = [this] {
     accounts_.line.Show({});
     return store_.ReadLine(0).use;
@@ -100,7 +100,7 @@ TEST_F(AccountsTest, UseIsThatOfTheLastFullMinute) {
   EXPECT_EQ(use(), 0);
 }
 
-TEST_F(AccountsTest, AMinuteIsSplitByWhatItsTimeWentTo) {
+TEST_F(AccountsTest, TheTimeOfAMinuteIsSplitByUse) {
   const ExchangeEnd good{Outcome::ok, {}, 20ms, 9};
   accounts_.OnTime(At(6s), true, &a_);
   OnExchange(good);
@@ -138,7 +138,7 @@ TEST_F(AccountsTest, ExchangesAreCountedForDeviceAndLine) {
   EXPECT_EQ(accounts_.line.counters().exchanges, 2U);
 }
 
-TEST_F(AccountsTest, ALineIsSilentWhenWhatWasAskedSinceRemainsUnanswered) {
+TEST_F(AccountsTest, ALineIsSilentWhenAllRequestsSinceAGivenTimeAreUnanswered) {
   const Instant now = At(0s).instant;
   EXPECT_FALSE(accounts_.line.SilentSince(now));
   OnExchange({Outcome::no_reply, {}, {}, 0});
@@ -163,7 +163,7 @@ TEST_F(AccountsTest, ALineWhoseDeviceSendsUnaskedIsNotSilent) {
   EXPECT_TRUE(accounts_.line.SilentSince(now + 6s)) << "noise is no answer";
 }
 
-TEST_F(AccountsTest, StatesAreToldOnce) {
+TEST_F(AccountsTest, AStateChangeIsReportedOnce) {
   a_.health.OnTask(Outcome::ok, At(0s).instant);
   accounts_.states.OnState(a_, "ok");
   accounts_.states.OnState(a_, "ok");
@@ -173,7 +173,7 @@ TEST_F(AccountsTest, StatesAreToldOnce) {
   EXPECT_EQ(StatusOf(a_).state, DeviceState::offline);
 }
 
-TEST_F(AccountsTest, ASecondReplyIsCountedAlwaysAndWarnedOfOnce) {
+TEST_F(AccountsTest, EverySecondReplyIsCountedAndOnlyTheFirstIsWarnedOf) {
   accounts_.devices.OnSecondReply(a_);
   accounts_.devices.OnSecondReply(a_);
   EXPECT_EQ(StatusOf(a_).doubled, 2U);

@@ -34,7 +34,7 @@ TEST_F(DeviceHealthTest, NeverSeenUntilTheFirstAnswer) {
   EXPECT_FALSE(health_.absent());
 }
 
-TEST_F(DeviceHealthTest, AnyAnswerProvesLife) {
+TEST_F(DeviceHealthTest, AnyAnswerMakesADeviceOnline) {
   for (const Outcome outcome : {Outcome::busy, Outcome::refused, Outcome::unsupported}) {
     health_ = {};
     Task(outcome, 0s);
@@ -42,7 +42,7 @@ TEST_F(DeviceHealthTest, AnyAnswerProvesLife) {
   }
 }
 
-TEST_F(DeviceHealthTest, NoiseDoesNotProveLife) {
+TEST_F(DeviceHealthTest, NoiseDoesNotMakeADeviceOnline) {
   for (const Outcome outcome : {Outcome::partial, Outcome::corrupt, Outcome::unexpected}) {
     health_ = {};
     Task(outcome, 0s);
@@ -67,7 +67,7 @@ TEST_F(DeviceHealthTest, TwoFailuresFarApartAreNotEnoughForOffline) {
   EXPECT_EQ(health_.state(), DeviceState::offline);
 }
 
-TEST_F(DeviceHealthTest, AnAnswerBetweenStartsTheCountAnew) {
+TEST_F(DeviceHealthTest, AnAnswerResetsTheFailureCount) {
   Task(Outcome::ok, 0s);
   for (int i = 1; i < 30; ++i) {
     Task(Outcome::no_reply, i * 3s);
@@ -77,7 +77,7 @@ TEST_F(DeviceHealthTest, AnAnswerBetweenStartsTheCountAnew) {
   }
 }
 
-TEST_F(DeviceHealthTest, ReturnIsOnlineAtOnce) {
+TEST_F(DeviceHealthTest, AReturningDeviceIsOnlineAtOnce) {
   Task(Outcome::ok, 0s);
   for (int i = 1; i < 40; ++i) Task(Outcome::no_reply, i * 1s);
   ASSERT_EQ(health_.state(), DeviceState::offline);
@@ -85,7 +85,7 @@ TEST_F(DeviceHealthTest, ReturnIsOnlineAtOnce) {
   EXPECT_EQ(health_.state(), DeviceState::online) << "the failures of its absence are forgotten";
 }
 
-TEST_F(DeviceHealthTest, RetriesThatHelpedShowAsDegraded) {
+TEST_F(DeviceHealthTest, FrequentSuccessfulRetriesMakeADeviceDegraded) {
   Task(Outcome::ok, 0s);
   for (int failures = 1; failures <= 3; ++failures) {
     health_.OnExchange(Outcome::corrupt);
@@ -96,13 +96,13 @@ TEST_F(DeviceHealthTest, RetriesThatHelpedShowAsDegraded) {
   EXPECT_EQ(health_.state(), DeviceState::online);
 }
 
-TEST_F(DeviceHealthTest, ALostPortSaysNothingAboutTheDevice) {
+TEST_F(DeviceHealthTest, ALostPortDoesNotChangeTheDeviceState) {
   Task(Outcome::ok, 0s);
   for (int i = 0; i < 50; ++i) Task(Outcome::line_down, i * 1s);
   EXPECT_EQ(health_.state(), DeviceState::online);
 }
 
-TEST_F(DeviceHealthTest, TwoRefusalsInARowAreNoChance) {
+TEST_F(DeviceHealthTest, TwoRefusalsInARowMarkADeviceAsRefusing) {
   for (const Outcome refusal : {Outcome::refused, Outcome::unsupported}) {
     health_ = {};
     Task(refusal, 0s);
@@ -123,7 +123,7 @@ const std::vector<std::size_t> kHeard = {0, 1};
 const std::vector<std::size_t> kNever = {2, 3};
 constexpr Instant kStart{100s};
 
-TEST(HeardPoints, SilenceToWhatWasAnsweredTellsOfTheDevice) {
+TEST(HeardPoints, SilenceToAnsweredPointsCountsAgainstTheDevice) {
   HeardPoints points;
   EXPECT_TRUE(points.TellsOfDevice(kNever, kStart)) << "nothing has ever come";
   points.OnValue(1, kStart);
@@ -131,7 +131,7 @@ TEST(HeardPoints, SilenceToWhatWasAnsweredTellsOfTheDevice) {
   EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 1s));
 }
 
-TEST(HeardPoints, LongBehindTheLastValueSoDoesSilenceToTheRest) {
+TEST(HeardPoints, AnySilenceCountsAgainstADeviceLongAfterItsLastValue) {
   HeardPoints points;
   points.OnValue(0, kStart);
   EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 10s));
@@ -140,7 +140,7 @@ TEST(HeardPoints, LongBehindTheLastValueSoDoesSilenceToTheRest) {
   EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 13s));
 }
 
-TEST(HeardPoints, TheSilenceOfADeviceThatIsLateTellsOfIt) {
+TEST(HeardPoints, AnySilenceCountsAgainstALateDeviceForTenMinutes) {
   HeardPoints points;
   points.OnLate(kStart);
   points.OnValue(0, kStart + 1s);
@@ -150,7 +150,7 @@ TEST(HeardPoints, TheSilenceOfADeviceThatIsLateTellsOfIt) {
   EXPECT_FALSE(points.TellsOfDevice(kNever, kStart + 600s));
 }
 
-TEST(HeardPoints, BehindAReconnectItMayBeAnotherDevice) {
+TEST(HeardPoints, AReconnectForgetsAnsweredPointsAndLateness) {
   HeardPoints points;
   points.OnValue(1, kStart);
   points.OnLate(kStart);
@@ -161,7 +161,7 @@ TEST(HeardPoints, BehindAReconnectItMayBeAnotherDevice) {
   EXPECT_FALSE(points.TellsOfDevice(kHeard, kStart)) << "and has not answered these";
 }
 
-TEST(Roster, DevicesStandInTheOrderOfTheFile) {
+TEST(Roster, DevicesKeepTheOrderOfTheConfiguration) {
   config::Line line = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   line.retries = 5;
   line.devices[1].retries = 1;
@@ -178,13 +178,13 @@ TEST(Roster, DevicesStandInTheOrderOfTheFile) {
   EXPECT_EQ(roster.everyone()[1]->device, &roster.device(1));
 }
 
-TEST(Roster, NoRoutesLeadToALineThatCarriesNoModbus) {
+TEST(Roster, ALineWithoutModbusHasNoCarrierAndNoSlaves) {
   const ToyMembers toys;
   EXPECT_EQ(toys.roster.carrier(), nullptr);
   EXPECT_EQ(toys.roster.FindSlave(1), nullptr);
 }
 
-TEST(Roster, EntriesOfOneNameAreTheSameOnTheWire) {
+TEST(Roster, EntriesWithEqualSenderNamesAreTheSameDevice) {
   ToyMembers toys;
   EXPECT_TRUE(toys.a.IsSame(toys.a));
   EXPECT_FALSE(toys.a.IsSame(toys.b)) << "nothing is known of their names";
@@ -215,7 +215,7 @@ class Slow : public protocols::Conversation {
   config::Timing least_;
 };
 
-TEST(RosterTimes, TheLongerOneCounts) {
+TEST(RosterTimes, TheLongerOfConfiguredAndConversationTimesApplies) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"1"})});
   Roster roster(line, 0,
                 [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); });
@@ -297,7 +297,7 @@ class DeviceStatesTest : public ::testing::Test, protected PollerListener {
   std::vector<std::string> warned_;
 };
 
-TEST_F(DeviceStatesTest, ADeviceThatTheConfigurationDoesNotUseIsTakenIntoUse) {
+TEST_F(DeviceStatesTest, ADisabledDeviceIsTakenIntoUse) {
   members_.a.in_use = false;
   Make();
   store_.UpdateStatus(0, [](DeviceStatus& status) { status.state = DeviceState::disabled; });
@@ -310,7 +310,7 @@ TEST_F(DeviceStatesTest, ADeviceThatTheConfigurationDoesNotUseIsTakenIntoUse) {
 }
 
 /// A remark is shown in the status and logged once. The values stay good, so no event is reported.
-TEST_F(DeviceStatesTest, ARemarkIsNoTrouble) {
+TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
   const std::string wrong = "type 0D, the profile says 08";
   const std::string remark = "gives no events";
   struct Row {

@@ -34,7 +34,7 @@ class EchoWatchTest : public ::testing::Test {
   bool missed_ = false;
 };
 
-TEST_F(EchoWatchTest, OffPassesTheEchoAndWarnsOnce) {
+TEST_F(EchoWatchTest, OffModePassesTheEchoAndWarnsOnce) {
   EchoWatch watch(Echo::off);
   EchoWatch::Received heard = Exchange(watch, read_, "?1!5");
   EXPECT_EQ(AsText(heard.bytes), "?1!5");
@@ -45,7 +45,7 @@ TEST_F(EchoWatchTest, OffPassesTheEchoAndWarnsOnce) {
   EXPECT_EQ(heard.warning, nullptr);
 }
 
-TEST_F(EchoWatchTest, AReplyThatEqualsItsRequestIsNotBelievedWhileTheBusEchoes) {
+TEST_F(EchoWatchTest, AReplyEqualToItsRequestMayBeAnEchoWhileTheBusEchoes) {
   EchoWatch watch(Echo::off);
   EXPECT_FALSE(watch.MayBeEcho(write_, ToBytes("W1"))) << "nothing is known of this bus";
   Exchange(watch, read_, "?1!5");
@@ -56,19 +56,19 @@ TEST_F(EchoWatchTest, AReplyThatEqualsItsRequestIsNotBelievedWhileTheBusEchoes) 
   EXPECT_FALSE(watch.MayBeEcho(write_, ToBytes("W1"))) << "the bus echoes no more";
 }
 
-TEST_F(EchoWatchTest, AReplyThatEqualsItsRequestTellsNothingOfTheBus) {
+TEST_F(EchoWatchTest, AReplyEqualToItsRequestDoesNotProveAnEcho) {
   EchoWatch watch(Echo::off);
   EXPECT_FALSE(Exchange(watch, write_, "W1").echo);
 }
 
-TEST_F(EchoWatchTest, AnOpenedPortIsAnotherBus) {
+TEST_F(EchoWatchTest, OpeningThePortForgetsTheEcho) {
   EchoWatch watch(Echo::off);
   Exchange(watch, read_, "?1!5");
   watch.OnOpened();
   EXPECT_FALSE(watch.MayBeEcho(write_, ToBytes("W1")));
 }
 
-TEST_F(EchoWatchTest, StripTakesTheEchoAndSaysNothing) {
+TEST_F(EchoWatchTest, StripModeRemovesTheEchoWithoutAWarning) {
   EchoWatch watch(Echo::strip);
   const EchoWatch::Received heard = Exchange(watch, read_, "?1!5");
   EXPECT_EQ(AsText(heard.bytes), "!5");
@@ -76,7 +76,7 @@ TEST_F(EchoWatchTest, StripTakesTheEchoAndSaysNothing) {
   EXPECT_EQ(heard.warning, nullptr);
 }
 
-TEST_F(EchoWatchTest, VerifyTellsOfACollisionAndWarnsOnce) {
+TEST_F(EchoWatchTest, VerifyModeReportsEachCollisionAndWarnsOnce) {
   EchoWatch watch(Echo::verify);
   EchoWatch::Received heard = Exchange(watch, read_, "?9");
   EXPECT_TRUE(heard.collision);
@@ -86,7 +86,7 @@ TEST_F(EchoWatchTest, VerifyTellsOfACollisionAndWarnsOnce) {
   EXPECT_EQ(heard.warning, nullptr);
 }
 
-TEST_F(EchoWatchTest, VerifyNamesAnEchoThatNeverCame) {
+TEST_F(EchoWatchTest, VerifyModeReportsAMissingEcho) {
   EchoWatch watch(Echo::verify);
   Exchange(watch, read_, "", Outcome::no_reply);
   EXPECT_TRUE(missed_);
@@ -98,7 +98,7 @@ TEST_F(EchoWatchTest, VerifyNamesAnEchoThatNeverCame) {
   EXPECT_FALSE(missed_) << "the port was lost";
 }
 
-TEST_F(EchoWatchTest, ABusThatHasEchoedAndDoesNoMoreIsCut) {
+TEST_F(EchoWatchTest, ThreeMissingEchoesOnAnEchoingBusReportACut) {
   EchoWatch watch(Echo::verify);
   for (int i = 0; i < 5; ++i) Exchange(watch, read_, "", Outcome::no_reply);
   EXPECT_FALSE(watch.is_cut()) << "it may be one that never echoes";
@@ -112,7 +112,7 @@ TEST_F(EchoWatchTest, ABusThatHasEchoedAndDoesNoMoreIsCut) {
   EXPECT_FALSE(watch.is_cut()) << "a silent device on a ring that is closed";
 }
 
-TEST_F(EchoWatchTest, OnlyVerifyKnowsOfARing) {
+TEST_F(EchoWatchTest, OnlyVerifyModeReportsACutRing) {
   for (const Echo mode : {Echo::off, Echo::strip}) {
     EchoWatch watch(mode);
     Exchange(watch, read_, "?1!5");
@@ -150,15 +150,15 @@ void Check(Echo mode, std::string_view request, std::string_view received, const
   });
 }
 
-TEST(EchoFilter, OffPassesEverythingAndTellsOfAnEcho) {
+TEST(EchoFilter, OffModePassesAllBytesAndReportsTheEcho) {
   Check(Echo::off, "#01\r", "#01\r>+1.5\r", {ToBytes("#01\r>+1.5\r"), 1, 0});
 }
 
-TEST(EchoFilter, StripTakesTheEcho) {
+TEST(EchoFilter, StripModeRemovesTheEcho) {
   Check(Echo::strip, "#01\r", "#01\r>+1.5\r", {ToBytes(">+1.5\r"), 1, 0});
 }
 
-TEST(EchoFilter, StripLeavesABusWithoutEchoAlone) {
+TEST(EchoFilter, StripModePassesAReplyWithoutEcho) {
   Check(Echo::strip, "#01\r", ">+1.5\r", {ToBytes(">+1.5\r"), 0, 0});
 }
 
@@ -210,7 +210,7 @@ TEST(EchoFilter, ExchangesDoNotMix) {
   EXPECT_FALSE(filter.holding());
 }
 
-TEST(EchoFilter, ARequestInTwoPiecesIsOneEcho) {
+TEST(EchoFilter, TheEchoOfARequestSentInTwoPiecesIsStripped) {
   EchoFilter filter(Echo::strip);
   filter.OnSent(ToBytes("#0"));
   EXPECT_TRUE(filter.Filter(ToBytes("#0")).bytes.empty());

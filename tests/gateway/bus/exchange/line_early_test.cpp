@@ -10,7 +10,7 @@
 namespace baudgate::bus {
 namespace {
 
-TEST_F(LineTest, AWholeReplyEndsTheSendingWhereNothingKeepsTheBitRate) {
+TEST_F(LineTest, AWholeReplyEndsTheSendingOnAPortWithoutBitRate) {
   Reach(State::sending);
   line_.Feed(View(reply_).first(3), At(1001ms));
   EXPECT_TRUE(ends_.empty());
@@ -31,7 +31,7 @@ TEST_F(LineTest, AForeignReplyWhileSendingIsDrainedFromTheEndOfTransmission) {
   EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
 }
 
-TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
+TEST_F(LineTest, APossibleEchoIsJudgedAtTheEndOfTransmission) {
   Opened();
   mirrors_ = true;
   Start(1s);
@@ -41,7 +41,7 @@ TEST_F(LineTest, WhatMayBeAnEchoWaitsForTheEndOfTransmission) {
   EXPECT_EQ(frames_.size(), 1U);
 }
 
-TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
+TEST_F(LineTest, EarlyBytesAreStrayOnAPortThatKeepsItsBitRate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
   line_.Feed(ToyReply("A1=4"), At(1002ms));  // a late copy of an earlier reply
@@ -55,7 +55,7 @@ TEST_F(LineTest, EarlyBytesAreStrayWhereThePortKeepsItsBitRate) {
   EXPECT_EQ(before_, ToyReply("A1=4").size());
 }
 
-TEST_F(LineTest, WhatMayBeAnEchoIsNoEarlyReply) {
+TEST_F(LineTest, APossibleEchoIsNotAcceptedAsAnEarlyReply) {
   line_.OnOpened(At(0ms), true);
   mirrors_ = true;
   Start(1s);
@@ -66,7 +66,7 @@ TEST_F(LineTest, WhatMayBeAnEchoIsNoEarlyReply) {
   EXPECT_EQ(ends_.back().outcome, Outcome::no_reply);
 }
 
-TEST_F(LineTest, NothingAnswersABroadcastWhileItIsSent) {
+TEST_F(LineTest, BytesDuringABroadcastAreNotAReply) {
   Opened();
   Start(1s, "QA1\r");
   line_.Feed(reply_, At(1001ms));
@@ -74,7 +74,7 @@ TEST_F(LineTest, NothingAnswersABroadcastWhileItIsSent) {
   EXPECT_EQ(line_.state(), State::sending);
 }
 
-TEST_F(LineTest, BehindAnEarlyReplyTheAftermathCountsFromTheEndOfTransmission) {
+TEST_F(LineTest, TheAftermathOfAnEarlyReplyCountsFromTheEndOfTransmission) {
   aftermath_ = 200ms;
   Reach(State::sending);
   line_.Feed(reply_, At(1002ms));
@@ -82,7 +82,7 @@ TEST_F(LineTest, BehindAnEarlyReplyTheAftermathCountsFromTheEndOfTransmission) {
   EXPECT_EQ(DeadlineIn(), 1004ms + aftermath_);
 }
 
-TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
+TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
   line_.Feed(reply_, At(1002ms));
@@ -98,7 +98,7 @@ TEST_F(LineTest, APortThatOnlyClaimsToKeepItsBitRateIsFoundOut) {
 }
 
 /// The program was stopped until 5 s, so the age of the reply is not known.
-TEST_F(LineTest, AnEarlyReplyThatHasWaitedIsNoReply) {
+TEST_F(LineTest, AnEarlyReplyIsDroppedWhenTheTimerIsVeryLate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
   line_.Feed(reply_, At(1002ms));
@@ -118,7 +118,7 @@ TEST_F(LineTest, EarlyNoiseAloneIsNoReply) {
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
 }
 
-TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
+TEST_F(LineTest, AReplyIsAcceptedWhenTheTransmissionTimerIsLate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
   line_.Feed(reply_, At(1015ms));
@@ -127,7 +127,7 @@ TEST_F(LineTest, BytesBehindALateTimerAreTheReply) {
 
 // ---------------- Replies that waited while the program was stopped: their age is not known.
 
-TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
+TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   Reach(State::await_first);
   line_.Feed(reply_, At(5s));
   EXPECT_TRUE(frames_.empty()) << "nobody knows when it came";
@@ -137,7 +137,7 @@ TEST_F(LineTest, AReplyThatWaitedWhileNobodyRanIsTooLate) {
 }
 
 /// The program was busy for less than 100 ms.
-TEST_F(LineTest, AReplyUpToATenthOfASecondBehindItsTimeIsTaken) {
+TEST_F(LineTest, AReplyLessThan100MsAfterItsReplyTimeIsAccepted) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1104ms + 99ms));
   EXPECT_EQ(frames_.size(), 1U);
@@ -146,7 +146,7 @@ TEST_F(LineTest, AReplyUpToATenthOfASecondBehindItsTimeIsTaken) {
   EXPECT_EQ(frames_.size(), 1U);
 }
 
-TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
+TEST_F(LineTest, AReplyReadLongAfterTheEndOfTransmissionIsDropped) {
   Reach(State::sending);
   line_.Feed(reply_, At(5s));
   EXPECT_TRUE(frames_.empty());
@@ -154,7 +154,7 @@ TEST_F(LineTest, AReplyToARequestWhoseEndNobodySawIsTooLateAlike) {
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
 }
 
-TEST_F(LineTest, TheRestOfAReplyThatWaitedAlike) {
+TEST_F(LineTest, TheRestOfAReplyReadBeyondTheCeilingIsCorrupt) {
   Reach(State::await_first);
   line_.Feed(View(reply_).first(3), At(1015ms));
   line_.Feed(View(reply_).subspan(3), At(5s));
@@ -184,14 +184,14 @@ TEST_F(LineTest, CorruptWinsOverPartial) {
   EXPECT_EQ(ends_.at(0).outcome, Outcome::corrupt);
 }
 
-TEST_F(LineTest, GoodFrameBehindDamageIsTaken) {
+TEST_F(LineTest, AGoodFrameAfterDamageIsAccepted) {
   Reach(State::await_first);
   line_.Feed(ToBytes("zz"), At(1010ms));
   line_.Feed(reply_, At(1015ms));
   EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
 }
 
-TEST_F(LineTest, HarmlessNoiseLeavesTheReplyItsTime) {
+TEST_F(LineTest, HarmlessNoiseDoesNotShortenTheReplyTime) {
   Reach(State::await_first);
   line_.Feed(Bytes{0, 0}, At(1010ms));
   line_.OnTimer(At(1020ms));
@@ -225,7 +225,7 @@ TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
 // ---------------- How the line reacts to a second reply. second_reply_test.cpp tests which bytes
 // are a second reply.
 
-TEST_F(LineTest, BytesBehindAFrameAreStrayAndDrained) {
+TEST_F(LineTest, BytesAfterAFrameAreStrayAndDrained) {
   Reach(State::await_first);
   Bytes twice = reply_;
   Append(twice, reply_);
@@ -249,7 +249,7 @@ TEST_F(LineTest, TwoDifferentRepliesAtOnceAreUnexpected) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-TEST_F(LineTest, TheSameReplyTwiceIsOne) {
+TEST_F(LineTest, ARepeatedEqualReplyIsNotASecondReply) {
   Reach(State::await_first);
   Bytes both = reply_;
   Append(both, View(reply_));
@@ -261,7 +261,7 @@ TEST_F(LineTest, TheSameReplyTwiceIsOne) {
 }
 
 /// A console answers "5\r" and then an empty line "\r", in the same read or later.
-TEST_F(LineTest, AnEmptyLineBehindAReplyIsNoSecondOne) {
+TEST_F(LineTest, AnEmptyLineAfterAReplyIsNotASecondReply) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     const auto end = std::find(held.begin(), held.end(), '\r');
     if (end == held.end()) return protocols::Cut::NeedMore();
@@ -276,7 +276,7 @@ TEST_F(LineTest, AnEmptyLineBehindAReplyIsNoSecondOne) {
   EXPECT_EQ(second_, 1);
 }
 
-TEST_F(LineTest, BehindAReplyThatWasNotTakenNoneIsTheSecond) {
+TEST_F(LineTest, AReplyAfterARejectedReplyIsNotASecondReply) {
   Reach(State::await_first);
   verdict_ = Outcome::unexpected;
   line_.Feed(reply_, At(1015ms));
@@ -286,7 +286,7 @@ TEST_F(LineTest, BehindAReplyThatWasNotTakenNoneIsTheSecond) {
 
 /// A copy is harmless if the reply is true for any request (`any_order`), or carries the number of
 /// its request (`numbered`). Then the line goes idle without a drain.
-TEST_F(LineTest, NobodyWaitsBehindHarmlessCopies) {
+TEST_F(LineTest, NoDrainFollowsHarmlessCopies) {
   struct Case {
     bool any_order;
     bool numbered;
@@ -309,7 +309,7 @@ TEST_F(LineTest, NobodyWaitsBehindHarmlessCopies) {
   }
 }
 
-TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
+TEST_F(LineTest, ADifferentReplyAfterTheAcceptedReplyIsReportedOnce) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1015ms));
   EXPECT_TRUE(line_.idle());
@@ -325,7 +325,7 @@ TEST_F(LineTest, AnotherReplyBehindTheOneThatWasTakenIsTold) {
 }
 
 /// The port keeps its bit rate, so bytes during the sending of a request are not its reply.
-TEST_F(LineTest, AnotherReplyIsToldIfItComesWhileTheNextRequestIsSent) {
+TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
   line_.OnTimer(At(1004ms));
@@ -395,7 +395,7 @@ TEST_P(EveryState, AnEarlyTimerDoesNothing) {
   EXPECT_TRUE(ends_.empty());
 }
 
-TEST_P(EveryState, NoBytesAreNoEvent) {
+TEST_P(EveryState, AnEmptyReadChangesNothing) {
   Reach(GetParam());
   const auto deadline = line_.Deadline();
   line_.Feed({}, At(1030ms));
@@ -404,7 +404,7 @@ TEST_P(EveryState, NoBytesAreNoEvent) {
   EXPECT_TRUE(strays_.empty());
 }
 
-TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
+TEST_P(EveryState, EndlessBabbleNeitherBlocksTheLineNorGrowsMemory) {
   Reach(GetParam());
   const bool under_way = line_.Deadline().has_value();
   const Bytes noise(64, 'U');
@@ -421,7 +421,7 @@ TEST_P(EveryState, EndlessBabbleHoldsNeitherTheLineNorMemory) {
   EXPECT_TRUE(frames_.empty());
 }
 
-TEST_P(EveryState, AVeryLateTimerIsAsGoodAsOneInTime) {
+TEST_P(EveryState, AVeryLateTimerLeadsToTheSameStateAsATimelyTimer) {
   Reach(GetParam());
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(At(1h));
   // A timer that counts from the late call itself (a drain) fires afterwards.

@@ -41,7 +41,7 @@ TEST_F(LineTest, IdleBytesAreStray) {
   EXPECT_TRUE(line_.idle());
 }
 
-TEST_F(LineTest, QuietBytesCountTheSilenceAnew) {
+TEST_F(LineTest, QuietBytesRestartTheSilence) {
   Reach(State::quiet);
   line_.Feed(ToBytes("x"), At(1002ms));
   EXPECT_EQ(strays_.size(), 1U);
@@ -58,7 +58,7 @@ TEST_F(LineTest, QuietNeverWaitsBeyondTheCeiling) {
   EXPECT_EQ(line_.state(), State::sending) << "a babbling neighbour may not stop the line for ever";
 }
 
-TEST_F(LineTest, ACollisionEndsTheExchangeAndDrainsBehindTheTransmission) {
+TEST_F(LineTest, ACollisionEndsTheExchangeAndDrainsAfterTheTransmission) {
   Reach(State::sending);
   line_.OnCollision(At(1002ms));
   ASSERT_EQ(ends_.size(), 1U);
@@ -66,7 +66,7 @@ TEST_F(LineTest, ACollisionEndsTheExchangeAndDrainsBehindTheTransmission) {
   EXPECT_EQ(DeadlineIn(), 1004ms + kTimes.drain);
 }
 
-TEST_F(LineTest, AnEndOfTheConnectionInPlaceOfAReplyIsSilenceAtOnce) {
+TEST_F(LineTest, AClosedConnectionInPlaceOfAReplyIsNoReplyAtOnce) {
   Reach(State::await_first);
   line_.OnEnded(At(1010ms));
   ASSERT_EQ(ends_.size(), 1U);
@@ -85,7 +85,7 @@ TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   EXPECT_EQ(DeadlineIn(), 1104ms);
 }
 
-TEST_F(LineTest, WhatComesBehindABroadcastIsStray) {
+TEST_F(LineTest, BytesAfterABroadcastAreStray) {
   Reach(State::settle);
   line_.Feed(reply_, At(1005ms));
   EXPECT_TRUE(frames_.empty());
@@ -131,7 +131,7 @@ TEST_F(LineTest, ReceivingWholeFrameIsIdle) {
   EXPECT_TRUE(line_.idle());
 }
 
-TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
+TEST_F(LineTest, TheOutcomeOfAWholeFrameDecidesWhetherTheLineDrains) {
   for (const Outcome outcome : {Outcome::busy, Outcome::refused, Outcome::unsupported}) {
     Reach(State::await_first);
     verdict_ = outcome;
@@ -148,7 +148,7 @@ TEST_F(LineTest, OutcomesOfAWholeFrameDecideAboutTheDrain) {
 
 /// Example: a late reply of relay 1 must not be taken for that of relay 2. Replies that contain
 /// their address cannot be mistaken.
-TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody) {
+TEST_F(LineTest, AfterAFailureOnlyDevicesWithUnnamedRepliesGetTheAftermath) {
   aftermath_ = 200ms;
   for (const bool named : {false, true}) {
     named_ = named;
@@ -166,7 +166,7 @@ TEST_F(LineTest, BehindAFailureTheAftermathIsOnlyForThoseWhoseRepliesNameNobody)
 }
 
 /// The own reply may still come, unless the device is known to answer late by requests (`lags`).
-TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
+TEST_F(LineTest, AReplyOfAnotherDeviceEndsOnlyTheExchangeOfALaggingDevice) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     return protocols::Cut::Discard(held.size(), Outcome::unexpected,
                                    "not from the device that was asked");
@@ -184,7 +184,7 @@ TEST_F(LineTest, AnothersReplyEndsTheExchangeOnlyOfWhoLags) {
 }
 
 /// The program was stopped between the last byte and the timer.
-TEST_F(LineTest, AReplyThatSilenceEndsHasTheTimeOfItsLastByte) {
+TEST_F(LineTest, AReplyEndedBySilenceIsTimedByItsLastByte) {
   rule_ = [](View held, const protocols::Expectation&, bool idle) {
     return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
   };
@@ -206,7 +206,7 @@ TEST_F(LineTest, ReceivingGapIsPartial) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-TEST_F(LineTest, DrainBytesLengthenItUntilSilence) {
+TEST_F(LineTest, BytesDuringTheDrainExtendItUntilSilence) {
   Reach(State::drain);
   line_.Feed(reply_, At(1120ms));
   EXPECT_TRUE(frames_.empty()) << "a late reply belongs to nobody";
@@ -225,7 +225,7 @@ TEST_F(LineTest, DrainNeverLastsBeyondTheCeiling) {
   EXPECT_TRUE(line_.idle());
 }
 
-TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
+TEST_F(LineTest, TheReplyRuleIsAppliedAgainWhenTheLineIsIdle) {
   Opened();
   Exchange exchange;
   exchange.request.bytes = ToBytes("?");
@@ -243,7 +243,7 @@ TEST_F(LineTest, TheRuleIsAskedOnceMoreWhenTheLineIsIdle) {
   EXPECT_EQ(ends_.at(0).outcome, Outcome::ok);
 }
 
-TEST_F(LineTest, ASecondExchangeKnowsNothingOfTheFirst) {
+TEST_F(LineTest, ASecondExchangeKeepsNoBytesOfTheFirst) {
   Reach(State::await_first);
   Bytes twice = reply_;
   Append(twice, View(reply_).first(4));

@@ -44,7 +44,7 @@ class SecondReplyTest : public ::testing::TestWithParam<Behind> {
   SecondReply second_;
 };
 
-TEST_P(SecondReplyTest, IsFoundHoweverItIsCut) {
+TEST_P(SecondReplyTest, ASecondReplyIsFoundInAnyFragmentation) {
   const Behind& one = GetParam();
   for (std::size_t cut = 0; cut <= one.later.size(); ++cut) {
     SCOPED_TRACE(cut);
@@ -60,29 +60,34 @@ TEST_P(SecondReplyTest, IsFoundHoweverItIsCut) {
 }
 
 const std::vector<Behind> kBehind = {
-    {"Alone", {}, {}},
+    {"NoFurtherBytes", {}, {}},
     {"ACopyAtOnce", kReply, {}},
     {"ACopyLater", {}, kReply},
     {"CopiesAtOnceAndLater", Joined({kReply, kReply}), Joined({kReply, kReply, kReply})},
-    {"AnotherAtOnce", kOther, {}, false},
-    {"AnotherBehindACopy", Joined({kReply, kOther}), {}, false},
-    {"AnotherLater", {}, kOther, true, true, 1},
-    {"AnotherLaterBehindCopies", {}, Joined({kReply, kReply, kReply, kOther}), true, true, 1},
-    {"AnotherThatBeganAtOnce", Bytes(kOther.begin(), kOther.begin() + 3),
+    {"ADifferentReplyAtOnce", kOther, {}, false},
+    {"ADifferentReplyAfterACopy", Joined({kReply, kOther}), {}, false},
+    {"ADifferentReplyLater", {}, kOther, true, true, 1},
+    {"ADifferentReplyLaterAfterCopies",
+     {},
+     Joined({kReply, kReply, kReply, kOther}),
+     true,
+     true,
+     1},
+    {"ADifferentReplyThatBeganAtOnce", Bytes(kOther.begin(), kOther.begin() + 3),
      Bytes(kOther.begin() + 3, kOther.end()), true, false, 1},
-    {"TwoOthersAreToldOnce", {}, Joined({kOther, kOther}), true, true, 1},
+    {"TwoDifferentRepliesAreReportedOnce", {}, Joined({kOther, kOther}), true, true, 1},
     {"NoiseAtOnce", ToBytes("!A1="), {}, true, false},
     {"NoiseLater", {}, Joined({ToBytes("\x01!A1=\xFF"), Bytes(4096, 'U')})}};
 
 INSTANTIATE_TEST_SUITE_P(SecondReply, SecondReplyTest, ::testing::ValuesIn(kBehind),
                          [](const auto& info) { return info.param.name; });
 
-TEST_F(SecondReplyTest, WhatWasNotTakenHasNoSecond) {
+TEST_F(SecondReplyTest, ARejectedReplyHasNoSecondReply) {
   ASSERT_TRUE(Come({}));
   EXPECT_FALSE(second_.FoundIn(kOther)) << "the reply was refused";
 }
 
-TEST(SecondReply, AnEmptyLineIsNone) {
+TEST(SecondReply, OnlyALineWithoutCharactersIsEmpty) {
   EXPECT_TRUE(IsEmptyLine(ToBytes("\r\n")));
   EXPECT_FALSE(IsEmptyLine(ToBytes("0\r\n")));
 }

@@ -52,7 +52,7 @@ struct Case {
   std::string rest{};
 };
 
-class EarTest : public ::testing::TestWithParam<Case> {
+class UnaskedReceiverTest : public ::testing::TestWithParam<Case> {
  protected:
   static protocols::Standing StandingOf(protocols::FrameRule rule) {
     return {.rule = rule,
@@ -95,7 +95,7 @@ class EarTest : public ::testing::TestWithParam<Case> {
   Bytes rest_;
 };
 
-TEST_P(EarTest, HearsWhatTheTableSays) {
+TEST_P(UnaskedReceiverTest, ReportsTheExpectedMessagesOfEachInput) {
   const Case& one = GetParam();
   Play(one.pieces, one.rule);
   EXPECT_EQ(messages_, one.messages.empty() ? "" : one.messages + " ");
@@ -107,11 +107,11 @@ const std::vector<Case> kCases = {
     {"Whole", Bracketed, {{1s, "<abc>"}}, "<abc>@1000"},
     {"InPieces", Bracketed, {{1s, "<a"}, {1020ms, "b"}, {1040ms, "c>"}}, "<abc>@1040"},
     {"TwoInOneRead", Bracketed, {{1s, "<a><b>"}}, "<a>@1000 <b>@1000"},
-    {"TheSecondIsCut", Bracketed, {{1s, "<a><b"}, {1010ms, ">"}}, "<a>@1000 <b>@1010"},
+    {"SecondMessageInTwoReads", Bracketed, {{1s, "<a><b"}, {1010ms, ">"}}, "<a>@1000 <b>@1010"},
     {"NoiseBetween", Bracketed, {{1s, "xx<a>yy<b>"}}, "<a>@1000 <b>@1000", 2, "xxyy"},
     {"StopsHalfWay", Bracketed, {{1s, "<ab"}, {2s, "<c>"}}, "<c>@2000", 1, "<ab"},
     {"DamagedParts", Bracketed, {{1s, "x"}, {1010ms, "y"}, {1020ms, "z"}}, "", 1, "xyz"},
-    {"AtOnceBehindTheOpening", Bracketed, {{0ms, "c><d>"}}, "<d>@0", 1, "c>"},
+    {"RightAfterTheOpening", Bracketed, {{0ms, "c><d>"}}, "<d>@0", 1, "c>"},
     {"TooLong",
      Bracketed,
      {{1s, "<" + std::string(40, 'a')}, {2s, "<b>"}},
@@ -136,7 +136,7 @@ const std::vector<Case> kCases = {
     {"EndedTwice", Ended, {{1s, "a\rb\r"}}, "a\\r@1000 b\\r@1000"},
     {"EndedOpenedInTheMiddle", Ended, {{10ms, "34\r"}, {20ms, "56\r"}}, "56\\r@20", 1},
     {"EndedOpenedInTheSilence", Ended, {{50ms, "34\r"}}, "34\\r@50"},
-    {"EndedRestOfOneThatBrokeOff",
+    {"EndedRestOfABrokenMessage",
      Ended,
      {{1s, "12"}, {1060ms, "34\r"}, {1070ms, "56\r"}},
      "56\\r@1070",
@@ -159,12 +159,12 @@ const std::vector<Case> kCases = {
      "8@2000",
      1}};
 
-INSTANTIATE_TEST_SUITE_P(UnaskedReceiver, EarTest, ::testing::ValuesIn(kCases),
+INSTANTIATE_TEST_SUITE_P(UnaskedReceiver, UnaskedReceiverTest, ::testing::ValuesIn(kCases),
                          [](const auto& info) { return info.param.name; });
 
-class EarCutTest : public EarTest {};
+class UnaskedReceiverCutTest : public UnaskedReceiverTest {};
 
-TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
+TEST_F(UnaskedReceiverCutTest, AnyTwoCutsGiveTheSameMessages) {
   const std::string stream = "<abc><d>";
   for (std::size_t i = 0; i <= stream.size(); ++i) {
     for (std::size_t j = i; j <= stream.size(); ++j) {
@@ -178,7 +178,7 @@ TEST_F(EarCutTest, AnyTwoCutsGiveTheSame) {
 }
 
 /// "34" comes before the timer that was due earlier is called.
-TEST_F(EarCutTest, ALateTimerJoinsNothing) {
+TEST_F(UnaskedReceiverCutTest, ALateTimerDoesNotJoinMessages) {
   const protocols::Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
   ear.Begin(kOpened);
@@ -188,7 +188,7 @@ TEST_F(EarCutTest, ALateTimerJoinsNothing) {
   EXPECT_EQ(messages_, "12@1000 34@1200 ");
 }
 
-TEST_F(EarCutTest, MemoryIsBounded) {
+TEST_F(UnaskedReceiverCutTest, MemoryIsBounded) {
   const protocols::Standing standing = StandingOf(Ended);
   UnaskedReceiver ear(standing);
   ear.Begin(kOpened);
@@ -259,7 +259,7 @@ class LineUnaskedTest : public ::testing::Test, protected LineClient {
 
 using Said = std::vector<std::string>;
 
-TEST_F(LineUnaskedTest, HearsInIdleAndIsReceivingMeanwhile) {
+TEST_F(LineUnaskedTest, AMessageOnAnIdleLineIsReceived) {
   EXPECT_EQ(line_.Deadline(), std::nullopt) << "silence is no failure";
   Bytes_("<a", 1s);
   EXPECT_FALSE(line_.idle());
@@ -271,7 +271,7 @@ TEST_F(LineUnaskedTest, HearsInIdleAndIsReceivingMeanwhile) {
   EXPECT_EQ(strays_, 0U);
 }
 
-TEST_F(LineUnaskedTest, WhatComesInIdleIsTheSpeakersAndNoStray) {
+TEST_F(LineUnaskedTest, BytesOnAnIdleLineAreNotCountedAsStray) {
   Start(1s);
   Bytes_(reply_, 1030ms);
   ASSERT_EQ(frames_.size(), 1U);
@@ -287,7 +287,7 @@ TEST_F(LineUnaskedTest, AReplyDoesNotGoOnAfterTheProgramWasStopped) {
   EXPECT_EQ(ends_, std::vector{Outcome::partial});
 }
 
-TEST_F(LineUnaskedTest, AMessageThatStopsIsDamagedAndTheLineIsFreeAgain) {
+TEST_F(LineUnaskedTest, AnIncompleteMessageIsDamagedAndFreesTheLine) {
   Bytes_("<a", 1s);
   Timer(1020ms);
   EXPECT_TRUE(line_.idle());
@@ -295,7 +295,7 @@ TEST_F(LineUnaskedTest, AMessageThatStopsIsDamagedAndTheLineIsFreeAgain) {
 }
 
 /// The message begins after each byte of the reply in turn. Both must arrive whole.
-TEST_F(LineUnaskedTest, AMessageInsideAReplyIsTakenOutOfIt) {
+TEST_F(LineUnaskedTest, AMessageInsideAReplyIsRemovedFromTheReply) {
   Duration at = 1s;
   for (std::size_t place = 0; place <= reply_.size(); ++place) {
     said_.clear();
@@ -315,7 +315,7 @@ TEST_F(LineUnaskedTest, AMessageInsideAReplyIsTakenOutOfIt) {
   }
 }
 
-TEST_F(LineUnaskedTest, AMessageIsNoReplyAndTheReplyTimeGoesOn) {
+TEST_F(LineUnaskedTest, AMessageIsNoReplyAndDoesNotEndTheReplyTime) {
   Start(1s);
   Bytes_("<tag>", 1050ms);
   EXPECT_TRUE(ends_.empty());
@@ -325,7 +325,7 @@ TEST_F(LineUnaskedTest, AMessageIsNoReplyAndTheReplyTimeGoesOn) {
   EXPECT_EQ(said_, Said{"<tag>"});
 }
 
-TEST_F(LineUnaskedTest, AMessageAnswersARequestThatAsksForOne) {
+TEST_F(LineUnaskedTest, AMessageAnswersARequestThatExpectsAMessage) {
   Start(1s, protocols::Expectation::Reply::standing);
   Bytes_("<a><b>", 1050ms);
   EXPECT_EQ(ends_, std::vector{Outcome::ok});
@@ -334,7 +334,7 @@ TEST_F(LineUnaskedTest, AMessageAnswersARequestThatAsksForOne) {
   EXPECT_TRUE(line_.idle());
 }
 
-TEST_F(LineUnaskedTest, MessagesInDrainAndBeforeARequestAreHeard) {
+TEST_F(LineUnaskedTest, MessagesInDrainAndQuietAreReceived) {
   Start(1s);
   Timer(1104ms);
   ASSERT_EQ(line_.state(), Line::State::drain);
@@ -354,7 +354,7 @@ TEST_F(LineUnaskedTest, MessagesInDrainAndBeforeARequestAreHeard) {
   EXPECT_EQ(said_, (Said{"<a>", "<b>", "<c>"}));
 }
 
-TEST_F(LineUnaskedTest, BabbleKeepsNobodyFromAskingForEver) {
+TEST_F(LineUnaskedTest, BabbleDelaysARequestNoLongerThanTheCeiling) {
   Duration at = 1s;
   Bytes_("<", at);
   while (!line_.idle() && at < 2s) {
@@ -375,7 +375,7 @@ TEST_F(LineUnaskedTest, BabbleKeepsNobodyFromAskingForEver) {
   EXPECT_LE(at - from, kTimes.ceiling + 3ms);
 }
 
-TEST_F(LineUnaskedTest, ALostPortLosesWhatHasBegun) {
+TEST_F(LineUnaskedTest, ALostPortDropsTheMessageInProgress) {
   Bytes_("<a", 1s);
   Keep(line_.OnClosed());
   EXPECT_EQ(line_.Deadline(), std::nullopt);
@@ -387,7 +387,7 @@ TEST_F(LineUnaskedTest, ALostPortLosesWhatHasBegun) {
 
 // ---------------- Bytes that come while a request is being sent.
 
-TEST(Transmission, KeepsEarlyBytesOnlyWhereCharactersTakeTheirTime) {
+TEST(Transmission, KeepsEarlyBytesOnlyOnAPortThatKeepsItsBitRate) {
   Transmission sent;
   sent.OnOpened(false);
   sent.Begin(kStart, 4ms);
@@ -403,7 +403,7 @@ TEST(Transmission, KeepsEarlyBytesOnlyWhereCharactersTakeTheirTime) {
   EXPECT_FALSE(sent.Keeps(ToBytes("d"))) << "the port only claimed it";
 }
 
-TEST(Transmission, ForgetsTheEarlyBytesOfTheRequestBefore) {
+TEST(Transmission, ForgetsTheEarlyBytesOfThePreviousRequest) {
   Transmission sent;
   sent.OnOpened(true);
   sent.Begin(kStart, 4ms);

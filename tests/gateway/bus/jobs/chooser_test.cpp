@@ -48,12 +48,12 @@ class ChooserTest : public ::testing::Test, protected PollerListener {
   Chooser& chooser_ = line_.chooser;
 };
 
-TEST_F(ChooserTest, NothingWaits) {
+TEST_F(ChooserTest, AnEmptyAgendaHasNoNextJob) {
   EXPECT_EQ(NextAt(0s), nullptr);
   EXPECT_FALSE(chooser_.NextAt({kStart, kStart}));
 }
 
-TEST_F(ChooserTest, APollThatIsDue) {
+TEST_F(ChooserTest, APollIsChosenWhenItIsDue) {
   schedule_.Restart(0, kStart + 1s);
   EXPECT_EQ(chooser_.NextAt({kStart, kStart}), kStart + 1s);
   EXPECT_EQ(NextAt(0s), nullptr);
@@ -64,7 +64,7 @@ TEST_F(ChooserTest, APollThatIsDue) {
   EXPECT_TRUE(job->EffectsOf({Outcome::ok}, kStart).fast_poll->last_of_round);
 }
 
-TEST_F(ChooserTest, AReadBackThatWaitsForALateReplyWakesTheLine) {
+TEST_F(ChooserTest, AReadBackWaitsForALateReplyAndThenWakesTheLine) {
   writes_.AddReadBack({1, 0});
   late_.OnUnknownRequest(b, kStart);
   const Instant until = late_.LateUntil(b);
@@ -97,7 +97,7 @@ TEST_F(ChooserTest, AWriteWaitsForTheLateAnswerOfItsDevice) {
   EXPECT_NE(NextAt(1s), nullptr);
 }
 
-TEST_F(ChooserTest, ADeviceThatIsOfflineIsProbed) {
+TEST_F(ChooserTest, AnOfflineDeviceIsProbed) {
   a.health.OnTask(Outcome::no_reply, kStart);
   const auto job = NextAt(0s);
   ASSERT_NE(job, nullptr);
@@ -118,7 +118,7 @@ TEST_F(ChooserTest, AParkedJobComesBackAtItsTimeUnlessItIsDropped) {
   EXPECT_EQ(NextAt(1s), nullptr);
 }
 
-TEST_F(ChooserTest, OthersWaitForAProbeFromTheMomentTheyAreDue) {
+TEST_F(ChooserTest, WaitingTimeCountsFromTheMomentAJobIsDue) {
   schedule_.Restart(1, kStart + 100ms);
   EXPECT_EQ(chooser_.Waited(kStart, kStart + 300ms), 200ms);
   EXPECT_EQ(chooser_.Waited(kStart, kStart + 50ms), 0ms);
@@ -155,7 +155,7 @@ class RoutedJobsTest : public ::testing::Test {
   const Idle idle_{kStart, kStart};
 };
 
-TEST_F(RoutedJobsTest, AReadBecomesAJobThatHasItsRequest) {
+TEST_F(RoutedJobsTest, ARoutedReadBecomesAJobWithItsRequest) {
   Push(kRead);
   EXPECT_TRUE(jobs_.AnyMayGo(kStart));
   EXPECT_FALSE(jobs_.Waiting().short_write);
@@ -168,7 +168,7 @@ TEST_F(RoutedJobsTest, AReadBecomesAJobThatHasItsRequest) {
   EXPECT_FALSE(jobs_.AnyMayGo(kStart));
 }
 
-TEST_F(RoutedJobsTest, AWriteWaitsForAnEarlierOneToAPointOfTheSameDevice) {
+TEST_F(RoutedJobsTest, ARoutedWriteWaitsForAnEarlierPointWriteToTheSameDevice) {
   PushPointWrite();
   Push(kStop);
   EXPECT_TRUE(jobs_.ShortWriteWaits());
@@ -179,13 +179,13 @@ TEST_F(RoutedJobsTest, AWriteWaitsForAnEarlierOneToAPointOfTheSameDevice) {
   EXPECT_EQ(jobs_.TakeUrgent(kStart)->member->slave, 21);
 }
 
-TEST_F(RoutedJobsTest, AWriteGoesBeforeALaterOneToAPointOfTheSameDevice) {
+TEST_F(RoutedJobsTest, ARoutedWriteGoesBeforeALaterPointWriteToTheSameDevice) {
   Push(kStop);
   PushPointWrite();
   EXPECT_NE(jobs_.TakeUrgent(kStart), nullptr);
 }
 
-TEST_F(RoutedJobsTest, ASlaveThatIsOfflineIsAskedAsItsProbeOnly) {
+TEST_F(RoutedJobsTest, ARequestToAnOfflineSlaveIsSentOnlyAsItsProbe) {
   Member& slave = roster_.SlaveAt(21);
   slave.health.OnTask(Outcome::no_reply, kStart);
   EXPECT_FALSE(jobs_.IsLookedFor(slave, idle_));

@@ -65,21 +65,21 @@ TEST_F(DeviceTrackerTest, NothingIsPolledBeforeThePortOpens) {
   EXPECT_EQ(Due(0s), "aba") << "two queries of a, one of b";
 }
 
-TEST_F(DeviceTrackerTest, AtTheOpeningADeviceOutOfUseIsLeftAlone) {
+TEST_F(DeviceTrackerTest, ADeviceOutOfUseIsNotPolledAfterThePortOpens) {
   tracker_.SetInUse(a, false, false, kStart);
   Open();
   EXPECT_EQ(Due(0s), "b");
 }
 
 /// The reply to a request from before the port was closed may still come.
-TEST_F(DeviceTrackerTest, AtTheOpeningALateReplyKeepsItsDeviceWaitingOnly) {
+TEST_F(DeviceTrackerTest, AfterThePortOpensOnlyTheDeviceWithALateReplyWaits) {
   owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();
   EXPECT_EQ(Due(0s), "b");
   EXPECT_EQ(Due(900ms).substr(0, 1), "a") << "the ceiling is 1 s";
 }
 
-TEST_F(DeviceTrackerTest, AnOfflineDeviceIsNotPolledAndItsValuesAreDoubted) {
+TEST_F(DeviceTrackerTest, AnOfflineDeviceIsNotPolledAndItsValuesAreNotGood) {
   Open();
   Read(a);
   Read(b);
@@ -91,7 +91,7 @@ TEST_F(DeviceTrackerTest, AnOfflineDeviceIsNotPolledAndItsValuesAreDoubted) {
   EXPECT_EQ(QualityOf(b), Quality::good);
 }
 
-TEST_F(DeviceTrackerTest, WhoIsBackIsPolledAtOnce) {
+TEST_F(DeviceTrackerTest, AReturningDeviceIsPolledAtOnce) {
   Open();
   GoOffline();
   Due(3s);
@@ -100,7 +100,7 @@ TEST_F(DeviceTrackerTest, WhoIsBackIsPolledAtOnce) {
   EXPECT_EQ(Due(3100ms), "aa");
 }
 
-TEST_F(DeviceTrackerTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
+TEST_F(DeviceTrackerTest, ADeviceTakenIntoUseIsPolledAndItsOldValuesAreNotGood) {
   Open();
   Read(a);
   Due(0s);
@@ -112,7 +112,7 @@ TEST_F(DeviceTrackerTest, TakenIntoUseADeviceIsPolledAndHasToSayItsValuesAnew) {
 }
 
 /// The request was sent before the device was taken out of use.
-TEST_F(DeviceTrackerTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
+TEST_F(DeviceTrackerTest, ADeviceOutOfUseIsNotPolledWhateverItsLastReply) {
   const protocols::Task poll;
   const protocols::Request request = AskFor("?A1\r");
   Open();
@@ -127,7 +127,7 @@ TEST_F(DeviceTrackerTest, OutOfUseADeviceIsNotPolledWhateverItsLastReplySays) {
   EXPECT_EQ(Due(2s), "b") << "it tells another name";
 }
 
-TEST_F(DeviceTrackerTest, WhoCannotBeToldApartOnTheWireWaitsToo) {
+TEST_F(DeviceTrackerTest, EntriesOfTheSameSenderWaitTogether) {
   Open();
   a.sender = b.sender = ToBytes("A");
   owed_.late_replies.OnClosed(a, kStart);

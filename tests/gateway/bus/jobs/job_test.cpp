@@ -55,7 +55,7 @@ TEST_F(JobTest, WritesTheirReadBacksAndShortRoutedWritesAreUrgent) {
   EXPECT_FALSE(ProbeJob(a, kStart).is_urgent());
 }
 
-TEST_F(JobTest, APollKeepsItsPointsWhenItsDeviceIsPlannedAgain) {
+TEST_F(JobTest, APollFollowsItsPointsWhenTheQueriesAreReplanned) {
   PollJob poll(a, {.query = 1}, kStart);
   poll.FollowPlan();
   EXPECT_EQ(poll.task.query, 1U) << "nothing has changed";
@@ -84,27 +84,29 @@ TEST_F(JobTest, AWriteIsNotSentFromItsDeadlineOn) {
   EXPECT_TRUE(write->WhyNotSend(kStart));
 }
 
-TEST_F(JobTest, OneExchangeServesWhoWaitsLongestForIt) {
+TEST_F(JobTest, ASharedRequestMayStartUntilItsLatestDeadline) {
   const auto job =
       Routed({Request("03 00 00 00 01", kStart + 1s), Request("03 00 00 00 01", kStart + 3s)});
   EXPECT_EQ(job->LatestStart(), kStart + 3s);
 }
 
-TEST_F(JobTest, WhatNobodyWaitsForIsNotSent) { EXPECT_TRUE(Routed({})->WhyNotSend(kStart)); }
+TEST_F(JobTest, ARoutedRequestWithoutWaitingClientsIsNotSent) {
+  EXPECT_TRUE(Routed({})->WhyNotSend(kStart));
+}
 
-TEST_F(JobTest, WhatEndsWhatWasBegunIsSentInAnyCase) {
+TEST_F(JobTest, AClosingRequestIsSentAfterTheDeadline) {
   const auto write = Write(Until(kStart));
   write->step.request.closes = true;
   EXPECT_FALSE(write->WhyNotSend(kStart + 1h));
 }
 
-TEST_F(JobTest, ADisabledDeviceIsAskedByRoutesOnly) {
+TEST_F(JobTest, ADisabledDeviceAcceptsRoutedRequestsButNoPolls) {
   a.in_use = false;
   EXPECT_EQ(Poll()->WhyNotSend(kStart)->why, "the device is disabled");
   EXPECT_FALSE(Routed({Request("03 00 00 00 01", kStart + 1s)})->WhyNotSend(kStart));
 }
 
-TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
+TEST_F(JobTest, AnAbandonedWriteIsSentOnlyIfItHasBegun) {
   WriteCommand command = Until(kStart + 1s);
   command.abandoned = std::make_shared<std::atomic<bool>>(true);
   EXPECT_EQ(Write(command)->WhyNotSend(kStart)->why, "its client has left");
@@ -112,7 +114,7 @@ TEST_F(JobTest, AWriteWhoseClientHasLeftIsNotBegunButEnded) {
   EXPECT_FALSE(Write(command)->WhyNotSend(kStart)) << "it has been sent";
 }
 
-TEST_F(JobTest, TheGoalOfAProbeIsWhatWaitsBehindIt) {
+TEST_F(JobTest, TheGoalOfAProbeIsTheJobThatWaitsForIt) {
   ProbeJob probe(a, kStart);
   EXPECT_EQ(&probe.goal(), &probe);
   EXPECT_TRUE(probe.asked().lone_probe);
@@ -141,7 +143,7 @@ class JobEndTest : public JobTest {
   }
 };
 
-TEST_F(JobEndTest, OfAPoll) {
+TEST_F(JobEndTest, TheEndOfAPollDependsOnItsGroupAndOutcome) {
   struct Row {
     const char* what;
     config::Group group;
@@ -172,7 +174,7 @@ TEST_F(JobEndTest, OfAPoll) {
   }
 }
 
-TEST_F(JobEndTest, AMuteJobSaysNothingOfItsMemberOrItsQuery) {
+TEST_F(JobEndTest, AMuteJobJudgesNeitherItsMemberNorItsQuery) {
   const auto job = Poll();
   job->judges_member = false;
   const EndEffects effects = End(*job, Outcome::no_reply);
@@ -181,14 +183,14 @@ TEST_F(JobEndTest, AMuteJobSaysNothingOfItsMemberOrItsQuery) {
   EXPECT_TRUE(effects.fast_poll) << "its round goes on";
 }
 
-TEST_F(JobEndTest, OfAReadBack) {
+TEST_F(JobEndTest, AFailedReadBackMakesItsPointsDoubtful) {
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).doubt.empty());
   EXPECT_EQ(EndOfReadBack(Outcome::no_reply).doubt, std::vector<std::size_t>{0});
   EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
 /// Another query may have its number now, so the points that were read are not known.
-TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
+TEST_F(JobEndTest, AReadWhoseQueryIsGoneIsRepeated) {
   EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
   const auto once = Poll(config::Group::once);
@@ -196,7 +198,7 @@ TEST_F(JobEndTest, OfAReadWhoseQueryIsGone) {
   EXPECT_EQ(End(*once, Outcome::ok).repeat->group, config::Group::once);
 }
 
-TEST_F(JobEndTest, OfABackgroundTask) {
+TEST_F(JobEndTest, ABackgroundTaskReportsItsDurationAndWhetherItWasSent) {
   const auto end = [this](Outcome outcome) {
     BackgroundJob job(a, kStart);
     return End(job, outcome).background;
@@ -208,7 +210,7 @@ TEST_F(JobEndTest, OfABackgroundTask) {
   EXPECT_FALSE(End(events, Outcome::ok).background);
 }
 
-TEST_F(JobEndTest, OfAWrite) {
+TEST_F(JobEndTest, TheEndOfAWriteDependsOnItsProgressAndOutcome) {
   struct Row {
     const char* what;
     std::size_t points;  // points in the command
@@ -261,7 +263,7 @@ struct Told : WriteJob {
 };
 
 /// The first step was sent and may have written.
-TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
+TEST_F(JobEndTest, AWriteWithoutANextRequestEndsUnknownUnlessRefused) {
   const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
       {std::nullopt, WriteEnd::unknown},
       {JobEnd{Outcome::ok}, WriteEnd::unknown},
@@ -281,7 +283,7 @@ TEST_F(JobEndTest, OfAWriteWhoseNextStepCannotBeAsked) {
   }
 }
 
-TEST_F(JobEndTest, OfARoutedRequest) {
+TEST_F(JobEndTest, ARoutedRequestAnswersEachOfItsClients) {
   const auto end = [this](const std::string& pdu, Outcome outcome) {
     RoutedRequest request = Request(pdu, {});
     request.arrived = kStart - 30ms;

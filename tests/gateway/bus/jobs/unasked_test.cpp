@@ -91,7 +91,7 @@ class SpeakerTest : public ::testing::Test {
   std::optional<Speaker> speaker_;
 };
 
-TEST_F(SpeakerTest, WhoSpeaks) {
+TEST_F(SpeakerTest, TheDeviceThatSendsUnaskedIsFound) {
   EXPECT_EQ(speaker().device(), &roster().device(1));
   EXPECT_NE(speaker().standing(), nullptr);
   EXPECT_TRUE(speaker().in_use());
@@ -99,7 +99,7 @@ TEST_F(SpeakerTest, WhoSpeaks) {
   EXPECT_FALSE(speaker().in_use());
 }
 
-TEST_F(SpeakerTest, OnMostLinesNobodyDoes) {
+TEST_F(SpeakerTest, ALineWithoutAnUnaskedSenderHasNoSpeaker) {
   line_.devices[1].protocol = "toy";
   EXPECT_EQ(speaker().device(), nullptr);
   EXPECT_EQ(speaker().standing(), nullptr);
@@ -109,7 +109,7 @@ TEST_F(SpeakerTest, OnMostLinesNobodyDoes) {
   EXPECT_FALSE(speaker().drained());
 }
 
-TEST_F(SpeakerTest, WhatAMessageSays) {
+TEST_F(SpeakerTest, AMessageYieldsItsSamplesAndEvents) {
   struct Row {
     const char* text;
     Outcome outcome;
@@ -140,7 +140,7 @@ TEST_F(SpeakerTest, WhatAMessageSays) {
   }
 }
 
-TEST_F(SpeakerTest, WhatFollowsItsSilence) {
+TEST_F(SpeakerTest, TwoSecondsOfSilenceYieldASample) {
   EXPECT_FALSE(speaker().OnTimer(kNow));
   Say("7");
   EXPECT_EQ(speaker().DueAt(), kNow.instant + 2s);
@@ -154,14 +154,14 @@ TEST_F(SpeakerTest, WhatFollowsItsSilence) {
   EXPECT_FALSE(speaker().OnTimer(due));
 }
 
-TEST_F(SpeakerTest, OutOfUseNothingFollows) {
+TEST_F(SpeakerTest, ADeviceOutOfUseYieldsNoSampleAfterSilence) {
   Say("7");
   roster().device(1).in_use = false;
   EXPECT_EQ(speaker().DueAt(), std::nullopt);
   EXPECT_FALSE(speaker().OnTimer({kNow.instant + 2s, kNow.wall + 2s}));
 }
 
-TEST_F(SpeakerTest, ItIsDrainedWhenAllIsKept) {
+TEST_F(SpeakerTest, TheSpeakerIsDrainedWhenAllEventsAreStored) {
   EXPECT_TRUE(speaker().drained());
   Say("E");
   Say("7");
@@ -173,7 +173,7 @@ TEST_F(SpeakerTest, ItIsDrainedWhenAllIsKept) {
   EXPECT_TRUE(speaker().drained());
 }
 
-TEST_F(SpeakerTest, WhatDoesNotFitIsLostAndToldWithTheNextThatDoes) {
+TEST_F(SpeakerTest, EventsBeyondTheBacklogAreLostAndCountedInTheNextBatch) {
   for (std::size_t i = 0; i < EventBacklog::kMost; ++i) ASSERT_TRUE(Say("E").events);
   struct Row {
     const char* text;

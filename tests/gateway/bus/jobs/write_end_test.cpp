@@ -9,7 +9,7 @@ namespace {
 
 using config::Type;
 
-TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
+TEST(WriteEndOf, AFailedWriteIsUnknownIfItWasSentElseNotSent) {
   for (const Outcome outcome : {Outcome::no_reply, Outcome::partial, Outcome::corrupt,
                                 Outcome::unexpected, Outcome::line_down}) {
     EXPECT_EQ(WriteEndOf(outcome, true), WriteEnd::unknown) << Name(outcome);
@@ -25,7 +25,7 @@ TEST(WriteEndOf, WhatWasSentIsUnknownAndWhatWasNotIsNot) {
 }
 
 /// Example: an analog output refuses a value beyond its range, but has moved to its limit.
-TEST(WriteEndOf, ARefusalOfADeviceThatMayHaveActedLeavesItUnknown) {
+TEST(WriteEndOf, ARefusalOfADeviceThatMayHaveActedIsUnknown) {
   EXPECT_EQ(WriteEndOf(Outcome::refused, true, true), WriteEnd::unknown);
   EXPECT_EQ(WriteEndOf(Outcome::ok, true, true), WriteEnd::ok);
 }
@@ -56,7 +56,7 @@ class Verdicts : public ::testing::Test {
   WriteQueue::Confirmed confirmed_;
 };
 
-TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
+TEST_F(Verdicts, OnlyAGoodReadingAfterTheWriteDecides) {
   EXPECT_TRUE(Of(0).lost) << "never read";
   Show(1.0, 0s);
   EXPECT_EQ(Of(0).result.end, WriteEnd::ok) << "from before";
@@ -72,7 +72,7 @@ TEST_F(Verdicts, OnlyAGoodReadingFromAfterwardsDecides) {
 }
 
 /// An output that slews, or a device that limits the value: the write neither succeeded nor failed.
-TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
+TEST_F(Verdicts, AValueBetweenOldAndNewIsOkButNotReadBack) {
   Show(3.0, 1s);
   const ReadBackVerdict verdict = Of(0);
   EXPECT_EQ(verdict.result.end, WriteEnd::ok);
@@ -82,7 +82,7 @@ TEST_F(Verdicts, AValueBetweenIsNotReadBack) {
 }
 
 /// The point is a command such as "reset": nothing can be read back, so nothing is lost.
-TEST_F(Verdicts, APointThatIsOnlyWrittenMissesNothing) {
+TEST_F(Verdicts, AWriteOnlyPointIsOkWithoutAReadBack) {
   EXPECT_EQ(Of(1).result.end, WriteEnd::ok);
   EXPECT_FALSE(Of(1).result.read_back);
   EXPECT_FALSE(Of(1).lost);
@@ -99,7 +99,7 @@ struct Case {
 
 constexpr std::int64_t I(int value) { return value; }
 
-TEST(Comparison, Table) {
+TEST(Comparison, ComparesTheReadBackWithTheWrittenValue) {
   const Case cases[] = {
       {"the same", Type::float32, 0.0, 30.3, 30.3, Comparison::written},
       {"as a float32", Type::float32, 0.0, 30.3, static_cast<double>(30.3F), Comparison::written},
@@ -132,7 +132,7 @@ TEST(Comparison, Table) {
   }
 }
 
-TEST(Comparison, ADeviceRoundsToItsStepAndDecimals) {
+TEST(Comparison, AValueRoundedToTheStepOrDecimalsCountsAsWritten) {
   config::Point point;
   point.type = Type::float32;
   const PointWrite write{0, 0.123, 5.0, 0.123};
@@ -146,7 +146,7 @@ TEST(Comparison, ADeviceRoundsToItsStepAndDecimals) {
 }
 
 /// Decimals count in units of the device: with a scale of 400 A, two decimals are steps of 4 A.
-TEST(Comparison, DecimalsAreTheDevices) {
+TEST(Comparison, DecimalsApplyToTheUnscaledValue) {
   config::Point point;
   point.type = Type::float32;
   point.scale = 400;
@@ -157,7 +157,7 @@ TEST(Comparison, DecimalsAreTheDevices) {
 }
 
 /// With a scale of 0.1, the value 25 is written as 250, and the point shows 25 again.
-TEST(Comparison, InUnitsOfTheValue) {
+TEST(Comparison, IntegersAreComparedInScaledUnits) {
   config::Point point;
   point.type = Type::int16;
   point.scale = 0.1;

@@ -44,12 +44,12 @@ void ExpectRefused(const config::Point& point, Value raw) {
   EXPECT_FALSE(HasValue(sample.value)) << ToText(sample.value);
 }
 
-TEST(ToSample, ScaleAndOffset) {
+TEST(ToSample, ScaleAndOffsetAreApplied) {
   ExpectGood(PointOf(Type::float64, 0.5, 10), std::int64_t{4}, 12.0);
   ExpectGood(PointOf(Type::int16, 10, -1), 5.04, std::int64_t{49});
 }
 
-TEST(ToSample, EveryIntegerTypeKeepsItsRange) {
+TEST(ToSample, EveryIntegerTypeRefusesValuesOutOfItsRange) {
   struct Case {
     Type type;
     double low;
@@ -92,7 +92,7 @@ TEST(ToSample, SixtyFourBitsAreExactWhenScaled) {
             Value(std::int64_t{9007199254740993}));
 }
 
-TEST(ToSample, SentinelsMeetWholeNumbersExactly) {
+TEST(ToSample, SentinelsMatchWholeNumbersExactly) {
   config::Point point = PointOf(Type::uint64);
   point.sentinels = {{kMaxU64, Quality::bad_sensor_failure}};
   EXPECT_EQ(Converted(point, kMaxU64).quality,
@@ -100,14 +100,14 @@ TEST(ToSample, SentinelsMeetWholeNumbersExactly) {
   ExpectGood(point, kMaxU64 - 1, kMaxU64 - 1);
 }
 
-TEST(ToSample, DecimalsAreWhatAPersonComputes) {
+TEST(ToSample, ScalingGivesTheExactDecimalResult) {
   ExpectGood(PointOf(Type::float64, 400), 0.57, 228.0);
   ExpectGood(PointOf(Type::float64, 0.1), std::int64_t{53}, 5.3);
   ExpectGood(PointOf(Type::float32, 0.001), static_cast<double>(1.1F), 0.0011);
   EXPECT_EQ(*ToRaw(PointOf(Type::float64, 400), Value(228.0)), Value(0.57));
 }
 
-TEST(ToSample, ATextThatDoesNotFitIsNotCut) {
+TEST(ToSample, ATextThatIsTooLongIsRefused) {
   ExpectGood(PointOf(Type::string), std::string("12345678"), std::string("12345678"));
   ExpectRefused(PointOf(Type::string), std::string("123456789"));
   EXPECT_EQ(Converted(PointOf(Type::string), std::string("123456789")).quality,
@@ -130,7 +130,7 @@ TEST(ToSample, FloatsMustBeFiniteAndInRange) {
   ExpectRefused(PointOf(Type::float64, 1e300), 1e300);
 }
 
-TEST(Conversion, AFloat32IsTheDecimalThatItStandsFor) {
+TEST(Conversion, AFloat32IsShownAsItsShortestDecimal) {
   ExpectGood(PointOf(Type::float32), static_cast<double>(5.3F), 5.3);
   ExpectGood(PointOf(Type::float32), static_cast<double>(-0.3F), -0.3);
   ExpectGood(PointOf(Type::float32), 123456792.0, 123456792.0);  // not 123456790
@@ -139,7 +139,7 @@ TEST(Conversion, AFloat32IsTheDecimalThatItStandsFor) {
   EXPECT_EQ(AsDecimal(1e300), 1e300);
 }
 
-TEST(ToSample, NoTypeTakesWhatIsNoNumber) {
+TEST(ToSample, NoNumericTypeAcceptsNanInfinityOrText) {
   for (const Type type : {Type::boolean, Type::int16, Type::uint16, Type::int32, Type::uint32,
                           Type::int64, Type::uint64, Type::float32, Type::float64}) {
     for (const double scale : {1.0, 0.1, -2.0}) {
@@ -162,7 +162,7 @@ TEST(ToSample, SentinelsAreComparedWithTheRawValue) {
   ExpectGood(point, 9990.0, 999.0);
 }
 
-TEST(ToSample, SentinelsMeetNumbersAsTheyAreShown) {
+TEST(ToSample, SentinelsMatchNumbersAsTheyAreShown) {
   struct Case {
     const char* sentinel;
     Value raw;
@@ -196,7 +196,7 @@ TEST(ToSample, SentinelsMeetNumbersAsTheyAreShown) {
   }
 }
 
-TEST(ToSample, AFloat32HasTheValueOfItsRegisters) {
+TEST(ToSample, AFloat32PointRoundsItsValueToFloat32) {
   ExpectGood(PointOf(Type::float32), std::int64_t{16777217}, 16777216.0);
   ExpectGood(PointOf(Type::float32), std::uint64_t{4294967295}, 4294967296.0);
   ExpectGood(PointOf(Type::float32, 0.001), std::int64_t{123456789}, 123456.79);
@@ -231,7 +231,7 @@ TEST(ToSample, AReadingBeyondMinAndMaxIsNotGood) {
 }
 
 /// min and max limit what this gateway writes. A person at the device may have set more.
-TEST(ToSample, AReadingOfWhatIsWrittenMayLieOutside) {
+TEST(ToSample, AReadingOfAWritablePointMayLieOutsideMinAndMax) {
   config::Point point = PointOf(Type::uint16);
   point.access = config::Access::read_write;
   point.writing.max = 4;
@@ -244,13 +244,13 @@ TEST(ToSample, AReadingWithoutValueIsNeverGood) {
             Quality::bad_sensor_failure);
 }
 
-TEST(ToSample, TheQualityOfTheDeviceStays) {
+TEST(ToSample, AnUncertainQualityOfTheDeviceIsPreserved) {
   const Sample sample = Converted(PointOf(Type::float32), 1.5, Quality::uncertain_sub_normal);
   EXPECT_EQ(sample.quality, Quality::uncertain_sub_normal);
   EXPECT_EQ(sample.value, Value(1.5));
 }
 
-TEST(ToRaw, TakesScaleAndOffsetOut) {
+TEST(ToRaw, RemovesScaleAndOffset) {
   EXPECT_EQ(*ToRaw(PointOf(Type::float64, 0.5, 10), 12.0), Value(4.0));
   EXPECT_EQ(*ToRaw(PointOf(Type::uint16, 0.1), std::int64_t{25}), Value(std::int64_t{250}));
   EXPECT_EQ(*ToRaw(PointOf(Type::uint64), kMaxU64), Value(kMaxU64)) << "exact";
@@ -258,7 +258,7 @@ TEST(ToRaw, TakesScaleAndOffsetOut) {
   EXPECT_EQ(*ToRaw(PointOf(Type::string), std::string("abc")), Value(std::string("abc")));
 }
 
-TEST(ToRaw, RefusesWhatTheDeviceCouldOnlyMisunderstand) {
+TEST(ToRaw, RefusesValuesThatDoNotFitTheType) {
   EXPECT_FALSE(ToRaw(PointOf(Type::float32), kNan));
   EXPECT_FALSE(ToRaw(PointOf(Type::float32, 2), kInfinity));
   EXPECT_FALSE(ToRaw(PointOf(Type::float32), 1e39));
@@ -282,7 +282,7 @@ TEST(ToRaw, RoundTripThroughTheDevice) {
   }
 }
 
-TEST(EightBits, AndTimesOfDayHaveTheirRange) {
+TEST(EightBits, IntegersAndTimesOfDayAreRangeChecked) {
   ExpectGood(PointOf(Type::int8), std::int64_t{-128}, std::int64_t{-128});
   ExpectGood(PointOf(Type::uint8), std::int64_t{255}, std::int64_t{255});
   EXPECT_EQ(Converted(PointOf(Type::int8), std::int64_t{128}).quality,

@@ -25,7 +25,7 @@ Findings After(std::initializer_list<baudgate::Symptom> symptoms) {
   return findings;
 }
 
-TEST(Findings, OutagesAreToldFromSingleLosses) {
+TEST(Findings, OutagesAreDistinguishedFromSingleLosses) {
   const Findings losses = After({silence, clean, clean, damaged, clean, silence});
   EXPECT_EQ(losses.Runs(), 3U);
   EXPECT_EQ(losses.LongestRun(), 1U);
@@ -35,7 +35,7 @@ TEST(Findings, OutagesAreToldFromSingleLosses) {
   EXPECT_EQ(After({clean, refusal, copies}).Runs(), 0U);
 }
 
-TEST(Findings, WhatComesLaterChangesAnEarlierOne) {
+TEST(Findings, ALaterObservationAmendsAnEarlierFinding) {
   Findings findings = After({tail_lost, clean, clean});
   findings.Amend({.symptom = split, .time = 400ms}, 2);
   EXPECT_EQ(findings.Count(tail_lost), 0U);
@@ -45,7 +45,7 @@ TEST(Findings, WhatComesLaterChangesAnEarlierOne) {
   EXPECT_EQ(findings.Count(late), 0U) << "that one is not kept any more";
 }
 
-TEST(Findings, BytesThatAreAlwaysTheSame) {
+TEST(Findings, RecurringEqualBytesAreCounted) {
   Findings findings;
   for (int i = 0; i < 5; ++i) findings.Add({.symptom = few_beside, .cause = "10 02 ..."});
   findings.Add({.symptom = clean});
@@ -55,7 +55,7 @@ TEST(Findings, BytesThatAreAlwaysTheSame) {
   EXPECT_EQ(findings.SameAround(), 1U);
 }
 
-TEST(Findings, CharactersWithoutTheirEighthBit) {
+TEST(Findings, DamagedCharactersWithoutAnEighthBitAreDetected) {
   Findings findings;
   EXPECT_FALSE(findings.specials().IsSevenBit()) << "nothing has come";
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte | kOddByte});
@@ -64,7 +64,7 @@ TEST(Findings, CharactersWithoutTheirEighthBit) {
   EXPECT_FALSE(findings.specials().IsSevenBit());
 }
 
-TEST(Findings, CharactersOfOneParity) {
+TEST(Findings, DamagedCharactersOfOneParityAreDetected) {
   constexpr std::uint8_t kMark = 0x10;
   Findings findings;
   findings.Add({.symptom = bad_check, .bytes = 7, .specials = kEvenByte});
@@ -76,7 +76,7 @@ TEST(Findings, CharactersOfOneParity) {
   EXPECT_FALSE(findings.specials().IsOneParity());
 }
 
-TEST(Findings, SilenceBehindAShortPauseOnly) {
+TEST(Findings, SilenceOnlyAfterShortPausesIsDetected) {
   Findings findings;
   findings.Add({.symptom = silence, .idle = 90ms});
   EXPECT_EQ(findings.ShortPause(), Duration()) << "nothing was ever answered";
@@ -88,7 +88,7 @@ TEST(Findings, SilenceBehindAShortPauseOnly) {
 }
 
 /// Example: a serial server with a smaller buffer has been put in between.
-TEST(Findings, LongRepliesThatComeDamagedSinceLaterAreKnown) {
+TEST(Findings, LongRepliesThatBecomeDamagedAreDetected) {
   Findings findings;
   const Finding whole{.symptom = clean, .bytes = 49, .expected = 49};
   const Finding cut{.symptom = tail_lost, .bytes = 32, .expected = 49};
@@ -106,7 +106,7 @@ TEST(Findings, LongRepliesThatComeDamagedSinceLaterAreKnown) {
   EXPECT_EQ(findings.lengths().damaged().count, 0U);
 }
 
-TEST(Findings, AShortRefusalIsNoLongReply) {
+TEST(Findings, AShortRefusalDoesNotCountAsALongReply) {
   Findings findings;
   findings.Add({.symptom = clean, .bytes = 4, .expected = 8});
   EXPECT_EQ(findings.lengths().longest_good(), 4U);
@@ -146,7 +146,7 @@ std::string Repeated(std::string_view part, int times) {
   return text;
 }
 
-TEST(FailureRuns, StandBetweenAnswers) {
+TEST(FailureRuns, AreSeparatedByAnswers) {
   const struct {
     std::string exchanges;
     std::string runs;
@@ -165,7 +165,7 @@ TEST(FailureRuns, StandBetweenAnswers) {
     EXPECT_EQ(ShownRuns(After(row.exchanges)), row.runs) << row.exchanges;
 }
 
-TEST(FailureRuns, KnowTheirTimes) {
+TEST(FailureRuns, RecordTheTimesOfTheirFailuresAndTheAnswersAround) {
   const FailureRuns::Run run = After("ooxxxo").runs().front();
   EXPECT_EQ(run.before, kFirst + 2s);
   EXPECT_EQ(run.first, kFirst + 3s);
@@ -216,7 +216,7 @@ TEST(RoundTrips, ExtremesStayInTheTable) {
   EXPECT_GE(trips.Percentile(1), 1min);
 }
 
-TEST(Names, AreThePublishedOnes) {
+TEST(Names, OutcomesAndStatesKeepTheirPublishedNames) {
   EXPECT_EQ(Name(Outcome::none), "none");
   EXPECT_EQ(Name(Outcome::unexpected), "unexpected");
   EXPECT_EQ(Name(Outcome::line_down), "line_down");
@@ -227,7 +227,7 @@ TEST(Names, AreThePublishedOnes) {
 
 // ---------------- The last hour of a device in counts per minute. Older minutes are forgotten.
 
-TEST(LastHour, ForgetsWhatIsOlder) {
+TEST(LastHour, ForgetsMinutesOlderThanAnHour) {
   LastHour hour;
   const Instant start = Instant() + 100h;
   for (int minute = 0; minute < 90; ++minute) {
@@ -245,7 +245,7 @@ TEST(LastHour, ForgetsWhatIsOlder) {
   EXPECT_DOUBLE_EQ(Availability({}), 1);
 }
 
-TEST(LastHour, HasEachOfItsMinutes) {
+TEST(LastHour, ReturnsEachMinuteOfTheHour) {
   LastHour hour;
   const Instant start = Instant() + 100h;
   hour.At(start).up = 60s;

@@ -47,7 +47,7 @@ class JumpCheckTest : public ::testing::Test {
   std::optional<JumpCheck> check_;
 };
 
-TEST_F(JumpCheckTest, TheFirstReadingWaitsForASecondOne) {
+TEST_F(JumpCheckTest, TheFirstReadingNeedsASecondReading) {
   Use(PointOf(Recheck::jump));
   EXPECT_EQ(Read(20.0), "- again doubt");
   EXPECT_EQ(Read(20.1), "counts");
@@ -55,7 +55,7 @@ TEST_F(JumpCheckTest, TheFirstReadingWaitsForASecondOne) {
 }
 
 /// Example: a balance reports in another bit of the same reply that its weight is not stable.
-TEST_F(JumpCheckTest, WhatTheDeviceItselfSaysToChangeIsNoDamage) {
+TEST_F(JumpCheckTest, AChangeDuringAnUncertainReadingIsNotDamage) {
   Use(PointOf(Recheck::jump, Type::boolean));
   const auto read = [this](bool stable, bool certain) {
     std::vector<Sample> samples = {{0, stable, Quality::good}};
@@ -72,7 +72,7 @@ TEST_F(JumpCheckTest, WhatTheDeviceItselfSaysToChangeIsNoDamage) {
   EXPECT_TRUE(read(true, true));
 }
 
-TEST_F(JumpCheckTest, AReadingThatReallyChangesIsNoDamage) {
+TEST_F(JumpCheckTest, OnlyAJumpThatReturnsIsUnconfirmed) {
   Use(PointOf(Recheck::jump));
   const auto unconfirmed = [this](double value) {
     std::vector<Sample> samples = {{0, value, Quality::good}};
@@ -85,7 +85,7 @@ TEST_F(JumpCheckTest, AReadingThatReallyChangesIsNoDamage) {
   EXPECT_TRUE(unconfirmed(75.0)) << "it is back";
 }
 
-TEST_F(JumpCheckTest, ATenthOfTheRangeWhereThatIsGiven) {
+TEST_F(JumpCheckTest, TheThresholdIsATenthOfAConfiguredRange) {
   config::Point point = PointOf(Recheck::jump);
   point.writing.min = -100;
   point.writing.max = 100;
@@ -95,7 +95,7 @@ TEST_F(JumpCheckTest, ATenthOfTheRangeWhereThatIsGiven) {
   EXPECT_EQ(Read(40.0), "- again doubt");
 }
 
-TEST_F(JumpCheckTest, DamageIsNeverSeen) {
+TEST_F(JumpCheckTest, ADamagedReadingIsNeverShown) {
   Use(PointOf(Recheck::jump));
   Read(20.0), Read(20.0);
   EXPECT_EQ(Read(84.5), "- again doubt");
@@ -112,7 +112,7 @@ TEST_F(JumpCheckTest, ATrueJumpCountsAtTheSecondReading) {
   EXPECT_EQ(Read(84.5), "counts");
 }
 
-TEST_F(JumpCheckTest, OfThreeThatDisagreeTheLastCountsUncertain) {
+TEST_F(JumpCheckTest, TheLastOfThreeDisagreeingReadingsIsUncertain) {
   Use(PointOf(Recheck::jump));
   Read(84.4), Read(84.4);
   EXPECT_EQ(Read(12.0), "- again doubt");
@@ -123,7 +123,7 @@ TEST_F(JumpCheckTest, OfThreeThatDisagreeTheLastCountsUncertain) {
   EXPECT_EQ(Read(60.0), "- again doubt");
 }
 
-TEST_F(JumpCheckTest, TheJumpOfThePoint) {
+TEST_F(JumpCheckTest, TheConfiguredJumpOfThePointIsTheThreshold) {
   config::Point point = PointOf(Recheck::jump);
   point.jump = 5;
   Use(point);
@@ -132,7 +132,7 @@ TEST_F(JumpCheckTest, TheJumpOfThePoint) {
   EXPECT_EQ(Read(30.1), "- again doubt");
 }
 
-TEST_F(JumpCheckTest, WithoutItTheLargestValueEverSeenSetsAFloor) {
+TEST_F(JumpCheckTest, TheLargestValueSeenSetsTheMinimumThreshold) {
   Use(PointOf(Recheck::jump));
   Read(400.0), Read(400.0);
   EXPECT_EQ(Read(0.0), "- again doubt");
@@ -152,7 +152,7 @@ TEST_F(JumpCheckTest, BitsAndTextsJumpWithEveryChange) {
   EXPECT_EQ(Read(std::string("7017")), "counts");
 }
 
-TEST_F(JumpCheckTest, AlwaysMeansTwoReadingsEachTime) {
+TEST_F(JumpCheckTest, AlwaysModeNeedsTwoReadingsEachTime) {
   Use(PointOf(Recheck::always));
   EXPECT_EQ(Read(20.0), "- again doubt");
   EXPECT_EQ(Read(20.0), "counts");
@@ -161,7 +161,7 @@ TEST_F(JumpCheckTest, AlwaysMeansTwoReadingsEachTime) {
   EXPECT_EQ(Read(20.1), "- again");
 }
 
-TEST_F(JumpCheckTest, OffAndFaultsCountAtOnce) {
+TEST_F(JumpCheckTest, UncheckedAndFaultyReadingsCountAtOnce) {
   Use(PointOf(Recheck::off));
   EXPECT_EQ(Read(20.0), "counts");
   EXPECT_EQ(Read(9000.0), "counts");
@@ -172,7 +172,7 @@ TEST_F(JumpCheckTest, OffAndFaultsCountAtOnce) {
   EXPECT_EQ(Read(20.0), "counts") << "as before the fault";
 }
 
-TEST_F(JumpCheckTest, WhatHasBeenWrittenIsTheFirstOfTwo) {
+TEST_F(JumpCheckTest, AWrittenValueCountsAsTheFirstReading) {
   Use(PointOf(Recheck::jump, Type::boolean));
   Read(false), Read(false);
   check_->OnWritten(0, true);

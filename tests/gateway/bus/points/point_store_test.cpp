@@ -76,7 +76,7 @@ class PointStoreTest : public ::testing::Test {
 
 using Points = std::vector<std::uint32_t>;
 
-TEST_F(PointStoreTest, PointsAreBornWaiting) {
+TEST_F(PointStoreTest, PointsStartWithTheQualityWaiting) {
   EXPECT_EQ(QualityAfter(kFast, 0s), Quality::bad_waiting);
   EXPECT_EQ(QualityAfter(kFast, 0s, 1), Quality::bad_out_of_service);
   store_.Read(0, [](const DeviceRecord& record) {
@@ -85,7 +85,7 @@ TEST_F(PointStoreTest, PointsAreBornWaiting) {
   });
 }
 
-TEST_F(PointStoreTest, PrecedenceOfQualities) {
+TEST_F(PointStoreTest, OverridesAndFaultsHideQualitiesByAge) {
   // From the strongest to the weakest: each quality hides all that follow below.
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
   store_.SetOverride(0, Quality::bad_out_of_service);
@@ -106,7 +106,7 @@ TEST_F(PointStoreTest, PrecedenceOfQualities) {
   EXPECT_EQ(QualityAfter(kFast, 1s), Quality::good);
 }
 
-TEST_F(PointStoreTest, AgesByTheEdge) {
+TEST_F(PointStoreTest, AgeLimitsAreInclusive) {
   Update(kFast, 1.0, 0s);
   EXPECT_EQ(QualityAfter(kFast, 3s), Quality::good) << "3 x poll, inclusive";
   EXPECT_EQ(QualityAfter(kFast, 3s + 1ns), Quality::uncertain_last_usable);
@@ -118,14 +118,14 @@ TEST_F(PointStoreTest, AgesByTheEdge) {
   EXPECT_EQ(QualityAfter(kSlow, 91s), Quality::bad_communication);
 }
 
-TEST_F(PointStoreTest, WhatIsReadOnceDoesNotAge) {
+TEST_F(PointStoreTest, APointReadOnceDoesNotAge) {
   Update(kOnce, 1.0, 0s);
   EXPECT_EQ(QualityAfter(kOnce, 24h * 365), Quality::good);
   store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(QualityAfter(kOnce, 1s), Quality::bad_communication);
 }
 
-TEST_F(PointStoreTest, WhatIsReadDailyAgesByItsOwnPeriod) {
+TEST_F(PointStoreTest, APointReadDailyAgesByItsOwnPeriod) {
   Update(kDaily, 1.0, 0s);
   EXPECT_EQ(QualityAfter(kDaily, 72h), Quality::good);
   EXPECT_EQ(QualityAfter(kDaily, 73h), Quality::uncertain_last_usable);
@@ -140,7 +140,7 @@ TEST_F(PointStoreTest, ASlowLineAgesLater) {
   EXPECT_EQ(QualityAfter(kFast, 61s), Quality::bad_communication);
 }
 
-TEST_F(PointStoreTest, WhatWasTooOldStaysSoOnASlowerLine) {
+TEST_F(PointStoreTest, AnAgedValueStaysAgedWhenTheLineCycleGrows) {
   Update(kFast, 1.0, 0s);
   Update(kSlow, 1.0, 0s);
   store_.SetLineCycle(0, 20s, kStart + 4s);
@@ -153,7 +153,7 @@ TEST_F(PointStoreTest, WhatWasTooOldStaysSoOnASlowerLine) {
   EXPECT_EQ(QualityAfter(kFast, 200s), Quality::good);
 }
 
-TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
+TEST_F(PointStoreTest, AReportedBadQualityDoesNotLimitTheQualityByAge) {
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
   store_.SetLineCycle(0, 20s, kStart + 1s);
   store_.Read(0, [](const DeviceRecord& record) {
@@ -163,7 +163,7 @@ TEST_F(PointStoreTest, WhatTheDeviceSaidItselfIsNoDoubtOfItsAge) {
 }
 
 /// A reload does this: the line and the age of its values go on.
-TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
+TEST_F(PointStoreTest, NewAgeLimitsApplyToExistingValues) {
   store_.SetLineCycle(0, 10s, kStart);
   Update(kFast, 1.0, 0s);
   ASSERT_EQ(AgedAt(25s), Points{kFast});
@@ -181,7 +181,7 @@ TEST_F(PointStoreTest, WithOtherLimitsTheSameAgeIsJudgedAnew) {
   EXPECT_EQ(AgedAt(61s), Points{kFast}) << "and the feed hears of it";
 }
 
-TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
+TEST_F(PointStoreTest, TheLastGoodValueRemainsUnderABadQuality) {
   Update(kFast, 1.5, 0s);
   Update(kFast, {}, 1s, Quality::bad_sensor_failure);
   EXPECT_EQ(RecordOf(kFast).value, Value(1.5));
@@ -192,7 +192,7 @@ TEST_F(PointStoreTest, TheLastGoodValueIsKeptUnderBadQuality) {
   EXPECT_EQ(RecordOf(kFast).value, Value(2.5));
 }
 
-TEST_F(PointStoreTest, WhatIsDoubtedKeepsItsValueAndItsAge) {
+TEST_F(PointStoreTest, ADoubtedPointRetainsItsValueAndItsAge) {
   Update(kFast, 5.0, 0s);
   const PointRecord before = RecordOf(kFast);
   Told();
@@ -219,7 +219,7 @@ TEST_F(PointStoreTest, UpdatesCarryBothTimesAndASequence) {
   EXPECT_EQ(record.rtt_us, 12'000U);
 }
 
-TEST_F(PointStoreTest, AgeTellsEachChangeExactlyOnce) {
+TEST_F(PointStoreTest, AgeingReportsEachChangeExactlyOnce) {
   Update(kFast, 1.0, 0s);
   Update(kOnce, 1.0, 0s);
   EXPECT_EQ(Told(), (Points{kFast, kOnce}));
@@ -237,7 +237,7 @@ TEST_F(PointStoreTest, AgeTellsEachChangeExactlyOnce) {
   EXPECT_EQ(told, 2) << "good to uncertain, uncertain to bad";
 }
 
-TEST_F(PointStoreTest, AFreshReadingAfterAgeingIsToldAndAgesAgain) {
+TEST_F(PointStoreTest, AFreshReadingAfterAgeingIsReportedAndAgesAgain) {
   Update(kFast, 1.0, 0s);
   AgedAt(20s);
   Update(kFast, 1.0, 20s);
@@ -255,7 +255,7 @@ TEST_F(PointStoreTest, AgeingIsFoundAfterTheCycleBecameShorter) {
   EXPECT_EQ(AgedAt(10s), Points{kFast});
 }
 
-TEST_F(PointStoreTest, AnOverrideIsToldOnce) {
+TEST_F(PointStoreTest, AnOverrideIsReportedOnce) {
   Update(kFast, 1.0, 0s);
   Told();
   store_.SetOverride(0, Quality::bad_communication);
@@ -267,7 +267,7 @@ TEST_F(PointStoreTest, AnOverrideIsToldOnce) {
   EXPECT_EQ(Told().size(), 4U);
 }
 
-TEST_F(PointStoreTest, ADeviceThatReturnsWithOldValuesIsToldAsOld) {
+TEST_F(PointStoreTest, OldValuesOfAReturningDeviceAreReportedAsOld) {
   Update(kFast, 1.0, 0s);
   store_.SetOverride(0, Quality::bad_communication);
   EXPECT_EQ(AgedAt(1s).size(), 4U);
@@ -333,7 +333,7 @@ class ChangeFeedTest : public ::testing::Test {
   ChangeFeed feed_{kCounts};
 };
 
-TEST_F(ChangeFeedTest, NothingPendingIsEmpty) { EXPECT_TRUE(Drain().empty()); }
+TEST_F(ChangeFeedTest, DrainIsEmptyWithoutChanges) { EXPECT_TRUE(Drain().empty()); }
 
 TEST_F(ChangeFeedTest, RepeatedChangesCoalesce) {
   for (int i = 0; i < 100'000; ++i) {
@@ -359,7 +359,7 @@ TEST_F(ChangeFeedTest, AChangeAfterTheDrainIsNewAgain) {
   EXPECT_EQ(changes.devices.size(), 1U);
 }
 
-TEST_F(ChangeFeedTest, WhatTheCallerHeldIsCleared) {
+TEST_F(ChangeFeedTest, DrainClearsTheOldChangesOfTheCaller) {
   Changes changes;
   changes.points.resize(7);
   changes.devices.resize(7);
@@ -376,7 +376,7 @@ TEST_F(ChangeFeedTest, WakeEndsAWaitEvenBeforeItBegins) {
   EXPECT_TRUE(changes.empty());
 }
 
-TEST_F(ChangeFeedTest, AWaitingDrainHearsOfAChange) {
+TEST_F(ChangeFeedTest, AWaitingDrainReturnsAtAChange) {
   std::thread producer([this] { Mark(0, {1}); });
   Changes changes;
   feed_.Drain(Instant::max(), changes);
@@ -431,7 +431,7 @@ class GrowingStore : public ::testing::Test {
   std::unique_ptr<PointStore> store_;
 };
 
-TEST_F(GrowingStore, ALineThatComesGetsTheNextNumbersAndIsToldOf) {
+TEST_F(GrowingStore, AnAddedLineGetsTheNextNumbersAndReachesTheFeeds) {
   const auto feed = store().Subscribe();
   Update(1, 5);
   const config::Line more = LineOf("c", 3);
@@ -455,7 +455,7 @@ TEST_F(GrowingStore, ALineThatComesGetsTheNextNumbersAndIsToldOf) {
   EXPECT_TRUE(changes.empty());
 }
 
-TEST_F(GrowingStore, AFeedThatBeginsMeanwhileKnowsEachDeviceThatChanges) {
+TEST_F(GrowingStore, AFeedSubscribedDuringGrowthReportsEachChangedDevice) {
   std::atomic<bool> done = false;
   std::atomic<std::uint32_t> drained = 0;
   store();
@@ -485,7 +485,7 @@ TEST_F(GrowingStore, AFeedThatBeginsMeanwhileKnowsEachDeviceThatChanges) {
   EXPECT_EQ(changes.points[0].device, 1999U);
 }
 
-TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
+TEST_F(GrowingStore, ARetiredLineLeavesAllNumbersUnchanged) {
   Update(0, 5);
   store().Retire(0);
   EXPECT_TRUE(store().gone(0));
@@ -497,7 +497,7 @@ TEST_F(GrowingStore, ALineThatGoesLeavesItsNumbers) {
   EXPECT_EQ(RecordOf(0).seq, 1U);
 }
 
-TEST_F(GrowingStore, ALineThatIsForgottenIsFreedOnceNobodyHoldsIt) {
+TEST_F(GrowingStore, AForgottenLineIsFreedWhenItsLastHolderReleasesIt) {
   Update(0, 5);
   const std::weak_ptr<const config::Line> line = store().LineAt(0);
   store().Retire(0);
@@ -517,7 +517,7 @@ TEST_F(GrowingStore, ALineThatIsForgottenIsFreedOnceNobodyHoldsIt) {
 }
 
 /// The driver of the abandoned line returns after a reload.
-TEST_F(GrowingStore, AnAbandonedLineTellsOfAForgottenDeviceInVain) {
+TEST_F(GrowingStore, UpdatesOfAForgottenDeviceAreIgnored) {
   store().Retire(0);
   store().Forget(0);
   Update(0, 5);
@@ -532,7 +532,7 @@ TEST_F(GrowingStore, AnAbandonedLineTellsOfAForgottenDeviceInVain) {
   EXPECT_EQ(store().line(0), nullptr);
 }
 
-TEST_F(GrowingStore, AConfigurationThatIsReplacedIsFreed) {
+TEST_F(GrowingStore, AReplacedConfigurationStaysValidForItsReaders) {
   const config::Line& begun = *store().LineAt(1);
   store().Reconfigure(1, std::make_shared<const config::Line>(begun));
   const std::weak_ptr<const config::Line> before = store().line(1);

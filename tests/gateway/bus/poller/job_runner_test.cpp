@@ -170,7 +170,7 @@ struct Row {
   const char* next;
 };
 
-TEST(JobRunnerTest, WhatAPollComesTo) {
+TEST(JobRunnerTest, EachEventDeterminesTheNextStepOfAPoll) {
   const Row kRows[] = {
       {"it asks", "1", {}, "?A1"},
       {"the conversation will not ask", "E1", {}, "ended"},
@@ -198,7 +198,7 @@ TEST(JobRunnerTest, WhatAPollComesTo) {
   }
 }
 
-TEST(JobRunnerTest, WhatAWriteComesTo) {
+TEST(JobRunnerTest, EachEventDeterminesTheNextStepOfAWrite) {
   struct WriteRow : Row {
     std::optional<WriteEnd> end{};
   };
@@ -264,7 +264,7 @@ TEST(JobRunnerTest, ASilentClosingDoesNotHideWhyAWriteWasRefused) {
   }
 }
 
-TEST(JobRunnerTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYet) {
+TEST(JobRunnerTest, AForbiddenWriteIsWithdrawnWhileTheLineIsNotQuiet) {
   Rig rig("1");
   rig.Write({0});
   rig.StartOnALineThatIsNotQuiet();
@@ -280,7 +280,7 @@ TEST(JobRunnerTest, WhatIsForbiddenMeanwhileIsWithdrawnFromALineThatIsNotQuietYe
 }
 
 /// The write may have been carried out, so its end is unknown and not denied.
-TEST(JobRunnerTest, WhatIsForbiddenMeanwhileIsNotRepeated) {
+TEST(JobRunnerTest, AForbiddenWriteIsNotRetried) {
   Rig rig("1");
   rig.Write({0});
   rig.runner().job()->step.request.expect.repeatable = true;
@@ -294,7 +294,7 @@ TEST(JobRunnerTest, WhatIsForbiddenMeanwhileIsNotRepeated) {
   EXPECT_EQ(rig.results[0].reason, "an interlock");
 }
 
-TEST(JobRunnerTest, AReplyThatCountsIsStored) {
+TEST(JobRunnerTest, AReplyIsStoredOnceItIsProvenToMatchItsRequest) {
   Rig rig("1");
   EXPECT_EQ(rig.Value(1), "5");
   rig.Poll(0);
@@ -309,7 +309,7 @@ TEST(JobRunnerTest, AReplyThatCountsIsStored) {
 }
 
 /// One of the two replies answers another request, so neither counts.
-TEST(JobRunnerTest, WhatWaitsForAProbeDoesNotCountBehindASecondReply) {
+TEST(JobRunnerTest, AReplyThatWaitsForAProbeIsDroppedAfterASecondReply) {
   for (const bool second : {false, true}) {
     Rig rig("1");
     rig.Poll(0);
@@ -344,7 +344,7 @@ TEST(JobRunnerTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
   }
 }
 
-TEST(JobRunnerTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
+TEST(JobRunnerTest, ARefusedProbeLeavesItsWaitingWriteNotSent) {
   Rig rig("1");
   rig.schedule().Hold(0, rig.now() + 1h);  // as a device does that has asked for a pause
   rig.Write({0});
@@ -355,7 +355,7 @@ TEST(JobRunnerTest, ARefusedProbeRefusesNotTheWriteThatWaitsForIt) {
 }
 
 /// "L1" was dropped, so "2" is query 0. While it is read, "L1" comes back, so "2" is query 1.
-TEST(JobRunnerTest, AReplyGoesToThePointThatWasAskedThoughTheQueriesHaveOtherNumbers) {
+TEST(JobRunnerTest, AReplyGoesToTheRequestedPointAfterQueriesAreRenumbered) {
   Rig rig("L1");
   rig.Poll(0);
   while (rig.runner().job() != nullptr) rig.Hear("silence");
@@ -373,7 +373,7 @@ TEST(JobRunnerTest, AReplyGoesToThePointThatWasAskedThoughTheQueriesHaveOtherNum
   EXPECT_EQ(rig.Value(1), "9");
 }
 
-TEST(JobRunnerTest, APollWaitsBesideTheLineForALateReplyOfItsDevice) {
+TEST(JobRunnerTest, APollIsParkedWhileALateReplyOfItsDeviceMayCome) {
   Rig rig("1");
   rig.late().OnClosed(rig.a(), rig.now());
   rig.Poll(0);
@@ -381,7 +381,7 @@ TEST(JobRunnerTest, APollWaitsBesideTheLineForALateReplyOfItsDevice) {
   EXPECT_EQ(rig.Next(), "parked");
 }
 
-TEST(JobRunnerTest, AReadThatNamesNobodyWaitsWithTheLine) {
+TEST(JobRunnerTest, AReadWithAnUnnamedReplyWaitsOnTheLineForALateReply) {
   Rig rig("U1");
   rig.late().OnClosed(rig.a(), rig.now());
   rig.Poll(0);
@@ -389,7 +389,7 @@ TEST(JobRunnerTest, AReadThatNamesNobodyWaitsWithTheLine) {
   EXPECT_EQ(rig.Next(), "UA1");
 }
 
-TEST(JobRunnerTest, WhatIsTooLateIsWithdrawnFromALineThatIsNotQuietYet) {
+TEST(JobRunnerTest, AnOverdueWriteIsWithdrawnWhileTheLineIsNotQuiet) {
   Rig rig("1");
   rig.Write({0});
   rig.StartOnALineThatIsNotQuiet();
@@ -400,7 +400,7 @@ TEST(JobRunnerTest, WhatIsTooLateIsWithdrawnFromALineThatIsNotQuietYet) {
   EXPECT_EQ(rig.Next(), "ended");
 }
 
-TEST(JobRunnerTest, ACommandOfTwoPointsIsConfirmedBehindTheSecond) {
+TEST(JobRunnerTest, ACommandOfTwoPointsIsConfirmedAfterTheSecondWrite) {
   Rig rig("1");
   rig.Write({0, 1});
   EXPECT_EQ(rig.Next(), "WA1=7");
@@ -413,7 +413,7 @@ TEST(JobRunnerTest, ACommandOfTwoPointsIsConfirmedBehindTheSecond) {
   EXPECT_EQ(rig.writes().read_backs().size(), 2U);
 }
 
-TEST(JobRunnerTest, WhatRemainsOfACommandIsNotKeptForThePortToOpen) {
+TEST(JobRunnerTest, TheRestOfACommandIsDroppedWhenThePortIsLost) {
   Rig rig("S1");
   rig.Write({0, 1});
   for (const char* what : {"!A9", "!A1", "lost"}) rig.Hear(what);
@@ -422,7 +422,7 @@ TEST(JobRunnerTest, WhatRemainsOfACommandIsNotKeptForThePortToOpen) {
   EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
-TEST(JobRunnerTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
+TEST(JobRunnerTest, AnInterlockStopsTheRemainingPointsOfACommand) {
   Rig rig("1");
   rig.Write({0, 1});
   ASSERT_TRUE(rig.Go());
@@ -437,7 +437,7 @@ TEST(JobRunnerTest, WhatIsNotPermittedAnyMoreIsNotBegun) {
   EXPECT_EQ(ResultOf(rig.results[0], 1).end, WriteEnd::denied);
 }
 
-TEST(JobRunnerTest, AReadBackThatFailsOnceHoldsNobodyUp) {
+TEST(JobRunnerTest, ReadingBackEndsAtTheFirstFailure) {
   Rig rig("1");
   EXPECT_FALSE(rig.IsReadingBack());
   rig.ReadBack();
@@ -447,7 +447,7 @@ TEST(JobRunnerTest, AReadBackThatFailsOnceHoldsNobodyUp) {
   EXPECT_FALSE(rig.IsReadingBack());
 }
 
-TEST(JobRunnerTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
+TEST(JobRunnerTest, ReadingBackIncludesTheProbeBeforeTheRead) {
   Rig rig("1");
   rig.ReadBack();
   rig.Hear("late");
@@ -461,7 +461,7 @@ TEST(JobRunnerTest, AReadBackIsAwaitedBehindTheProbeBeforeIt) {
   EXPECT_FALSE(rig.IsReadingBack());
 }
 
-TEST(JobRunnerTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
+TEST(JobRunnerTest, ReadingBackEndsWhenItsProbeFails) {
   Rig rig("1");
   rig.ReadBack();
   for (const char* what : {"late", "silence"}) rig.Hear(what);
@@ -469,7 +469,7 @@ TEST(JobRunnerTest, AProbeThatFailsBeforeAReadBackHoldsNobodyUp) {
   EXPECT_FALSE(rig.IsReadingBack());
 }
 
-TEST(JobRunnerTest, TheTimeOfAReplyCountsFromItsRequestAndNotFromTheQuietBeforeIt) {
+TEST(JobRunnerTest, TheReplyTimeCountsFromTheRequestNotFromTheQuietBefore) {
   Rig rig("1");
   rig.Poll(0);
   rig.StartOnALineThatIsNotQuiet();

@@ -62,7 +62,7 @@ TEST_F(PollerCommand, TheAnswerComesWhenTheStoreShowsTheNewValue) {
   EXPECT_EQ(seen, Value(42.5)) << "who reads at once must not get the value from before";
 }
 
-TEST_F(PollerCommand, AReadBackThatFailsDoesNotHoldUpTheAnswer) {
+TEST_F(PollerCommand, AFailedReadBackDoesNotDelayTheAnswer) {
   Open();
   line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     return request[0] == '?' ? std::optional(Bytes()) : std::nullopt;
@@ -84,7 +84,7 @@ TEST_F(PollerCommand, SeveralWritesGoInTheirOrderAndAreConfirmedOnce) {
   EXPECT_EQ(line_.CountSent("?A1"), 1U) << "read back once";
 }
 
-TEST_F(PollerCommand, TheFirstRefusalEndsIt) {
+TEST_F(PollerCommand, TheFirstRefusalEndsTheCommand) {
   Open();
   line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[0] != 'W') return std::nullopt;
@@ -120,20 +120,20 @@ TEST_F(PollerCommand, TheSessionIsClosedAfterAFailedWriteAndTheFailureReported) 
   EXPECT_EQ(line_.ends, Ends{WriteEnd::refused});
 }
 
-TEST_F(PollerCommand, WhatCanNotBeAskedIsUnsupported) {
+TEST_F(PollerCommand, AWriteWithoutARequestIsRefused) {
   Open();
   line_.Write(0, 3, 1.0);
   EXPECT_EQ(line_.ends, Ends{WriteEnd::refused});
   EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
 }
 
-TEST_F(PollerCommand, NothingToWriteIsDone) {
+TEST_F(PollerCommand, AnEmptyCommandSucceeds) {
   Open();
   line_.Submit(Command({}));
   EXPECT_EQ(line_.ends, Ends{WriteEnd::ok});
 }
 
-TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
+TEST_F(PollerCommand, AWriteWithoutReplySucceedsButDoesNotCountAsAnAnswer) {
   Open();
   line_.twin(0).manner.dead = true;
   line_.RunFor(1400ms);  // a poll has failed with all its retries
@@ -146,7 +146,7 @@ TEST_F(PollerCommand, AWriteWithoutReplyIsOkButProvesNoLife) {
   EXPECT_EQ(line_.StatusOf(0).last_ok, last_ok);
 }
 
-TEST_F(PollerCommand, OfflineDeviceAndClosedLineAnswerAtOnce) {
+TEST_F(PollerCommand, AWriteToAnOfflineDeviceOrAClosedLineFailsAtOnce) {
   line_.Write(0, 0, 1.0);
   EXPECT_EQ(line_.ends, Ends{WriteEnd::not_sent});
   line_.twin(0).manner.dead = true;
@@ -176,7 +176,7 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
 }
 
 /// The program is stopped while the command waits for a quiet line.
-TEST_F(PollerCommand, IsNotSentBehindItsDeadlineWhenTheProgramGoesOn) {
+TEST_F(PollerCommand, IsNotSentAfterItsDeadlineWhenTheProgramResumes) {
   Open();
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
@@ -187,7 +187,7 @@ TEST_F(PollerCommand, IsNotSentBehindItsDeadlineWhenTheProgramGoesOn) {
   EXPECT_EQ(line_.CountSent("W"), 0U);
 }
 
-TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
+TEST_F(PollerCommand, IsNotSentWhileALateAnswerCouldConfirmIt) {
   Open();
   line_.twin(0).manner.dead = true;
   line_.Write(0, 0, 1.0);
@@ -204,7 +204,7 @@ TEST_F(PollerCommand, NotSentIntoTheTimeInWhichALateAnswerCouldConfirmIt) {
 }
 
 // The password is accepted in time, but the value would be sent after the answer "not sent".
-TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClosed) {
+TEST_F(PollerCommand, TheWriteIsNotSentAfterTheDeadlineAndTheSessionIsClosed) {
   line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const Duration think = request[0] == 'O' ? 190ms : 5ms;
     return std::vector<tools::TimedPiece>{{think, std::move(reply)}};
@@ -218,7 +218,7 @@ TEST_F(PollerCommand, NothingThatActsIsSentBehindTheDeadlineAndTheSessionIsClose
   EXPECT_EQ(line_.CountSent("CA0"), 1U);
 }
 
-TEST_F(PollerCommand, WhoWritesManyIsAnsweredForEachWithoutWaitingForTheLast) {
+TEST_F(PollerCommand, EachOfManyWritesIsAnsweredWithoutWaitingForTheLast) {
   Open();
   line_.twin(0).manner.think = 100ms;
   for (int i = 0; i < 10; ++i) line_.Write(0, i % 2, 1.0 + i, 3s);
@@ -242,7 +242,7 @@ TEST_F(PollerCommand, ADeviceTakenOutOfUseIsNotWrittenToAnyMore) {
   EXPECT_EQ(line_.CountSent("?"), 0U);
 }
 
-TEST_F(PollerCommand, WhoseClientHasLeftIsNotBegun) {
+TEST_F(PollerCommand, IsNotBegunAfterItsClientHasLeft) {
   Open();
   const auto left = std::make_shared<std::atomic<bool>>(false);
   WriteCommand first = Command({{0, 1.0}, {1, 2.0}});
@@ -271,7 +271,7 @@ TEST_F(PollerCommand, AWriteUnderWayMayEndBeforeThePortIsLent) {
   EXPECT_EQ(line_.ends.size(), 2U);
 }
 
-TEST_F(PollerCommand, FullQueueSaysNo) {
+TEST_F(PollerCommand, AFullQueueRefusesWrites) {
   Open();
   line_.twin(0).manner.think = 150ms;
   std::size_t taken = 0;
@@ -281,7 +281,7 @@ TEST_F(PollerCommand, FullQueueSaysNo) {
   EXPECT_EQ(line_.ends, Ends(taken, WriteEnd::ok)) << "and every one of them was answered";
 }
 
-TEST_F(PollerCommand, ClosingAnswersAllThatWait) {
+TEST_F(PollerCommand, ClosingThePortAnswersAllWaitingCommands) {
   Open();
   line_.twin(0).manner.think = 150ms;
   for (int i = 0; i < 5; ++i) line_.Write(0, 0, 1.0);
@@ -327,7 +327,7 @@ TEST(PollerCommands, AnEndlessStreamOfWritesThatADeviceIgnoresDoesNotStarveItsPo
   EXPECT_GE(line.CountSent("WA4"), 15U);
 }
 
-TEST_F(PollerCommand, DoneMaySubmitTheNext) {
+TEST_F(PollerCommand, TheDoneCallbackMaySubmitTheNextCommand) {
   Open();
   int left = 3;
   std::function<void()> submit = [&] {
@@ -343,7 +343,7 @@ TEST_F(PollerCommand, DoneMaySubmitTheNext) {
   EXPECT_EQ(line_.ends, Ends(3, WriteEnd::ok));
 }
 
-TEST(PollerSync, AWriteIsNotConfirmedByTheProbeBeforeIt) {
+TEST(PollerSync, AWriteIsNotConfirmedByTheReplyToItsProbe) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options.Set("wait", std::int64_t{Duration(1s).count()});
   VirtualLine line(ToyLine({device}), {&ToyProtocol()});
@@ -363,7 +363,7 @@ TEST(PollerSync, AWriteIsNotConfirmedByTheProbeBeforeIt) {
   EXPECT_EQ(line.twin(0).values.Get(0, {}), Value(7.0));
 }
 
-TEST(PollerSync, AWriteBehindAProbeKeepsItsDeadline) {
+TEST(PollerSync, AWriteAfterAProbeKeepsItsDeadline) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
   config.retries = 0;
   config.timing.ceiling = 5s;

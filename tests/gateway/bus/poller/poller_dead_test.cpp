@@ -53,7 +53,7 @@ std::uint64_t RateBesideDead(int dead, Duration poll) {
 
 class BesideDead : public ::testing::TestWithParam<Duration> {};
 
-TEST_P(BesideDead, TheLivingArePolledWithinThreePercent) {
+TEST_P(BesideDead, DeadDevicesSlowALivingDeviceByAtMostThreePercent) {
   const auto alone = static_cast<double>(RateBesideDead(0, GetParam()));
   for (const int dead : {1, 10, 30}) {
     EXPECT_GE(static_cast<double>(RateBesideDead(dead, GetParam())), 0.97 * alone)
@@ -64,10 +64,10 @@ TEST_P(BesideDead, TheLivingArePolledWithinThreePercent) {
 INSTANTIATE_TEST_SUITE_P(Polls, BesideDead, ::testing::Values(10ms, 600ms, 1s, 5s),
                          [](const auto& info) { return FormatDuration(info.param); });
 
-class Return : public ::testing::TestWithParam<Crowd> {};
+class DeviceReturn : public ::testing::TestWithParam<Crowd> {};
 
 /// Each dead device comes back at the worst moment: right after its probe has failed.
-TEST_P(Return, IsNoticedWithinTheBoundThatIsShown) {
+TEST_P(DeviceReturn, IsNoticedWithinTheReportedBound) {
   const auto line = MakeCrowd(GetParam());
   line->Open();
   line->RunFor(10min);
@@ -86,7 +86,7 @@ TEST_P(Return, IsNoticedWithinTheBoundThatIsShown) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Crowds, Return,
+INSTANTIATE_TEST_SUITE_P(Crowds, DeviceReturn,
                          ::testing::Values(Crowd{.dead = 1}, Crowd{.dead = 10},
                                            Crowd{.dead = 10, .poll = 600ms},
                                            Crowd{.dead = 3, .poll = 10ms},
@@ -98,7 +98,7 @@ INSTANTIATE_TEST_SUITE_P(Crowds, Return,
                                   FormatDuration(info.param.poll);
                          });
 
-TEST(PollerDead, TenOnAnUnsaturatedLineAreNoticedWithinAMinute) {
+TEST(PollerDead, TenDeadDevicesOnAnUnsaturatedLineHaveABoundOfAMinute) {
   const auto line = MakeCrowd({.dead = 10});
   line->Open();
   line->RunFor(10min);
@@ -108,7 +108,7 @@ TEST(PollerDead, TenOnAnUnsaturatedLineAreNoticedWithinAMinute) {
   EXPECT_GT(status.notice_bound, 5s);
 }
 
-TEST(PollerDead, WithoutALivingNeighbourProbesGoAtFullRate) {
+TEST(PollerDead, ADeadDeviceAloneOnItsLineIsProbedAtFullRate) {
   const auto line = MakeCrowd({.living = 0, .dead = 1});
   line->Open();
   line->RunFor(10min);
@@ -118,7 +118,7 @@ TEST(PollerDead, WithoutALivingNeighbourProbesGoAtFullRate) {
 }
 
 /// A branch of the bus is cut, so ten devices fall silent at one moment.
-TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
+TEST(PollerDead, LivingDevicesArePolledWhileManyFallSilentTogether) {
   const auto line = MakeCrowd({.living = 1, .dead = 10, .points = 1});
   for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = false;
   line->Open();
@@ -144,7 +144,7 @@ TEST(PollerDead, TheLivingAreServedWhileManyFallSilentTogether) {
 }
 
 /// Device D ignores a request within 150 ms of other telegrams.
-TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
+TEST(PollerDead, AReturningDeviceThatNeedsAPauseIsFoundOnABusyLine) {
   const auto line = MakeCrowd({.living = 3, .dead = 1, .poll = 30ms, .points = 1});
   Instant latest{};
   line->server = [&](View request, Bytes reply, Instant end) {
@@ -163,14 +163,14 @@ TEST(PollerDead, OneThatNeedsAPauseIsFoundOnABusyLine) {
   EXPECT_TRUE(line->RunUntil([&] { return line->StatusOf(3).Count(Outcome::ok) > 0; }, 10min));
 }
 
-TEST(PollerDead, NoneIsNoBound) {
+TEST(PollerDead, ALineWithoutDeadDevicesReportsNoBound) {
   const auto line = MakeCrowd({});
   line->Open();
   line->RunFor(1min);
   EXPECT_EQ(line->store().ReadLine(0).notice_bound, std::nullopt);
 }
 
-TEST(Poller, ADeadDeviceCostsTheLivingNextToNothing) {
+TEST(Poller, DeadDevicesSlowALivingDeviceByAtMostSixPercent) {
   const auto answered_in_a_minute = [](bool dead_neighbours) {
     std::vector<config::Device> devices = {Polled(ToyDevice("a", "A", {"1", "2"}), 50ms)};
     for (const char* name : {"b", "c", "d"}) {
@@ -203,7 +203,7 @@ std::unique_ptr<VirtualLine> DeadBesideBusy() {
 }
 
 /// A radio link loses the first two requests to device b.
-TEST(PollerDead, ALossAtTheStartIsNoLongAbsence) {
+TEST(PollerDead, ADeviceLostAtTheStartReturnsWithinSeconds) {
   const auto line_of_two = DeadBesideBusy();
   VirtualLine& line = *line_of_two;
   line.Open();
@@ -226,7 +226,7 @@ TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
 
 // ---------------- One dead device under virtual time: offline, probes, and its return.
 
-TEST(Poller, OfflineByCountAndByTime) {
+TEST(Poller, ADeviceGoesOfflineAfterEnoughFailuresAndTime) {
   VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1"}), 100ms)}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1s);
@@ -248,7 +248,7 @@ TEST(Poller, NeverSeenDeviceIsProbedOnly) {
   EXPECT_EQ(line.StatusOf(0).retries, 0U);
 }
 
-TEST(Poller, ReturnIsPolledAtOnce) {
+TEST(Poller, AReturningDeviceIsPolledAtOnce) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.points[0].group = config::Group::slow;
   device.slow = 1h;
@@ -271,7 +271,7 @@ TEST(Poller, ReturnIsPolledAtOnce) {
 // ---------------- Replies that come twice, under virtual time: the second may be taken for the
 // next reply.
 
-TEST(PollerFaults, DoubledRepliesDoNoHarm) {
+TEST(PollerFaults, DoubledRepliesGiveNoWrongValues) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
   SetTruth(line, 1, 2);
   line.always = [&] { ExpectOnlyTruth(line, 1, 2); };
@@ -283,7 +283,7 @@ TEST(PollerFaults, DoubledRepliesDoNoHarm) {
 
 /// The last reading of the slow device may be wrong, too: the line rested longer than the reply
 /// time of the fast device, but not of the slow one.
-TEST(PollerFaults, ASecondReplyOfAFastDeviceDoubtsWhatASlowOneSaid) {
+TEST(PollerFaults, ASecondReplyOfAFastDeviceMakesASlowDeviceBeReadAgain) {
   config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   bus.devices[0].poll = 300ms;
   bus.devices[1].poll = 20s;
@@ -343,7 +343,7 @@ TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
 /// last reading becomes uncertain and is read again at once.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};
 
-TEST_P(SecondReply, ACopyThatWasTakenForTheNextAnswerIsFoundOut) {
+TEST_P(SecondReply, ACopyMistakenForTheNextReplyIsDetected) {
   const std::size_t last = GetParam() - 1;
   std::vector<std::string> reads;
   for (std::size_t i = 1; i <= GetParam(); ++i) reads.push_back("U" + std::to_string(i));

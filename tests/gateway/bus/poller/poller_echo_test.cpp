@@ -29,7 +29,7 @@ struct EchoLine : VirtualLine {
   }
 };
 
-TEST(PollerEcho, UnfilteredEchoIsToldOnceAndCounted) {
+TEST(PollerEcho, AnUnfilteredEchoIsWarnedOfOnceAndCounted) {
   EchoLine line(config::Echo::off);
   line.echo = Whole;
   line.RunFor(10s);
@@ -39,14 +39,14 @@ TEST(PollerEcho, UnfilteredEchoIsToldOnceAndCounted) {
   EXPECT_EQ(line.status().collisions, 0U);
 }
 
-TEST(PollerEcho, AReplyThatEqualsNothingIsNoEcho) {
+TEST(PollerEcho, AReplyUnlikeItsRequestIsNoEcho) {
   EchoLine line(config::Echo::off);
   line.RunFor(10s);
   EXPECT_TRUE(line.warnings.empty());
   EXPECT_EQ(line.status().echoes, 0U);
 }
 
-TEST(PollerEcho, ABusThatEchoesNoMoreIsBelievedAgain) {
+TEST(PollerEcho, RepliesAreAcceptedAgainWhenTheBusStopsEchoing) {
   EchoLine line(config::Echo::off);
   line.echo = Whole;
   line.RunFor(5s);
@@ -60,7 +60,7 @@ TEST(PollerEcho, ABusThatEchoesNoMoreIsBelievedAgain) {
 
 class EchoModes : public ::testing::TestWithParam<config::Echo> {};
 
-TEST_P(EchoModes, AnEchoIsTakenOutAndNotCountedAsReceived) {
+TEST_P(EchoModes, AnEchoIsRemovedAndNotCountedAsReceived) {
   EchoLine line(GetParam());
   line.echo = Whole;
   line.RunFor(10s);
@@ -77,7 +77,7 @@ TEST_P(EchoModes, AnEchoIsTakenOutAndNotCountedAsReceived) {
 INSTANTIATE_TEST_SUITE_P(Taken, EchoModes,
                          ::testing::Values(config::Echo::strip, config::Echo::verify));
 
-TEST(PollerEcho, StripServesABusThatDoesNotEcho) {
+TEST(PollerEcho, StripModePollsABusThatDoesNotEcho) {
   EchoLine line(config::Echo::strip);
   line.RunFor(10s);
   EXPECT_EQ(line.status().Count(Outcome::ok), line.status().exchanges);
@@ -125,7 +125,7 @@ TEST(PollerEcho, AReplyWithoutItsEchoIsNotTrustedInVerifyMode) {
   EXPECT_FALSE(HasValue(line.ValueOf(0, 0)));
 }
 
-TEST(PollerEcho, SilenceWithoutAnEchoIsSaidToBeThat) {
+TEST(PollerEcho, SilenceWithoutAnEchoIsReportedAsAMissingEcho) {
   EchoLine line(config::Echo::verify);
   line.twin(0).manner.dead = true;
   line.RunFor(10s);
@@ -133,7 +133,7 @@ TEST(PollerEcho, SilenceWithoutAnEchoIsSaidToBeThat) {
   EXPECT_NE(line.StatusOf(0).last_reason.find("not even the echo"), std::string::npos);
 }
 
-TEST(PollerEcho, SilenceBehindAWholeEchoIsNoCollision) {
+TEST(PollerEcho, SilenceAfterAWholeEchoIsNoCollision) {
   EchoLine line(config::Echo::verify);
   line.echo = Whole;
   line.twin(0).manner.dead = true;
@@ -151,7 +151,7 @@ TEST(PollerEcho, AnEchoThatStopsHalfwayIsCounted) {
   EXPECT_NE(line.StatusOf(0).last_reason.find("broke off"), std::string::npos);
 }
 
-TEST(PollerEcho, ARingThatStopsEchoingIsAStateOfTheLine) {
+TEST(PollerEcho, ARingThatStopsEchoingIsReportedAsCut) {
   EchoLine line(config::Echo::verify);
   line.echo = Whole;
   line.RunFor(5s);
@@ -173,7 +173,7 @@ TEST(PollerEcho, ARingThatStopsEchoingIsAStateOfTheLine) {
 
 // ---------------- Faults of devices and wires, under virtual time: a wrong value is never good.
 
-TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
+TEST(PollerFaults, NoiseAfterOneReplyDoesNotSlowTheLineForEver) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
   config.devices[0].poll = 10ms;
   VirtualLine line(std::move(config), {&ToyProtocol()});
@@ -196,7 +196,7 @@ TEST(PollerFaults, NoiseBehindOneReplyDoesNotSlowTheLineForEver) {
 }
 
 /// Device a answers with a wrong address. The line does not wait for further replies of it.
-TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
+TEST(PollerFaults, ADeviceWithAWrongAddressSlowsANeighbourByAtMostFivePercent) {
   const auto answered_in_a_minute = [](bool wrong) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
                      {&ToyProtocol()});
@@ -225,7 +225,7 @@ TEST(PollerFaults, ADeviceWithAWrongAddressCostsItsNeighbourNothing) {
 }
 
 /// Each reply of device a takes the line for longer than a reply time.
-TEST(PollerFaults, ADribblingDeviceIsGivenUpBeforeItsNeighbourIs) {
+TEST(PollerFaults, ADribblingDeviceGoesOfflineAndItsNeighbourStaysGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
                    {&ToyProtocol()});
   line.Open();
@@ -240,7 +240,7 @@ TEST(PollerFaults, ADribblingDeviceIsGivenUpBeforeItsNeighbourIs) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
-TEST(PollerFaults, TheRestOfABrokenReplyIsNoLateOne) {
+TEST(PollerFaults, TheRestOfABrokenReplyIsNotALateReply) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
@@ -300,7 +300,7 @@ TEST(PollerFaults, RandomDamageNeverGivesAWrongValue) {
   }
 }
 
-TEST(PollerFaults, StoppedMidFrameIsPartial) {
+TEST(PollerFaults, AReplyThatStopsMidFrameIsPartial) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.distort = [](Bytes reply) {
     reply.resize(4);
@@ -312,7 +312,7 @@ TEST(PollerFaults, StoppedMidFrameIsPartial) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
 }
 
-TEST(PollerFaults, ABabblingDeviceHoldsTheLineOnlyBriefly) {
+TEST(PollerFaults, ABabblingDeviceGoesOfflineAndTheLineRecovers) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
   SetTruth(line, 2, 1);
@@ -327,7 +327,7 @@ TEST(PollerFaults, ABabblingDeviceHoldsTheLineOnlyBriefly) {
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1min));
 }
 
-TEST(PollerFaults, AnEndlessStreamIsSurvived) {
+TEST(PollerFaults, TheDeviceIsGoodAgainAfterAnEndlessStream) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.dead = true;
   line.Open();
@@ -344,7 +344,7 @@ TEST(PollerFaults, AnEndlessStreamIsSurvived) {
 // ---------------- Late replies, under virtual time.
 
 /// Replies without a tag (as in DCON), from a device as slow as the ceiling allows.
-TEST(PollerLate, LateAnswersAreNeverTakenForOthers) {
+TEST(PollerLate, LateAnswersAreNeverStoredForOtherPoints) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2", "U3"})}), {&ToyProtocol()});
     SetTruth(line, 1, 3);
@@ -357,7 +357,7 @@ TEST(PollerLate, LateAnswersAreNeverTakenForOthers) {
   }
 }
 
-TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
+TEST(PollerLate, ALateAnswerIsNeverStoredForAnotherDevice) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(
         ToyLine({ToyDevice("a", "A", {"U1", "U2"}), ToyDevice("b", "B", {"U1", "U2"})}),
@@ -376,7 +376,7 @@ TEST(PollerLate, AnAnswerIsNotTakenForThatOfAnotherDevice) {
 
 /// The late reply to the first try is taken for that to the retry: the value is right, but the user
 /// must see that the device is slow.
-TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
+TEST(PollerLate, ALateReplyIsDetectedWhenItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
@@ -390,7 +390,7 @@ TEST(PollerLate, IsFoundOutThoughItMeetsTheRetry) {
 }
 
 /// The program was stopped while the reply waited, so its age is not known.
-TEST(PollerLate, AReplyThatWaitedThroughAStopIsAsOldAsTheStop) {
+TEST(PollerLate, AReplyReadAfterAStopIsAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
     line.Open();
@@ -420,7 +420,7 @@ TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   EXPECT_EQ(line.StatusOf(1).late, 0U);
 }
 
-TEST(PollerLate, ADeviceThatIsLateFromTheBeginning) {
+TEST(PollerLate, ADeviceThatIsLateFromTheStartGivesNoWrongValues) {
   for (Duration think = 150ms; think < 900ms; think += 13ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
     SetTruth(line, 1, 2);
@@ -432,7 +432,7 @@ TEST(PollerLate, ADeviceThatIsLateFromTheBeginning) {
   }
 }
 
-TEST(PollerLate, ADeviceThatIsAlwaysLateIsWaitedFor) {
+TEST(PollerLate, AnAlwaysLateDeviceGetsMoreReplyTime) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1"}), ToyDevice("b", "B", {"U1"})}),
                    {&ToyProtocol()});
   SetTruth(line, 2, 1);
@@ -448,7 +448,7 @@ TEST(PollerLate, ADeviceThatIsAlwaysLateIsWaitedFor) {
   EXPECT_GT(line.poller().accounts().line.counters().stray_bytes, 0U);
 }
 
-TEST(PollerLate, TheUserIsToldOnceAndWhatToDo) {
+TEST(PollerLate, LateRepliesWarnOnceAndNameTheSetting) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
@@ -469,7 +469,7 @@ TEST(PollerLate, NoiseLongAfterAnExchangeIsNotALateAnswer) {
   EXPECT_EQ(line.poller().accounts().line.counters().stray_bytes, 1U);
 }
 
-TEST(PollerLate, ARecoveredRetryIsFollowedByTheSilenceThatItsTwinNeeds) {
+TEST(PollerLate, ARecoveredRetryIsFollowedByTimeForItsOwnReply) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);

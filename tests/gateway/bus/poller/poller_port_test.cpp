@@ -11,7 +11,7 @@
 namespace baudgate::bus {
 namespace {
 
-TEST(Poller, NothingIsOnlineBehindAClosedPort) {
+TEST(Poller, DevicesAreOfflineWhileThePortIsClosed) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(3s);
@@ -25,7 +25,7 @@ TEST(Poller, NothingIsOnlineBehindAClosedPort) {
 }
 
 /// The port is lost in every state of the line.
-TEST(Poller, PortLostAtAnyMomentAndReopened) {
+TEST(Poller, PollingResumesAfterThePortIsLostAtAnyTime) {
   for (Duration lost = 0ms; lost < 700ms; lost += 7ms) {
     config::Device slow = ToyDevice("c", "C", {"1"});
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "S2"}), ToyDevice("b", "B", {"L1"}), slow}),
@@ -60,7 +60,7 @@ struct EndTap : Tap {
   std::vector<ExchangeEnd> ends;
 };
 
-TEST(Poller, AnExchangeThatIsCutOffIsCountedAndHasItsEnd) {
+TEST(Poller, AnExchangeCutOffByAClosedPortIsCountedAndEnds) {
   for (Duration lost = 0ms; lost < 1s; lost += 7ms) {
     SCOPED_TRACE(FormatDuration(lost));
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
@@ -80,7 +80,7 @@ TEST(Poller, AnExchangeThatIsCutOffIsCountedAndHasItsEnd) {
   }
 }
 
-TEST(Poller, MessagesOfAnotherProtocolAreFound) {
+TEST(Poller, MessagesOfAnotherProtocolAreDetected) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   EndTap tap;
   line.poller().Attach(tap, {[](View heard) -> std::optional<std::string> {
@@ -94,7 +94,7 @@ TEST(Poller, MessagesOfAnotherProtocolAreFound) {
   EXPECT_EQ(line.StatusOf(0).findings.Count(Symptom::master_beside), 1U);
 }
 
-TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
+TEST(Poller, UnsentBytesOfAnUnansweredRequestAreDropped) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(2500ms);
@@ -110,7 +110,7 @@ TEST(Poller, WhatOfARequestHasNotLeftIsDroppedWhenNobodyAnswers) {
   EXPECT_EQ(line.dropped, failed) << "a closed port has nothing to drop";
 }
 
-TEST(Poller, OpeningTwiceIsOpeningAnew) {
+TEST(Poller, OpeningThePortTwiceRestartsPolling) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(3ms);
@@ -141,7 +141,7 @@ TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
 
 /// The requests behind a lost one are answered by another device. Its value must never be good
 /// beside the value of the first.
-TEST(Poller, WhoAnswersBehindALostRequestIsAskedForItsName) {
+TEST(Poller, ADeviceThatAnswersAfterALostRequestIsIdentifiedAgain) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1", "2"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 1001.0);
   line.twin(0).values.Set(1, 1002.0);
@@ -172,7 +172,7 @@ TEST(Poller, WhoAnswersBehindALostRequestIsAskedForItsName) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-TEST(Poller, AConversationThatGoesRoundInCirclesIsEnded) {
+TEST(Poller, AConversationThatLoopsIsEnded) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
   line.Open();
@@ -184,7 +184,7 @@ TEST(Poller, AConversationThatGoesRoundInCirclesIsEnded) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
-TEST(Poller, BehindABroadcastTheTaskGoesOn) {
+TEST(Poller, ATaskContinuesAfterItsBroadcast) {
   std::size_t proofs[2] = {};
   for (const std::string read : {"1", "N1"}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {read}), ToyDevice("b", "B", {"U1"})}),
@@ -216,7 +216,7 @@ TEST(Poller, ABroadcastIsNoProofBeforeTheFirstRead) {
   EXPECT_EQ(line.CountSent("?A1"), 1U);
 }
 
-TEST(Poller, ABroadcastOfADeviceThatIsAwayEndsNothing) {
+TEST(Poller, ADeviceWithABroadcastTaskReturnsAfterAnAbsence) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"N1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
@@ -235,7 +235,7 @@ config::Line TwoDevices() {
   return ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
 }
 
-TEST(LineStatusTest, CountsWhatTheDevicesOfTheLineCount) {
+TEST(LineStatusTest, CountsTheSumOfItsDevices) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();
   line.RunFor(5s);
@@ -255,7 +255,7 @@ TEST(LineStatusTest, CountsWhatTheDevicesOfTheLineCount) {
 }
 
 /// A period of 5 ms is shorter than many times of a line, but must be kept.
-TEST(FastPoll, FiveMillisecondsAreKeptWhereTheLineHasTheTime) {
+TEST(FastPoll, APeriodOfFiveMillisecondsIsMetWhenTheLineHasTime) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
   config.serial.baud = 921'600;
   config.timing.quiet = 100us;
@@ -297,7 +297,7 @@ TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
   EXPECT_EQ(line.store().ReadLine(0).use, 0);
 }
 
-TEST(LateReplies, AreCountedOnceAnExchangeWithTheirLateness) {
+TEST(LateReplies, AreCountedOncePerExchangeWithTheirLateness) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
   config.timing.reply = 100ms;
   config.retries = 0;
@@ -313,7 +313,7 @@ TEST(LateReplies, AreCountedOnceAnExchangeWithTheirLateness) {
   EXPECT_LE(line.StatusOf(0).lateness, 60ms);
 }
 
-TEST(BabbleTest, BehindADamagedReplyIsNotLate) {
+TEST(BabbleTest, BabbleAfterADamagedReplyIsNotALateReply) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).manner.babble = 5s;
   line.Open();
@@ -350,7 +350,7 @@ TEST(InUse, ADeviceTakenBackIsPolledAtOnce) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
 }
 
-TEST(InUse, TheSwitchHoldsOverALostPort) {
+TEST(InUse, ADeviceTakenOutStaysOutAfterALostPort) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();
   line.RunFor(5s);
@@ -365,7 +365,7 @@ TEST(InUse, TheSwitchHoldsOverALostPort) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::disabled);
 }
 
-TEST(DeviceStatusOfLine, LineTimeAndRecentOutcomes) {
+TEST(DeviceStatusOfLine, CountsLineTimeAndRecentOutcomes) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();
   line.RunFor(5s);
@@ -386,7 +386,7 @@ TEST(DeviceStatusOfLine, LineTimeAndRecentOutcomes) {
   EXPECT_GT(line.StatusOf(0).recent.Count(Outcome::ok), 10U);
 }
 
-TEST(InUse, ADeviceTakenOutStretchesNobodysMaxAge) {
+TEST(InUse, ADeviceTakenOutDoesNotLengthenTheMaxAgeOfOthers) {
   config::Line settings = TwoDevices();
   settings.devices[0].poll = 100ms;
   settings.devices[1].poll = 10s;
@@ -406,7 +406,7 @@ TEST(InUse, ADeviceTakenOutStretchesNobodysMaxAge) {
   EXPECT_EQ(max_age(), 300ms);
 }
 
-TEST(InUse, BehindAClosedPortNothingComesOnline) {
+TEST(InUse, ADeviceTakenIntoUseStaysOfflineWhileThePortIsClosed) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(5s);
@@ -431,7 +431,7 @@ TEST(InUse, ADeviceThatIsDisabledInTheFileCanBeTakenIntoUse) {
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(0, 0) == Quality::good; }, 1s));
 }
 
-TEST(InUse, TakenOutInTheMidstOfItsExchange) {
+TEST(InUse, ADeviceTakenOutDuringItsExchangeIsDisabled) {
   VirtualLine line(TwoDevices(), {&ToyProtocol()});
   line.Open();
   line.RunFor(5s);
@@ -444,7 +444,7 @@ TEST(InUse, TakenOutInTheMidstOfItsExchange) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
-TEST(InUse, NeitherANewPlanNorAProbeBringsADeviceBackThatIsTakenOut) {
+TEST(InUse, ADeviceTakenOutIsNotPolledAfterAReplanOrABusyReply) {
   for (const char* word : {"replan", "busy"}) {
     VirtualLine line(TwoDevices(), {&ToyProtocol()});
     line.Open();

@@ -32,7 +32,7 @@ TEST(Poller, AnOutageDoesNotMakeOldValuesLookYounger) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-TEST(Poller, QualitiesAlongALife) {
+TEST(Poller, QualityFollowsThePortAndTheDevice) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_not_connected) << "the port is not open yet";
   line.twin(0).manner.dead = true;
@@ -59,7 +59,7 @@ TEST(Poller, QualitiesAlongALife) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-TEST(Poller, TroubleThatTheDeviceReportsIsNeverANumber) {
+TEST(Poller, AFaultReportedByTheDeviceIsNeverShownAsANumber) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 3.0);
   line.Open();
@@ -82,7 +82,7 @@ std::uint64_t SeqOf(VirtualLine& line, std::uint32_t point) {
 }
 
 /// A device that contradicts its profile makes all points bad, also those that are read once.
-TEST(Poller, ADeviceThatIsNotWhatItShouldBeHasNoGoodValue) {
+TEST(Poller, AForeignDeviceHasNoGoodValue) {
   config::Device device = Polled(ToyDevice("a", "A", {"1", "2", "3"}), 1s);
   device.points[2].group = config::Group::once;
   VirtualLine line(ToyLine({device}), {&ToyProtocol()});
@@ -191,7 +191,7 @@ struct OutdatedLine : RoutedLine {
   }
 };
 
-TEST(PollerOutdated, WhatARouteHasWrittenIsReadAgain) {
+TEST(PollerOutdated, PointsWrittenByARouteAreReadAgain) {
   using L = OutdatedLine;
   struct Case {
     const char* pdu;
@@ -224,7 +224,7 @@ TEST(PollerOutdated, WhatARouteHasWrittenIsReadAgain) {
   }
 }
 
-TEST(PollerOutdated, ABroadcastTouchesAllSlaves) {
+TEST(PollerOutdated, ABroadcastMakesThePointsOfAllSlavesBeReadAgain) {
   OutdatedLine line;
   line.Ask("all", "06 00 05 00 02", 0);
   ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
@@ -233,7 +233,7 @@ TEST(PollerOutdated, ABroadcastTouchesAllSlaves) {
   EXPECT_EQ(line.ValueOf(2, OutdatedLine::whole), Value(std::int64_t{2}));
 }
 
-TEST(PollerOutdated, AWriteThatGotNoReplyMayHaveBeenCarriedOut) {
+TEST(PollerOutdated, PointsOfAnUnansweredWriteAreReadAgain) {
   OutdatedLine line;
   line.twin(3).manner.distort = [](Bytes) { return Bytes(); };
   line.Ask("write", "06 00 05 00 02");
@@ -245,7 +245,7 @@ TEST(PollerOutdated, AWriteThatGotNoReplyMayHaveBeenCarriedOut) {
   line.ExpectReadAgain();
 }
 
-TEST(PollerOutdated, AWriteToAPointTouchesTheOthersOfItsRegister) {
+TEST(PollerOutdated, AWriteToAPointDoubtsTheOtherPointsOfItsRegister) {
   using L = OutdatedLine;
   for (const std::uint32_t written : {L::whole, L::bit}) {
     L line;
@@ -264,7 +264,7 @@ TEST(PollerOutdated, AWriteToAPointTouchesTheOthersOfItsRegister) {
   }
 }
 
-TEST(PollerOutdated, AfterAnUnknownFunctionAllIsReadAgain) {
+TEST(PollerOutdated, AfterAnUnknownFunctionAllPointsAreReadAgain) {
   OutdatedLine line;
   line.twin(3).manner.instead = [](View request) {
     Bytes reply = {20, 0x41, 0};
@@ -281,7 +281,7 @@ TEST(PollerOutdated, AfterAnUnknownFunctionAllIsReadAgain) {
   }
 }
 
-TEST(PollerOutdated, ATelegramByHandTouchesWhatItNames) {
+TEST(PollerOutdated, AManualWriteTelegramMakesItsPointsBeReadAgain) {
   OutdatedLine line;
   Bytes telegram = {20, 6, 0, 6, 0, 9};
   AppendCrc16(telegram);
@@ -322,7 +322,7 @@ class RecheckTest : public ::testing::Test {
   std::optional<VirtualLine> line_;
 };
 
-TEST_F(RecheckTest, AQuietValueCostsOneRequestOnceAndNoneAfter) {
+TEST_F(RecheckTest, AStableValueIsRecheckedOnlyOnce) {
   Use(config::Recheck::jump);
   EXPECT_EQ(line_->QualityOf(0, 0), Quality::good);
   EXPECT_EQ(line_->StatusOf(0).rechecks, 1U);
@@ -347,7 +347,7 @@ TEST_F(RecheckTest, ADamagedReadingIsNeverShown) {
   EXPECT_EQ(line_->StatusOf(0).unconfirmed, 1U);
 }
 
-TEST_F(RecheckTest, AnOldValueDoesNotBecomeYounger) {
+TEST_F(RecheckTest, UnconfirmedReadingsDoNotMakeTheOldValueYounger) {
   Use(config::Recheck::jump);
   line_->RunFor(600ms);
   line_->twin(0).manner.instead = [turn = 0](View request) mutable -> std::optional<Bytes> {
@@ -362,7 +362,7 @@ TEST_F(RecheckTest, AnOldValueDoesNotBecomeYounger) {
   EXPECT_EQ(*line_->AgeOf(0, 0), before + (line_->now().instant - began));
 }
 
-TEST_F(RecheckTest, AWriteIsSeenAtItsReadBack) {
+TEST_F(RecheckTest, AWrittenValueIsShownAtItsReadBack) {
   Use(config::Recheck::jump);
   line_->Write(0, 0, std::int64_t{70});
   EXPECT_TRUE(line_->RunUntil([&] { return !line_->ends.empty(); }, 500ms));
@@ -370,7 +370,7 @@ TEST_F(RecheckTest, AWriteIsSeenAtItsReadBack) {
   EXPECT_EQ(line_->QualityOf(0, 0), Quality::good);
 }
 
-TEST_F(RecheckTest, WithoutItNothingIsAskedTwice) {
+TEST_F(RecheckTest, WithRecheckOffNoValueIsRequestedTwice) {
   Use(config::Recheck::off);
   line_->twin(0).values.Set(0, std::int64_t{90});
   line_->RunFor(10s);

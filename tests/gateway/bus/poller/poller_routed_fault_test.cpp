@@ -36,7 +36,7 @@ TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
 }
 
 // A driver that releases the bus may leave a zero byte on it.
-TEST(PollerRoutedFaults, OneByteBehindAReplyDoesNotSlowTheNextReads) {
+TEST(PollerRoutedFaults, OneByteAfterAReplyDoesNotSlowTheNextReads) {
   std::vector<int> answered;
   for (const bool noisy : {false, true}) {
     RoutedLine line;
@@ -56,7 +56,7 @@ TEST(PollerRoutedFaults, OneByteBehindAReplyDoesNotSlowTheNextReads) {
   EXPECT_GT(answered[1], answered[0] * 9 / 10);
 }
 
-TEST(PollerRoutedFaults, ADamagedReplyIsNotAskedForAgainIfItsClientHasLeft) {
+TEST(PollerRoutedFaults, ADamagedReadIsNotRetriedIfItsClientHasLeft) {
   struct Row {
     const char* what;
     Bytes noise;  // comes before the reply
@@ -133,7 +133,7 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
 }
 
 // A serial server stores bytes that come while no client is connected.
-TEST(PollerRoutedFaults, TheReplyFromBeforeAReconnectIsNotTaken) {
+TEST(PollerRoutedFaults, AReplyFromBeforeAReconnectIsIgnored) {
   RoutedLine line;
   line.Number(0, 1);
   line.Ask("warm", kRead);
@@ -173,7 +173,7 @@ void AnswerOddly(Manner& manner, const std::string& request, const std::string& 
   };
 }
 
-TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
+TEST(PollerRoutedFaults, AnOddReplyIsAcceptedWhenNoOtherReplyIsOutstanding) {
   for (const bool device : {false, true}) {
     for (const auto& [request, reply] : kOddReplies) {
       SCOPED_TRACE(request);
@@ -202,7 +202,7 @@ TEST(PollerRoutedFaults, AnOddReplyIsTheReplyWhereNothingElseIsOwed) {
 }
 
 /// The same before any other request: the bus may echo, as far as is known.
-TEST(PollerRoutedFaults, AWriteThatComesBackWholeIsNoReplyWhereTheBusMayEcho) {
+TEST(PollerRoutedFaults, AWholeEchoOfAWriteIsNoReplyWhenTheBusMayEcho) {
   RoutedLine line(DriveLine(), {"20"});
   AnswerOddly(line.twin(0).manner, kWhole, kWhole);
   for (int i = 0; i < 8; ++i) {
@@ -239,7 +239,7 @@ TEST(PollerRoutedFaults, TheEchoOfABlockOnADeadSlaveIsNoReply) {
   EXPECT_NE(line.Of("vain").outcome, Outcome::ok);
 }
 
-TEST(PollerRoutedFaults, ALateReplyOfAnotherFormIsNoOddReply) {
+TEST(PollerRoutedFaults, ALateReplyOfAnotherLengthIsNotAcceptedAsAnOddReply) {
   for (const bool device : {false, true}) {
     RoutedLine line(
         DriveLine(device ? std::vector{Polled("20", 2, 1h)} : std::vector<config::Device>()),
@@ -280,7 +280,7 @@ TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
 }
 
 // Otherwise the reads of other clients would be refused because the slave is absent.
-TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
+TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotBlockTheSlaveForOthers) {
   RoutedLine line;
   line.twin(0).manner.deliver = IgnoreOdd;
   line.Ask("warm", kRead);
@@ -297,7 +297,7 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotTakeTheSlaveFromOthers) {
 }
 
 // A busy client of another slave leaves 2 % of the time for probes.
-TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFoundIt) {
+TEST(PollerRoutedFaults, AWriteReachesAReturnedSlaveBeforeAProbeFindsIt) {
   RoutedLine line;
   BusyClients clients(line);
   clients.Add(kRead, 20);
@@ -317,7 +317,7 @@ TEST(PollerRoutedFaults, AStopReachesASlaveThatHasReturnedBeforeTheProbesHaveFou
   EXPECT_GT(clients.answered(0), before + 50);
 }
 
-TEST(PollerRoutedFaults, WritesToAnAbsentSlaveLeaveTheOthersTheirTime) {
+TEST(PollerRoutedFaults, WritesToAnAbsentSlaveTakeAtMostAFifthFromTheOthers) {
   RoutedLine line;
   BusyClients clients(line);
   clients.Add(kRead, 20);
@@ -357,7 +357,7 @@ TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
 }
 
 /// Both points are in one register block, so the value of the second point is not known either.
-TEST(PollerReadBack, WhatItsRequestReadsIsUncertainWhenItFails) {
+TEST(PollerReadBack, AFailedReadBackMakesAllPointsOfItsRequestUncertain) {
   RoutedLine line(DriveLine({Polled("20", 2, 10s)}), {});
   line.Open();
   line.RunFor(11s);
@@ -373,7 +373,7 @@ TEST(PollerReadBack, WhatItsRequestReadsIsUncertainWhenItFails) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::uncertain);
 }
 
-TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothing) {
+TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveFailAtOnceAndBarelySlowTheOthers) {
   RoutedLine line;
   BusyClients clients(line);
   clients.Add(kRead, 20);
@@ -391,7 +391,7 @@ TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveAreToldAtOnceAndCostTheOthersNothin
 }
 
 // A slave that answers two of three requests is present.
-TEST(PollerRoutedFaults, ALostReplyCostsNoOtherRequest) {
+TEST(PollerRoutedFaults, ALostReplyFailsNoOtherRequest) {
   RoutedLine line;
   int asked = 0;
   int lost = 0;
@@ -430,7 +430,7 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
 }
 
 // Two entries of one slave. Every fifth reply is late, and no reply contains its register.
-TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotTakenForTheOthers) {
+TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotStoredForTheOtherEntry) {
   for (Duration late = 100ms; late < 1050ms; late += 37ms) {
     SCOPED_TRACE(FormatDuration(late));
     config::Device second = Polled("20", 6, 400ms);

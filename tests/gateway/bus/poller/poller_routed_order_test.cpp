@@ -225,7 +225,7 @@ TEST(PollerRoutedOrder, NoRetryIsSentBeyondTheDeadline) {
   EXPECT_TRUE(line.Of("read").sent) << "once";
 }
 
-TEST(PollerRoutedOrder, WhoLeavesASharedExchangeDoesNotTakeItFromTheOthers) {
+TEST(PollerRoutedOrder, AClientThatLeavesASharedExchangeDoesNotEndIt) {
   RoutedLine line;
   line.Ask("under way", kRead, 20, 1);
   line.Ask("a", kRead, 20, 2);
@@ -269,7 +269,7 @@ TEST(PollerRoutedOrder, ADeviceTakenOutOfUseWhileOfflineIsReachedAgain) {
 }
 
 // The next write comes before the line has been silent long enough for the read.
-TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStillQuiet) {
+TEST(PollerRoutedOrder, AReadIsSentBetweenTheWritesOfABusyClient) {
   RoutedLine line;
   line.Ask("read", kRead, 21, 2, Priority::normal, 1min);
   for (int writes = 0; writes < 40; ++writes) {
@@ -288,7 +288,7 @@ TEST(PollerRoutedOrder, AReadHasItsTurnBesideAWriterThatIsBackWhileTheLineIsStil
 // A client asks the slaves in turn, and waits only 900 ms for each.
 class AskedInTurn : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(AskedInTurn, ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt) {
+TEST_P(AskedInTurn, AReturningSlaveIsFoundByAClientThatAsksSlavesInTurn) {
   RoutedLine line;
   const std::string pdu = GetParam();
   int number = 0;
@@ -319,7 +319,7 @@ TEST_P(AskedInTurn, ASlaveThatReturnsIsFoundThoughItsClientNeverWaitsForIt) {
 INSTANTIATE_TEST_SUITE_P(Requests, AskedInTurn, ::testing::Values(kRead, kStartDrive),
                          [](const auto& info) { return info.index == 0 ? "Read" : "Start"; });
 
-TEST(PollerRoutedOrder, ARequestThatASlaveIgnoresDoesNotMakeItAbsent) {
+TEST(PollerRoutedOrder, ARequestThatASlaveIgnoresDoesNotMarkTheSlaveAbsent) {
   RoutedLine line;
   for (int i = 0; i < 5; ++i) {
     line.Ask("malformed " + std::to_string(i), "03 00 00 00 01 00");
@@ -345,7 +345,7 @@ TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
 }
 
 // Probes get 2 % of a busy line: with a reply time of 500 ms, one probe in 25 s.
-TEST(PollerRoutedOrder, ASlaveThatReturnsBesideABusyOneIsServedWithinHalfAMinute) {
+TEST(PollerRoutedOrder, ASlaveReturningBesideABusySlaveIsServedWithinHalfAMinute) {
   RoutedLine line;
   BusyClients clients(line);
   clients.Add(kRead, 20);
@@ -360,7 +360,7 @@ TEST(PollerRoutedOrder, ASlaveThatReturnsBesideABusyOneIsServedWithinHalfAMinute
   EXPECT_TRUE(line.RunUntil(served, 30s));
 }
 
-TEST(PollerRoutedOrder, ALookThatLetsAStartPassIsCountedWhenItIsSent) {
+TEST(PollerRoutedOrder, AProbeDelayedByAWriteIsCountedWhenItIsSent) {
   config::Line config = DriveLine();
   config.timing.quiet = 20ms;
   RoutedLine line(std::move(config));

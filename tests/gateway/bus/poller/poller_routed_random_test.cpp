@@ -174,7 +174,7 @@ Tally ReadAtRandom(unsigned seed) {
 }
 
 // A Modbus RTU reply does not contain its register: only the order of replies shows it.
-TEST(PollerRoutedRandom, NobodyGetsAValueOfAnotherRegister) {
+TEST(PollerRoutedRandom, NoReadReturnsAValueOfAnotherRegister) {
   int ok = 0;
   for (unsigned seed = 1; seed <= 150; ++seed) {
     const Tally tally = ReadAtRandom(seed);
@@ -210,7 +210,7 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
 }
 
 // `late` is longer than the ceiling: the reply comes during another request, or a probe.
-TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
+TEST(PollerRoutedRandom, AVeryLateReplyIsNeverGivenToAnotherRequest) {
   for (const bool polled : {false, true}) {
     for (const Duration late : {800ms, 900ms, 1000ms, 1500ms, 3000ms}) {
       for (const int every : {1, 2, 3, 5, 20}) {
@@ -231,7 +231,7 @@ TEST(PollerRoutedRandom, AReplyThatComesBehindEveryWaitIsNobodyElses) {
 using Pieces = std::vector<tools::TimedPiece>;
 
 // The confirmation of a write equals its request, and so does its echo.
-TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent) {
+TEST(PollerRoutedEcho, AnEchoWhileSendingDoesNotConfirmTheFirstWrite) {
   RoutedLine line(DriveLine(), {"20"});
   line.echo = [](View request) { return Bytes(request.begin(), request.end()); };
   line.twin(0).manner.dead = true;
@@ -241,7 +241,7 @@ TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedOnABusThatEchoesWhileItIsSent) 
 }
 
 // Bytes that come before the end of a request cannot be its reply.
-TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
+TEST(PollerRoutedEcho, AnEarlyEchoDoesNotConfirmTheFirstWrite) {
   RoutedLine line(DriveLine(), {"20"});
   line.twin(0).manner.deliver = [](View request, const Bytes&, Instant) -> Pieces {
     return {{-1ms, Bytes(request.begin(), request.end())}};
@@ -253,7 +253,7 @@ TEST(PollerRoutedEcho, TheFirstWriteIsNotBelievedWhenItsEchoIsEarly) {
 
 // An echo in one piece after the request is not early. Only the reply to a read differs from its
 // request, and so shows that the bus echoes.
-TEST(PollerRoutedEcho, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece) {
+TEST(PollerRoutedEcho, AnEchoDoesNotConfirmAWriteAfterAReadRevealedTheEcho) {
   RoutedLine line(DriveLine(), {"20"});
   bool dead = false;
   line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {
@@ -271,7 +271,7 @@ TEST(PollerRoutedEcho, AWriteIsNotBelievedOnceAReadHasRevealedAnEchoInOnePiece) 
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-TEST(PollerRoutedEcho, AReplyThatMayEqualItsRequestRevealsNoEcho) {
+TEST(PollerRoutedEcho, AReplyThatMayEqualItsRequestIsNotTakenAsAnEcho) {
   RoutedLine line(DriveLine(), {"20"});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[1] != 0x08 && request[1] != 0x41) return std::nullopt;
@@ -286,7 +286,7 @@ TEST(PollerRoutedEcho, AReplyThatMayEqualItsRequestRevealsNoEcho) {
   EXPECT_TRUE(line.warnings.empty());
 }
 
-TEST(PollerRoutedEcho, AWriteIsBelievedAgainOnceTheBusEchoesNoMore) {
+TEST(PollerRoutedEcho, AWriteIsConfirmedAgainWhenTheBusStopsEchoing) {
   RoutedLine line(DriveLine(), {"20"});
   bool echoes = true;
   line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) -> Pieces {

@@ -14,7 +14,7 @@ using config::Priority;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(PollerRouted, RequestAndReplyPassAsTheyAre) {
+TEST(PollerRouted, RequestAndReplyPassUnchanged) {
   RoutedLine line;
   line.twin(0).values.Set(0, std::uint64_t{2500});
   line.Ask("read", kRead);
@@ -25,7 +25,7 @@ TEST(PollerRouted, RequestAndReplyPassAsTheyAre) {
   EXPECT_THAT(line.OnWire(), ElementsAre("14 03 00 00 00 01"));
 }
 
-TEST(PollerRouted, TheSlavesOwnExceptionPasses) {
+TEST(PollerRouted, AnExceptionOfTheSlavePassesUnchanged) {
   RoutedLine line;
   line.Ask("beyond", "03 03 E7 00 01");
   line.RunFor(1s);
@@ -34,7 +34,7 @@ TEST(PollerRouted, TheSlavesOwnExceptionPasses) {
 }
 
 /// The client gets the exception. The device itself is not counted as refusing.
-TEST(PollerRouted, WhatAClientIsRefusedSaysNothingAboutTheDevice) {
+TEST(PollerRouted, ARefusedClientRequestIsNotCountedForTheDevice) {
   RoutedLine line(DriveLine({Polled("20", 1)}), {});
   line.RunFor(100ms);
   line.Ask("beyond", "03 03 E7 00 01");
@@ -45,7 +45,7 @@ TEST(PollerRouted, WhatAClientIsRefusedSaysNothingAboutTheDevice) {
             line.StatusOf(0).outcomes[static_cast<std::size_t>(Outcome::ok)]);
 }
 
-TEST(PollerRouted, NobodyIsAskedBehindAClosedPort) {
+TEST(PollerRouted, RequestsFailAtOnceWhenThePortIsClosed) {
   RoutedLine line;
   line.Ask("waiting", kBlock);
   line.RunFor(10ms);
@@ -60,7 +60,7 @@ TEST(PollerRouted, NobodyIsAskedBehindAClosedPort) {
   EXPECT_EQ(line.sent.size(), 1U) << "nothing is sent late";
 }
 
-TEST(PollerRouted, WhatStillWaitsForAQuietLineWasNotSent) {
+TEST(PollerRouted, ARequestWaitingForAQuietLineIsReportedNotSent) {
   for (const bool leaves : {false, true}) {
     RoutedLine line;
     line.Ask("first", kRead);
@@ -73,7 +73,7 @@ TEST(PollerRouted, WhatStillWaitsForAQuietLineWasNotSent) {
   }
 }
 
-TEST(PollerRouted, WhatStillWaitsForAConnectionWasNotSent) {
+TEST(PollerRouted, ARequestWaitingForAConnectionIsReportedNotSent) {
   enum class What { leaves, closes, takes_too_long };
   for (const What what : {What::leaves, What::closes, What::takes_too_long}) {
     RoutedLine line;
@@ -103,7 +103,7 @@ TEST(PollerRouted, ALateReplyIsNotGivenToTheNextRequest) {
   EXPECT_EQ(ToHex(line.Of("next").pdu), "03 02 00 02");
 }
 
-TEST(PollerRouted, AReplyOfAnotherSlaveIsNoReply) {
+TEST(PollerRouted, AReplyOfAnotherSlaveIsNotAccepted) {
   RoutedLine line;
   line.twin(0).manner.instead = [](View) { return ParseHex("15 03 02 00 07 C9 85"); };
   line.Ask("read", kRead);
@@ -133,7 +133,7 @@ TEST(PollerRouted, WritesToOneSlaveKeepTheirOrderAndAStartIsNeverReplayedAfterAS
   EXPECT_EQ(line.Of("start").outcome, Outcome::corrupt);
 }
 
-TEST(PollerRouted, ADamagedReadIsRepeatedASilentOneIsNot) {
+TEST(PollerRouted, ADamagedReadIsRetriedAndAnUnansweredReadIsNot) {
   RoutedLine line;
   int damaged = 0;
   line.twin(0).manner.distort = [&](Bytes reply) {
@@ -150,7 +150,7 @@ TEST(PollerRouted, ADamagedReadIsRepeatedASilentOneIsNot) {
   EXPECT_EQ(line.sent.size(), 3U);
 }
 
-TEST(PollerRouted, WhatWaitsBeyondItsDeadlineIsNeverSent) {
+TEST(PollerRouted, ARequestPastItsDeadlineIsNeverSent) {
   RoutedLine line;
   line.Ask("block", kBlock);
   line.Ask("short of time", kRead, 20, 2, Priority::normal, 50ms);
@@ -162,7 +162,7 @@ TEST(PollerRouted, WhatWaitsBeyondItsDeadlineIsNeverSent) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
-TEST(PollerRouted, NothingIsSentBehindItsDeadlineWhenTheProgramGoesOn) {
+TEST(PollerRouted, NoRequestIsSentAfterItsDeadlineWhenTheProgramResumes) {
   RoutedLine line;
   line.Ask("first", kRead);
   ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
@@ -174,7 +174,7 @@ TEST(PollerRouted, NothingIsSentBehindItsDeadlineWhenTheProgramGoesOn) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
-TEST(PollerRouted, WhoHasLeftIsForgotten) {
+TEST(PollerRouted, RequestsOfADisconnectedClientAreDropped) {
   RoutedLine line;
   line.Ask("under way", kBlock, 20, 1);
   line.RunFor(10ms);
@@ -272,7 +272,7 @@ TEST(PollerRouted, AWriteWaitsForNoPoll) {
   EXPECT_TRUE(wire[before] == "14 06 00 00 00 02" || wire[before + 1] == "14 06 00 00 00 02");
 }
 
-TEST(PollerRouted, ADeadSlaveIsToldQuicklyAndCostsTheLivingNextToNothing) {
+TEST(PollerRouted, ADeadSlaveFailsQuicklyAndBarelySlowsTheOthers) {
   const auto answered_in_a_minute = [](bool dead) {
     RoutedLine line;
     line.twin(1).manner.dead = dead;
@@ -327,7 +327,7 @@ TEST(PollerRouted, AWriteToADeadSlaveWaitsForItsDeadlineAndGoesOutWhenTheSlaveRe
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
 
-TEST(PollerRouted, ABroadcastIsNotAnsweredAndGivesTheSlavesTheirTime) {
+TEST(PollerRouted, ABroadcastHasNoReplyAndIsFollowedByAPause) {
   RoutedLine line;
   line.Ask("all", kStartDrive, 0);
   line.Ask("read", kRead);
@@ -355,7 +355,7 @@ TEST(PollerRouted, APolledDeviceAndARouteToItShareOneState) {
   EXPECT_EQ(line.Of("told at once").outcome, Outcome::no_reply);
 }
 
-TEST(PollerRouted, AWriteIsNotBelievedOnABusThatEchoes) {
+TEST(PollerRouted, AnEchoDoesNotConfirmAWriteOnAnEchoingBus) {
   RoutedLine line(DriveLine(), {"20"});
   line.echo = [](View request) { return Bytes(request.begin(), request.end()); };
   line.Ask("read", kRead);

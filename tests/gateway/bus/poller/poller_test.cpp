@@ -39,7 +39,7 @@ TEST(Poller, PollsOnTheGridAndStoresGoodValues) {
   EXPECT_LT(status.round_trips.mean(), 30ms);
 }
 
-TEST(Poller, AnyFragmentationGivesTheSame) {
+TEST(Poller, AnyFragmentationGivesTheSameValue) {
   for (const std::size_t fragment : {1U, 2U, 3U, 5U}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
     line.twin(0).values.Set(0, 7.25);
@@ -52,7 +52,7 @@ TEST(Poller, AnyFragmentationGivesTheSame) {
   }
 }
 
-TEST(Poller, DisabledDeviceIsLeftAlone) {
+TEST(Poller, ADisabledDeviceIsNotPolled) {
   config::Device off = ToyDevice("b", "B", {"1"});
   off.enabled = false;
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), off}), {&ToyProtocol()});
@@ -85,7 +85,7 @@ TEST(Poller, ALineWithoutDevicesIsIdleForEver) {
   EXPECT_EQ(line.poller().accounts().line.counters().stray_bytes, 5U);
 }
 
-TEST(Poller, SilenceOfTheWholeLineShows) {
+TEST(Poller, SilenceOfTheWholeLineIsReported) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(10s);
@@ -97,7 +97,7 @@ TEST(Poller, SilenceOfTheWholeLineShows) {
 
 // ---------------- Busy devices, under virtual time: they get the pause that they ask for.
 
-TEST(Poller, BusyParksTheQueryAndResumesIt) {
+TEST(Poller, ABusyReplyParksTheQueryAndLaterRepeatsIt) {
   config::Device device = ToyDevice("a", "A", {"1"});
   VirtualLine line(ToyLine({Polled(device, 10s), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()});
   int busy = 2;
@@ -115,7 +115,7 @@ TEST(Poller, BusyParksTheQueryAndResumesIt) {
   EXPECT_EQ(line.ValueOf(1, 0), Value(0.0)) << "the others were asked meanwhile";
 }
 
-TEST(Poller, ADeviceThatIsBusyForEverStaysOnlineAndIsNotHammered) {
+TEST(Poller, AnAlwaysBusyDeviceStaysOnlineAndItsPausesAreObserved) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
   config.retries = 20;
   VirtualLine line(config, {&ToyProtocol()});
@@ -129,7 +129,7 @@ TEST(Poller, ADeviceThatIsBusyForEverStaysOnlineAndIsNotHammered) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::bad_waiting);
 }
 
-TEST(Poller, ADeviceThatAsksForPeaceInItsProbeIsLeftInPeace) {
+TEST(Poller, APauseRequestedInAProbeReplyIsObserved) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options.Set("wait", std::int64_t{Duration(5min).count()});
   VirtualLine line(ToyLine({device}), {&ToyProtocol()});
@@ -140,7 +140,7 @@ TEST(Poller, ADeviceThatAsksForPeaceInItsProbeIsLeftInPeace) {
 }
 
 // A busy meter asks twice for a pause of 15 s, which must not make the line count as slow.
-TEST(Poller, WaitingMakesNoValueLastLonger) {
+TEST(Poller, PausesOfABusyDeviceDoNotLengthenItsAgeLimits) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options = ToyOptions();
   device.options.Set("wait", std::int64_t{Duration(15s).count()});
@@ -180,7 +180,7 @@ void Swallow(VirtualLine::WireTwin& twin, std::string start, int times) {
   };
 }
 
-TEST(PollerOnce, IsReadOnceForEachOpening) {
+TEST(PollerOnce, APointIsReadOncePerPortOpening) {
   VirtualLine line = OneOnce();
   line.Open();
   line.RunFor(1h);
@@ -192,7 +192,7 @@ TEST(PollerOnce, IsReadOnceForEachOpening) {
   EXPECT_EQ(line.CountSent("?A1"), 2U) << "it may have been replaced";
 }
 
-TEST(PollerOnce, ALostReplyIsMadeGoodLater) {
+TEST(PollerOnce, ALostReadIsRepeatedLater) {
   VirtualLine line = OneOnce();
   Swallow(line.twin(0), "?A1", 3);
   line.Open();
@@ -205,7 +205,7 @@ TEST(PollerOnce, ALostReplyIsMadeGoodLater) {
   EXPECT_EQ(line.CountSent("?A1"), 4U);
 }
 
-TEST(PollerOnce, WhatIsNeverAnsweredIsAskedForOnceInASlowPeriod) {
+TEST(PollerOnce, AnUnansweredPointIsRequestedOncePerSlowPeriod) {
   VirtualLine line = OneOnce();
   Swallow(line.twin(0), "?A1", -1);
   line.Open();
@@ -216,7 +216,7 @@ TEST(PollerOnce, WhatIsNeverAnsweredIsAskedForOnceInASlowPeriod) {
 }
 
 // The device is replaced while the port is closed, and ignores the first reads of its number.
-TEST(PollerOnce, WhatTheDeviceBeforeHasSaidIsNotGoodAgainUnread) {
+TEST(PollerOnce, AValueFromBeforeAReopeningIsNotGoodUntilReadAgain) {
   VirtualLine line = OneOnce();
   line.twin(0).values.Set(0, 1001.0);
   line.Open();
@@ -236,7 +236,7 @@ TEST(PollerOnce, WhatTheDeviceBeforeHasSaidIsNotGoodAgainUnread) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-TEST(PollerOnce, OfAnotherDeviceWhatIsOnlyWrittenIsNotKnown) {
+TEST(PollerOnce, AWriteOnlyPointIsWaitingAfterADeviceSwap) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "V2"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(10s);
@@ -254,7 +254,7 @@ TEST(PollerOnce, OfAnotherDeviceWhatIsOnlyWrittenIsNotKnown) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-TEST(PollerOnce, NorAfterItWasTakenOutOfUse) {
+TEST(PollerOnce, AValueIsUncertainUntilReadAgainAfterTakingIntoUse) {
   VirtualLine line = OneOnce();
   line.Open();
   line.RunFor(10s);
@@ -275,7 +275,7 @@ VirtualLine OneDaily() {
   return {ToyLine({device}), {&ToyProtocol()}};
 }
 
-TEST(PollerDaily, IsReadAtTheStartAndOnceADay) {
+TEST(PollerDaily, APointIsReadAtTheStartAndOnceADay) {
   VirtualLine line = OneDaily();
   line.Open();
   line.RunFor(25h);
@@ -283,7 +283,7 @@ TEST(PollerDaily, IsReadAtTheStartAndOnceADay) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-TEST(PollerDaily, WhatIsNeverAnsweredIsAskedForEveryFiveMinutes) {
+TEST(PollerDaily, AnUnansweredPointIsRequestedEveryFiveMinutes) {
   VirtualLine line = OneDaily();
   Swallow(line.twin(0), "?A1", -1);
   line.Open();
@@ -295,7 +295,7 @@ TEST(PollerDaily, WhatIsNeverAnsweredIsAskedForEveryFiveMinutes) {
 }
 
 // The device was silent for one poll, so the daily value may be of another device.
-TEST(PollerDaily, IsReadAnewAfterSilence) {
+TEST(PollerDaily, APointIsReadAgainAfterSilence) {
   VirtualLine line = OneDaily();
   line.Open();
   line.RunFor(10s);
@@ -332,7 +332,7 @@ struct Doubled {
   bool doubled = false;
 };
 
-TEST(PollerOnce, WhatIsParkedIsAskedForAgainWhenItsQueriesChange) {
+TEST(PollerOnce, AParkedReadIsRequestedAgainWhenTheQueriesChange) {
   config::Device device = ToyDevice("a", "A", {"3", "1"});
   device.points[1].group = config::Group::once;
   device.slow = 5s;
@@ -353,7 +353,7 @@ TEST(PollerOnce, WhatIsParkedIsAskedForAgainWhenItsQueriesChange) {
   EXPECT_EQ(at.line.QualityOf(0, 1), Quality::good);
 }
 
-TEST(PollerOnce, WhatWasRefusedIsAskedForAgainWhereThatMayHaveBeenAnothersReply) {
+TEST(PollerOnce, ARefusedPointIsRequestedAgainAfterASecondReply) {
   config::Device device = ToyDevice("a", "A", {"1", "3"});
   device.points[1].group = config::Group::once;
   Doubled at(device);
@@ -370,7 +370,7 @@ TEST(PollerOnce, WhatWasRefusedIsAskedForAgainWhereThatMayHaveBeenAnothersReply)
 
 // ---------------- Plans of a device that change or cannot be carried out.
 
-TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
+TEST(Poller, AReplanDropsPointsThatTheDeviceRefuses) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (AsText(request) != "?A1\r") return std::nullopt;
@@ -386,7 +386,7 @@ TEST(Poller, ReplanDropsWhatTheDeviceDoesNotKnow) {
 
 /// Four urgent reads are followed by a poll, whose reply removes query 0 from the plan: all other
 /// queries get new numbers.
-TEST(Poller, AReadThatWaitsGoesByItsPointWhenThePlanChanges) {
+TEST(Poller, AWaitingReadFollowsItsPointsWhenThePlanChanges) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5", "6"})}),
                    {&ToyProtocol()});
   line.Open();
@@ -408,7 +408,7 @@ TEST(Poller, AReadThatWaitsGoesByItsPointWhenThePlanChanges) {
 }
 
 /// The toy throws if it is asked for a query that does not exist.
-TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
+TEST(Poller, APollIsNotSentWhenItsProbeRemovedItsQuery) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -423,7 +423,7 @@ TEST(Poller, APollWhoseQueryWentWithTheProbeBeforeItIsNotAsked) {
 }
 
 /// Many devices do not answer requests for points that they do not have.
-TEST(Poller, SilenceToWhatWasNeverAnsweredTellsNothingOfTheDevice) {
+TEST(Poller, SilenceToNeverAnsweredPointsDoesNotPutADeviceOffline) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5"})}), {&ToyProtocol()});
   const std::string_view answered = "?A1\r";
   line.twin(0).manner.deliver = [&](View request, Bytes reply, Instant) {
@@ -440,7 +440,7 @@ TEST(Poller, SilenceToWhatWasNeverAnsweredTellsNothingOfTheDevice) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::offline);
 }
 
-TEST(Poller, ReplanAfterAFailureIsHeard) {
+TEST(Poller, AReplanAfterAFailureTakesEffect) {
   config::Device device = ToyDevice("a", "A", {"2", "L1"});
   VirtualLine line(ToyLine({device}), {&ToyProtocol()});
   line.twin(0).manner.distort = [](Bytes reply) {
@@ -453,7 +453,7 @@ TEST(Poller, ReplanAfterAFailureIsHeard) {
   EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::ok) << "the old plan would ask for nothing";
 }
 
-TEST(Poller, APointThatCanNotBeAskedHarmsNobodyAndProvesNothing) {
+TEST(Poller, APointWithoutARequestNeitherBlocksTheLineNorProvesTheDevice) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"E1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
   line.twin(0).manner.dead = true;
@@ -480,7 +480,7 @@ TEST(PollerRetries, AreBoundedAndCounted) {
   EXPECT_EQ(line.StatusOf(0).Count(Outcome::no_reply), 3U);
 }
 
-TEST(PollerRetries, OneLostReplyIsMadeUpForAtOnce) {
+TEST(PollerRetries, ALostReplyIsRetriedAtOnce) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
@@ -504,7 +504,7 @@ TEST(PollerRetries, DestructiveReadIsNotRepeated) {
   EXPECT_EQ(line.CountSent("BA"), 0U);
 }
 
-TEST(PollerRetries, TheConversationPutsAnotherRequestInItsPlace) {
+TEST(PollerRetries, TheConversationMayReplaceARequestForItsRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"L1"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 5.0);
   line.Open();

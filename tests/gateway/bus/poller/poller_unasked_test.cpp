@@ -38,7 +38,7 @@ TEST_F(PollerUnasked, AWriteToADeviceThatCannotBeProbedIsSent) {
   EXPECT_EQ(line_.StatusOf(0).state, DeviceState::online);
 }
 
-TEST_F(PollerUnasked, ItsSilenceIsNoLifeAndItsNextWriteIsSentAgain) {
+TEST_F(PollerUnasked, ASilentDeviceIsNotOnlineAndItsNextWriteIsSent) {
   line_.twin(0).manner.dead = true;
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 0, 7.0));
@@ -57,7 +57,7 @@ TEST_F(PollerUnasked, ItsSilenceIsNoLifeAndItsNextWriteIsSentAgain) {
 }
 
 /// The second reply may be that to the first write, which was never answered.
-TEST_F(PollerUnasked, WithoutAProofAReplyThatMayBeToAnEarlierWriteConfirmsNone) {
+TEST_F(PollerUnasked, WithoutAProofAnAmbiguousReplyConfirmsNoWrite) {
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 0, 7.0));
   line_.RunFor(2s);
@@ -129,7 +129,7 @@ config::Line LineWith(const protocols::Protocol& protocol) {
   return line;
 }
 
-TEST(PollerUnaskedBackground, IsNotChosenAgainAtTheSameMoment) {
+TEST(PollerUnaskedBackground, ABackgroundTaskIsNotChosenTwiceAtTheSameTime) {
   const protocols::Protocol protocol = Talking<Stubborn>("stubborn");
   VirtualLine line(LineWith(protocol), {&protocol});
   line.Open();
@@ -138,7 +138,7 @@ TEST(PollerUnaskedBackground, IsNotChosenAgainAtTheSameMoment) {
   EXPECT_TRUE(line.warnings.empty()) << line.warnings.front();
 }
 
-TEST(PollerTurns, ALineThatTurnsWithoutTimeRestsAndSaysSo) {
+TEST(PollerTurns, ALineThatLoopsWithoutTimePassingPausesAndWarnsOnce) {
   const protocols::Protocol protocol = Talking<Forgetful>("forgetful");
   VirtualLine line(LineWith(protocol), {&protocol});
   line.Open();
@@ -148,7 +148,7 @@ TEST(PollerTurns, ALineThatTurnsWithoutTimeRestsAndSaysSo) {
   EXPECT_EQ(line.warnings[0], TurnLimit::kWarning);
 }
 
-TEST(TurnLimitTest, OneMomentHasSoManyTurns) {
+TEST(TurnLimitTest, TurnsAtOneTimeAreLimited) {
   TurnLimit limit;
   for (int i = 0; i < TurnLimit::kMost; ++i) ASSERT_EQ(limit.Take(kStart), TurnLimit::Turn::take);
   EXPECT_EQ(limit.Take(kStart), TurnLimit::Turn::rest_and_tell);
@@ -159,7 +159,7 @@ TEST(TurnLimitTest, OneMomentHasSoManyTurns) {
   EXPECT_FALSE(limit.RestsUntil(kStart + TurnLimit::kRest));
 }
 
-TEST(TurnLimitTest, TheNextMomentHasAsManyAgain) {
+TEST(TurnLimitTest, TurnsAtDifferentTimesAreNotLimited) {
   TurnLimit limit;
   for (int i = 0; i < 2 * TurnLimit::kMost; ++i) {
     ASSERT_EQ(limit.Take(kStart + i * 1us), TurnLimit::Turn::take);
@@ -181,7 +181,7 @@ class ReplyTest : public ::testing::Test, protected PollerListener {
   Device& a_ = line_.roster.device(0);
 };
 
-TEST_F(ReplyTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
+TEST_F(ReplyTest, AReplyEqualToItsRequestIsRefusedOnAnEchoingBus) {
   for (const bool echoes : {false, true}) {
     EchoWatch echo(config::Echo::off);
     const protocols::Request read = AskFor("?A1\r");
@@ -202,7 +202,7 @@ TEST_F(ReplyTest, AReplyThatEqualsItsRequestIsRefusedOnceTheBusWasSeenToEcho) {
 }
 
 /// The probe of an absent device may be answered by another device. Only the name shows which one.
-TEST_F(ReplyTest, AProbeThatAsksForNoNameGivesNoReadingsOfADeviceThatHasOne) {
+TEST_F(ReplyTest, AProbeWithoutNameGivesNoReadingsOfANamedDevice) {
   const EchoWatch echo(config::Echo::off);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {
     ProbeJob probe(a_, kStart);

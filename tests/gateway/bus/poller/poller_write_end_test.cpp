@@ -44,7 +44,7 @@ class PollerWriteEnd : public ::testing::Test {
   std::vector<WriteResult> results_;
 };
 
-TEST_F(PollerWriteEnd, ConfirmedAndReadBack) {
+TEST_F(PollerWriteEnd, AConfirmedWriteIsReadBack) {
   line_.Submit(Command({{0, 42.5}}));
   line_.RunFor(300ms);
   ASSERT_EQ(results_.size(), 1U);
@@ -55,7 +55,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndReadBack) {
   EXPECT_EQ(line_.StatusOf(0).writes.not_read_back, 0U);
 }
 
-TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
+TEST_F(PollerWriteEnd, AConfirmedWriteWithAnotherValueReadBackDiffers) {
   line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[2] != '1') return std::nullopt;
     return ToyReply(request[0] == 'W' ? "A1" : "A1=0");
@@ -70,7 +70,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndYetAnotherValue) {
 }
 
 /// The reply "busy" is no reading. The next reading shows that the output has not changed.
-TEST_F(PollerWriteEnd, ConfirmedAndBusyWhenItIsReadBack) {
+TEST_F(PollerWriteEnd, AReadBackIsRepeatedWhenTheDeviceIsBusy) {
   int busy = 2;
   line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
     if (request[2] != '1') return std::nullopt;
@@ -83,7 +83,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndBusyWhenItIsReadBack) {
 }
 
 /// A poll of the device is parked before the write.
-TEST_F(PollerWriteEnd, BothAPollAndAReadBackWaitForADeviceThatIsBusy) {
+TEST_F(PollerWriteEnd, APollAndAReadBackWaitForABusyDevice) {
   bool busy = true;
   line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
     if (request[0] == 'W') return ToyReply("A1");
@@ -101,7 +101,7 @@ TEST_F(PollerWriteEnd, BothAPollAndAReadBackWaitForADeviceThatIsBusy) {
   EXPECT_EQ(results_[0].end, WriteEnd::differs);
 }
 
-TEST_F(PollerWriteEnd, ConfirmedAndTheReadBackLost) {
+TEST_F(PollerWriteEnd, AConfirmedWriteWithALostReadBackIsOk) {
   Say('?', {});
   line_.Submit(Command({{0, 42.5}}));
   ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 3s));
@@ -110,7 +110,7 @@ TEST_F(PollerWriteEnd, ConfirmedAndTheReadBackLost) {
   EXPECT_EQ(line_.StatusOf(0).writes.not_read_back, 1U);
 }
 
-TEST_F(PollerWriteEnd, SilenceToTheWriteLeavesItUnknown) {
+TEST_F(PollerWriteEnd, AnUnansweredWriteIsUnknown) {
   Say('W', {});
   line_.Submit(Command({{0, 1.0}, {1, 2.0}}));
   ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 3s));
@@ -120,7 +120,7 @@ TEST_F(PollerWriteEnd, SilenceToTheWriteLeavesItUnknown) {
 }
 
 /// The session was never opened, so nothing can have been written.
-TEST_F(PollerWriteEnd, SilenceToWhatOnlyPreparesItIsNotSent) {
+TEST_F(PollerWriteEnd, AnUnansweredPreparationLeavesTheWriteUnsent) {
   line_.Close();
   Say('O', {});
   line_.Open();
@@ -132,7 +132,7 @@ TEST_F(PollerWriteEnd, SilenceToWhatOnlyPreparesItIsNotSent) {
   EXPECT_NE(results_[0].end, WriteEnd::ok);
 }
 
-TEST_F(PollerWriteEnd, OfSeveralTheClientLearnsWhichWereDone) {
+TEST_F(PollerWriteEnd, TheResultCountsTheWritesBeforeARefusal) {
   line_.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
     if (request[0] != 'W' || request[2] != '2') return std::nullopt;
     return ToyReply("A2~refused");
@@ -145,7 +145,7 @@ TEST_F(PollerWriteEnd, OfSeveralTheClientLearnsWhichWereDone) {
 }
 
 /// A set point every few milliseconds: the read-back shows only the last.
-TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointDiffersFromNothing) {
+TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointReportsNoDifference) {
   for (int i = 1; i <= 12; ++i) line_.Submit(Command({{0, i * 1.0}}));
   ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 12; }, 10s));
   for (const WriteResult& result : results_) EXPECT_EQ(result.end, WriteEnd::ok) << result.reason;
@@ -153,7 +153,7 @@ TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointDiffersFromNothing) {
   EXPECT_EQ(line_.ValueOf(0, 0), Value(12.0));
 }
 
-TEST_F(PollerWriteEnd, WhatIsForbiddenInTheLastMomentIsNotSent) {
+TEST_F(PollerWriteEnd, APointForbiddenAtTheLastMomentIsNotWritten) {
   WriteCommand command = Command({{0, 1.0}, {1, 2.0}});
   command.why_not = [this](Instant) {
     return line_.CountSent("WA1") > 0 ? std::optional<std::string>("interlock") : std::nullopt;
@@ -168,7 +168,7 @@ TEST_F(PollerWriteEnd, WhatIsForbiddenInTheLastMomentIsNotSent) {
   EXPECT_EQ(line_.CountSent("WA2"), 0U);
 }
 
-TEST_F(PollerWriteEnd, ReadNowIsAskedAtOnce) {
+TEST_F(PollerWriteEnd, AReadNowIsSentAtOnce) {
   line_.twin(0).values.Set(1, Value(7.0));
   line_.Submit(Reading({1}));
   line_.RunFor(100ms);
@@ -180,7 +180,7 @@ TEST_F(PollerWriteEnd, ReadNowIsAskedAtOnce) {
   EXPECT_EQ(Count(WriteEnd::ok), 0U) << "it is no write";
 }
 
-TEST_F(PollerWriteEnd, ReadNowSaysWhenNothingCame) {
+TEST_F(PollerWriteEnd, AnUnansweredReadNowReportsAReason) {
   Say('?', {});
   line_.Submit(Reading({0, 1}));
   ASSERT_TRUE(line_.RunUntil([&] { return !results_.empty(); }, 5s));
@@ -188,7 +188,7 @@ TEST_F(PollerWriteEnd, ReadNowSaysWhenNothingCame) {
   EXPECT_NE(results_[0].reason, "");
 }
 
-TEST_F(PollerWriteEnd, ReadNowOfWhatIsNotThere) {
+TEST_F(PollerWriteEnd, AReadNowOfAnOfflineDeviceFailsAtOnce) {
   line_.twin(0).manner.dead = true;
   line_.RunFor(10s);
   line_.Submit(Reading({0}));

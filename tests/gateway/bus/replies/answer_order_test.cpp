@@ -41,7 +41,7 @@ class Order {
   char latest_ = 0;
 };
 
-TEST(AnswerOrderTest, WhileAllIsAnsweredEverythingIsSafe) {
+TEST(AnswerOrderTest, TheOrderIsSafeWhileEveryRequestIsAnswered) {
   Order order;
   EXPECT_TRUE(order.order.IsSafe());
   order.Answered('a');
@@ -49,7 +49,7 @@ TEST(AnswerOrderTest, WhileAllIsAnsweredEverythingIsSafe) {
   EXPECT_EQ(order.order.Older(), 0s);
 }
 
-TEST(AnswerOrderTest, AfterSilenceNothingIsUntilAProofWasAnswered) {
+TEST(AnswerOrderTest, AfterSilenceTheOrderIsNotSafeUntilAProofIsAnswered) {
   Order order;
   order.Send('a');
   EXPECT_FALSE(order.order.IsSafe());
@@ -60,7 +60,7 @@ TEST(AnswerOrderTest, AfterSilenceNothingIsUntilAProofWasAnswered) {
 }
 
 /// The request "READ" has another meaning behind "channel 1" than behind "channel 2".
-TEST(AnswerOrderTest, EqualRequestsOfOtherContextsAreOtherQuestions) {
+TEST(AnswerOrderTest, EqualRequestsOfDifferentContextsAreDifferentRequests) {
   AnswerOrder order;
   const Bytes read = {'R'};
   const auto send = [&](std::uint8_t channel) {
@@ -79,7 +79,7 @@ TEST(AnswerOrderTest, EqualRequestsOfOtherContextsAreOtherQuestions) {
   EXPECT_TRUE(order.IsAnswerTo(read));
 }
 
-TEST(AnswerOrderTest, AReplyToTheSameRequestIsAsOldAsTheOldestThatItMayBelongTo) {
+TEST(AnswerOrderTest, AReplyIsAsOldAsTheOldestRequestItMayAnswer) {
   Order order;
   order.Answered('b');
   order.Send('a');
@@ -91,7 +91,7 @@ TEST(AnswerOrderTest, AReplyToTheSameRequestIsAsOldAsTheOldestThatItMayBelongTo)
   EXPECT_FALSE(order.IsOnly('b')) << "it may be that to a";
 }
 
-TEST(AnswerOrderTest, AReplyThatCanNotBeItsOwnIsKnown) {
+TEST(AnswerOrderTest, AReplyToAnotherRequestShowsALag) {
   Order order;
   order.Send('a');
   order.Answered('a');
@@ -102,7 +102,7 @@ TEST(AnswerOrderTest, AReplyThatCanNotBeItsOwnIsKnown) {
   EXPECT_TRUE(order.order.MayBeInStep());
 }
 
-TEST(AnswerOrderTest, ADeviceThatWasOnlyProvedMayBeAskedAnything) {
+TEST(AnswerOrderTest, AnyRequestIsSafeAfterProofsAlone) {
   Order order;
   for (int i = 0; i < 100; ++i) order.Send('P');
   order.Answered('P');
@@ -111,7 +111,7 @@ TEST(AnswerOrderTest, ADeviceThatWasOnlyProvedMayBeAskedAnything) {
   EXPECT_TRUE(order.order.IsInStep()) << "no lag answers the first read behind so many proofs";
 }
 
-TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
+TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   Order order;
   order.Answered('a');
   order.Send('a');
@@ -127,7 +127,7 @@ TEST(AnswerOrderTest, WhatFitsNothingIsSomebodyElsesOrTheOrderIsLost) {
 }
 
 /// Each is answered one request late. With three requests late, the replies would look the same.
-TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
+TEST(AnswerOrderTest, MoreProofsResolveAnAmbiguousLag) {
   Order order;
   for (int i = 0; i < 3; ++i) {
     order.Send('P');
@@ -147,7 +147,7 @@ TEST(AnswerOrderTest, MoreProofsTellTheLagWhereTasksLookAlike) {
   EXPECT_TRUE(order.order.IsOfLatest());
 }
 
-TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
+TEST(AnswerOrderTest, ARequestRepeatedPastAllOutstandingRepliesHasItsAnswer) {
   Order order;
   order.Send('b');
   order.Send('b');  // two replies are outstanding
@@ -161,7 +161,7 @@ TEST(AnswerOrderTest, ARequestThatIsAskedOftenEnoughIsAnsweredInTheEnd) {
 }
 
 /// The device does not know P and never answers it. The replies to all other requests still come.
-TEST(AnswerOrderTest, WhatIsNeverAnsweredShiftsNothing) {
+TEST(AnswerOrderTest, UnansweredRequestsDoNotShiftTheOrder) {
   Order order;
   order.Send('a');
   for (int i = 0; i < 3; ++i) order.Send('P');
@@ -208,7 +208,7 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
 }
 
 /// Replies to requests that are not remembered any more may still come.
-TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
+TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   Order order;
   for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
   EXPECT_EQ(order.order.Owed(), AnswerOrder::kMostOwed);
@@ -217,7 +217,7 @@ TEST(AnswerOrderTest, WhoOwesMoreThanIsRememberedIsNotInStepByWaiting) {
 }
 
 /// At most three replies to strangers (other masters) come: the fourth answers this gateway.
-TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
+TEST(AnswerOrderTest, ThreeRepliesToStrangersAreAssumedOutstanding) {
   Order order;
   order.order.OnStranger(kStart);
   for (int reply = 0; reply < 3; ++reply) {
@@ -230,7 +230,7 @@ TEST(AnswerOrderTest, StrangersAreOwedThreeReplies) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-TEST(AnswerOrderTest, StrangersAreOwedThreeRepliesHoweverOftenTheyMayHaveAsked) {
+TEST(AnswerOrderTest, AnyNumberOfStrangersHasThreeOutstandingReplies) {
   Order order;
   for (int opening = 0; opening < 30; ++opening) order.order.OnStranger(kStart);
   EXPECT_EQ(order.order.Owed(), 3U);
@@ -238,7 +238,7 @@ TEST(AnswerOrderTest, StrangersAreOwedThreeRepliesHoweverOftenTheyMayHaveAsked) 
   EXPECT_TRUE(order.IsOnly('P'));
 }
 
-TEST(AnswerOrderTest, WhatIsForgottenOfStrangersLeavesOnlyOurs) {
+TEST(AnswerOrderTest, ForgettingStrangersLeavesOnlyOwnRequests) {
   Order order;
   order.Send('a');
   order.order.OnStranger(kStart);
@@ -272,7 +272,7 @@ class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
   int sent_ = 0;
 };
 
-TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
+TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhenRepliesAreUnnamed) {
   for (const bool named : {true, false}) {
     SCOPED_TRACE(named);
     orders_.Reset(a);
@@ -292,7 +292,7 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhereRepliesNameNobody) {
 
 /// A lost reply puts the next one in doubt: of the same device, and of a neighbour if replies carry
 /// no address.
-TEST_F(ReplyOrdersTest, BothOrdersMustAgreeWhereRepliesNameNobody) {
+TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
   for (const bool named : {true, false}) {
     for (const Device* lost : {&a, &b}) {
       SCOPED_TRACE(testing::Message() << (named ? "named, " : "nameless, ") << lost->config->name);
@@ -315,7 +315,7 @@ TEST_F(ReplyOrdersTest, BothOrdersMustAgreeWhereRepliesNameNobody) {
   }
 }
 
-TEST_F(ReplyOrdersTest, WhatIsKnownOfRepliesCountsForTheDeviceAndForTheLine) {
+TEST_F(ReplyOrdersTest, EventsApplyToTheDeviceOrderAndTheLineOrder) {
   const protocols::Request named = AskFor("?A1\r");
   const protocols::Request nameless = AskFor("?A1\r", false);
   const auto owed = [&] {
@@ -344,7 +344,7 @@ TEST_F(ReplyOrdersTest, WhatIsKnownOfRepliesCountsForTheDeviceAndForTheLine) {
 
 /// If a server lags, replies of a may have come while b was asked. They count as outstanding for
 /// ever, so the number of a must not be compared with that of b.
-TEST_F(ReplyOrdersTest, ANeighbourMayOweWhereTheDeviceItselfOwesMore) {
+TEST_F(ReplyOrdersTest, OutstandingRepliesOfANeighbourCountBesideThoseOfTheDevice) {
   const protocols::Request theirs = AskFor("?B1\r");
   const protocols::Request asked = AskFor("?A1\r");
   for (int i = 0; i < 3; ++i) Send(a, asked);
@@ -381,7 +381,7 @@ class PatienceTest : public ::testing::Test, protected ToyMembers {
   Patience patience_;
 };
 
-TEST_F(PatienceTest, OneLateReplyIsChanceAndTwoAreNot) {
+TEST_F(PatienceTest, TwoLateRepliesLengthenThePatienceAndOneDoesNot) {
   patience_.OnLate(a, 150ms);
   EXPECT_EQ(patience_.More(a), 0ms);
   patience_.OnLate(a, 100ms);
@@ -389,7 +389,7 @@ TEST_F(PatienceTest, OneLateReplyIsChanceAndTwoAreNot) {
   EXPECT_EQ(patience_.More(b), 0ms);
 }
 
-TEST_F(PatienceTest, TwoThatAreFarApartAreChanceAsWell) {
+TEST_F(PatienceTest, TwoLateRepliesFarApartDoNotLengthenThePatience) {
   patience_.OnLate(a, 300ms);
   for (int i = 0; i < 100; ++i) patience_.OnAnswered(a, -280ms);
   patience_.OnLate(a, 160ms);
@@ -400,7 +400,7 @@ TEST_F(PatienceTest, TwoThatAreFarApartAreChanceAsWell) {
 }
 
 /// One hundred replies in time in a row are needed.
-TEST_F(PatienceTest, LateRepliesAreForgottenOnlyIfNoneIsLateMeanwhile) {
+TEST_F(PatienceTest, ALateReplyInBetweenKeepsEarlierLateRepliesRemembered) {
   for (const bool taken : {false, true}) {
     patience_ = {};
     patience_.OnLate(a, 160ms);
@@ -412,7 +412,7 @@ TEST_F(PatienceTest, LateRepliesAreForgottenOnlyIfNoneIsLateMeanwhile) {
   }
 }
 
-TEST_F(PatienceTest, AReplyThatWasInTimeIsNoLateOne) {
+TEST_F(PatienceTest, AReplyInTimeDoesNotCountAsLate) {
   patience_.OnLate(a, 0ms);
   patience_.OnLate(a, 160ms);
   EXPECT_EQ(patience_.More(a), 0ms);
@@ -424,12 +424,12 @@ TEST_F(PatienceTest, EndsWithTheCeiling) {
   EXPECT_EQ(patience_.More(a), 680ms) << "which has room for a gap as well";
 }
 
-TEST_F(PatienceTest, IsNotEarnedByRepliesThatComeBehindTheCeiling) {
+TEST_F(PatienceTest, IsNotLengthenedByRepliesAfterTheCeiling) {
   for (int i = 0; i < 5; ++i) patience_.OnLate(a, 681ms);
   EXPECT_EQ(patience_.More(a), 0ms) << "no wait within the ceiling would have met them";
 }
 
-TEST_F(PatienceTest, ShrinksSlowlyAndNotWhileItIsNeeded) {
+TEST_F(PatienceTest, ShrinksSlowlyAndNotWhileRepliesAreLate) {
   patience_.OnLate(a, 160ms);
   patience_.OnLate(a, 160ms);
   for (int i = 0; i < 200; ++i) patience_.OnAnswered(a, -280ms);
@@ -445,7 +445,7 @@ TEST_F(PatienceTest, ShrinksSlowlyAndNotWhileItIsNeeded) {
   EXPECT_EQ(patience_.More(a), 0ms) << "less than a millisecond is nothing";
 }
 
-TEST_F(PatienceTest, IsNoneForADeviceThatHasGone) {
+TEST_F(PatienceTest, IsZeroForAnOfflineDevice) {
   patience_.OnLate(a, 160ms);
   patience_.OnLate(a, 160ms);
   patience_.OnOffline(a);

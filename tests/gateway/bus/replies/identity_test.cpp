@@ -21,7 +21,7 @@ TEST(IdentityTest, IsTheFrameThatAnsweredTheIdentification) {
   EXPECT_FALSE(identity.Is(ToBytes("=B\r")));
 }
 
-TEST(IdentityTest, AnotherOneCountsWhenItComesTwiceInARow) {
+TEST(IdentityTest, ANewIdentityCountsWhenItComesTwiceInARow) {
   Identity identity;
   identity.Learn(ToBytes("N\r"), ToBytes("=A\r"), Outcome::ok);
   EXPECT_FALSE(identity.OnOther(ToBytes("=B\r")));
@@ -34,7 +34,7 @@ TEST(IdentityTest, AnotherOneCountsWhenItComesTwiceInARow) {
   EXPECT_FALSE(identity.OnOther(ToBytes("=D\r"))) << "that was before";
 }
 
-TEST(IdentityTest, ARefusalIsTheSameEveryTimeButNamesNobody) {
+TEST(IdentityTest, ARefusalMatchesItselfButIsNoName) {
   Identity identity;
   identity.Learn(ToBytes("N\r"), ToBytes("?A\r"), Outcome::refused);
   EXPECT_TRUE(identity.Is(ToBytes("?A\r")));

@@ -34,7 +34,7 @@ class LateRepliesTest : public ::testing::Test, protected ToyMembers {
   Asked asked_;
 };
 
-TEST_F(LateRepliesTest, AfterSilenceTheDeviceIsWaitedForUpToTheCeiling) {
+TEST_F(LateRepliesTest, AfterSilenceALateReplyIsAwaitedUpToTheCeiling) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(LateUntil(a), 1000ms) << "its reply time is over already";
   EXPECT_TRUE(late_.IsClear(b, kStart + 200ms));
@@ -48,7 +48,7 @@ TEST_F(LateRepliesTest, NoiseThatLengthensAnExchangeLengthensTheWait) {
   EXPECT_EQ(LateUntil(a), 1200ms);
 }
 
-TEST_F(LateRepliesTest, BehindAnothersReplyTheOwnOneMayStillCome) {
+TEST_F(LateRepliesTest, AfterAReplyOfAnotherDeviceTheOwnReplyMayStillCome) {
   for (const bool named : {true, false}) {
     const Device& asked = named ? a : b;
     request_ = AskFor("?A1\r", named);
@@ -60,7 +60,7 @@ TEST_F(LateRepliesTest, BehindAnothersReplyTheOwnOneMayStillCome) {
   }
 }
 
-TEST_F(LateRepliesTest, ABroadcastEndsNoWaiting) {
+TEST_F(LateRepliesTest, ABroadcastDoesNotEndTheWaiting) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   request_.expect.reply = protocols::Expectation::Reply::none;
   Exchange(a, 300ms, 320ms, Outcome::ok);
@@ -68,13 +68,13 @@ TEST_F(LateRepliesTest, ABroadcastEndsNoWaiting) {
 }
 
 /// The request came from a client of the serial server, or is a telegram by hand.
-TEST_F(LateRepliesTest, TheReplyToARequestOfSomebodyElseMayComeUntilTheCeiling) {
+TEST_F(LateRepliesTest, TheReplyToAnUnknownRequestIsAwaitedUntilTheCeiling) {
   late_.OnUnknownRequest(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
 }
 
 // A serial server sends the late reply to the next connection.
-TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyMayComeAsLateAsAnyOther) {
+TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyIsAwaitedUntilTheCeiling) {
   Exchange(a, 0ms, 10ms, Outcome::no_reply);
   EXPECT_GE(LateUntil(a), 1000ms);
   EXPECT_LT(LateUntil(a), 1010ms);
@@ -86,7 +86,7 @@ TEST_F(LateRepliesTest, AnAnswerEndsTheWaiting) {
   EXPECT_TRUE(late_.IsClear(a, kStart + 320ms));
 }
 
-TEST_F(LateRepliesTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
+TEST_F(LateRepliesTest, AfterTwoSecondRepliesGoodRepliesAreFollowedByADrain) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 20ms), Duration());
   late_.OnSecondReply(a);
@@ -102,12 +102,12 @@ TEST_F(LateRepliesTest, BehindASecondReplyGoodRepliesAreFollowedByADrain) {
   EXPECT_EQ(aftermath_behind(30), Duration()) << "it is trusted again";
 }
 
-TEST_F(LateRepliesTest, DamageIsFoundOutByTheProbeAndOwesNothing) {
+TEST_F(LateRepliesTest, ADamagedReplyLeavesNoReplyOutstanding) {
   Exchange(a, 0ms, 50ms, Outcome::corrupt);
   EXPECT_TRUE(late_.IsClear(a, kStart + 50ms));
 }
 
-TEST_F(LateRepliesTest, AProbeOfADeviceThatIsOfflineKeepsNobodyWaiting) {
+TEST_F(LateRepliesTest, AnUnansweredProbeOfAnOfflineDeviceIsAwaitedOnlyIfUnnamed) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .probe = true, .lone_probe = true};
   late_.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart + 200ms);
   EXPECT_TRUE(late_.IsClear(a, kStart + 200ms));
@@ -136,7 +136,7 @@ TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
 
 /// The reply at 650 ms may be that to the request at 0 ms. So the reply to the request at 300 ms
 /// may come up to 650 ms later.
-TEST_F(LateRepliesTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequests) {
+TEST_F(LateRepliesTest, AfterARetryTheLineWaitsForAnswersToEarlierTries) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
@@ -146,7 +146,7 @@ TEST_F(LateRepliesTest, BehindARepetitionTheLineWaitsForTheAnswersToOlderRequest
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 700ms), 0ms);
 }
 
-TEST_F(LateRepliesTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
+TEST_F(LateRepliesTest, AnUnnamedUnprovenAnswerDoesNotEndTheWaiting) {
   request_ = AskFor("UA1\r", false);
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_.sent = kStart + 250ms;
@@ -155,7 +155,7 @@ TEST_F(LateRepliesTest, WhereRepliesNameNobodyNoAnswerIsTakenToBeInTime) {
   EXPECT_LT(LateUntil(a), 1260ms);
 }
 
-TEST_F(LateRepliesTest, WhoseOrderIsProvenOrWhoseRepliesCarryItsNameOwesNothing) {
+TEST_F(LateRepliesTest, AProvenOrNamedAnswerEndsTheWaiting) {
   for (const bool proven : {false, true}) {
     request_ = AskFor("?A1\r", !proven);
     Exchange(a, 0ms, 200ms, Outcome::no_reply);
@@ -185,7 +185,7 @@ TEST_F(LateRepliesTest, BytesAfterSilenceAreTheLateAnswer) {
   EXPECT_EQ(late_.ExtraDrain(a), 0ms) << "it is silent, not late";
 }
 
-TEST_F(LateRepliesTest, FourBytesMayBeAReplyWhereItsLengthIsUnknown) {
+TEST_F(LateRepliesTest, FourBytesMayBeAReplyOfUnknownLength) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_TRUE(late_.OnStray({1, 9ms}, kStart + 209ms).counts);
   EXPECT_EQ(late_.OnStray({2, 10ms}, kStart + 210ms).late_member, nullptr);
@@ -212,7 +212,7 @@ TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
 
 /// The line still waited when the reply came. If the request was a retry, the reply may be that to
 /// the first try, so its lateness is not known.
-TEST_F(LateRepliesTest, AReplyThatWasAwaitedLongerShowsHowLongIsEnough) {
+TEST_F(LateRepliesTest, AReplyReceivedInExtendedTimeSetsThePatience) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .retry = true};
   const Duration characters = 4 * a.times.character;
   const Duration received = 9 * a.times.character;
@@ -232,7 +232,7 @@ TEST_F(LateRepliesTest, ADeviceThatAnswersInTimeIsTrustedAgain) {
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateRepliesTest, TheAnswerToTheFirstTryMeetsTheRetryWhoseOwnIsLate) {
+TEST_F(LateRepliesTest, BytesAfterARetryAnsweredForTheFirstTryAreALateReply) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 250ms, 300ms, Outcome::ok, true);
   const LateReplies::StrayEffects effects = late_.OnStray({9, 260ms}, kStart + 560ms);
@@ -257,7 +257,7 @@ TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
 }
 
 /// Bytes behind the next request are a copy of its reply.
-TEST_F(LateRepliesTest, WhatComesBehindTheNextRequestIsNoAnswerToARetry) {
+TEST_F(LateRepliesTest, BytesAfterTheNextRequestAreNoAnswerToARetry) {
   for (const Duration began : {0s, 10s}) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
     Exchange(a, began + 250ms, began + 300ms, Outcome::ok, true);
@@ -267,7 +267,7 @@ TEST_F(LateRepliesTest, WhatComesBehindTheNextRequestIsNoAnswerToARetry) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-TEST_F(LateRepliesTest, LatenessIsThatOfTheFirstTry) {
+TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTry) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 300ms, 500ms, Outcome::no_reply, true);
   Exchange(a, 600ms, 800ms, Outcome::no_reply, true);
@@ -309,7 +309,7 @@ TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTryThatMetSilence) {
   }
 }
 
-TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
+TEST_F(LateRepliesTest, NoiseAfterTheRetryOfADamagedReplyIsNoLateReply) {
   for (const Duration began : {100s, 200s}) {
     Exchange(a, began, began + 20ms, Outcome::corrupt);
     Exchange(a, began + 100ms, began + 120ms, Outcome::ok, true);
@@ -319,7 +319,7 @@ TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfADamagedReplyIsNoLateReply) {
 }
 
 /// The bytes behind the answered retry are noise from the release of the bus.
-TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
+TEST_F(LateRepliesTest, NoiseAfterTheRetryOfALostRequestIsNoLateReply) {
   request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
   const auto repeat = [this](Duration began, std::size_t bytes) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
@@ -333,14 +333,14 @@ TEST_F(LateRepliesTest, NoiseBehindTheRepetitionOfALostRequestIsNoLateReply) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "five bytes may be a refusal";
 }
 
-TEST_F(LateRepliesTest, ALateReplyBehindTheAnswerOfAnotherDeviceIsNoCopyOfThat) {
+TEST_F(LateRepliesTest, ALateReplyAfterTheAnswerOfAnotherDeviceIsNoCopy) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(b, 250ms, 270ms, Outcome::ok);
   EXPECT_TRUE(late_.OnStray({9, 150ms}, kStart + 420ms).counts);
   EXPECT_EQ(late_.Aftermath(Next(b, true), kStart + 500ms), 0ms);
 }
 
-TEST_F(LateRepliesTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
+TEST_F(LateRepliesTest, BytesAfterTheProbeOfAnAbsentDeviceAreChargedToNoDevice) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_ = {.member = &b,
             .request = &request_,
@@ -353,7 +353,7 @@ TEST_F(LateRepliesTest, ALateReplyBehindTheProbeOfAnAbsentDeviceIsNotThatOnes) {
   EXPECT_EQ(effects.warned, nullptr);
 }
 
-TEST_F(LateRepliesTest, BehindTheProbeOfAnAbsentDeviceItsOwnReplyIsLate) {
+TEST_F(LateRepliesTest, BytesAfterTheProbeOfAnUnansweredDeviceAreItsLateReply) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   asked_.probe = asked_.lone_probe = true;
   asked_.sent = kStart + 250ms;
@@ -361,7 +361,7 @@ TEST_F(LateRepliesTest, BehindTheProbeOfAnAbsentDeviceItsOwnReplyIsLate) {
   EXPECT_EQ(late_.OnStray({9, 30ms}, kStart + 480ms).late_member, &a);
 }
 
-TEST_F(LateRepliesTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswers) {
+TEST_F(LateRepliesTest, BytesAfterAGoodAnswerLengthenTheSilenceAfterGoodAnswers) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   const LateReplies::StrayEffects effects = late_.OnStray({4, 30ms}, kStart + 50ms);
   EXPECT_TRUE(effects.counts);
@@ -376,7 +376,7 @@ TEST_F(LateRepliesTest, WhatFollowsAGoodAnswerLengthensTheSilenceBehindGoodAnswe
 }
 
 /// Bytes that come later than the drain time and 256 characters after a reply are no copy of it.
-TEST_F(LateRepliesTest, WhatComesLongBehindAGoodAnswerIsNoCopyOfIt) {
+TEST_F(LateRepliesTest, BytesLongAfterAGoodAnswerAreNoCopy) {
   const Duration longest = a.times.drain + 256 * a.times.character;
   Exchange(a, 0ms, 20ms, Outcome::ok);
   late_.OnStray({4, longest + 1us}, kStart + 20ms + longest + 1us);
@@ -385,7 +385,7 @@ TEST_F(LateRepliesTest, WhatComesLongBehindAGoodAnswerIsNoCopyOfIt) {
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 1s), longest);
 }
 
-TEST_F(LateRepliesTest, TheSilenceBehindARepetitionHasRoomForLateBytesAndCopies) {
+TEST_F(LateRepliesTest, TheSilenceAfterARetryCoversLateBytesAndCopies) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   late_.OnStray({4, 280ms}, kStart + 300ms);
   Exchange(a, 2s, 2200ms, Outcome::no_reply);
@@ -403,7 +403,7 @@ TEST_F(LateRepliesTest, TheLongestReplyTimeIsThatOfTheSlowestDevice) {
   EXPECT_EQ(late_.LongestReply(), 400ms);
 }
 
-TEST_F(LateRepliesTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
+TEST_F(LateRepliesTest, NoSilenceFollowsRepliesThatMatchOnlyTheirRequest) {
   for (const bool numbered : {false, true}) {
     request_.any_order = !numbered;
     request_.numbered = numbered;
@@ -416,7 +416,7 @@ TEST_F(LateRepliesTest, NobodyWaitsForCopiesOfAReplyThatPassesForNothingElse) {
   }
 }
 
-TEST_F(LateRepliesTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
+TEST_F(LateRepliesTest, AFewBytesAfterAGoodAnswerAreNoSecondReply) {
   Exchange(a, 0ms, 20ms, Outcome::ok);
   EXPECT_FALSE(late_.OnStray({1, 1ms}, kStart + 21ms).counts);
   EXPECT_TRUE(late_.OnStray({1, 1ms}, kStart + 21ms).counts) << "two are more than a driver leaves";
@@ -426,7 +426,7 @@ TEST_F(LateRepliesTest, AFewBytesBehindAGoodAnswerAreNoSecondOne) {
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 60ms), 51ms) << "four of them may be";
 }
 
-TEST_F(LateRepliesTest, WhatFollowsADamagedReplyBelongsToIt) {
+TEST_F(LateRepliesTest, BytesAfterADamagedReplyAreNotLate) {
   Exchange(a, 0ms, 20ms, Outcome::corrupt);
   const LateReplies::StrayEffects effects = late_.OnStray({4, 130ms}, kStart + 150ms);
   EXPECT_FALSE(effects.counts);
@@ -434,7 +434,7 @@ TEST_F(LateRepliesTest, WhatFollowsADamagedReplyBelongsToIt) {
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateRepliesTest, WhatFollowsAReplyThatBrokeOffIsItsRest) {
+TEST_F(LateRepliesTest, BytesAfterABrokenReplyAreItsRest) {
   Exchange(a, 0ms, 60ms, Outcome::partial);
   const LateReplies::StrayEffects effects = late_.OnStray({4, 130ms}, kStart + 190ms);
   EXPECT_FALSE(effects.counts);
@@ -444,7 +444,7 @@ TEST_F(LateRepliesTest, WhatFollowsAReplyThatBrokeOffIsItsRest) {
   EXPECT_EQ(late_.ExtraDrain(a), 100ms);
 }
 
-TEST_F(LateRepliesTest, WhatComesBehindTheCeilingIsNoise) {
+TEST_F(LateRepliesTest, BytesAfterTheCeilingAreNoise) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   const LateReplies::StrayEffects effects = late_.OnStray({4, 1001ms}, kStart + 1201ms);
   EXPECT_TRUE(effects.counts);
@@ -452,12 +452,12 @@ TEST_F(LateRepliesTest, WhatComesBehindTheCeilingIsNoise) {
   EXPECT_EQ(late_.ExtraDrain(a), 0ms);
 }
 
-TEST_F(LateRepliesTest, WhatAServerStillOwesMayReachTheNextConnectionUpToTheCeiling) {
+TEST_F(LateRepliesTest, AfterALostConnectionLateRepliesAreAwaitedUpToTheCeiling) {
   late_.OnClosed(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
 }
 
-TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
+TEST(LateAnswersAtALocalPort, AreAwaitedForTheReplyTimeAndTheDrain) {
   const ToyMembers members("/dev/ttyS1");
   LateReplies late(members.roster);
   late.OnClosed(members.a, kStart);
@@ -466,7 +466,7 @@ TEST(LateAnswersAtALocalPort, WhatIsOwedComesWithinTheReplyTimeAndItsDrain) {
 
 // ---------------- Late replies of other devices, found by their address.
 
-TEST_F(LateRepliesTest, ALateReplyThatComesWhileAnotherIsAskedIsFoundOnce) {
+TEST_F(LateRepliesTest, ALateReplyDuringAnExchangeOfAnotherDeviceIsFoundOnce) {
   request_.expect = ToyProtocol().expect(request_.bytes, {});
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   late_.Hear(ToyReply("A1=5"), kStart + 400ms);

@@ -33,7 +33,7 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
   LostReplies lost_;
 };
 
-TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayBeThose) {
+TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayComeFirst) {
   struct Case {
     const char* lost;
     const char* like;  // lost requests whose reply has the form of the reply to 'x'
@@ -50,21 +50,21 @@ TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayBeThose) {
   }
 }
 
-TEST_F(LostRepliesTest, WhoseReplyWasTakenForAnEarlierOneIsOwedItsOwn) {
+TEST_F(LostRepliesTest, AReplyMatchedToAnEarlierRequestLeavesALaterOneOutstanding) {
   Lose("x");
   EXPECT_EQ(RepliesUntilOwn('x', "x"), 1U) << "to the first x, or to the second";
   EXPECT_EQ(RepliesUntilOwn('y', "x"), 2U) << "the first may be that to the second x";
   EXPECT_EQ(RepliesUntilOwn('z', "xy"), 1U) << "that showed that nothing is owed";
 }
 
-TEST_F(LostRepliesTest, WhatNobodyIsOwedIsForgotten) {
+TEST_F(LostRepliesTest, LostRepliesThatCanNoLongerComeAreForgotten) {
   Lose("y");
   EXPECT_EQ(RepliesUntilOwn('x', ""), 1U) << "y is answered otherwise";
   EXPECT_EQ(RepliesUntilOwn('x', "y"), 1U)
       << "replies keep their order: y is not answered any more";
 }
 
-TEST_F(LostRepliesTest, WhatWasLostMayComeForFiveSeconds) {
+TEST_F(LostRepliesTest, ALostReplyMayComeForFiveSeconds) {
   Lose("y");
   EXPECT_TRUE(lost_.MayCome(a, kStart + 5s));
   EXPECT_FALSE(lost_.MayCome(a, kStart + 5001ms));

@@ -22,7 +22,7 @@ protocols::Request Identification() {
   return request;
 }
 
-TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
+TEST(LatestReadings, ContainEachPointOnceSinceTheLineRested) {
   LatestReadings readings;
   readings.OnStored({0, {0}});
   readings.OnRested();
@@ -34,7 +34,7 @@ TEST(LatestReadings, OfTheTimeSinceTheLineRested) {
 
 /// Replies to another master count as lost at once, replies to this gateway after ten seconds, or
 /// after twice the ceiling if that is longer.
-TEST(WhoseReplyOfAWriter, WhoIsOnlyWrittenAndCannotBeProbedOwesNothingForEver) {
+TEST(WhoseReplyOfAWriter, AWriteOnlyDeviceWithoutProbesHasNoLastingOutstandingReplies) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})});
   Roster roster(line, 0,
                 [](const std::string&) -> const protocols::Protocol& { return ToyProtocol(); });
@@ -95,7 +95,7 @@ class OwedRepliesTest : public ::testing::Test, protected ToyMembers {
   Asked asked_{.member = &a, .request = &request_, .sent = kStart};
 };
 
-TEST_F(OwedRepliesTest, WhereNothingIsOwedTheTimesAreThoseOfTheDevice) {
+TEST_F(OwedRepliesTest, WithoutOutstandingRepliesTheTimesOfTheDeviceApply) {
   const Exchange exchange = Give();
   EXPECT_EQ(exchange.times.quiet, a.times.quiet);
   EXPECT_EQ(exchange.times.reply, 200ms);
@@ -114,7 +114,7 @@ TEST_F(OwedRepliesTest, ARequestMayNeedMoreTime) {
   EXPECT_EQ(exchange.times.ceiling, 3800ms) << "the ceiling begins later, and is as long";
 }
 
-TEST_F(OwedRepliesTest, ADeviceThatIsLateGetsMoreTimeAndMoreSilence) {
+TEST_F(OwedRepliesTest, ALateDeviceGetsMoreReplyTimeAndMoreDrain) {
   for (int i = 0; i < 2; ++i) BeLate(100ms);
   EXPECT_EQ(Give().times.reply, 325ms) << "a quarter more than it was late";
   EXPECT_EQ(Give().times.drain, 120ms) << "100 ms and a gap";
@@ -124,7 +124,7 @@ TEST_F(OwedRepliesTest, ADeviceThatIsLateGetsMoreTimeAndMoreSilence) {
 }
 
 /// Before a first try, the line has already waited for late replies.
-TEST_F(OwedRepliesTest, WhoseOrderIsTrustedOwesNothingBeforeAFirstTry) {
+TEST_F(OwedRepliesTest, ATrustedDeviceHasNoOutstandingRepliesBeforeAFirstTry) {
   for (const bool trusted : {false, true}) {
     for (const bool retry : {false, true}) {
       owed_.whose.OnSent(asked_, kStart);
@@ -137,7 +137,7 @@ TEST_F(OwedRepliesTest, WhoseOrderIsTrustedOwesNothingBeforeAFirstTry) {
 }
 
 /// The reply comes only after the next request, so waiting is useless.
-TEST_F(OwedRepliesTest, BehindADeviceThatLagsNoAftermathIsWaitedFor) {
+TEST_F(OwedRepliesTest, ALaggingDeviceGetsOnlyTheDrainAsAftermath) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;
   owed_.late_replies.OnEnded(asked_, {Outcome::no_reply, {}, {}, 0}, true, kStart - 4800ms);
@@ -155,7 +155,7 @@ TEST_F(OwedRepliesTest, BehindADeviceThatLagsNoAftermathIsWaitedFor) {
   EXPECT_EQ(Give().aftermath, a.times.drain);
 }
 
-TEST_F(OwedRepliesTest, BehindARestOfTheLongestReplyTimeNoReadingIsInDoubt) {
+TEST_F(OwedRepliesTest, AfterASilenceOfTheLongestReplyTimeNoReadingIsInDoubt) {
   b.times.reply = 400ms;
   owed_.readings.OnStored({0, {0}});
   Give(false, 399ms);

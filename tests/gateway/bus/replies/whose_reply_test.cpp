@@ -122,7 +122,9 @@ void PrintTo(const WhoseReplyCase& one, std::ostream* out) { *out << one.history
 class WhoseReplyTable : public WhoseReplyTest,
                         public ::testing::WithParamInterface<WhoseReplyCase> {};
 
-TEST_P(WhoseReplyTable, Row) { EXPECT_EQ(Run(GetParam().history), GetParam().follows); }
+TEST_P(WhoseReplyTable, EachHistoryGivesItsVerdict) {
+  EXPECT_EQ(Run(GetParam().history), GetParam().follows);
+}
 
 constexpr WhoseReplyCase kReplyRows[] = {
     {1, "PA0:A0 UA1:=1", "proven"},
@@ -211,13 +213,13 @@ constexpr WhoseReplyCase kReplyRows[] = {
 
 INSTANTIATE_TEST_SUITE_P(Rows, WhoseReplyTable, ::testing::ValuesIn(kReplyRows));
 
-TEST_F(WhoseReplyTest, BehindASecondReplyAProbeGoesFirst) {
+TEST_F(WhoseReplyTest, AfterASecondReplyAProbeGoesFirst) {
   Run("PA0:A0 UA1:=1");
   order_.OnSecondReply(a);
   EXPECT_TRUE(NeedsProbe(a, two_));
 }
 
-TEST_F(WhoseReplyTest, ADeviceThatNobodyHasHeardIsProbedFirst) {
+TEST_F(WhoseReplyTest, ADeviceThatHasNeverAnsweredIsProbedFirst) {
   EXPECT_TRUE(NeedsProbe(a, one_));
   EXPECT_FALSE(Reply(a, name_, "A0").elsewhere);
   EXPECT_FALSE(NeedsProbe(a, one_));
@@ -235,7 +237,7 @@ TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
 
 /// The device is known to be one request late, so each request is repeated. A reply of another
 /// device in between makes it later.
-TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
+TEST_F(WhoseReplyTest, ALaggingDeviceIsProbedWhenItsOutstandingRepliesGrow) {
   Reply(a, name_, "A0");
   Silence(a, one_);
   Reply(a, name_, "=1", Outcome::unexpected);
@@ -250,7 +252,7 @@ TEST_F(WhoseReplyTest, WhoIsKnownToLagIsProbedWhenMoreIsOwed) {
 }
 
 /// "B0" comes instead of a reply of a, so one reply of a is outstanding.
-TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
+TEST_F(WhoseReplyTest, AReplyOfAnotherDeviceDoesNotChangeTheOwnOrder) {
   Reply(b, Identification("PB0\r"), "B0");
   Reply(a, name_, "A0");
   Reply(b, Identification("PB0\r"), "A0", Outcome::unexpected);
@@ -258,13 +260,13 @@ TEST_F(WhoseReplyTest, WhatBelongsToAnotherChangesNothingOfItsOwn) {
   EXPECT_EQ(orders_.Owed(Of(a, AskFor("UA1\r"))), 1);
 }
 
-TEST_F(WhoseReplyTest, ARefusedNameIsNobodyElse) {
+TEST_F(WhoseReplyTest, ARefusedIdentificationIsNoReplacement) {
   Reply(a, name_, "A0");
   EXPECT_FALSE(Reply(a, name_, "A0~refused", Outcome::refused).replaced);
   EXPECT_FALSE(NeedsProbe(a, one_));
 }
 
-TEST_F(WhoseReplyTest, WhereTheNameIsRefusedTheRefusalIsTheProof) {
+TEST_F(WhoseReplyTest, ARepeatedRefusalOfTheNameIsAProof) {
   Reply(a, name_, "A0~refused", Outcome::refused);
   EXPECT_FALSE(NeedsProbe(a, one_));
   Silence(a, one_);
@@ -272,7 +274,7 @@ TEST_F(WhoseReplyTest, WhereTheNameIsRefusedTheRefusalIsTheProof) {
   EXPECT_FALSE(NeedsProbe(a, two_));
 }
 
-TEST_F(WhoseReplyTest, WhereNoProbeIsAProofTheRequestIsAskedOftenEnough) {
+TEST_F(WhoseReplyTest, WithoutAProofAReplyIsProvenAfterAllOutstandingReplies) {
   ProbeWithARead(8);
   Silence(a, one_);
   ProbeWithARead(1);
@@ -281,7 +283,7 @@ TEST_F(WhoseReplyTest, WhereNoProbeIsAProofTheRequestIsAskedOftenEnough) {
   EXPECT_TRUE(Reply(a, two_, "=2").proven) << "one reply was owed";
 }
 
-TEST_F(WhoseReplyTest, WhoHasANameProvesNothingByOtherAnswers) {
+TEST_F(WhoseReplyTest, ANamedDeviceIsNotProvenByOtherAnswers) {
   Reply(a, name_, "A0");
   Silence(a, one_);
   ProbeWithARead(1);
@@ -305,7 +307,7 @@ TEST_F(WhoseReplyTest, AProofHoldsForAMinute) {
   EXPECT_EQ(order_.ProofEnds(a), Instant{}) << "another device may be there now";
 }
 
-TEST_F(WhoseReplyTest, NoProbeGoesBeforeWhatNeedsNone) {
+TEST_F(WhoseReplyTest, RequestsThatNeedNoProofAreNotProbed) {
   protocols::Request broadcast = AskFor("QA1\r");
   broadcast.expect.reply = protocols::Expectation::Reply::none;
   ASSERT_TRUE(NeedsProbe(a, one_));
@@ -326,7 +328,7 @@ TEST_F(WhoseReplyTest, NoProbeGoesBeforeWhatNeedsNone) {
   EXPECT_FALSE(NeedsProbe(a, one_));
 }
 
-TEST_F(WhoseReplyTest, NoReplyIsOwedToABroadcast) {
+TEST_F(WhoseReplyTest, ABroadcastLeavesNoReplyOutstanding) {
   protocols::Request broadcast = AskFor("QA1\r");
   broadcast.expect.reply = protocols::Expectation::Reply::none;
   Reply(a, name_, "A0");
@@ -335,7 +337,7 @@ TEST_F(WhoseReplyTest, NoReplyIsOwedToABroadcast) {
 }
 
 /// A lost port or a broadcast is no silence, and a damaged reply shows that the device is there.
-TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
+TEST_F(WhoseReplyTest, OnlySilenceRequiresANewProbe) {
   const Asked asked = Of(a, one_);
   const auto needs_probe_after = [&](Outcome outcome, bool silent) {
     Reply(a, name_, "A0");
@@ -350,7 +352,7 @@ TEST_F(WhoseReplyTest, OnlySilenceLetsAnotherDeviceBeThere) {
 }
 
 /// Other silence does not show that the device does not know the request.
-TEST_F(WhoseReplyTest, OnlyTasksThatMeetSilenceCount) {
+TEST_F(WhoseReplyTest, OnlySilentFirstTriesOfReadsCountAsUnanswered) {
   struct Case {
     bool retry = false;
     bool writes = false;
@@ -375,7 +377,7 @@ TEST_F(WhoseReplyTest, OnlyTasksThatMeetSilenceCount) {
 }
 
 /// The device is five replies late: five repeats would be needed until its own reply comes.
-TEST_F(WhoseReplyTest, WhoLagsByMoreThanFourIsProbedBeforeEachTask) {
+TEST_F(WhoseReplyTest, ADeviceThatLagsByMoreThanFourIsProbedBeforeEachTask) {
   Run("PA0:A0 UA1: UA1: UA1: UA1: UA1: PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:A0");
   EXPECT_FALSE(NeedsProbe(a, one_)) << "names are owed, and these are recognised";
   Run("UA1:A0 UA1:A0 UA1:A0 UA1:A0 UA1:A0 UA1:=1");
@@ -405,7 +407,7 @@ TEST_F(WhoseReplyTest, AReconnectForgetsTheLag) {
 }
 
 /// RepliesBefore: how many replies come before the own reply, after a reply of another device.
-TEST_F(WhoseReplyTest, ARepeatComesNearerOnlyIfTheSenderOwesReplies) {
+TEST_F(WhoseReplyTest, RepliesBeforeTheAnswerDependOnTheSender) {
   const protocols::Request nameless = AskFor("UA1\r", false);
   Reply(a, name_, "A0");
   Send(Of(a, one_));
@@ -417,7 +419,7 @@ TEST_F(WhoseReplyTest, ARepeatComesNearerOnlyIfTheSenderOwesReplies) {
   EXPECT_EQ(order_.RepliesBefore(Of(a, one_), false), 2) << "b owes a reply";
 }
 
-TEST_F(WhoseReplyTest, WhoIsTrustedIsInStepAfterASilence) {
+TEST_F(WhoseReplyTest, ATrustedDeviceIsInStepAfterASilence) {
   Reply(a, name_, "A0");
   Silence(a, one_);
   orders_.Reset(a);
@@ -432,7 +434,7 @@ TEST_F(WhoseReplyTest, NamedNeighboursAreNotInDoubt) {
   EXPECT_FALSE(NeedsProbe(b, of_b));
 }
 
-TEST_F(WhoseReplyTest, NamelessOnesAre) {
+TEST_F(WhoseReplyTest, NamelessNeighboursAreInDoubt) {
   const protocols::Request of_b = AskFor("UB1\r", false);
   Reply(a, name_, "A0");
   Reply(b, Identification("PB0\r"), "B0");
@@ -449,7 +451,7 @@ TEST_F(WhoseReplyTest, EntriesOfOneNameAreOneDevice) {
   EXPECT_TRUE(NeedsProbe(b, two_));
 }
 
-TEST_F(WhoseReplyTest, ARequestThatIsAnsweredInAnOddFormIsAskedBehindAProof) {
+TEST_F(WhoseReplyTest, ARequestAnsweredInAnOddFormIsSentAfterAProof) {
   Run("PA0:A0 UA2:=2 UA1:A9 PA0:A0");
   EXPECT_TRUE(NeedsProbe(a, one_));
   EXPECT_FALSE(NeedsProbe(a, two_));
@@ -469,7 +471,7 @@ TEST_F(WhoseReplyTest, ARequestThatIsAnsweredInAnOddFormIsAskedBehindAProof) {
   EXPECT_FALSE(NeedsProbe(a, one_)) << "another device may be there";
 }
 
-TEST_F(WhoseReplyTest, ARequestWhoseReplyWasAnothersOrAProbesHasNoOddForm) {
+TEST_F(WhoseReplyTest, RepliesToOtherRequestsAndProbesCreateNoOddForm) {
   Run("PA0:A0 ?A2: UA1:A2=5 PA0:A0");
   EXPECT_FALSE(NeedsProbe(a, one_)) << "that was the reply to ?A2";
   Run("*UA1:A9 PA0:A0");
@@ -478,7 +480,7 @@ TEST_F(WhoseReplyTest, ARequestWhoseReplyWasAnothersOrAProbesHasNoOddForm) {
 }
 
 /// A probe cannot prove anything here, so probes before each task would never end.
-TEST_F(WhoseReplyTest, WhoseProbesProveNothingIsNotProbedForAnOddForm) {
+TEST_F(WhoseReplyTest, ADeviceWithoutProofsIsNotProbedForAnOddForm) {
   Run("UA2:A9");
   ProbeWithARead(1);
   EXPECT_FALSE(NeedsProbe(a, two_));
@@ -505,13 +507,13 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
 }
 
 /// A0=7 came twice, but the first one may be the reply to ?A0.
-TEST_F(WhoseReplyTest, WhatAnEarlierRequestIsAnsweredIsNoOtherName) {
+TEST_F(WhoseReplyTest, TheReplyToAnEarlierRequestIsNotTakenAsANewName) {
   Run("PA0:A0 UA1:=1 ?A0:A0=7 PA0:A0=7");
   orders_.Reset(a);
   EXPECT_EQ(Run("PA0:A0=7"), "shifted");
 }
 
-TEST_F(WhoseReplyTest, ADeviceThatIsBusyHasNotSaidItsName) {
+TEST_F(WhoseReplyTest, BusyAndRefusedRepliesAreNoName) {
   EXPECT_FALSE(order_.HasName(a));
   Reply(a, name_, "A0~busy", Outcome::busy);
   EXPECT_FALSE(order_.HasName(a));
@@ -522,14 +524,14 @@ TEST_F(WhoseReplyTest, ADeviceThatIsBusyHasNotSaidItsName) {
 }
 
 /// A refusal may answer any request.
-TEST_F(WhoseReplyTest, RefusalsDoNotEndWhatStrangersAreOwed) {
+TEST_F(WhoseReplyTest, RefusalsDoNotCountAsRepliesToStrangers) {
   order_.OnOpened(a, kStart);
   for (int i = 0; i < 4; ++i) Reply(a, name_, "A0~refused", Outcome::refused);
   EXPECT_EQ(orders_.Owed(Of(a, one_)), 3);
 }
 
 /// A probe by a read of an unusual length: a rare poll may have a reply of the same length.
-TEST_F(WhoseReplyTest, BehindAReadOfUnusualLengthItsOtherTriesAreStillOwed) {
+TEST_F(WhoseReplyTest, ProbesUnlikeThePollsLeaveThreeRepliesOutstanding) {
   protocols::Request longer = AskFor("UA9\r");
   longer.unlike_polls = true;
   order_.OnOpened(a, kStart);
@@ -546,14 +548,14 @@ TEST_F(WhoseReplyTest, BehindAReadOfUnusualLengthItsOtherTriesAreStillOwed) {
 }
 
 /// Replies to strangers look like replies of this device, so no reply could prove more.
-TEST_F(WhoseReplyTest, WhoHasNoProofIsBelievedFromItsFirstReplyOn) {
+TEST_F(WhoseReplyTest, ADeviceWithoutAProofIsTrustedFromItsFirstReply) {
   order_.OnOpened(a, kStart);
   ProbeWithARead(1);
   EXPECT_TRUE(Reply(a, one_, "=1").proven);
 }
 
 /// A text instead of a number may be another reply, if one is outstanding.
-TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
+TEST_F(WhoseReplyTest, AnOddFormIsAcceptedOnlyAfterAReadInStep) {
   Reply(a, name_, "A0");
   Send(Of(a, one_));
   EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "it was never read";
@@ -565,7 +567,7 @@ TEST_F(WhoseReplyTest, AnOddFormIsBelievedOnlyOfWhoWasReadInStep) {
   EXPECT_FALSE(order_.MayBeOdd(Of(a, one_))) << "one reply is owed";
 }
 
-TEST_F(WhoseReplyTest, WhatCountsAsReadInStep) {
+TEST_F(WhoseReplyTest, OddOutOfStepAndEarlierReadsDoNotCountAsReadInStep) {
   for (const char* history : {"UA1:A9", "PA0:A0 UA2: UA1:=1 PA0:A0", "PA0:A0 UA1:=1 back"}) {
     SCOPED_TRACE(history);
     order_.OnReconnect(a);
@@ -577,7 +579,7 @@ TEST_F(WhoseReplyTest, WhatCountsAsReadInStep) {
   }
 }
 
-TEST_F(WhoseReplyTest, AfterAReconnectItIsAskedWhoItIs) {
+TEST_F(WhoseReplyTest, AfterAReconnectTheDeviceIsProbedFirst) {
   Reply(a, name_, "A0");
   Reply(a, one_, "=1");
   order_.OnReconnect(a);

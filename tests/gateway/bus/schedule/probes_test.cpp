@@ -30,13 +30,13 @@ class ProbesTest : public ::testing::Test, protected ToyMembers {
   std::optional<Instant> next_wanted_;
 };
 
-TEST_F(ProbesTest, NobodyIsOffline) {
+TEST_F(ProbesTest, WithoutOfflineDevicesThereIsNoProbe) {
   EXPECT_EQ(probes_.Next(At(0s)), nullptr);
   EXPECT_FALSE(probes_.NextAt(At(0s)));
   EXPECT_EQ(probes_.NoticeBound(kStart), std::nullopt);
 }
 
-TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
+TEST_F(ProbesTest, OfflineDevicesTakeTurns) {
   PutOffline(a);
   PutOffline(b);
   EXPECT_EQ(probes_.Next(At(0s)), &a);
@@ -46,7 +46,7 @@ TEST_F(ProbesTest, ThoseThatAreOfflineTakeTurns) {
   EXPECT_EQ(probes_.Next(At(0s)), &a);
 }
 
-TEST_F(ProbesTest, OneNobodyLooksForIsLeftAlone) {
+TEST_F(ProbesTest, ADeviceThatIsNotLookedForIsNotProbed) {
   PutOffline(a);
   PutOffline(b);
   Probes::Facts facts = At(0s);
@@ -54,7 +54,7 @@ TEST_F(ProbesTest, OneNobodyLooksForIsLeftAlone) {
   EXPECT_EQ(probes_.Next(facts), &b);
 }
 
-TEST_F(ProbesTest, OneWhoseLateAnswerMayComeWaitsForThat) {
+TEST_F(ProbesTest, AProbeWaitsWhileALateReplyMayCome) {
   PutOffline(a);
   late_.OnClosed(a, kStart);
   EXPECT_EQ(probes_.Next(At(0s)), nullptr);
@@ -62,7 +62,7 @@ TEST_F(ProbesTest, OneWhoseLateAnswerMayComeWaitsForThat) {
   EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
 }
 
-TEST_F(ProbesTest, OneThatCannotBeProbedIsTriedAgainAfterAWhileAndKeepsNobodyWaiting) {
+TEST_F(ProbesTest, ADeviceThatCannotBeProbedIsTriedAgainAfterAMinute) {
   PutOffline(a);
   PutOffline(b);
   probes_.OnAsked(a, false, kStart);
@@ -79,7 +79,7 @@ TEST_F(ProbesTest, OneThatCannotBeProbedIsTriedAgainAfterAWhileAndKeepsNobodyWai
   EXPECT_FALSE(probes_.CannotProbe(a));
 }
 
-TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
+TEST_F(ProbesTest, TheNextProbeWaitsUntilItsShareIsEarned) {
   PutOffline(a);
   next_wanted_ = kStart;
   ASSERT_EQ(probes_.NextAt(At(0s)), kStart) << "nothing is owed yet";
@@ -92,7 +92,7 @@ TEST_F(ProbesTest, WhatMadeOthersWaitIsEarnedFirst) {
 }
 
 /// The device may have lost only its first requests: two probes do not wait for the budget.
-TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
+TEST_F(ProbesTest, ANewlyOfflineDeviceIsProbedSoonTwice) {
   PutOffline(a);
   PutOffline(b);
   probes_.OnOffline(b, kStart);
@@ -112,7 +112,7 @@ TEST_F(ProbesTest, OneThatHasNotAnsweredYetIsAskedSoonTwice) {
 }
 
 /// First no other device needs the line, then another device needs the line again at once.
-TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
+TEST_F(ProbesTest, EveryThirdProbeWaitsForASilentLine) {
   PutOffline(a);
   const auto look = [this](Duration at, Duration idle_for) {
     Probes::Facts facts = At(at);
@@ -137,7 +137,7 @@ TEST_F(ProbesTest, EveryThirdLookWaitsUntilTheLineHasBeenSilent) {
 }
 
 /// Writes come every 250 ms: no poll is due, but the line is never idle for long.
-TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
+TEST_F(ProbesTest, AProbeDoesNotWaitForASilentLineForEver) {
   PutOffline(a);
   for (const Duration at : {0s, 1s}) {
     const Probes::Kind kind = probes_.OnTaken(a, At(at));
@@ -149,7 +149,7 @@ TEST_F(ProbesTest, ARestThatNeverComesIsNotWaitedForWithoutEnd) {
   EXPECT_EQ(probes_.OnTaken(a, At(3s)), Probes::Kind::rested_look);
 }
 
-TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
+TEST_F(ProbesTest, ANewlyOfflineDeviceTakesTurnsAfterTenSeconds) {
   PutOffline(a);
   PutOffline(b);
   probes_.OnOffline(b, kStart);
@@ -157,7 +157,7 @@ TEST_F(ProbesTest, LaterItTakesTurnsAsOthersDo) {
   EXPECT_EQ(probes_.Next(At(10s)), &a);
 }
 
-TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
+TEST_F(ProbesTest, ShortWritesHaveTheirOwnShare) {
   PutOffline(a);
   next_wanted_ = kStart;
   probes_.NoteEnd(a, Probes::Kind::look, kStart);
@@ -168,7 +168,7 @@ TEST_F(ProbesTest, ShortWritesHaveAShareOfTheirOwn) {
   EXPECT_EQ(probes_.NextWriteAt(a, At(2s)), kStart + 3s) << "10 % of two seconds";
 }
 
-TEST_F(ProbesTest, AClientThatWaitsIsServedWhenTheShareIsEarned) {
+TEST_F(ProbesTest, AProbeForAWaitingClientGoesWhenTheShareIsEarned) {
   PutOffline(a);
   next_wanted_ = kStart;
   probes_.NoteEnd(a, Probes::Kind::look, kStart);
@@ -178,7 +178,7 @@ TEST_F(ProbesTest, AClientThatWaitsIsServedWhenTheShareIsEarned) {
   EXPECT_EQ(probes_.NextAt(facts), kStart + 10s);
 }
 
-TEST_F(ProbesTest, AnOpenedPortOwesNothing) {
+TEST_F(ProbesTest, OpeningThePortResetsTheProbeShare) {
   PutOffline(a);
   next_wanted_ = kStart;
   probes_.NoteEnd(a, Probes::Kind::look, kStart);
@@ -187,7 +187,7 @@ TEST_F(ProbesTest, AnOpenedPortOwesNothing) {
   EXPECT_EQ(probes_.NextAt(At(1s)), kStart + 1s);
 }
 
-TEST_F(ProbesTest, TheBoundIsATurnOfAllAndTheLongestPeriod) {
+TEST_F(ProbesTest, TheNoticeBoundCoversATurnOfAllAndTheLongestPeriod) {
   PutOffline(a);
   const auto one = probes_.NoticeBound(kStart);
   EXPECT_GT(one, 1s) << "b's period";
@@ -206,7 +206,7 @@ TEST(ProbeBudget, IdleLineProbesAfterThePause) {
             kStart + 600ms + ProbeBudget::kPause);
 }
 
-TEST(ProbeBudget, IdleTimeThatIsLongEnoughIsFree) {
+TEST(ProbeBudget, AProbeInALongIdleTimeIsFree) {
   ProbeBudget budget;
   budget.OnProbe(kStart, kStart + 600ms, 600ms);
   const Instant later = kStart + 2s;
@@ -215,7 +215,7 @@ TEST(ProbeBudget, IdleTimeThatIsLongEnoughIsFree) {
       << "it would delay a poll, and the share is not earned yet";
 }
 
-TEST(ProbeBudget, AProbeThatMakesOthersWaitIsSentWhenTheyWaitLeast) {
+TEST(ProbeBudget, ADelayingProbeIsSentWhenOthersWaitLeast) {
   ProbeBudget budget;
   const Instant due = kStart + 500ms;
   EXPECT_EQ(budget.NextProbe(kStart, due, kStart, 600ms), kStart) << "they wait 100 ms";
@@ -248,7 +248,7 @@ TEST(ProbeBudget, ContendedProbesTakeTheCappedShareAtMost) {
   EXPECT_GE(share, ProbeBudget::kShare * 0.9) << "a dead device would never be found again";
 }
 
-TEST(ProbeBudget, TheIntervalIsThatOfThePauseOrOfTheShare) {
+TEST(ProbeBudget, TheIntervalFollowsFromThePauseOrTheShare) {
   EXPECT_EQ(ProbeBudget::Interval(600ms, 0ms), 850ms);
   EXPECT_EQ(ProbeBudget::Interval(600ms, 600ms), 30s);
 }
@@ -268,7 +268,7 @@ struct HoldRow {
   bool holds;
 };
 
-TEST(HoldTest, EndsAsTheTableSays) {
+TEST(HoldTest, EndsOnlyOnTheEventsOfTheTable) {
   const auto wind_up = [](Hold& hold) { hold.WindUp(); };
   const auto pause = [](Hold& hold) { hold.Pause(kStart); };
   const auto both = [](Hold& hold) {

@@ -23,7 +23,7 @@ TEST(Schedule, NothingIsDueBeforeRestart) {
   EXPECT_FALSE(schedule.NextDue());
 }
 
-TEST(Schedule, PeriodsStandOnAFixedGrid) {
+TEST(Schedule, PeriodsKeepAFixedGrid) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
   schedule.Restart(0, kStart);
@@ -35,7 +35,7 @@ TEST(Schedule, PeriodsStandOnAFixedGrid) {
   EXPECT_EQ(schedule.Missed(0, kStart), 0U);
 }
 
-TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
+TEST(Schedule, OwnIntervalsHaveTheirOwnGrids) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h, {5ms, 250ms}),
                       {Group::fast, Group::own, config::OwnGroup(1)}, true);
@@ -57,7 +57,7 @@ TEST(Schedule, IntervalsOfTheirOwnStandOnGridsOfTheirOwn) {
   EXPECT_EQ(schedule.Missed(0, kStart + 1s + 50ms), 10U) << "what is not asked is missed";
 }
 
-TEST(Schedule, AGroupWithoutAnAnswerOfItsOwnIsRepeatedSoonAndThenLessAndLessOften) {
+TEST(Schedule, AnUnansweredGroupIsRepeatedSoonAndThenLessOften) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1h), {Group::slow, Group::slow});
   schedule.Restart(0, kStart);
@@ -85,7 +85,7 @@ TEST(Schedule, AGroupWithoutAnAnswerOfItsOwnIsRepeatedSoonAndThenLessAndLessOfte
   EXPECT_EQ(schedule.NextDue(), now + 5s);
 }
 
-TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
+TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyDeviceIsDue) {
   Schedule schedule;
   for (std::size_t device = 0; device < 2; ++device) {
     schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
@@ -99,7 +99,7 @@ TEST(Schedule, AFailingDeviceWaitsUntilNoHealthyOneIsDue) {
   }
 }
 
-TEST(Schedule, AnotherDeviceFailsIfItIsThere) {
+TEST(Schedule, OnlyADeviceThatIsPolledCountsAsAnotherFailingDevice) {
   Schedule schedule;
   for (std::size_t device = 0; device < 2; ++device) {
     schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
@@ -130,7 +130,7 @@ TEST(Schedule, QueriesOfARoundComeInTheirOrder) {
   EXPECT_FALSE(schedule.Next(kStart));
 }
 
-TEST(Schedule, ASlowDeviceCostsItself) {
+TEST(Schedule, ASlowDeviceGetsFewerTurns) {
   Schedule schedule;
   const std::vector<Group> many(20, Group::fast);
   for (int device = 0; device < 2; ++device) {
@@ -173,7 +173,7 @@ TEST(Schedule, DevicesOfSimilarLineUseTakeTurns) {
   }
 }
 
-TEST(Schedule, WhereThereWasTimeForAllNobodyHasUsedTooMuch) {
+TEST(Schedule, LineUseIsForgottenWhenThereWasTimeForAllDevices) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast});
@@ -186,7 +186,7 @@ TEST(Schedule, WhereThereWasTimeForAllNobodyHasUsedTooMuch) {
   EXPECT_EQ(schedule.Next(kStart + 1s)->device, 0U) << "it has waited longest";
 }
 
-TEST(Schedule, WhoWasIdleSavesNothingUp) {
+TEST(Schedule, AnIdleDeviceGainsNoExtraTurns) {
   Schedule schedule;
   for (int device = 0; device < 2; ++device) {
     schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(100, Group::fast));
@@ -206,7 +206,7 @@ TEST(Schedule, WhoWasIdleSavesNothingUp) {
   EXPECT_NEAR(picked[0], picked[1], 2);
 }
 
-TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
+TEST(Schedule, EventsAreRequestedWithThePollsAndAgainOnceStored) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast, Group::fast}, true);
   schedule.Restart(0, kStart);
@@ -231,7 +231,7 @@ TEST(Schedule, EventsAreAskedForWithThePollsAndAgainWhenTheLastAreKept) {
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
 }
 
-TEST(Schedule, BehindSomethingElseThatIsKeptEventsAreDueWhenTheyWere) {
+TEST(Schedule, StoringOtherRecordsDoesNotChangeWhenEventsAreDue) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
   schedule.Restart(0, kStart);
@@ -250,7 +250,7 @@ TEST(Schedule, BehindSomethingElseThatIsKeptEventsAreDueWhenTheyWere) {
   EXPECT_EQ(schedule.NextDue(), kStart + 2s);
 }
 
-TEST(Schedule, EventsThatWereDueWhenTheyWereHeldAreDueAtOnce) {
+TEST(Schedule, EventsThatWereDueWhenHeldAreDueAtOnceWhenReleased) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
   schedule.Restart(0, kStart);
@@ -260,7 +260,7 @@ TEST(Schedule, EventsThatWereDueWhenTheyWereHeldAreDueAtOnce) {
   EXPECT_EQ(schedule.NextDue(), kStart + 100ms);
 }
 
-TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
+TEST(Schedule, AFloodingDeviceGetsAtMostOneExtraRound) {
   constexpr std::size_t kDevices = 3;
   constexpr int kSeconds = 100;
   Schedule schedule;
@@ -291,7 +291,7 @@ TEST(Schedule, ADeviceThatFloodsTakesARoundBeyondItsTurn) {
   EXPECT_LE(events[0], 7 * kSeconds + 1) << "its turn, and as many as the line has queries";
 }
 
-TEST(Schedule, ALineWithFewQueriesHasRoomForFourRequestsForEventsAtOnce) {
+TEST(Schedule, ALineWithFewQueriesAllowsFourEventRequestsAtOnce) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
   schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(9, Group::fast));
@@ -305,7 +305,7 @@ TEST(Schedule, ALineWithFewQueriesHasRoomForFourRequestsForEventsAtOnce) {
   }
 }
 
-TEST(Schedule, HeldEventsStayHeldWhateverComes) {
+TEST(Schedule, HeldEventsStayHeldUntilReleased) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {}, true);
   schedule.Restart(0, kStart);
@@ -321,7 +321,7 @@ TEST(Schedule, HeldEventsStayHeldWhateverComes) {
   EXPECT_EQ(schedule.Next(kStart + 1h)->query, kEventsQuery);
 }
 
-TEST(Schedule, WhatHasNoNewsWaitsForItsTurn) {
+TEST(Schedule, EventsWithoutNewsWaitForTheNextPeriod) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {}, true);
   schedule.Restart(0, kStart);
@@ -392,7 +392,7 @@ TEST(Schedule, SuspendedDeviceIsSilentAndRestartsWithAWholeRound) {
   EXPECT_EQ(schedule.Missed(0, kStart), 0U) << "periods while offline were not missed by the line";
 }
 
-TEST(Schedule, ARoundGoesBeforeTheNextWriteWhereItIsDue) {
+TEST(Schedule, ADueRoundGoesBeforeTheNextWrite) {
   Schedule schedule;
   const std::size_t device = schedule.AddDevice(1s, 1h);
   schedule.SetQueries(device, {Group::fast, Group::fast});
@@ -410,7 +410,7 @@ TEST(Schedule, ARoundGoesBeforeTheNextWriteWhereItIsDue) {
   EXPECT_FALSE(schedule.GoesFirst(device, Instant() + 1s)) << "it waits, the write need not";
 }
 
-TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
+TEST(Schedule, AHeldDeviceWaitsAndOtherDevicesContinue) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
@@ -424,7 +424,7 @@ TEST(Schedule, HeldDeviceWaitsAndOthersGoOn) {
   EXPECT_EQ(schedule.Next(kStart + 300ms)->device, 0U);
 }
 
-TEST(Schedule, APersonEndsAHold) {
+TEST(Schedule, ReleaseEndsAHold) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
   schedule.Restart(0, kStart);
@@ -448,7 +448,7 @@ TEST(Schedule, NewQueriesEndTheRound) {
 
 /// Random devices on a line that may be far too slow: each waits at most for its own period and one
 /// turn of all others, and NextDue is always right.
-TEST(Schedule, NobodyStarvesWhateverThePeriods) {
+TEST(Schedule, NoDeviceStarvesWhateverThePeriods) {
   std::mt19937 random(4711);
   for (int round = 0; round < 60; ++round) {
     Schedule schedule;
@@ -490,7 +490,7 @@ TEST(Schedule, ARestartDoesNotEndAHold) {
   EXPECT_TRUE(schedule.Next(kStart + 5min));
 }
 
-TEST(Schedule, WhatMayHaveChangedIsReadAtOnceButNotAfterEachOfManyWrites) {
+TEST(Schedule, AHastenedDeviceIsReadAtOnceButNotAfterEachOfManyWrites) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1min, 1min), {Group::fast, Group::once});
   schedule.Restart(0, kStart);
@@ -537,7 +537,7 @@ TEST(Schedule, TheSecondHasteWaitsForTenSecondsAndNoneEndsABackOff) {
 
 // ---------------- Groups that are read once or daily.
 
-TEST(Schedule, OnceIsAskedOnceUntilRestart) {
+TEST(Schedule, AOnceQueryIsRequestedOnceUntilRestart) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once});
   schedule.Restart(0, kStart);
@@ -550,7 +550,7 @@ TEST(Schedule, OnceIsAskedOnceUntilRestart) {
   EXPECT_TRUE(schedule.Next(kStart + 24h));
 }
 
-TEST(Schedule, OnceIsRepeatedWhenAskedTo) {
+TEST(Schedule, AOnceQueryIsRepeatedOnRequest) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
   schedule.Restart(0, kStart);
@@ -563,7 +563,7 @@ TEST(Schedule, OnceIsRepeatedWhenAskedTo) {
   EXPECT_FALSE(schedule.Next(kStart + 24h));
 }
 
-TEST(Schedule, ANewPlanGoesOnWithWhatWasNotYetReadOnce) {
+TEST(Schedule, ANewPlanContinuesWithUnreadOnceQueries) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once, Group::once});
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast});
@@ -586,7 +586,7 @@ TEST(Schedule, ANewPlanGoesOnWithWhatWasNotYetReadOnce) {
   EXPECT_EQ(more->query, 0U);
 }
 
-TEST(Schedule, DailyIsAskedAtTheStartAndThenOnceADay) {
+TEST(Schedule, ADailyQueryIsRequestedAtTheStartAndThenOnceADay) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), {Group::daily, Group::daily});
   schedule.Restart(0, kStart);
@@ -598,7 +598,7 @@ TEST(Schedule, DailyIsAskedAtTheStartAndThenOnceADay) {
   }
 }
 
-TEST(Schedule, WhatFailedOfTheDayIsRepeatedOnceAndTheDayBeginsThere) {
+TEST(Schedule, AFailedDailyQueryIsRepeatedOnceAndRestartsTheDay) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), {Group::daily});
   schedule.Restart(0, kStart);
@@ -611,7 +611,7 @@ TEST(Schedule, WhatFailedOfTheDayIsRepeatedOnceAndTheDayBeginsThere) {
   EXPECT_TRUE(schedule.Next(kStart + 25h));
 }
 
-TEST(Schedule, ANewPlanPassesNothingOfTheDayOver) {
+TEST(Schedule, ANewPlanSkipsNoDailyQuery) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(4, Group::daily));
   schedule.Restart(0, kStart);
@@ -628,7 +628,7 @@ TEST(Schedule, ANewPlanPassesNothingOfTheDayOver) {
   EXPECT_EQ(schedule.Missed(0, kStart + 24h), 0U);
 }
 
-TEST(Schedule, ARestartAsPlannedGoesOnWithTheDay) {
+TEST(Schedule, ARestartAsPlannedContinuesTheDailyRound) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(3, Group::daily));
   schedule.Restart(0, kStart);
@@ -643,7 +643,7 @@ TEST(Schedule, ARestartAsPlannedGoesOnWithTheDay) {
   EXPECT_EQ(schedule.Next(kStart + 9h)->query, 0U);
 }
 
-TEST(Schedule, ANewPlanGoesOnWhereItWas) {
+TEST(Schedule, ANewPlanContinuesTheRoundInProgress) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h),
                       {Group::fast, Group::fast, Group::slow, Group::once});
@@ -676,7 +676,7 @@ TEST(Schedule, ANewPlanGoesOnWhereItWas) {
   EXPECT_EQ(schedule.Next(kStart + 1s + 24h)->group, Group::daily);
 }
 
-TEST(Schedule, ANewPlanLeavesOtherRoundsWhereTheyAre) {
+TEST(Schedule, ANewPlanContinuesSlowAndDailyRounds) {
   const struct {
     Group group;
     std::size_t now;                 // queries in the new plan; three before, one of them asked
@@ -709,7 +709,7 @@ TEST(Schedule, ANewPlanLeavesOtherRoundsWhereTheyAre) {
   }
 }
 
-TEST(Schedule, WhatHadNoQueriesForLongMissedNothing) {
+TEST(Schedule, AGroupWithoutQueriesMissesNoPeriods) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), {Group::fast});
   schedule.Restart(0, kStart);

@@ -42,7 +42,7 @@ TEST(Turns, AfterFourWritesInARowAPollHasItsTurn) {
                                  Choice::poll, Choice::urgent));
 }
 
-TEST(Turns, AfterSixteenShortWritesOfRoutesToo) {
+TEST(Turns, AfterSixteenRoutedShortWritesAnotherRequestHasItsTurn) {
   Turns turns;
   const auto taken = Play(turns, {.short_write = true, .routed = true},
                           {Choice::urgent, Choice::routed_normal}, 18);
@@ -50,12 +50,12 @@ TEST(Turns, AfterSixteenShortWritesOfRoutesToo) {
   EXPECT_EQ(taken[16], Choice::routed_normal);
 }
 
-TEST(Turns, WritesAloneGoOn) {
+TEST(Turns, WritesContinueWhenNothingElseWaits) {
   Turns turns;
   EXPECT_EQ(Play(turns, {}, {Choice::urgent}, 9).size(), 9U);
 }
 
-TEST(Turns, TheCountBeginsAnewWhenNothingWaits) {
+TEST(Turns, TheCountRestartsWhenNothingWaits) {
   Turns turns;
   Play(turns, {}, {Choice::urgent}, 4);
   EXPECT_FALSE(turns.UrgentAllowed(false));
@@ -77,7 +77,7 @@ TEST(Turns, PollsAndRoutedRequestsAlternate) {
       taken, ElementsAre(Choice::routed_normal, Choice::poll, Choice::routed_normal, Choice::poll));
 }
 
-TEST(Turns, AfterOneForEachClientOfHighPriorityComesOneOfTheRest) {
+TEST(Turns, AnotherRequestFollowsEachTurnOfTheHighPriorityClients) {
   Turns turns;
   const auto taken = Play(turns, {.routed = true, .high_clients = 2},
                           {Choice::poll, Choice::routed_high, Choice::routed_normal}, 6);
@@ -96,7 +96,7 @@ struct Spell {
   bool healthy_first;
 };
 
-TEST(Turns, FailingDevicesGiveBackWhatTheyTook) {
+TEST(Turns, HealthyDevicesGetBackTheTimeOfFailingDevices) {
   Turns turns;
   const Spell spells[] = {
       {1s, false, false},  // an idle line: no time was taken from others
@@ -172,7 +172,7 @@ TEST_F(IdleTimeTest, BeginsWithTheInputThatMadeTheLineIdle) {
   EXPECT_EQ(Since(), 10s);
 }
 
-TEST_F(IdleTimeTest, BeginsAnewWhenTheLineGoesOn) {
+TEST_F(IdleTimeTest, RestartsWhenTheLineResumes) {
   Input(1s, false, true);
   Input(5s, true, true);
   time_.Restart();
@@ -200,7 +200,7 @@ struct FakeLine {
   Background background{schedule};
 };
 
-TEST(Background, GoesWhereItIsThroughBeforeTheNextPoll) {
+TEST(Background, RunsIfItEndsBeforeTheNextPoll) {
   FakeLine line;
   line.background.Set(1, kStart, kRoom);
   EXPECT_FALSE(line.background.Next(Which::that_fits, kStart)) << "polls are due";
@@ -212,7 +212,7 @@ TEST(Background, GoesWhereItIsThroughBeforeTheNextPoll) {
   EXPECT_EQ(line.background.NextAt(kStart + 601ms), kStart + 1min) << "the next poll ends the wait";
 }
 
-TEST(Background, WhatTheLatestExchangesTookIsRoomEnough) {
+TEST(Background, TheRoomFollowsFromTheLatestExchanges) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
@@ -254,7 +254,7 @@ TEST(Background, ALongExchangeIsForgottenSlowly) {
   EXPECT_FALSE(line.background.HasRoom(0, kStart + 1s - 228ms));
 }
 
-TEST(Background, WhatCouldNotBeSentHasNoOtherTurnAtTheSameMoment) {
+TEST(Background, AnUnsentTaskHasNoSecondTurnAtTheSameTime) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
@@ -268,7 +268,7 @@ TEST(Background, WhatCouldNotBeSentHasNoOtherTurnAtTheSameMoment) {
   EXPECT_EQ(line.background.Next(Which::that_fits, kStart + 1100ms), 0U) << "this one was sent";
 }
 
-TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
+TEST(Background, AProofIsSentWithAnExchangeWhenThereIsRoomForBoth) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
@@ -285,7 +285,7 @@ TEST(Background, AProofGoesWithAnExchangeWhereThereIsRoomForBoth) {
   EXPECT_FALSE(line.background.MayProve(0, kStart + 700ms)) << "it is too young";
 }
 
-TEST(Background, ALineThatIsNeverIdleAsksOnceAMinute) {
+TEST(Background, RunsOnceAMinuteOnALineThatIsNeverIdle) {
   FakeLine line;
   line.background.Set(0, kStart, 2s);
   EXPECT_FALSE(line.background.Next(Which::that_starves, kStart + 59s));
@@ -307,7 +307,7 @@ TEST(Background, DevicesTakeTurns) {
   EXPECT_EQ(line.background.Next(Which::that_fits, kStart), 0U);
 }
 
-TEST(Background, NothingIsAskedBeforeTheLastIsKeptNorOfADeviceThatIsAway) {
+TEST(Background, WaitsForTheDiskAndForAnAbsentDevice) {
   FakeLine line;
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
@@ -343,7 +343,7 @@ class EventDeliveryTest : public ::testing::Test, protected ToyMembers {
   EventDelivery told_;
 };
 
-TEST_F(EventDeliveryTest, HowOldAnEventCanBe) {
+TEST_F(EventDeliveryTest, EventsAreNoOlderThanTheLastDrain) {
   struct Row {
     const char* what;
     Duration asked;
@@ -374,7 +374,7 @@ TEST_F(EventDeliveryTest, HowOldAnEventCanBe) {
   }
 }
 
-TEST_F(EventDeliveryTest, RecordsOfThePastAreKeptToo) {
+TEST_F(EventDeliveryTest, ABatchOfPastRecordsIsDelivered) {
   protocols::EventBatch batch;
   batch.past.resize(1);
   EXPECT_TRUE(told_.Take(a, batch, At(1s)));
@@ -386,13 +386,13 @@ TEST_F(EventDeliveryTest, EachDeviceIsDrainedByItself) {
   EXPECT_EQ(told_.Take(a, Batch(1), At(2s))->oldest, 1100ms);
 }
 
-TEST_F(EventDeliveryTest, WhenAnotherDeviceWasDrainedIsNotKnown) {
+TEST_F(EventDeliveryTest, TheDrainTimeIsForgottenWhenADeviceIsReplaced) {
   told_.Take(a, Batch(0, true), At(1s));
   told_.OnReplaced(a);
   EXPECT_EQ(told_.Take(a, Batch(1), At(2s))->oldest, std::nullopt);
 }
 
-TEST_F(EventDeliveryTest, WhatAKeptBatchHasBrought) {
+TEST_F(EventDeliveryTest, AStoredBatchReportsWhetherItBroughtNews) {
   using Brought = Schedule::Brought;
   struct Row {
     const char* what;
@@ -415,7 +415,7 @@ TEST_F(EventDeliveryTest, WhatAKeptBatchHasBrought) {
   }
 }
 
-TEST_F(EventDeliveryTest, WhatWasKeptBeforeARestartIsKnown) {
+TEST_F(EventDeliveryTest, ABatchStoredBeforeIsNoNewsWhenItComesAgain) {
   EXPECT_EQ(told_.OnKept(a, "A"), Schedule::Brought::news);
   told_.Take(a, Batch(1), At(1s));
   EXPECT_EQ(told_.OnKept(a, "A"), Schedule::Brought::no_news);

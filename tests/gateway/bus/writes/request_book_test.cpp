@@ -58,7 +58,7 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
   EXPECT_EQ(Begin(RequestOf(7)), What::answered);
 }
 
-TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
+TEST_F(RequestBookTest, ARequestOfAnEarlierRunIsNotRepeated) {
   // The audit returns the requests of earlier runs, the latest first.
   std::optional<PastRequests> past;
   book_ = RequestBook([&past] { return past; });
@@ -80,7 +80,7 @@ TEST_F(RequestBookTest, WhatAnEarlierRunWasAskedIsNotDoneAgain) {
   EXPECT_EQ(Begin(RequestOf(41)), What::under_way);
 }
 
-TEST_F(RequestBookTest, WhatEarlierRunsWereAskedTakesNoMoreRoom) {
+TEST_F(RequestBookTest, RequestsOfEarlierRunsStayWithinTheClientLimit) {
   PastRequests past;
   for (std::size_t i = 0; i < 2 * RequestBook::kClients; ++i) {
     past.all.push_back({RequestOf(1, "plc-" + std::to_string(i)), WriteEnd::ok, ""});
@@ -90,7 +90,7 @@ TEST_F(RequestBookTest, WhatEarlierRunsWereAskedTakesNoMoreRoom) {
   EXPECT_EQ(book_.clients(), RequestBook::kClients);
 }
 
-TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
+TEST_F(RequestBookTest, AForgottenRequestIsRefusedAndNeverRepeated) {
   for (std::uint64_t seq = 10; seq < 10 + RequestBook::kRemembered; ++seq) Do(seq);
   Do(3);  // below all remembered numbers: the lowest of them is forgotten
   EXPECT_EQ(Begin(RequestOf(10)), What::refused);
@@ -103,7 +103,7 @@ TEST_F(RequestBookTest, WhatIsForgottenIsRefusedAndNeverRepeated) {
   EXPECT_EQ(Begin(RequestOf(500)), What::fresh) << "gaps may be filled";
 }
 
-TEST_F(RequestBookTest, TheHighestNumberIsOneLikeAnother) {
+TEST_F(RequestBookTest, TheHighestSequenceNumberIsRemembered) {
   constexpr std::uint64_t kHighest = std::numeric_limits<std::uint64_t>::max();
   Do(0);
   Do(kHighest);
@@ -111,7 +111,7 @@ TEST_F(RequestBookTest, TheHighestNumberIsOneLikeAnother) {
   EXPECT_EQ(Begin(RequestOf(kHighest)), What::answered);
 }
 
-TEST_F(RequestBookTest, OneClientHasAFewUnderWay) {
+TEST_F(RequestBookTest, RequestsUnderWayAreLimitedPerClient) {
   for (std::uint64_t seq = 1; seq <= RequestBook::kUnderWay; ++seq) {
     EXPECT_EQ(Begin(RequestOf(seq)), What::fresh);
   }
@@ -128,7 +128,7 @@ TEST_F(RequestBookTest, OneClientHasAFewUnderWay) {
   EXPECT_EQ(Begin(RequestOf(1)), What::under_way);
 }
 
-TEST_F(RequestBookTest, ClientsAreBoundedAndTheRecentOnesKept) {
+TEST_F(RequestBookTest, ClientsAreLimitedAndRecentClientsAreRemembered) {
   for (std::size_t i = 0; i < RequestBook::kClients; ++i) Do(1, "plc-" + std::to_string(i));
   EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
@@ -148,7 +148,7 @@ TEST_F(RequestBookTest, ClientsAreBoundedAndTheRecentOnesKept) {
   EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::under_way) << "never forgotten before its end";
 }
 
-TEST_F(RequestBookTest, AnEndOfNothingDoesNothing) {
+TEST_F(RequestBookTest, EndingAnUnknownOrEndedRequestDoesNothing) {
   book_.End("plc-1", 7, {});
   Do(7);
   book_.End("plc-1", 7, {WriteEnd::refused, "late"});
@@ -166,7 +166,7 @@ std::size_t TakeAll(CommandRoom& room, const std::string& client) {
   return taken;
 }
 
-TEST(CommandRoom, NobodyHasMoreThanIsLeftToOthers) {
+TEST(CommandRoom, AClientTakesAtMostHalfOfTheFreeRoom) {
   CommandRoom room(32);
   EXPECT_EQ(TakeAll(room, "a"), 16U);
   EXPECT_EQ(TakeAll(room, "b"), 8U);
@@ -174,7 +174,7 @@ TEST(CommandRoom, NobodyHasMoreThanIsLeftToOthers) {
   EXPECT_TRUE(room.Take("d"));
 }
 
-TEST(CommandRoom, IsGivenBack) {
+TEST(CommandRoom, ReturnedRoomIsAvailableAgain) {
   CommandRoom room(8);
   std::vector<CommandRoom::Ticket> tickets;
   while (const auto ticket = room.Take("a")) tickets.push_back(*ticket);
@@ -184,7 +184,7 @@ TEST(CommandRoom, IsGivenBack) {
 }
 
 /// A client connects, writes and leaves repeatedly, before the line takes its commands.
-TEST(CommandRoom, ThoseWhoHaveLeftTakeNone) {
+TEST(CommandRoom, AbandonedCommandsTakeNoRoomButAreLimited) {
   CommandRoom room(4);
   for (std::size_t i = 0; i < CommandRoom::kMostAbandoned; ++i) {
     const auto left = std::make_shared<std::atomic<bool>>(false);
@@ -196,7 +196,7 @@ TEST(CommandRoom, ThoseWhoHaveLeftTakeNone) {
   EXPECT_TRUE(room.Take("a"));
 }
 
-TEST(CommandRoom, EndsWhereAllOfItIsTaken) {
+TEST(CommandRoom, RefusesCommandsWhenAllRoomIsTaken) {
   CommandRoom room(4);
   for (const char* client : {"a", "b", "c"}) room.Take(client);
   EXPECT_TRUE(room.Take("d"));

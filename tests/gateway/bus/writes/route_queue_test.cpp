@@ -85,7 +85,7 @@ TEST_F(RouteQueueTest, ClientsOfOnePriorityTakeTurns) {
   EXPECT_TRUE(queue.empty());
 }
 
-TEST_F(RouteQueueTest, AClientThatConnectsAnewForEachRequestGainsNothing) {
+TEST_F(RouteQueueTest, AClientThatReconnectsForEachRequestGainsNothing) {
   Push(1, kRead, 20);
   Push(2, kRead, 21);
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead)));
@@ -93,7 +93,7 @@ TEST_F(RouteQueueTest, AClientThatConnectsAnewForEachRequestGainsNothing) {
   EXPECT_THAT(Take(), ElementsAre(Of(2, kRead)));
 }
 
-TEST_F(RouteQueueTest, PrioritiesAreTakenApart) {
+TEST_F(RouteQueueTest, RequestsAreTakenByPriority) {
   Push(1, kRead, 20, Priority::low);
   Push(2, kRead, 21, Priority::high);
   EXPECT_EQ(queue.Clients(Priority::high), 1U);
@@ -113,7 +113,7 @@ TEST_F(RouteQueueTest, ShortWritesOvertakeReadsWhateverTheirPriority) {
   EXPECT_FALSE(queue.HasAny(RouteQueue::IsShortWrite));
 }
 
-TEST_F(RouteQueueTest, AWriteOfEightRegistersIsShortAndOneOfNineIsNot) {
+TEST_F(RouteQueueTest, AWriteOfEightRegistersIsShortAndAWriteOfNineIsNot) {
   std::string eight = "10 00 00 00 08 10";
   for (int i = 0; i < 16; ++i) eight += " 00";
   Push(1, "10 00 00 00 09 12" + eight.substr(17) + " 00 00");
@@ -122,7 +122,7 @@ TEST_F(RouteQueueTest, AWriteOfEightRegistersIsShortAndOneOfNineIsNot) {
   EXPECT_THAT(Urgent(), ElementsAre(Of(2, eight)));
 }
 
-TEST_F(RouteQueueTest, AFullQueueHasRoomForShortWritesAlone) {
+TEST_F(RouteQueueTest, AFullQueueHasRoomOnlyForShortWrites) {
   const auto limit = [](const std::string& pdu) {
     RoutedRequest request;
     request.pdu = ParseHex(pdu).value();
@@ -134,7 +134,7 @@ TEST_F(RouteQueueTest, AFullQueueHasRoomForShortWritesAlone) {
   }
 }
 
-TEST_F(RouteQueueTest, WritesToOneSlaveKeepTheirOrderWhoeverSendsThem) {
+TEST_F(RouteQueueTest, WritesToOneSlaveKeepTheirOrderAcrossClients) {
   Push(1, BlockWrite());
   Push(2, kWrite, 20, Priority::low);
   Push(3, kStop, 20, Priority::high);
@@ -184,7 +184,7 @@ TEST_F(RouteQueueTest, IdenticalWritesAndUnknownFunctionsNeverShare) {
   EXPECT_THAT(Take(), ElementsAre(Of(1, "2B 0E 01 00")));
 }
 
-TEST_F(RouteQueueTest, ASlaveThatMayNotBeAskedHoldsUpNobodyElse) {
+TEST_F(RouteQueueTest, ASlaveThatMayNotBeAskedDoesNotBlockOthers) {
   may_ask = [](const RoutedRequest& request) { return request.slave != 20; };
   Push(1, kWrite, 20);
   Push(1, kRead, 21);
@@ -193,7 +193,7 @@ TEST_F(RouteQueueTest, ASlaveThatMayNotBeAskedHoldsUpNobodyElse) {
   EXPECT_FALSE(queue.empty());
 }
 
-TEST_F(RouteQueueTest, WhatIsTooLateOrLeftBehindGoes) {
+TEST_F(RouteQueueTest, ExpiredAndAbandonedRequestsAreRemoved) {
   Push(1, kRead, 20, Priority::normal, 100ms);
   Push(2, kWrite, 20, Priority::normal, 200ms);
   Push(2, kRead, 21, Priority::normal, 300ms);
@@ -211,7 +211,7 @@ TEST_F(RouteQueueTest, WhatIsTooLateOrLeftBehindGoes) {
   EXPECT_FALSE(queue.Deadline().has_value());
 }
 
-TEST_F(RouteQueueTest, ForASlaveThatIsSilentOneReadIsKept) {
+TEST_F(RouteQueueTest, OneReadOfASilentSlaveStaysQueued) {
   Push(1, kRead);
   Push(2, kBlock);
   Push(3, kWrite);
@@ -233,7 +233,7 @@ TEST_F(RouteQueueTest, AProbeTakesNoWritePastAnEarlierBroadcast) {
   EXPECT_THAT(Names(queue.TakeFor(20)), ElementsAre(Of(3, kRead)));
 }
 
-TEST_F(RouteQueueTest, WhatIsReturnedStandsInFrontAgain) {
+TEST_F(RouteQueueTest, AReturnedBatchGoesToTheFrontAgain) {
   Push(1, kBlock);
   RouteQueue::Batch batch = queue.Take(Priority::normal, may_ask);
   Push(1, kRead);
@@ -287,7 +287,7 @@ class Model {
   std::vector<RoutedRequest> waiting_;
 };
 
-TEST_F(RouteQueueTest, NothingOvertakesWhatItFollowsAndNothingElseWaits) {
+TEST_F(RouteQueueTest, ARequestWaitsOnlyForTheRequestsItFollows) {
   const std::string pdus[] = {kRead, kBlock, kWrite, BlockWrite(), "2B 0E 01 00"};
   std::mt19937 random(7);
   const auto any = [&random](std::size_t count) { return random() % count; };

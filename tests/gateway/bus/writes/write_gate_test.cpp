@@ -93,7 +93,7 @@ class WriteGateTest : public testing::Test {
   std::string text_;
 };
 
-TEST_F(WriteGateTest, PassesWhatIsAllowed) {
+TEST_F(WriteGateTest, AnAllowedWritePasses) {
   Show(kSetting, 0.9);
   EXPECT_EQ(Write({{kSetting, static_cast<double>(30.3F)}}), std::nullopt);
   ASSERT_EQ(sink_.commands.size(), 1U);
@@ -108,20 +108,20 @@ TEST_F(WriteGateTest, PassesWhatIsAllowed) {
   EXPECT_THAT(sink_.denied, IsEmpty());
 }
 
-TEST_F(WriteGateTest, WhatAPointDoesNotShowIsNotItsValueBefore) {
+TEST_F(WriteGateTest, ABadValueIsNotReportedAsTheValueBefore) {
   Show(kSetting, 0.9);
   Show(kSetting, 0.9, Quality::bad_device_failure);
   EXPECT_EQ(Write({{kSetting, 30.0}}), std::nullopt);
   EXPECT_EQ(sink_.commands.at(0).writes()[0].before, Value());
 }
 
-TEST_F(WriteGateTest, ScaleAndOffsetAreTakenOut) {
+TEST_F(WriteGateTest, ScaleAndOffsetAreRemoved) {
   EXPECT_EQ(Write({{kScaled, std::int64_t{25}}}), std::nullopt);
   EXPECT_EQ(sink_.commands.at(0).writes()[0].raw, Value(std::int64_t{300}));
   EXPECT_EQ(sink_.commands.at(0).writes()[0].shown, Value(std::int64_t{25}));
 }
 
-TEST_F(WriteGateTest, OneThatMayNotBeWrittenStopsAll) {
+TEST_F(WriteGateTest, OneForbiddenPointRefusesTheWholeCommand) {
   EXPECT_EQ(Write({{kSetting, 1.0}, {kCurrent, 1.0}}), Why::read_only);
   EXPECT_EQ(text_, "'current' can only be read");
   EXPECT_EQ(Write({{kOff, std::int64_t{1}}}), Why::read_only);
@@ -136,7 +136,7 @@ TEST_F(WriteGateTest, OneThatMayNotBeWrittenStopsAll) {
   EXPECT_EQ(sink_.denied[0].reason, "'current' can only be read");
 }
 
-TEST_F(WriteGateTest, LimitsAndTypes) {
+TEST_F(WriteGateTest, ValuesOutsideLimitsOrTypeAreRefused) {
   EXPECT_EQ(Write({{kSetting, 40.1}}), Why::value);
   EXPECT_THAT(text_, HasSubstr("'setting': 40.1 is above the maximum"));
   EXPECT_EQ(Write({{kScaled, 1e9}}), Why::value) << "no int16";
@@ -144,7 +144,7 @@ TEST_F(WriteGateTest, LimitsAndTypes) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-TEST_F(WriteGateTest, WhatTripsIsSelectedFirst) {
+TEST_F(WriteGateTest, ATrippingPointNeedsASelection) {
   EXPECT_EQ(Write({{kTrip, true}}), Why::not_selected);
   EXPECT_THAT(text_, HasSubstr("has to be selected"));
   EXPECT_EQ(gate_.Select(kAnna, 0, kTrip, now_), std::nullopt);
@@ -170,12 +170,12 @@ TEST_F(WriteGateTest, ASelectionIsUsedUpByARefusedWrite) {
   EXPECT_EQ(Write({{kTrip, true}}), Why::not_selected) << "its client has left";
 }
 
-TEST_F(WriteGateTest, WhoConfirmsNeedsNoSelection) {
+TEST_F(WriteGateTest, AConfirmedWriteNeedsNoSelection) {
   EXPECT_EQ(Write({{kTrip, true}}, kAnna, true), std::nullopt);
   EXPECT_EQ(Write({{kSetting, 99.0}}, kAnna, true), Why::value) << "and nothing else with it";
 }
 
-TEST_F(WriteGateTest, WhatMayNotBeWrittenCanNotBeSelected) {
+TEST_F(WriteGateTest, AForbiddenPointCannotBeSelected) {
   EXPECT_EQ(gate_.Select(kAnna, 0, kOff, now_)->why, Why::read_only);
 }
 
@@ -196,15 +196,15 @@ TEST_P(Interlocks, OpenOnlyForTheGoodValue) {
 }
 
 INSTANTIATE_TEST_SUITE_P(All, Interlocks,
-                         testing::Values(Lock{"as_it_has_to_be", Value(false), Quality::good, true},
-                                         Lock{"another_value", Value(true), Quality::good, false},
-                                         Lock{"uncertain", Value(false), Quality::uncertain, false},
-                                         Lock{"bad", Value(false), Quality::bad_sensor_failure,
+                         testing::Values(Lock{"RequiredValue", Value(false), Quality::good, true},
+                                         Lock{"AnotherValue", Value(true), Quality::good, false},
+                                         Lock{"Uncertain", Value(false), Quality::uncertain, false},
+                                         Lock{"Bad", Value(false), Quality::bad_sensor_failure,
                                               false},
-                                         Lock{"never_read", std::nullopt, Quality::good, false}),
+                                         Lock{"NeverRead", std::nullopt, Quality::good, false}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
+TEST_F(WriteGateTest, TheInterlockIsCheckedAgainWhenTheWriteIsSent) {
   Show(kLocal, false);
   ASSERT_EQ(Write({{kClosed, true}}), std::nullopt);
   ASSERT_NE(sink_.commands.at(0).why_not, nullptr);
@@ -214,7 +214,7 @@ TEST_F(WriteGateTest, TheInterlockIsAskedOnceMoreWhenItIsSent) {
 }
 
 /// Example: a load may be switched on only in remote mode, but may always be switched off.
-TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
+TEST_F(WriteGateTest, AnInterlockMayGuardOnlyOneValue) {
   Configure(kClosed, [](config::Writing& writing) { writing.allow_when[0].only = true; });
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked);
   EXPECT_EQ(Write({{kClosed, false}}), std::nullopt);
@@ -222,7 +222,7 @@ TEST_F(WriteGateTest, AnInterlockMayGuardOneValueAlone) {
 }
 
 /// A client sends 0.9 as the float32 0.899999976.
-TEST_F(WriteGateTest, AnInterlockOfAFloatKnowsTheNumberThatWasMeant) {
+TEST_F(WriteGateTest, AnInterlockComparesTheDecimalOfAFloat32) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.allow_when = {{"line.feeder.local", Value(false), Value(0.9), 0, kLocal}};
   });
@@ -238,7 +238,7 @@ TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
 }
 
 /// Example: a parameter of the inverter limits its frequency to 50 Hz.
-TEST_F(WriteGateTest, APointCanBeTheLimitOfAnother) {
+TEST_F(WriteGateTest, APointCanBeTheMaximumOfAnotherPoint) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.max.reset();
     writing.max_point = std::string("current");
@@ -262,7 +262,7 @@ TEST_F(WriteGateTest, APointCanBeTheLimitOfAnother) {
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::locked) << "it is old";
 }
 
-TEST_F(WriteGateTest, APointCanBeTheLeastOfAnother) {
+TEST_F(WriteGateTest, APointCanBeTheMinimumOfAnotherPoint) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.min.reset();
     writing.min_point = std::string("current");
@@ -285,7 +285,7 @@ using Taken = Selections::Verdict;
 
 constexpr Selections::Point kTripOutput{0, 7};
 
-TEST(Selections, AreGoodOnceAndForTheirOwner) {
+TEST(Selections, AreValidOnceAndOnlyForTheirOwner) {
   Selections selections;
   EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::none);
   selections.Select(1, kTripOutput, kStart + 10s);
@@ -296,7 +296,7 @@ TEST(Selections, AreGoodOnceAndForTheirOwner) {
   EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 3s), Taken::none) << "used up";
 }
 
-TEST(Selections, End) {
+TEST(Selections, ExpireAfterTheirTime) {
   Selections selections;
   selections.Select(1, kTripOutput, kStart + 10s);
   EXPECT_EQ(selections.Take(1, kTripOutput, kStart + 10s), Taken::expired);
@@ -316,7 +316,7 @@ TEST(Selections, TwoClientsMaySelectOnePoint) {
   EXPECT_EQ(selections.Take(1, kTripOutput, kStart), Taken::selected);
 }
 
-TEST(Selections, OfSeveralOthersEachCounts) {
+TEST(Selections, TheLongestSelectionOfOtherClientsCounts) {
   Selections selections;
   selections.Select(1, kTripOutput, kStart + 10s);
   selections.Select(2, kTripOutput, kStart + 60s);
@@ -324,7 +324,7 @@ TEST(Selections, OfSeveralOthersEachCounts) {
   EXPECT_EQ(selections.Take(3, kTripOutput, kStart + 60s), Taken::none);
 }
 
-TEST(Selections, LeaveWithTheirClient) {
+TEST(Selections, EndWithTheirClient) {
   Selections selections;
   selections.Select(1, kTripOutput, kStart + 10s);
   selections.Select(2, {0, 8}, kStart + 10s);
@@ -351,7 +351,7 @@ struct StateRow {
   const char* ends;
 };
 
-TEST(WriteStates, LeadOnAndEndAsTheTableSays) {
+TEST(WriteStates, AllowOnlyTheTransitionsAndEndsOfTheTable) {
   const StateRow kRows[] = {
       {WriteState::asked, "134", "busy not_sent denied "},
       {WriteState::queued, "234", "refused busy not_sent denied "},

@@ -21,7 +21,7 @@ config::Point SettingOf(Type type) {
   return point;
 }
 
-TEST(WriteLimits, TheEndsBelongToTheRange) {
+TEST(WriteLimits, MinimumAndMaximumBelongToTheRange) {
   config::Point point = SettingOf(Type::float32);
   point.writing.min = 0.5;
   point.writing.max = 40;
@@ -34,7 +34,7 @@ TEST(WriteLimits, TheEndsBelongToTheRange) {
 }
 
 /// 0.1 as a float32 is 0.100000001490116, but does not exceed a limit of 0.1.
-TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
+TEST(WriteLimits, AFloat32IsTakenAsItsShortestDecimal) {
   config::Point point = SettingOf(Type::float32);
   point.writing.max = 0.1;
   const Value sent = static_cast<double>(0.1F);
@@ -55,7 +55,7 @@ TEST(WriteLimits, AFloat32IsTheDecimalNumberThatWasMeant) {
 }
 
 /// The shortest text of these numbers has an exponent, for example 5e-04.
-TEST(WriteLimits, SmallAndLargeFloat32AreMeantInDecimalsToo) {
+TEST(WriteLimits, SmallAndLargeFloat32AreTakenAsTheirShortestDecimal) {
   config::Point point = SettingOf(Type::float32);
   EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
   EXPECT_EQ(AsMeant(point, static_cast<double>(1.5e10F)), Value(1.5e10));
@@ -70,7 +70,7 @@ std::string Inexact(const config::Point& point, const Value& value) {
 }
 
 /// Scale 10: the device accepts 40 or 50. 46 would become 50, which is beyond a maximum of 46.
-TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
+TEST(WriteLimits, AValueThatTheDeviceCannotRepresentIsRefused) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
   EXPECT_EQ(Inexact(point, std::int64_t{50}), "");
@@ -89,7 +89,7 @@ TEST(WriteLimits, WhatTheDeviceCanNotBeSetToIsNotRounded) {
 }
 
 /// The raw value that is written for a value, and the value that the point shows then.
-TEST(Convert, OnceForTheDeviceAndForWhatIsShown) {
+TEST(Convert, GivesTheRawAndTheShownValue) {
   struct Case {
     Type type;
     Decimal scale;
@@ -124,7 +124,7 @@ TEST(Convert, OnceForTheDeviceAndForWhatIsShown) {
   EXPECT_FALSE(Convert(SettingOf(Type::float32), 7, Value()));
 }
 
-TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {
+TEST(WriteLimits, DecimalsAreCountedInTheUnscaledValue) {
   config::Point point = SettingOf(Type::float32);
   point.writing.decimals = 1;
   EXPECT_EQ(Inexact(point, 0.9), "");
@@ -135,7 +135,7 @@ TEST(WriteLimits, DecimalsAreCountedInTheDevicesOwnNumber) {
   EXPECT_NE(Inexact(point, 361.0), "");
 }
 
-TEST(WriteLimits, ASentinelIsNoValue) {
+TEST(WriteLimits, ASentinelCannotBeWritten) {
   config::Point point = SettingOf(Type::uint16);
   point.sentinels = {{999, Quality::bad_sensor_failure}};
   EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
@@ -156,7 +156,7 @@ TEST(WriteLimits, StepsAreCountedFromZero) {
   EXPECT_TRUE(WhyOutside(point, std::int64_t{16}));
 }
 
-TEST(WriteLimits, WholeNumbersToo) {
+TEST(WriteLimits, LimitsApplyToWholeNumbers) {
   config::Point point = SettingOf(Type::uint16);
   point.unit.clear();
   point.writing.min = 1;
@@ -167,7 +167,7 @@ TEST(WriteLimits, WholeNumbersToo) {
 }
 
 /// The number is 7.5 with its words exchanged.
-TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
+TEST(WriteLimits, AFloat32InTheWrongWordOrderIsRefused) {
   const config::Point point = SettingOf(Type::float32);
   EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41).value_or(""),
               HasSubstr("is the word order of the float"));
@@ -175,7 +175,7 @@ TEST(WriteLimits, AFloat32InTheWrongOrderIsSeen) {
   EXPECT_EQ(WhyOutside(point, -1e-30), std::nullopt);
 }
 
-TEST(WriteLimits, TextsHaveNone) {
+TEST(WriteLimits, TextsHaveNoLimits) {
   EXPECT_EQ(WhyOutside(SettingOf(Type::string), std::string("anything")), std::nullopt);
 }
 
@@ -189,7 +189,7 @@ config::Point ShortPoint(Type type) {
   return point;
 }
 
-TEST(ValueText, Bools) {
+TEST(ValueText, BoolsAreOnOffTrueFalseOneOrZero) {
   for (const char* yes : {"on", "true", "1"}) {
     EXPECT_EQ(ParseValue(ShortPoint(Type::boolean), yes).value(), Value(true)) << yes;
   }

@@ -24,7 +24,7 @@ WriteCommand To(std::uint32_t device, Duration deadline = 10s) {
 
 bool Any(const WriteCommand&) { return true; }
 
-TEST(WriteQueue, KeepsTheOrderOfArrivalAndNumbersIt) {
+TEST(WriteQueue, KeepsAndNumbersTheOrderOfArrival) {
   WriteQueue queue;
   EXPECT_EQ(queue.NextSequence(), 1U);  // taken by a routed write
   queue.Push(To(5));
@@ -37,7 +37,7 @@ TEST(WriteQueue, KeepsTheOrderOfArrivalAndNumbersIt) {
   EXPECT_FALSE(queue.Take(Any));
 }
 
-TEST(WriteQueue, ADeviceThatMayNotBeAskedDoesNotHoldUpOthers) {
+TEST(WriteQueue, ADeviceThatMayNotBeAskedDoesNotBlockOthers) {
   WriteQueue queue;
   queue.Push(To(5));
   queue.Push(To(6));
@@ -73,7 +73,7 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
 }
 
 /// A set point is written every 30 ms, so the read-back shows the value of the latest write only.
-TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
+TEST(WriteQueue, APointWrittenAgainIsNoLongerCompared) {
   WriteQueue queue;
   WriteCommand command = To(1);
   command.kind = Writes{{4, Value(1.0)}, {5, Value(2.0)}};
@@ -88,7 +88,7 @@ TEST(WriteQueue, WhatIsWrittenOnceMoreIsNotComparedAnyMore) {
   EXPECT_EQ(confirmed[0].command.writes()[0].point, 5U);
 }
 
-TEST(WriteQueue, OfAPointThatOneCommandWritesTwiceTheLastValueStands) {
+TEST(WriteQueue, OnlyTheLastValueOfAPointWrittenTwiceIsCompared) {
   WriteQueue queue;
   WriteCommand command = To(1);
   command.kind = Writes{{4, Value(1.0)}, {5, Value(2.0)}, {4, Value(3.0)}};
@@ -108,7 +108,7 @@ TEST(WriteQueue, ReadBacksWaitForTheirDevice) {
   EXPECT_EQ(queue.TakeReadBack([](std::size_t device) { return device == 2; }), (QueryRef{2, 7}));
 }
 
-TEST(WriteQueue, WhatWaitsTooLongIsTakenOut) {
+TEST(WriteQueue, ExpiredCommandsAreRemoved) {
   WriteQueue queue;
   queue.Push(To(1, 2s));
   queue.Push(To(2, 1s));
@@ -124,7 +124,7 @@ TEST(WriteQueue, WhatWaitsTooLongIsTakenOut) {
   EXPECT_FALSE(queue.Deadline());
 }
 
-TEST(WriteQueue, AClosedPortEndsEverything) {
+TEST(WriteQueue, AClosedPortEndsAllCommands) {
   WriteQueue queue;
   queue.Push(To(1));
   queue.AddReadBack({1, 0});
@@ -160,14 +160,14 @@ class RoutedSideTest : public ::testing::Test {
   RoutedSide side_{queue_};
 };
 
-TEST_F(RoutedSideTest, ClientsAreHereForTwoSecondsAfterAnAnswer) {
+TEST_F(RoutedSideTest, ClientsCountAsPresentForTwoSecondsAfterAnAnswer) {
   EXPECT_FALSE(side_.ClientsAreHere(kStart));
   side_.OnAnswered(kStart);
   EXPECT_TRUE(side_.ClientsAreHere(kStart + 1999ms));
   EXPECT_FALSE(side_.ClientsAreHere(kStart + 2s));
 }
 
-TEST_F(RoutedSideTest, ReadsOfASlaveThatIsOfflineAreTakenButForItsProbe) {
+TEST_F(RoutedSideTest, ReadsOfAnOfflineSlaveAreRefusedExceptItsProbe) {
   Push(kReadOne);
   Push("06 00 08 00 00");
   Push(kReadOne);
@@ -176,7 +176,7 @@ TEST_F(RoutedSideTest, ReadsOfASlaveThatIsOfflineAreTakenButForItsProbe) {
   EXPECT_EQ(Refuse(0), 1U);
 }
 
-TEST_F(RoutedSideTest, ARefusedReadIsRepeatedInNobodysName) {
+TEST_F(RoutedSideTest, ARefusedReadIsRepeatedWithoutAClient) {
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart));
   Push(kReadOne);
   Refuse();
@@ -189,7 +189,7 @@ TEST_F(RoutedSideTest, ARefusedReadIsRepeatedInNobodysName) {
   EXPECT_TRUE(queue_.empty());
 }
 
-TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {
+TEST_F(RoutedSideTest, ARefusedReadIsRepeatedAtOnceForTwoSecondsThenAfterAnExchange) {
   Push(kReadOne);
   Refuse();
   EXPECT_TRUE(side_.MayRepeatRead(slave_, false, kStart + 1999ms));
@@ -199,7 +199,7 @@ TEST_F(RoutedSideTest, AtOnceForTwoSecondsThenOnlyBehindAnotherExchange) {
 }
 
 /// `is_common` is true for function 3 only: function 4 may be ignored.
-TEST_F(RoutedSideTest, WhatManySlavesIgnoreIsNotRepeated) {
+TEST_F(RoutedSideTest, AReadThatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart));

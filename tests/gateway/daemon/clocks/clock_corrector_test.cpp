@@ -123,7 +123,7 @@ class ClockCorrectorTest : public ::testing::Test, private bus::CommandSink {
   void OnNotTaken(const bus::DeniedWrite& denied) override { denied_.push_back(denied); }
 };
 
-TEST_F(ClockCorrectorTest, ReadsItOnceMoreAndWrites) {
+TEST_F(ClockCorrectorTest, ReadsTheClockAgainAndCorrectsIt) {
   Show(12.3);
   Pass(1s);
   AnswerRead(12.4);
@@ -134,7 +134,7 @@ TEST_F(ClockCorrectorTest, ReadsItOnceMoreAndWrites) {
   EXPECT_THAT(asked_, IsEmpty()) << "once a day";
 }
 
-TEST_F(ClockCorrectorTest, TriesNoMoreThatDayWhateverBecameOfIt) {
+TEST_F(ClockCorrectorTest, TriesOnceADayWhateverTheOutcome) {
   for (const WriteEnd end : {WriteEnd::refused, WriteEnd::not_sent, WriteEnd::unknown}) {
     Show(-12.3);
     Pass(1s);
@@ -152,7 +152,7 @@ TEST_F(ClockCorrectorTest, TriesNoMoreThatDayWhateverBecameOfIt) {
   }
 }
 
-TEST_F(ClockCorrectorTest, ARestartIsNoReasonToTryAgain) {
+TEST_F(ClockCorrectorTest, DoesNotTryAgainAfterARestartOnTheSameDay) {
   Show(12.3);
   Pass(1s);
   AnswerRead(12.3);
@@ -168,7 +168,7 @@ TEST_F(ClockCorrectorTest, ARestartIsNoReasonToTryAgain) {
   EXPECT_THAT(asked_, SizeIs(1));
 }
 
-TEST_F(ClockCorrectorTest, ATryThatCanNotBeKeptIsNone) {
+TEST_F(ClockCorrectorTest, DoesNotTryWhenTheAttemptCannotBeStored) {
   std::filesystem::create_directories(file_ / "in the way");
   Show(12.3);
   Pass(1s);
@@ -178,7 +178,7 @@ TEST_F(ClockCorrectorTest, ATryThatCanNotBeKeptIsNone) {
   EXPECT_THAT(told_[0], HasSubstr("left: it is 12.3 s ahead; the attempt cannot be recorded"));
 }
 
-TEST_F(ClockCorrectorTest, WhatBecameOfItIsToldAlsoBehindAReload) {
+TEST_F(ClockCorrectorTest, ReportsTheOutcomeAfterAReload) {
   Show(12.3);
   Pass(1s);
   AnswerRead(12.3);
@@ -190,7 +190,7 @@ TEST_F(ClockCorrectorTest, WhatBecameOfItIsToldAlsoBehindAReload) {
   EXPECT_THAT(asked_, IsEmpty()) << "its number is nobody's now";
 }
 
-TEST_F(ClockCorrectorTest, TellsOfADriftBeyondTheLimitAndLeavesIt) {
+TEST_F(ClockCorrectorTest, ReportsADriftBeyondTheLimitWithoutCorrectingIt) {
   Show(300);
   Pass(1s);
   AnswerRead(300);
@@ -202,7 +202,7 @@ TEST_F(ClockCorrectorTest, TellsOfADriftBeyondTheLimitAndLeavesIt) {
   EXPECT_THAT(told_, SizeIs(1)) << "once a day";
 }
 
-TEST_F(ClockCorrectorTest, NeedsAClockOfItsOwnThatIsRight) {
+TEST_F(ClockCorrectorTest, NeedsASynchronisedHostClock) {
   corrector_->OnHostClock(false);
   Show(12.3);
   Pass(1s);
@@ -215,7 +215,7 @@ TEST_F(ClockCorrectorTest, NeedsAClockOfItsOwnThatIsRight) {
   EXPECT_THAT(asked_, IsEmpty()) << "it is not any more";
 }
 
-TEST_F(ClockCorrectorTest, NeedsAGoodDriftOfSomeSize) {
+TEST_F(ClockCorrectorTest, NeedsAGoodAndLargeEnoughDrift) {
   Show(12.3, Quality::uncertain_sub_normal);
   Pass(1s);
   Show(4.9);
@@ -223,7 +223,7 @@ TEST_F(ClockCorrectorTest, NeedsAGoodDriftOfSomeSize) {
   EXPECT_THAT(asked_, IsEmpty());
 }
 
-TEST_F(ClockCorrectorTest, BelievesNoSingleReading) {
+TEST_F(ClockCorrectorTest, NeedsTwoReadingsThatAgree) {
   Show(12.3);
   Pass(1s);
   AnswerRead(20);
@@ -237,7 +237,7 @@ TEST_F(ClockCorrectorTest, BelievesNoSingleReading) {
   EXPECT_THAT(told_, ElementsAre("corrected: it was 20.0 s ahead"));
 }
 
-TEST_F(ClockCorrectorTest, IsRefusedAsAnyOtherClient) {
+TEST_F(ClockCorrectorTest, IsRefusedAPointThatIsNotWritable) {
   config_.lines[0].devices[0].points[1].writing.allowed = false;
   Renew(store_, config_);
   Show(12.3);
@@ -250,14 +250,14 @@ TEST_F(ClockCorrectorTest, IsRefusedAsAnyOtherClient) {
   EXPECT_THAT(told_[0], HasSubstr("write"));
 }
 
-TEST_F(ClockCorrectorTest, BeginsNothingWhenTheGatewayEnds) {
+TEST_F(ClockCorrectorTest, StartsNoCorrectionWhenTheGatewayStops) {
   corrector_->Stop();
   Show(12.3);
   Pass(1s);
   EXPECT_THAT(asked_, IsEmpty());
 }
 
-TEST(ClockCare, KeepsAwayFromHalfHoursAndMidnight) {
+TEST(ClockCare, AvoidsHalfHoursAndMidnight) {
   const protocols::CivilZone zone = protocols::CivilZone::Parse("+03:00").value();
   const WallTime noon = kTenPast - std::chrono::minutes(10);
   const auto may = [&](int minutes) {

@@ -64,12 +64,14 @@ std::optional<bool> Ask(std::optional<int> said) {
   return answer;
 }
 
-TEST(TimeService, SaysWhetherTheClockIsRight) {
+TEST(TimeService, ReportsWhetherTheClockIsSynchronised) {
   EXPECT_EQ(Ask(1), true);
   EXPECT_EQ(Ask(0), false);
 }
 
-TEST(TimeService, MayBeMissing) { EXPECT_EQ(Ask(std::nullopt), std::nullopt); }
+TEST(TimeService, ReportsNothingWhenTheServiceIsMissing) {
+  EXPECT_EQ(Ask(std::nullopt), std::nullopt);
+}
 
 }  // namespace
 }  // namespace baudgate::daemon

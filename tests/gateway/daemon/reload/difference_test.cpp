@@ -32,7 +32,7 @@ struct LineCase {
   const char* named;
 };
 
-TEST(Difference, OfTheWebServerIsAllApplied) {
+TEST(Difference, AllWebSettingsAreAppliedWithoutARestart) {
   const Config running;
   Config next = running;
   next.web.on = true;
@@ -45,7 +45,7 @@ TEST(Difference, OfTheWebServerIsAllApplied) {
   EXPECT_FALSE(Compare(running, next).empty());
 }
 
-TEST(Difference, OfOneLineIsNamedAndTouchesNoOther) {
+TEST(Difference, AChangedLineIsNamedAndLeavesTheOtherLinesUntouched) {
   const LineCase cases[] = {
       {"nothing", [](Config&) {}, Action::same, ""},
       {"its place in the file",
@@ -120,7 +120,7 @@ TEST(Difference, AlarmsOfTheGatewayAreASetting) {
   EXPECT_EQ(WhyNot(difference), std::nullopt);
 }
 
-TEST(Difference, LinesComeGoAndChangePlaces) {
+TEST(Difference, LinesAreAddedRemovedAndReordered) {
   const Difference difference = After([](Config& config) {
     std::swap(config.lines[0], config.lines[1]);
     config.lines.pop_back();
@@ -134,7 +134,7 @@ TEST(Difference, LinesComeGoAndChangePlaces) {
   EXPECT_EQ(Summary(difference), "1 line new, 1 line removed; 2 lines untouched");
 }
 
-TEST(Difference, ALineThatIsGoneIsNoLine) {
+TEST(Difference, ARemovedLineIsNotCompared) {
   Config running = Sample();
   running.lines[0] = {};
   running.lines[0].devices.resize(2);
@@ -144,7 +144,7 @@ TEST(Difference, ALineThatIsGoneIsNoLine) {
   EXPECT_EQ(Compare(running, Sample()).lines[0].action, Action::added);
 }
 
-TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
+TEST(Difference, SettingsThatNeedARestartAreNamed) {
   const std::pair<std::function<void(Config&)>, const char*> cases[] = {
       {[](Config& config) { config.name = "other"; }, "gateway.name"},
       {[](Config& config) { config.state = "/srv"; }, "gateway.state"},
@@ -167,7 +167,7 @@ TEST(Difference, WhatOnlyARestartCanChangeIsNamed) {
   EXPECT_EQ(WhyNot(After([](Config&) {})), std::nullopt);
 }
 
-TEST(Difference, OfListenersAndRoutesIsTold) {
+TEST(Difference, ChangedListenersAndRoutesAreReported) {
   const Difference difference = After([](Config& config) {
     config.lines.pop_back();
     config.modbus.listen.resize(1);
@@ -182,7 +182,7 @@ TEST(Difference, OfListenersAndRoutesIsTold) {
   EXPECT_EQ(Summary(difference), "1 line removed, 1 listener new, 2 routes new; 2 lines untouched");
 }
 
-TEST(Difference, OfTheOrderOfRoutesIsASetting) {
+TEST(Difference, TheOrderOfRoutesIsASetting) {
   Config running = Sample();
   running.modbus.routes.resize(2);
   running.modbus.routes[1].first = running.modbus.routes[1].last = 7;
@@ -192,7 +192,7 @@ TEST(Difference, OfTheOrderOfRoutesIsASetting) {
               ElementsAre("the order of modbus.routes: changed"));
 }
 
-TEST(Difference, OfPortsThatBlockEachOtherNeedsARestart) {
+TEST(Difference, ListenersThatBlockEachOtherNeedARestart) {
   Config running = Sample();
   running.modbus.listen.resize(1);
   Config next = running;
@@ -201,7 +201,7 @@ TEST(Difference, OfPortsThatBlockEachOtherNeedsARestart) {
             "only a restart can change modbus.listen from 127.0.0.1:1502 to 0.0.0.0:1502");
 }
 
-TEST(Difference, OfTheHistoryIsByNameAndNotByNumber) {
+TEST(Difference, HistoryPointsAreComparedByName) {
   Config running = Sample();
   running.history.points.push_back({.device = 2, .point = 1});  // y-a.voltage
   Config next = Sample();
@@ -218,7 +218,7 @@ TEST(Difference, OfTheHistoryIsByNameAndNotByNumber) {
 }
 
 /// The point of the interlock is the same, but its device has another number.
-TEST(Difference, OfAnInterlockIsByName) {
+TEST(Difference, InterlocksAreComparedByName) {
   Config running = Sample();
   Config next = Sample();
   for (auto [config, device] : {std::pair(&running, 4U), std::pair(&next, 0U)}) {
@@ -292,7 +292,7 @@ struct ModbusCase {
   std::vector<std::string> sentences;
 };
 
-TEST(ModbusDifference, IsToldInOneSentenceForEachListener) {
+TEST(ModbusDifference, ReportsOneSentenceForEachListener) {
   const ModbusCase cases[] = {
       {"nothing", [](Modbus&) {}, {}},
       {"its place in the file",
@@ -332,7 +332,7 @@ TEST(ModbusDifference, IsToldInOneSentenceForEachListener) {
   }
 }
 
-TEST(ModbusDifference, SaysWhereEachListenerWas) {
+TEST(ModbusDifference, ReportsThePreviousIndexOfEachListener) {
   const ModbusDifference difference = After([](Modbus& its) {
     its.listen.insert(its.listen.begin(), ListenerAt("10.0.0.2", 502));
     its.listen.erase(its.listen.begin() + 2);
@@ -342,7 +342,7 @@ TEST(ModbusDifference, SaysWhereEachListenerWas) {
   EXPECT_THAT(was, ElementsAre(std::nullopt, 0U, 2U, 1U)) << "the last is the one that ends";
 }
 
-TEST(ModbusDifference, CountsClientsThatAListenerLosesIfItCan) {
+TEST(ModbusDifference, CountsTheClientsThatAListenerLoses) {
   ListenerChange change{"10.0.0.1:502", Action::restarted, "write", 0, 3};
   EXPECT_EQ(SentenceOf(change),
             "listener 10.0.0.1:502: differs in write; its 3 clients are disconnected");
@@ -353,7 +353,7 @@ TEST(ModbusDifference, CountsClientsThatAListenerLosesIfItCan) {
   EXPECT_EQ(SentenceOf(change), "listener 10.0.0.1:502: differs in write");
 }
 
-TEST(ModbusDifference, IsToldInOneSentenceForEachRoute) {
+TEST(ModbusDifference, ReportsOneSentenceForEachRoute) {
   const ModbusCase cases[] = {
       {"one more",
        [](Modbus& its) { its.routes.insert(its.routes.begin(), RouteTo("drive", 9, 9)); },
@@ -385,7 +385,7 @@ TEST(ModbusDifference, IsToldInOneSentenceForEachRoute) {
   }
 }
 
-TEST(ModbusDifference, OfTheOrderOfRoutesIsNoticedForTheFirstWins) {
+TEST(ModbusDifference, DetectsAChangedOrderOfRoutes) {
   const ModbusDifference difference =
       After([](Modbus& its) { std::swap(its.routes[0], its.routes[2]); });
   EXPECT_TRUE(difference.route_order);
@@ -425,7 +425,7 @@ TEST(ModbusDifference, PortsThatBlockEachOtherNeedARestart) {
               ElementsAre("modbus.listen from 10.0.0.1:502 to 0.0.0.0:502"));
 }
 
-TEST(ModbusDifference, OfAnOutputThatIsOffIsNone) {
+TEST(ModbusDifference, IgnoresAnOutputThatIsOff) {
   Modbus off = SampleModbus();
   off.enabled = false;
   EXPECT_THAT(CompareModbus(off, SampleModbus()).listeners, IsEmpty());
@@ -444,7 +444,7 @@ Placement Placed(const Config& running, const Config& next) {
   return PlaceInSlots(running, next, Compare(running, next));
 }
 
-TEST(Placement, WhatGoesOnKeepsItsNumber) {
+TEST(Placement, AnUnchangedLineKeepsItsNumber) {
   Config next = Sample();
   std::swap(next.lines[0], next.lines[2]);
   const Placement placed = Placed(Sample(), next);
@@ -454,7 +454,7 @@ TEST(Placement, WhatGoesOnKeepsItsNumber) {
   EXPECT_THAT(placed.begun, IsEmpty());
 }
 
-TEST(Placement, WhatEndsLeavesAnEmptyPlaceAndWhatBeginsGetsTheNext) {
+TEST(Placement, AnEndedLineLeavesAnEmptyPlaceAndANewLineGetsTheNext) {
   Config next = Sample();
   next.lines[0].port = "/dev/other";
   next.lines.erase(next.lines.begin() + 1);
@@ -473,7 +473,7 @@ TEST(Placement, WhatEndsLeavesAnEmptyPlaceAndWhatBeginsGetsTheNext) {
   EXPECT_THAT(again.begun, ElementsAre(5U, 6U));
 }
 
-TEST(Placement, LinesThatAreShownOtherwiseAreNamed) {
+TEST(Placement, LinesWithChangedDisplaySettingsAreNamed) {
   Config next = Sample();
   next.lines[1].devices[0].unit = 7;
   const Placement placed = Placed(Sample(), next);
@@ -481,7 +481,7 @@ TEST(Placement, LinesThatAreShownOtherwiseAreNamed) {
   EXPECT_EQ(placed.config.lines[1].devices[0].unit, 7);
 }
 
-TEST(Placement, NumbersOfDevicesAndLinesFollow) {
+TEST(Placement, ReferencesToDevicesAndLinesAreRenumbered) {
   const auto with_numbers = [](Config config, std::uint32_t device, std::size_t line) {
     config.history.points.push_back({.device = device, .point = 1});
     config::Route route;

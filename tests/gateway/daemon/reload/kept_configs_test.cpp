@@ -37,7 +37,7 @@ class KeptConfigsTest : public ::testing::Test {
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-kept-configs/configurations";
 };
 
-TEST_F(KeptConfigsTest, NothingIsThereAtFirst) {
+TEST_F(KeptConfigsTest, TheFolderIsMissingAndEmptyAtFirst) {
   EXPECT_TRUE(Again().empty());
   EXPECT_FALSE(Again().confirmed());
   EXPECT_FALSE(Again().IsUnconfirmed("a"));
@@ -46,7 +46,7 @@ TEST_F(KeptConfigsTest, NothingIsThereAtFirst) {
   EXPECT_FALSE(fs::exists(folder_));
 }
 
-TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
+TEST_F(KeptConfigsTest, AConfigurationOnTrialAtAStartIsNotUsed) {
   Write({"a"});
   Write({"a", "b"});
   EXPECT_EQ(Again().trial(), Trial::running);
@@ -56,7 +56,7 @@ TEST_F(KeptConfigsTest, WhatIsOnTrialAtAStartIsNotTaken) {
   EXPECT_FALSE(Again().IsUnconfirmed("c")) << "the file was changed since";
 }
 
-TEST_F(KeptConfigsTest, WhatSomebodyHasRemovedOrChangedIsWrittenAgain) {
+TEST_F(KeptConfigsTest, RemovedOrChangedFilesAreWrittenAgain) {
   const KeptTexts wanted{"a", "b", "why"};
   EXPECT_TRUE(Write(wanted));
   EXPECT_FALSE(Write(wanted));
@@ -83,14 +83,14 @@ TEST_F(KeptConfigsTest, AnEmptyCopyOfATrialConfirmsNothing) {
   EXPECT_FALSE(Again().IsUnconfirmed("b")) << "there is nothing that could run in its place";
 }
 
-TEST_F(KeptConfigsTest, WhatIsConfirmedIsTaken) {
+TEST_F(KeptConfigsTest, AConfirmedConfigurationIsUsed) {
   Write({"a", "b"});
   Write({"b"});
   EXPECT_FALSE(Again().IsUnconfirmed("b"));
   EXPECT_EQ(Again().confirmed(), "b");
 }
 
-TEST_F(KeptConfigsTest, WhatWasTakenBackIsNotTakenUntilTheFileDiffers) {
+TEST_F(KeptConfigsTest, ARolledBackConfigurationIsNotUsedUntilTheFileDiffers) {
   Write({"a", "b"});
   Write({"a", "b", "bay.a worked before"});
   EXPECT_EQ(Again().trial(), Trial::taken_back);
@@ -105,7 +105,7 @@ TEST_F(KeptConfigsTest, WhatWasTakenBackIsNotTakenUntilTheFileDiffers) {
   EXPECT_FALSE(Again().IsUnconfirmed("b")) << "it was changed, so it is meant when it comes again";
 }
 
-TEST_F(KeptConfigsTest, OnlyWhatAStartNeedsIsKept) {
+TEST_F(KeptConfigsTest, OnlyFilesThatAStartNeedsAreStored) {
   for (const char* text : {"a", "b", "c"}) {
     Write({text});
     Write({text, "trial"});
@@ -116,7 +116,7 @@ TEST_F(KeptConfigsTest, OnlyWhatAStartNeedsIsKept) {
   EXPECT_THAT(Files(), UnorderedElementsAre("confirmed.yaml"));
 }
 
-TEST_F(KeptConfigsTest, ADiskThatFailsIsToldAndChangesNothing) {
+TEST_F(KeptConfigsTest, AFailedWriteIsReportedAndChangesNothing) {
   fs::create_directories(folder_.parent_path());
   std::ofstream(folder_) << "a file";
   EXPECT_FALSE(Again().Write({"a"}));
@@ -144,7 +144,7 @@ struct TrialCase {
   const char* gives_up;       // the reason for the rollback; "": none
 };
 
-TEST(Probation, LooksAtTimeAndDevices) {
+TEST(Probation, RollsBackByTimeAndDeviceHealth) {
   const TrialCase cases[] = {
       {"all is well", Health::well, 30s, Health::well, ""},
       {"the last moment", Health::well, 59s, Health::well, ""},
@@ -170,14 +170,14 @@ TEST(Probation, LooksAtTimeAndDevices) {
   }
 }
 
-TEST(Probation, OfAShortTimeWaitsHalfOfIt) {
+TEST(Probation, OfAShortTimeWaitsHalfThatTimeForADevice) {
   Probation probation;
   probation.Begin(kStart, 4s, {{"bay.a", Health::well}});
   EXPECT_FALSE(probation.Look(kStart + 1999ms, {{"bay.a", Health::unknown}}));
   EXPECT_TRUE(probation.Look(kStart + 2s, {{"bay.a", Health::unknown}}));
 }
 
-TEST(Probation, ADeviceWhosePortWasLentHasTimeToBeAskedAgain) {
+TEST(Probation, ADeviceIsGivenTimeAfterItsPortWasLent) {
   Probation probation;
   probation.Begin(kStart, 60s, {{"bay.a", Health::well}});
   EXPECT_FALSE(probation.Look(kStart + 30s, {{"bay.a", Health::unasked}}));
@@ -187,7 +187,7 @@ TEST(Probation, ADeviceWhosePortWasLentHasTimeToBeAskedAgain) {
 }
 
 // The second trial asks bay.a again, so its state before the first trial counts.
-TEST(Probation, ThatTakesThePlaceOfAnotherKnowsWhatWasWellBeforeThat) {
+TEST(Probation, RestartedDuringATrialRemembersWhichDevicesWorkedBefore) {
   Probation probation;
   probation.Begin(kStart, 60s, {{"bay.a", Health::well}});
   probation.Begin(kStart + 50s, 60s, {{"bay.a", Health::unknown}, {"bay.b", Health::well}});
@@ -204,7 +204,7 @@ TEST(Probation, ThatTakesThePlaceOfAnotherKnowsWhatWasWellBeforeThat) {
   EXPECT_EQ(look(30s, Health::ill, Health::ill), "") << "of one that has ended nothing is known";
 }
 
-TEST(Probation, ThatHasEndedAsksForNothing) {
+TEST(Probation, AfterItsEndNeverRollsBack) {
   Probation probation;
   EXPECT_FALSE(probation.running());
   EXPECT_FALSE(probation.Look(kStart, {}));

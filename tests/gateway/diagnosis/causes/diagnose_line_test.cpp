@@ -19,7 +19,7 @@ using ::testing::ElementsAre;
 using ::testing::ElementsAreArray;
 using ::testing::IsEmpty;
 
-TEST_F(DiagnoseTest, BehindAClosedPortTheLineSpeaks) {
+TEST_F(DiagnoseTest, AClosedPortIsReportedForTheLineNotItsDevices) {
   device().state = bus::DeviceState::offline;
   line_.port = bus::LineStatus::Port::closed;
   line_.port_text = "/dev/ttyUSB0: No such file or directory";
@@ -41,7 +41,7 @@ TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "another master may ask the same";
 }
 
-TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
+TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
   line_.exchanges = 100;
   line_.collisions = 90;
   EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "
@@ -55,7 +55,7 @@ TEST_F(DiagnoseTest, ABusThatDoesNotEchoIsNoRingThatOpens) {
                   "the bus has no echo, set 'echo: off' in the configuration"));
 }
 
-TEST_F(DiagnoseTest, TroubleOfALine) {
+TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
   const struct {
     std::function<void(bus::LineStatus&)> trouble;
     std::string sentence;
@@ -102,7 +102,7 @@ TEST_F(DiagnoseTest, TroubleOfALine) {
   EXPECT_THAT(SayOfLine(), ElementsAreArray(all)) << "stray bytes are of the echoes";
 }
 
-TEST_F(DiagnoseTest, AServerThatEndsTheConnectionBehindEachAnswer) {
+TEST_F(DiagnoseTest, AServerThatClosesAfterEachAnswerIsReportedOnlyWithFailures) {
   line_.exchanges = 100;
   line_.rests = 90;
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "that is no trouble by itself";
@@ -114,7 +114,7 @@ TEST_F(DiagnoseTest, AServerThatEndsTheConnectionBehindEachAnswer) {
   EXPECT_THAT(SayOfLine(), IsEmpty());
 }
 
-TEST_F(DiagnoseTest, StrayBytesThatNoDeviceSpeaksOf) {
+TEST_F(DiagnoseTest, StrayBytesAreReportedUnlessADeviceExplainsThem) {
   line_.bytes_in = 1000;
   line_.stray_bytes = 60;
   Looked(device(), Symptom::noise_behind, 2);
@@ -123,7 +123,7 @@ TEST_F(DiagnoseTest, StrayBytesThatNoDeviceSpeaksOf) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "the device has a sentence about them";
 }
 
-TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
+TEST_F(DiagnoseTest, ALostConnectionNamesServerAndNetwork) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   for (int i = 0; i < 6; ++i) line_.losses.Add(status::kNow.instant - 1h + i * 1s);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "one restart";
@@ -135,7 +135,7 @@ TEST_F(DiagnoseTest, AConnectionHasNoPlug) {
                   "network"));
 }
 
-TEST_F(DiagnoseTest, AConnectionThatEndsInsideReplies) {
+TEST_F(DiagnoseTest, AConnectionThatEndsInsideRepliesIsReported) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   for (int i = 0; i < 3; ++i) line_.losses.Add(status::kNow.instant - 1min + i * 10s);
   NeverAnswered();
@@ -148,7 +148,7 @@ TEST_F(DiagnoseTest, AConnectionThatEndsInsideReplies) {
   EXPECT_THAT(SayOfLine(), says);
 }
 
-TEST_F(DiagnoseTest, AConnectionThatIsJustMadeAnew) {
+TEST_F(DiagnoseTest, ALostConnectionIsReportedWhileItReconnects) {
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   line_.port = bus::LineStatus::Port::closed;
   line_.port_text = "it closed the connection";
@@ -160,7 +160,7 @@ TEST_F(DiagnoseTest, AConnectionThatIsJustMadeAnew) {
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::StartsWith("port closed for ")));
 }
 
-TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
+TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUseIsReported) {
   for (const Duration ago : {Duration(10min), Duration(2min), Duration(1min)})
     line_.drops.Add(status::kNow.instant - ago);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "twice in five minutes";
@@ -172,7 +172,7 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUse) {
                   "of connections), or a router or firewall in between ends it"));
 }
 
-TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
+TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
   using ::testing::HasSubstr;
   config_.lines[0].port = "tcp://10.0.0.9:4001";
   const auto add = [this](bus::RecentTimes& what, int times) {
@@ -208,7 +208,7 @@ TEST_F(DiagnoseTest, WhyAServerEndsConnections) {
   }
 }
 
-TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
+TEST_F(DiagnoseTest, APortThatTakesNoDataIsReported) {
   line_.losses.Add(status::kNow.instant - 1min);
   line_.takes_no_data = true;
   const auto say = [this] { return SayOfLine()[0]; };
@@ -221,7 +221,7 @@ TEST_F(DiagnoseTest, APortThatHoldsWhatIsSent) {
   EXPECT_THAT(say(), EndsWith("is the CTS line of the device connected and active?"));
 }
 
-TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {
+TEST_F(DiagnoseTest, DevicesThatFellSilentTogetherAreNamed) {
   for (bus::DeviceStatus* status : {&device(), &neighbour_.status}) {
     status->state = bus::DeviceState::offline;
     status->last_ok = status::kNow.instant - 1min;
@@ -238,7 +238,7 @@ TEST_F(DiagnoseTest, DevicesThatFellSilentAtOneMoment) {
                                    "moment: look at what they share"));
 }
 
-TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
+TEST_F(DiagnoseTest, TheLineIsSuspectedWhenNoDeviceAnswers) {
   NeverAnswered();
   Ended(Outcome::no_reply, 5);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "a neighbour answers";
@@ -260,7 +260,7 @@ TEST_F(DiagnoseTest, WhenNobodyAnswersTheLineIsSuspected) {
       << "one device alone has a sentence of its own";
 }
 
-TEST_F(DiagnoseTest, AnOpenRingIsTheLinesTroubleAndNoDevices) {
+TEST_F(DiagnoseTest, AnOpenRingIsReportedForTheLineNotItsDevices) {
   line_.cut_since = status::kNow.wall - 3min;
   line_.collisions = 40;
   EXPECT_THAT(
@@ -288,14 +288,14 @@ class MissedTest : public DiagnoseTest {
   const std::string missed_ = "missed 25 % of its polls in the last minutes: ";
 };
 
-TEST_F(MissedTest, AFewAreNoNews) {
+TEST_F(MissedTest, AFewMissedPollsAreNotReported) {
   Minute().missed = 2;
   Minute().served = kWatched;
   EXPECT_THAT(Say(), IsEmpty());
   EXPECT_THAT(SayOfLine(), IsEmpty());
 }
 
-TEST_F(MissedTest, GoodExchangesFillTheLine) {
+TEST_F(MissedTest, ALineFullOfGoodExchangesIsReported) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched / 5;
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "something else keeps it from its polls";
@@ -313,7 +313,7 @@ TEST_F(MissedTest, GoodExchangesFillTheLine) {
       << "the characters take the time";
 }
 
-TEST_F(MissedTest, TheSilenceThatIsConfiguredIsNamed) {
+TEST_F(MissedTest, ALongConfiguredQuietTimeIsNamed) {
   Minute().served = Neighbours().served = kWatched / 2;
   device().timing.quiet = neighbour_.status.timing.quiet = 400ms;
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("lower timing.quiet (400ms)")));
@@ -321,7 +321,7 @@ TEST_F(MissedTest, TheSilenceThatIsConfiguredIsNamed) {
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("raise poll, ask for fewer points")));
 }
 
-TEST_F(MissedTest, TheDeviceWhoseTimeItIsIsNamed) {
+TEST_F(MissedTest, TheDeviceThatUsesMostOfTheTimeIsNamed) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched * 3 / 4;
   const std::string cause =
@@ -330,7 +330,7 @@ TEST_F(MissedTest, TheDeviceWhoseTimeItIsIsNamed) {
   EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes " + cause));
 }
 
-TEST_F(MissedTest, ANeighbourThatFailsIsNamed) {
+TEST_F(MissedTest, AFailingNeighbourIsNamed) {
   Neighbours().wasted = kWatched / 2;
   EXPECT_THAT(Say(), IsEmpty()) << "what stands beside its good replies took the time";
   Looked(neighbour_.status, Symptom::damaged, 4);
@@ -342,7 +342,7 @@ TEST_F(MissedTest, ANeighbourThatFailsIsNamed) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "the sentence of feeder-1 says why";
 }
 
-TEST_F(MissedTest, ADeviceThatFailsItselfSaysWhyAndNoMore) {
+TEST_F(MissedTest, AFailingDeviceDoesNotReportMissedPolls) {
   Minute().wasted = kWatched / 2;
   EXPECT_THAT(Say(), IsEmpty());
 }
@@ -372,7 +372,7 @@ std::string Shown(const bus::FailureRuns& failures) {
   return FormatAge(found->length) + (found->period ? " every " + FormatAge(*found->period) : "");
 }
 
-TEST(Absences, AreToldFromLosses) {
+TEST(Absences, AreDistinguishedFromLosses) {
   const struct {
     std::string exchanges;
     std::string says;
@@ -398,7 +398,7 @@ TEST(Absences, AreToldFromLosses) {
   for (const auto& row : rows) EXPECT_EQ(Shown(After(row.exchanges)), row.says) << row.exchanges;
 }
 
-TEST(Absences, ChanceIsNone) {
+TEST(Absences, AreRarelyFoundInRandomFailures) {
   std::mt19937 random(1);
   int wrong = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -410,7 +410,7 @@ TEST(Absences, ChanceIsNone) {
   EXPECT_LE(wrong, 4) << "of 2000";
 }
 
-TEST(Absences, OfTwoDevicesAtTheSameTime) {
+TEST(Absences, OfTwoDevicesAtTheSameTimeAreRecognised) {
   const struct {
     std::string one;
     std::string other;
@@ -431,7 +431,7 @@ bool FailTogether(const bus::FailureRuns& one, const bus::FailureRuns& other) {
   return CoincidencesOf(one, other).AreNoChance();
 }
 
-TEST(Absences, SingleLossesOfTwoAtTheSameTime) {
+TEST(Absences, SingleLossesOfTwoDevicesAtTheSameTimeAreRecognised) {
   const std::string seldom = Times(6, "ooooooooxooo") + "o";
   EXPECT_TRUE(FailTogether(After(seldom), After(seldom)));
   EXPECT_FALSE(FailTogether(After(seldom), After("oooo" + seldom)));
@@ -441,7 +441,7 @@ TEST(Absences, SingleLossesOfTwoAtTheSameTime) {
   EXPECT_FALSE(FailTogether(After("ooooxoooo"), After("ooooxoooo"))) << "once may be chance";
 }
 
-TEST(Absences, OfManyAFewAreEnough) {
+TEST(Absences, AFewCoincidencesOfManyDevicesAreEnough) {
   const bus::FailureRuns few = After("oooooooooxooooooooxooooooooxoooooo");
   EXPECT_FALSE(FailTogether(few, few));
   Coincidences all = CoincidencesOf(few, few);
@@ -450,7 +450,7 @@ TEST(Absences, OfManyAFewAreEnough) {
   EXPECT_TRUE(all.AreNoChance());
 }
 
-TEST(Absences, OutagesThatStrikeNowOneAndNowAnother) {
+TEST(Absences, RegularOutagesThatAlternateBetweenDevicesHaveAPeriod) {
   const std::string quiet = "oooooooo";
   const std::string fails = "xooooooo";
   const bus::FailureRuns one = After(quiet + fails + quiet + fails + quiet + fails + quiet);
@@ -473,7 +473,7 @@ TEST(Absences, RareAndRegularFailuresAreOutages) {
   EXPECT_EQ(Shown(After(Times(4, "ooooooooox") + "o")), "");
 }
 
-TEST(Absences, TwoThatFailByChanceAreNotTogether) {
+TEST(Absences, TwoRandomlyFailingDevicesRarelyFailTogether) {
   std::mt19937 random(2);
   int wrong = 0;
   for (int i = 0; i < 2000; ++i) {
@@ -490,7 +490,7 @@ TEST(Absences, TwoThatFailByChanceAreNotTogether) {
   EXPECT_LE(wrong, 4) << "of 2000";
 }
 
-TEST(Absences, SilenceIsUsualWhereItHasEndedBefore) {
+TEST(Absences, SilenceIsUsualIfItHasEndedTwiceBefore) {
   const struct {
     std::string exchanges;
     bool usual;

@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST_F(DiagnoseTest, PointsThatAreNotGood) {
+TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
   record_.age_limits[static_cast<std::size_t>(config::Group::fast)] = {3s, 9s};
   record_.points[0].read_at = status::kNow.instant - 4s;
   record_.points[0].reported = Quality::good;
@@ -48,7 +48,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
       << "its polls had no chance yet";
 }
 
-TEST_F(DiagnoseTest, AReader) {
+TEST_F(DiagnoseTest, AReaderIsJudgedByItsMessages) {
   device().unasked = true;
   device().last_ok = status::kNow.instant - 12s;
   config_.lines[0].devices[1].max_age = 3s;
@@ -94,7 +94,7 @@ TEST_F(DiagnoseTest, AReader) {
                                  "feeder-1 answers on the same line"));
 }
 
-TEST_F(DiagnoseTest, AReaderThatAnswersNoCommand) {
+TEST_F(DiagnoseTest, AReaderThatAnswersNoCommandIsReported) {
   device().unasked = true;
   Looked(device(), Symptom::silence, 16);
   Minute().failed = 16;
@@ -105,7 +105,7 @@ TEST_F(DiagnoseTest, AReaderThatAnswersNoCommand) {
   EXPECT_THAT(Say()[0], ::testing::Not(::testing::HasSubstr("commands")));
 }
 
-TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
+TEST_F(DiagnoseTest, UnreadPointsOfAReaderAreNotReported) {
   device().unasked = true;
   for (bus::PointRecord& point : record_.points) {
     point.read_at = status::kNow.instant;
@@ -114,7 +114,7 @@ TEST_F(DiagnoseTest, WhatAReaderHasNotReadYetIsNotMissing) {
   EXPECT_THAT(Say(), ::testing::Each(::testing::Not(::testing::HasSubstr("no good value"))));
 }
 
-TEST_F(DiagnoseTest, WhatTheDeviceSaysOfItsPoints) {
+TEST_F(DiagnoseTest, AQualityReportedByTheDeviceIsExplained) {
   const struct {
     Quality quality;
     std::string ends;
@@ -133,7 +133,7 @@ TEST_F(DiagnoseTest, WhatTheDeviceSaysOfItsPoints) {
   EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("look at what is behind the device")));
 }
 
-TEST_F(DiagnoseTest, ALimitOfTheConfigurationIsNamedWhereEveryPointHasOne) {
+TEST_F(DiagnoseTest, AConfiguredLimitIsNamedOnlyIfEveryPointHasALimit) {
   std::vector<config::Point>& points = config_.lines[0].devices[1].points;
   const auto beyond = [](Reason reason) { return Quality(Quality::bad_sensor_failure, reason); };
   record_.points[1].reported = beyond(Reason::over_range);
@@ -162,14 +162,14 @@ TEST_F(DiagnoseTest, ALimitOfTheConfigurationIsNamedWhereEveryPointHasOne) {
   EXPECT_LE(Say()[0].size(), 160U) << Say()[0];
 }
 
-TEST_F(DiagnoseTest, ReadingsThatAreNeverConfirmedAreNoWordOfTheDevice) {
+TEST_F(DiagnoseTest, UnconfirmedReadingsAreNotBlamedOnTheDevice) {
   record_.points[1].reported = Quality::uncertain;
   config_.lines[0].devices[1].points[1].recheck = config::Recheck::jump;
   device().rechecks = 2;
   EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("set recheck: off at it")));
 }
 
-TEST_F(DiagnoseTest, PointsThatItIsSilentToAreNamed) {
+TEST_F(DiagnoseTest, PointsThatTheDeviceDoesNotAnswerAreNamed) {
   record_.points[1].reported = {Quality::bad_configuration, Reason::not_fitted};
   Looked(device(), Symptom::silence, 9);
   EXPECT_THAT(Say()[0], ::testing::StartsWith("does not answer the request for " +
@@ -178,7 +178,7 @@ TEST_F(DiagnoseTest, PointsThatItIsSilentToAreNamed) {
   EXPECT_THAT(Say()[0], ::testing::Not(::testing::StartsWith("does not answer")));
 }
 
-TEST_F(DiagnoseTest, NumbersThatNothingMeasuresAreInAnotherOrder) {
+TEST_F(DiagnoseTest, ImplausibleNumbersSuggestAnotherByteOrder) {
   record_.points[0].value = 3.879381e-35;
   record_.points[1].value = 0.0;
   config_.lines[0].devices[1].points[0].type = config::Type::float32;
@@ -191,7 +191,7 @@ TEST_F(DiagnoseTest, NumbersThatNothingMeasuresAreInAnotherOrder) {
   EXPECT_THAT(Say(), ::testing::IsEmpty());
 }
 
-TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
+TEST_F(DiagnoseTest, TheByteOrderThatMakesAllNumbersPlausibleIsNamed) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
@@ -211,7 +211,7 @@ TEST_F(DiagnoseTest, TheOrderThatMakesAllNumbersUsualIsNamed) {
 }
 
 /// With swapped words the floats look usual, too, but the order alone must not be blamed.
-TEST_F(DiagnoseTest, NumbersThatAreReadOneRegisterTooFarAreNotSwapped) {
+TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
@@ -243,7 +243,7 @@ TEST_F(DiagnoseTest, NumbersThatAreReadOneRegisterTooFarAreNotSwapped) {
                                  "are off by one: lower each by one in the profile"));
 }
 
-TEST_F(DiagnoseTest, IntegersThatCannotBeTrue) {
+TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
   using enum config::Type;
   const struct {
     config::Type type;
@@ -273,7 +273,7 @@ TEST_F(DiagnoseTest, IntegersThatCannotBeTrue) {
 }
 
 /// The NaN of a stopped motor, the FFFFFFFF of a meter for one direction, an optional register.
-TEST_F(DiagnoseTest, WhatADeviceMayLackIsANote) {
+TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
   const struct {
     Quality quality;
     std::string says;
@@ -298,7 +298,7 @@ TEST_F(DiagnoseTest, WhatADeviceMayLackIsANote) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("it has answered before")) << "it gave this one";
 }
 
-TEST_F(DiagnoseTest, NothingIsSaidOfValuesInTheFirstPeriod) {
+TEST_F(DiagnoseTest, ValuesAreNotJudgedInTheFirstPeriod) {
   config_.lines[0].devices[1].poll = 10s;
   record_.points[0].reported = Quality::bad_sensor_failure;
   record_.points[1].at_best = Quality::uncertain;
@@ -310,7 +310,7 @@ TEST_F(DiagnoseTest, NothingIsSaidOfValuesInTheFirstPeriod) {
   EXPECT_THAT(Say(), ::testing::SizeIs(2));
 }
 
-TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
+TEST_F(DiagnoseTest, PointsThatASpeakerNeverSendsAreReported) {
   device().unasked = true;
   record_.points[0] = {};
   record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].uncertain_after =
@@ -321,7 +321,7 @@ TEST_F(DiagnoseTest, ASpeakerThatNeverSaysWhatIsWanted) {
                                  "it on at the device"));
 }
 
-TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
+TEST_F(DiagnoseTest, PointsInDoubtAreNotBlamedOnTheDevice) {
   for (bus::PointRecord& point : record_.points) {
     point.read_at = status::kNow.instant;
     point.reported = Quality::good;
@@ -336,7 +336,7 @@ TEST_F(DiagnoseTest, DoubtIsNotTheDevicesReport) {
               ElementsAre(::testing::HasSubstr("1 of 2 points are older than their max_age")));
 }
 
-TEST_F(DiagnoseTest, PointsWithoutAValueAlthoughTheDeviceAnswers) {
+TEST_F(DiagnoseTest, PointsWithoutAValueOfAnAnsweringDeviceAreReported) {
   record_.points[0] = {};
   Looked(device(), Symptom::refusal, 1, {.cause = "NACK 6"});
   EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): it says 'NACK 6': "

@@ -16,7 +16,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-TEST_F(DiagnoseTest, AHealthyDeviceIsNotTalkedAbout) {
+TEST_F(DiagnoseTest, AHealthyDeviceIsNotReported) {
   EXPECT_THAT(Say(), IsEmpty());
   EXPECT_THAT(SayOfLine(), IsEmpty());
   Ended(Outcome::corrupt, 1);
@@ -24,7 +24,7 @@ TEST_F(DiagnoseTest, AHealthyDeviceIsNotTalkedAbout) {
   EXPECT_THAT(Say(), IsEmpty()) << "one of a thousand is no news";
 }
 
-TEST_F(DiagnoseTest, FailuresNowAndThen) {
+TEST_F(DiagnoseTest, OccasionalFailuresNameTheirCause) {
   const struct {
     Outcome outcome;
     std::uint32_t count;
@@ -61,7 +61,7 @@ TEST_F(DiagnoseTest, FailuresNowAndThen) {
   }
 }
 
-TEST_F(DiagnoseTest, LossesThatAreTooSeldomForTheLatestExchanges) {
+TEST_F(DiagnoseTest, RareLossesBeyondTheLatestExchangesAreReported) {
   for (int i = 0; i < 5; ++i) {
     Ended(Outcome::no_reply, 1);
     Ended(Outcome::ok, 19);
@@ -82,7 +82,7 @@ TEST_F(DiagnoseTest, LossesThatAreTooSeldomForTheLatestExchanges) {
       << "the largest class of failures";
 }
 
-TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
+TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTimeNameEachOther) {
   const struct {
     Outcome outcome;
     Symptom symptom;
@@ -115,7 +115,7 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTime) {
 
 /// If the neighbours are silent, too, the line is idle before every request, so an idle line before
 /// a failure does not show that the device sleeps.
-TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
+TEST_F(DiagnoseTest, DevicesAbsentAtTheSameTimeAreNotTakenForSleeping) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;
     for (bus::DeviceStatus* status : {&device(), &neighbour_.status}) {
@@ -127,7 +127,7 @@ TEST_F(DiagnoseTest, DevicesThatAreAwayAtTheSameTimeDoNotSleep) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(", at the same time as "));
 }
 
-TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
+TEST_F(DiagnoseTest, AnEndedOutageIsSoonNoLongerReported) {
   Ended(Outcome::no_reply, 2000);
   Ended(Outcome::ok, 28);
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("4 of 32 exchanges failed: ")));
@@ -135,7 +135,7 @@ TEST_F(DiagnoseTest, AnOutageIsNotHeldAgainstADeviceForEver) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-TEST_F(DiagnoseTest, AnotherDeviceAnswersInItsPlace) {
+TEST_F(DiagnoseTest, ADeviceThatAnswersInPlaceOfAnotherIsReported) {
   device().trouble = "meter 2 answers in place of 1";
   record_.override_quality = Quality{Quality::bad, Reason::swapped};
   EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1"));
@@ -168,7 +168,7 @@ TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
+TEST_F(DiagnoseTest, ASingleUnansweredRequestIsNamed) {
   device().queries = {{.first_point = 0, .points = 1},
                       {.first_point = 1, .points = 3, .in_vain = 5, .symptom = Symptom::silence}};
   const std::string name = record_.device->points[1].name;
@@ -195,7 +195,7 @@ TEST_F(DiagnoseTest, ARequestThatIsNeverAnsweredBesideOthers) {
   EXPECT_THAT(Say(), IsEmpty()) << "it answers none";
 }
 
-TEST_F(DiagnoseTest, ReadingsThatAreNotConfirmed) {
+TEST_F(DiagnoseTest, UnconfirmedReadingsAreReportedAsDamage) {
   device().exchanges = 100;
   device().unconfirmed = 4;
   EXPECT_THAT(Say(), ElementsAre("4 of its readings changed when they were read again: replies "
@@ -208,7 +208,7 @@ TEST_F(DiagnoseTest, ReadingsThatAreNotConfirmed) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
+TEST_F(DiagnoseTest, ARequestWithAnOddReplyIsNotReportedAsSilent) {
   for (bus::PointRecord& point : record_.points) point.reported = Quality::bad_waiting;
   device().queries = {{.first_point = 0, .points = 1},
                       {.first_point = 1, .points = 1, .in_vain = 5, .symptom = Symptom::odd}};
@@ -220,7 +220,7 @@ TEST_F(DiagnoseTest, ARequestThatIsAnsweredInAnotherWayIsNotSilent) {
                                     "does not fit (6 values came where 8 channels"));
 }
 
-TEST_F(DiagnoseTest, OnlyWhatNoPollAsksIsAnswered) {
+TEST_F(DiagnoseTest, ADeviceThatAnswersOnlyProbesIsReported) {
   device().queries = {{.first_point = 1, .points = 1, .in_vain = 3, .symptom = Symptom::silence}};
   record_.points[0].value = 1.5;
   for (int i = 0; i < 3; ++i) {
@@ -233,7 +233,7 @@ TEST_F(DiagnoseTest, OnlyWhatNoPollAsksIsAnswered) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("exchanges failed: ")) << "it was answered once";
 }
 
-TEST_F(DiagnoseTest, WhatHasAnsweredBeforeAndRefusesAllIsNotAskedForItsProfile) {
+TEST_F(DiagnoseTest, ADeviceThatBeginsToRefuseIsNotAskedForItsProfile) {
   device().queries = {{.first_point = 0, .points = 2, .refused = 3, .symptom = Symptom::refusal}};
   record_.points[0].value = 1.5;
   Ended(Outcome::unsupported, Symptom::refusal, 3, "",
@@ -246,7 +246,7 @@ TEST_F(DiagnoseTest, WhatHasAnsweredBeforeAndRefusesAllIsNotAskedForItsProfile) 
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("does the profile fit the module?"));
 }
 
-TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesComesFromInBetween) {
+TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {
   Looked(device(), Symptom::text_beside, 3, {.cause = "'HB0001'"});
   Looked(device(), Symptom::clean, 20);
   EXPECT_THAT(SayOfLine(), ElementsAre("something on the line sends text by itself ('HB0001'): "
@@ -276,7 +276,7 @@ TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesComesFromInBetween) {
                                             "to raw"));
 }
 
-TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
+TEST_F(DiagnoseTest, BytesBesideGoodRepliesAreReported) {
   Looked(device(), Symptom::noise_before, 4);
   EXPECT_THAT(Say(),
               ElementsAre("stray bytes stand before its replies in 4 of 32 exchanges: noise while "
@@ -310,7 +310,7 @@ TEST_F(DiagnoseTest, WhatComesBesideGoodReplies) {
   EXPECT_THAT(SayOfLine(), ElementsAre("another master: take it off"));
 }
 
-TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
+TEST_F(DiagnoseTest, AwaitedLateAnswersSuggestALongerReplyTime) {
   Ended(Outcome::ok, 20);
   device().patience = 244ms;
   device().lateness = 195'200us;
@@ -325,7 +325,7 @@ TEST_F(DiagnoseTest, LateAnswersThatAreWaitedFor) {
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("up to 380 ms")));
 }
 
-TEST_F(DiagnoseTest, RepliesThatAreAlwaysARequestLate) {
+TEST_F(DiagnoseTest, RepliesThatLagByOneRequestAreReported) {
   device().behind = 15;
   EXPECT_THAT(Say(), IsEmpty());
   device().behind = 16;
@@ -333,7 +333,7 @@ TEST_F(DiagnoseTest, RepliesThatAreAlwaysARequestLate) {
                          "its replies answer the request before, so that each request is sent")));
 }
 
-TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldomAndForAnHour) {
+TEST_F(DiagnoseTest, RareSecondRepliesAreReportedForAnHour) {
   device().doubled = 1;
   device().last_doubled = status::kNow.instant - 50min;
   EXPECT_THAT(Say(), IsEmpty()) << "once is a repeat that met its reply";
@@ -344,12 +344,12 @@ TEST_F(DiagnoseTest, SecondRepliesAreSaidHoweverSeldomAndForAnHour) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-TEST_F(DiagnoseTest, AClockThatIsNotSet) {
+TEST_F(DiagnoseTest, AnUnsetClockIsReported) {
   device().lacks_time = true;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its clock is not set, as this machine's")));
 }
 
-TEST_F(DiagnoseTest, DegradedWithoutAnotherSentenceSaysTheLastTrouble) {
+TEST_F(DiagnoseTest, ADegradedDeviceReportsItsLastTrouble) {
   device().state = bus::DeviceState::degraded;
   Ended(Outcome::corrupt, 1, "checksum 3A is not 74");
   EXPECT_THAT(
@@ -378,7 +378,7 @@ TEST(Reason, IsShortened) {
 
 // ---------------- The diagnosis of devices that do not answer, or are not asked.
 
-TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
+TEST_F(DiagnoseTest, AnAbsentDeviceReportsSinceWhenWhyAndItsNoticeBound) {
   line_.notice_bound = 9s;
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 12min;
@@ -397,7 +397,7 @@ TEST_F(DiagnoseTest, AnAbsentDeviceSaysSinceWhenWhyAndWhenItsReturnIsNoticed) {
                   "feeder-1 answers on the same line"));
 }
 
-TEST_F(DiagnoseTest, WhatAModemSaidBeforeTheSilenceIsItsCause) {
+TEST_F(DiagnoseTest, ModemTextBeforeTheSilenceIsReportedAsItsCause) {
   const Finding said{.cause = "'NO CARRIER'", .remedy = "dial again"};
   for (const bool answered_since : {false, true}) {
     Looked(device(), Symptom::text_beside, 1, said);
@@ -413,7 +413,7 @@ TEST_F(DiagnoseTest, WhatAModemSaidBeforeTheSilenceIsItsCause) {
   }
 }
 
-TEST_F(DiagnoseTest, DevicesFellTogetherOnlyIfTheyFellAtTheSameMoment) {
+TEST_F(DiagnoseTest, DevicesFellTogetherOnlyIfTheyFellAtTheSameTime) {
   device().state = neighbour_.status.state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 12min;
   for (const bool together : {true, false}) {
@@ -423,7 +423,7 @@ TEST_F(DiagnoseTest, DevicesFellTogetherOnlyIfTheyFellAtTheSameMoment) {
   }
 }
 
-TEST_F(DiagnoseTest, ADeviceOnItsWayBackIsNotTalkedAbout) {
+TEST_F(DiagnoseTest, AReturningDeviceIsNotReported) {
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 300ms;
   Ended(Outcome::ok, 2);
@@ -444,7 +444,7 @@ TEST_F(DiagnoseTest, AfterAnOutageOfThePortADeviceIsNotBlamed) {
       << "before the port was opened anew as well";
 }
 
-TEST_F(DiagnoseTest, DisabledDevices) {
+TEST_F(DiagnoseTest, ADisabledDeviceIsReported) {
   device().state = bus::DeviceState::disabled;
   EXPECT_THAT(
       Say(),

@@ -15,7 +15,7 @@ namespace {
 using status::HypothesesTest;
 using enum Symptom;
 
-TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
+TEST_F(HypothesesTest, FewerRegistersThanRequestedSuggestASmallerBlock) {
   const Finding few = {
       .bytes = 25, .expected = 85, .cause = "22 bytes came where 82 answer the request"};
   const struct {
@@ -38,7 +38,7 @@ TEST_F(HypothesesTest, FewerRegistersThanAreAskedFor) {
 }
 
 /// One request with a flow-control byte is not enough: the byte may be chance.
-TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
+TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
   constexpr std::uint8_t kXon = 0b00100;
   const bus::QueryCount good = {.first_point = 0, .points = 1};
   const bus::QueryCount dead = {
@@ -71,7 +71,7 @@ TEST_F(HypothesesTest, RequestsThatAConverterTakesForFlowControl) {
 }
 
 /// Noise on the line damages replies in many ways. Then a bad wire of one device is no cause.
-TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
+TEST_F(HypothesesTest, DamagedNeighboursSuggestNoiseOnTheLine) {
   const auto mixed = [this](bus::DeviceStatus& status) {
     Looked(status, clean, 25);
     for (const Symptom symptom : {damaged, noise, end_lost, bad_check}) Looked(status, symptom, 1);
@@ -87,7 +87,7 @@ TEST_F(HypothesesTest, NeighboursThatAreDamagedInManyWays) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(own)) << "something else is wrong with it";
 }
 
-TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
+TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayShareTheAddress) {
   Looked(device(), damaged, 12);
   neighbour_.status.last_ok.reset();
   neighbour_.status.state = bus::DeviceState::never_seen;
@@ -96,7 +96,7 @@ TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayHaveItsAddress) {
                                              "answers, may have its address (2) as well"));
 }
 
-TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
+TEST_F(HypothesesTest, EndlessBytesAreReported) {
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 30s;
   Looked(device(), noise, 20);
@@ -108,7 +108,7 @@ TEST_F(HypothesesTest, SomethingSendsAllTheTime) {
 }
 
 /// The other master sometimes sends the same requests, which look like late echoes.
-TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
+TEST_F(HypothesesTest, AnotherMasterSeenBesideANeighbourIsReported) {
   Looked(device(), late_echo, 5);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("the gateway's own requests come back late"));
   Looked(neighbour_.status, master_beside, 2, {.cause = "another master", .remedy = "one"});
@@ -116,7 +116,7 @@ TEST_F(HypothesesTest, AnotherMasterThatWasHeardBesideANeighbour) {
 }
 
 /// Meters that answer at the same time damage each other's replies.
-TEST_F(HypothesesTest, AllDevicesAnswerToACommonAddress) {
+TEST_F(HypothesesTest, ACommonAddressIsReportedWhenRepliesAreDoubled) {
   config_.lines[0].devices[1].traits = &protocols::Set4tmProtocol().traits;
   Looked(device(), tail_lost, 12, {.bytes = 8, .expected = 16});
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies break off"));
@@ -166,7 +166,7 @@ status::Seen SeenOf(const std::string& line) {
   return seen;
 }
 
-TEST_F(HypothesesTest, TheBestSupportedOneIsSaid) {
+TEST_F(HypothesesTest, TheBestSupportedCauseIsReported) {
   const auto cases = ReadFileCases("tests/gateway/diagnosis/causes/causes.txt");
   EXPECT_GT(cases.size(), 80U);
   for (const FileCase& one : cases) {
@@ -206,7 +206,7 @@ TEST_F(HypothesesTest, TheCauseDoesNotChangeWithEachLook) {
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("get no answer")) << "those of two minutes count";
 }
 
-TEST_F(HypothesesTest, OfSeveralKindsTheCauseThatWasSaidStaysUntilAnotherIsClearlyStronger) {
+TEST_F(HypothesesTest, TheReportedCauseStaysUntilAnotherIsClearlyStronger) {
   const auto say = [this](std::uint32_t damages, std::uint32_t silences) {
     Looked(device(), damaged, damages);
     Looked(device(), silence, silences);
@@ -221,7 +221,7 @@ TEST_F(HypothesesTest, OfSeveralKindsTheCauseThatWasSaidStaysUntilAnotherIsClear
   EXPECT_EQ(say(28, 4), "damage");
 }
 
-TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
+TEST_F(HypothesesTest, TheTableOfTheDocsContainsEveryCause) {
   std::ifstream file("docs/status.md");
   const std::string docs{std::istreambuf_iterator<char>(file), {}};
   const auto begin = docs.find("### Causes");
@@ -239,7 +239,7 @@ TEST_F(HypothesesTest, TheTableOfTheDocsHasThemAll) {
 // ---------------- Causes that depend on the configuration, and of messages that come unasked.
 
 /// Some replies do not fit their form, but at other times the same requests are answered well.
-TEST_F(HypothesesTest, MisfitsNowAndThen) {
+TEST_F(HypothesesTest, OccasionalMisfitsAreReportedAsDamageOnceValuesWereRead) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
   status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};
   const std::string said = "number '+02.51' is 6 characters wide, not 7: ";
@@ -266,7 +266,7 @@ TEST_F(HypothesesTest, MisfitsNowAndThen) {
             "another client of the server, or another master");
 }
 
-TEST_F(HypothesesTest, OfMessagesThatMostlyAreRightTheOthersAreDamaged) {
+TEST_F(HypothesesTest, MisfitsAmongMostlyGoodMessagesAreReportedAsDamage) {
   const Finding other = {.cause = "its messages do not end with 0x0D", .remedy = "set end"};
   const auto say = [&](std::uint32_t good) {
     NeverAnswered();
@@ -282,7 +282,7 @@ TEST_F(HypothesesTest, OfMessagesThatMostlyAreRightTheOthersAreDamaged) {
   EXPECT_THAT(say(22), ::testing::StartsWith("they come damaged: noise or a bad wire"));
 }
 
-TEST_F(HypothesesTest, OfMessagesThatComeByThemselves) {
+TEST_F(HypothesesTest, UnaskedMessagesThatDoNotFitNameTheirCause) {
   const Finding length = {.cause = "its messages have 11 characters", .remedy = "set length"};
   const Finding fits = {.cause = "its check value is computed otherwise (xor8 fits)",
                         .remedy = "write checksum: xor8"};
@@ -314,7 +314,7 @@ TEST_F(HypothesesTest, OfMessagesThatComeByThemselves) {
   }
 }
 
-TEST_F(HypothesesTest, CheckValuesThatAreWrongInAnyWayAreDamaged) {
+TEST_F(HypothesesTest, VaryingWrongCheckValuesAreReportedAsDamage) {
   NeverAnswered();
   for (const char* const by : {"01", "20", "08", "01", "80", "04", "20", "10"}) {
     Looked(device(), bad_check, 1, {.cause = "a text", .remedy = by});

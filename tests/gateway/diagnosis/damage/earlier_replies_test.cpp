@@ -39,7 +39,7 @@ class EarlierRepliesTest : public ::testing::Test, protected bus::ToyMembers {
   Instant now_ = kStart;
 };
 
-TEST_F(EarlierRepliesTest, ALateReplyOfAnotherIsToldOfThatExchange) {
+TEST_F(EarlierRepliesTest, ALateReplyOfAnotherDeviceAmendsThatExchange) {
   Exchange(a, "?A1\r");
   Exchange(b, "?B1\r", {"A1=5", "B1=7"}, "B1=7");
   EXPECT_EQ(Attribute(Symptom::device_beside).symptom, Symptom::clean);
@@ -51,7 +51,7 @@ TEST_F(EarlierRepliesTest, ALateReplyOfAnotherIsToldOfThatExchange) {
 }
 
 /// "!A1" comes late during the exchange of "?A2", and "!A2" during that of "?B1".
-TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesIsToldOfItsOwnRequest) {
+TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesAmendsItsOwnRequest) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A2\r", {"A1=5"});
   EXPECT_EQ(Attribute(Symptom::other_reply).symptom, Symptom::late);
@@ -62,7 +62,7 @@ TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesIsToldOfItsOwnRequest) {
   EXPECT_EQ(second->member, &a);
 }
 
-TEST_F(EarlierRepliesTest, OneInPlaceOfTheOwnSaysWhoseItIs) {
+TEST_F(EarlierRepliesTest, ALateReplyInPlaceOfTheOwnReplyNamesItsDevice) {
   Exchange(a, "?A1\r");
   Exchange(b, "?B1\r", {"A1=5"});
   const Finding finding = Attribute(Symptom::other_device);
@@ -70,7 +70,7 @@ TEST_F(EarlierRepliesTest, OneInPlaceOfTheOwnSaysWhoseItIs) {
   EXPECT_EQ(finding.cause, "a");
 }
 
-TEST_F(EarlierRepliesTest, OneThatWasTakenBeforeHasComeAgain) {
+TEST_F(EarlierRepliesTest, AnAcceptedReplyThatComesAgainIsACopy) {
   Exchange(a, "?A1\r", {"A1=5"}, "A1=5");
   Exchange(a, "?A2\r", {"A1=5", "A2=6"}, "A2=6");
   EXPECT_EQ(Attribute(Symptom::noise_before).symptom, Symptom::copies);
@@ -79,12 +79,12 @@ TEST_F(EarlierRepliesTest, OneThatWasTakenBeforeHasComeAgain) {
   EXPECT_FALSE(earlier_.Take());
 }
 
-TEST_F(EarlierRepliesTest, WhatAnswersNoRequestIsLeftAsItIs) {
+TEST_F(EarlierRepliesTest, AReplyToNoRequestIsNotReattributed) {
   Exchange(a, "?A1\r", {"C1=5"});
   EXPECT_EQ(Attribute(Symptom::other_device).symptom, Symptom::other_device);
 }
 
-TEST_F(EarlierRepliesTest, ARequestThatComesBackLateIsNoOtherMasters) {
+TEST_F(EarlierRepliesTest, ALateEchoOfAnOwnRequestIsRecognised) {
   Exchange(a, "?A1\r");
   exchange_.Begin(b, bus::AskFor("?B1\r"), b.times, now_);
   earlier_.OnBegin(exchange_, {});
@@ -95,7 +95,7 @@ TEST_F(EarlierRepliesTest, ARequestThatComesBackLateIsNoOtherMasters) {
 }
 
 /// "?A1" is repeated. Two replies follow, and one of them answers the first try.
-TEST_F(EarlierRepliesTest, OfTwoRepliesBehindALostTryOneWasLate) {
+TEST_F(EarlierRepliesTest, OneOfTwoRepliesAfterALostTryIsLate) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A1\r", {"A1=5"}, "A1=5");
   Exchange(a, "?A2\r", {"A1=6", "A2=7"}, "A2=7");
@@ -145,7 +145,7 @@ bool ComesAgain(const Run& run) {
   return again;
 }
 
-TEST(SameAgain, Table) {
+TEST(SameAgain, FiveRequestsWithTheSameReplyAreDetected) {
   EXPECT_FALSE(ComesAgain({.asked = "AB"}));
   EXPECT_FALSE(ComesAgain({.asked = "ABCD"}));
   EXPECT_TRUE(ComesAgain({.asked = "ABCDE"}));
@@ -155,7 +155,7 @@ TEST(SameAgain, Table) {
   EXPECT_TRUE(ComesAgain({.asked = "ABBBBBB", .misfit = true}));
 }
 
-TEST(SameAgain, AnotherReplyBeginsANewCount) {
+TEST(SameAgain, ADifferentReplyRestartsTheCount) {
   SameAgain same;
   for (const char* const request : {"A", "B", "C", "D"}) {
     EXPECT_FALSE(same.OnCame(ToBytes("1234"), ToBytes(request), true, false, false));
@@ -166,7 +166,7 @@ TEST(SameAgain, AnotherReplyBeginsANewCount) {
 
 // ---------------- `TakenReplies`: the latest replies show copies, and what a damaged text lacks.
 
-TEST(TakenReplies, TellACopyForAnotherRequest) {
+TEST(TakenReplies, RecogniseACopyOfAReplyToAnotherRequest) {
   TakenReplies taken;
   taken.Add(ToBytes("?A1\r"), ToBytes("A=5\r"));
   EXPECT_TRUE(taken.WasForOther(ToBytes("?A2\r"), ToBytes("A=5\r")));
@@ -176,7 +176,7 @@ TEST(TakenReplies, TellACopyForAnotherRequest) {
   EXPECT_FALSE(taken.WasForOther(ToBytes("?A2\r"), ToBytes("A=5\r"))) << "forgotten";
 }
 
-TEST(TakenReplies, TellThatATextLacksCharacters) {
+TEST(TakenReplies, RecogniseATextThatLacksCharacters) {
   TakenReplies taken;
   taken.Add(ToBytes("#01\r"), ToBytes(">+12.50A1\r"));
   const auto lacks = [&](std::string_view text, std::string_view request = "#01\r") {
@@ -214,7 +214,7 @@ class NumberedRequestsTest : public ::testing::Test, protected bus::ToyMembers {
   NumberedRequests sent_;
 };
 
-TEST_F(NumberedRequestsTest, TellTheTimeSinceTheFirstTry) {
+TEST_F(NumberedRequestsTest, ReturnTheTimeSinceTheFirstTry) {
   Send(1, kStart);
   EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt) << "nothing was asked since";
   Send(1, kStart + 1s);  // a retry
@@ -230,7 +230,7 @@ TEST_F(NumberedRequestsTest, TellTheTimeSinceTheFirstTry) {
   EXPECT_FALSE(sent_.Find(Bytes{0}, kStart + 3s));
 }
 
-TEST_F(NumberedRequestsTest, WithATimeOfTheirOwnAreDueLater) {
+TEST_F(NumberedRequestsTest, WithTheirOwnReplyTimeAreDueLater) {
   Send(1, kStart);
   Send(2, kStart, 2s);
   Send(3, kStart);
@@ -238,13 +238,13 @@ TEST_F(NumberedRequestsTest, WithATimeOfTheirOwnAreDueLater) {
   EXPECT_EQ(sent_.Find(Bytes{0, 2, 9}, kStart + 1500ms)->lateness, -500ms);
 }
 
-TEST_F(NumberedRequestsTest, KeepTheLatest) {
+TEST_F(NumberedRequestsTest, OnlyTheLatestAreRemembered) {
   for (std::uint8_t number = 0; number < 200; ++number) Send(number, kStart);
   EXPECT_EQ(Lateness(190, kStart + 1s), 1s);
   EXPECT_EQ(Lateness(100, kStart + 1s), std::nullopt);
 }
 
-TEST_F(NumberedRequestsTest, WithoutANumberTellNothing) {
+TEST_F(NumberedRequestsTest, WithoutANumberAreNotFound) {
   numbered_.tcp = false;
   Send(1, kStart);
   Send(2, kStart + 1s);
@@ -265,7 +265,7 @@ bool LagsBehind(const std::vector<Late>& replies) {
   return lags;
 }
 
-TEST(ReplyLag, Table) {
+TEST(ReplyLag, FourRepliesOfVaryingLatenessShowALag) {
   EXPECT_FALSE(LagsBehind({{620ms, std::nullopt}}));
   EXPECT_FALSE(LagsBehind({{900ms}, {1400ms}, {700ms}})) << "three may be chance";
   EXPECT_TRUE(LagsBehind({{900ms}, {1400ms}, {700ms}, {950ms}}));
@@ -276,7 +276,7 @@ TEST(ReplyLag, Table) {
   EXPECT_FALSE(LagsBehind({{900ms}, {960ms, 42ms}, {905ms, 17ms}, {900ms}})) << "or nearly so";
 }
 
-TEST(ReplyLag, OneThatComesByItselfBeginsANewCount) {
+TEST(ReplyLag, AnUnrequestedReplyRestartsTheCount) {
   const std::vector<Late> replies = {{900ms}, {1400ms}, {700ms}, {800ms, std::nullopt},
                                      {900ms}, {1400ms}, {700ms}};
   EXPECT_FALSE(LagsBehind(replies));

@@ -17,7 +17,7 @@ class ObserverTest : public ::testing::Test, protected bus::ToyMembers {
   Observer observer_{roster, store_};
 };
 
-TEST_F(ObserverTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
+TEST_F(ObserverTest, AReplyAfterTheEndAmendsTheFindingBeforeTheNextRequest) {
   observer_.OnRequest(a, bus::AskFor("?A1\r"), kStart);
   EXPECT_EQ(observer_.TakeFinding(Outcome::no_reply).symptom, Symptom::silence);
   EXPECT_TRUE(observer_.TakeChanged().empty());
@@ -29,7 +29,7 @@ TEST_F(ObserverTest, WhatComesBehindTheEndIsToldBeforeTheNextRequest) {
   EXPECT_TRUE(observer_.TakeChanged().empty()) << "told once";
 }
 
-TEST_F(ObserverTest, ASecondReplyBehindARepeatWasLateWhereverItIsFound) {
+TEST_F(ObserverTest, ASecondReplyAfterARetryIsLateWheneverItIsFound) {
   for (const bool repeated : {true, false}) {
     Observer observer(roster, store_);
     const auto answer = [&](std::string_view body, Instant now) {

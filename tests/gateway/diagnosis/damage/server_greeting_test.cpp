@@ -23,7 +23,7 @@ class ServerGreetingTest : public ::testing::Test {
   ServerGreeting greeting_;
 };
 
-TEST_F(ServerGreetingTest, IsWhatComesBeforeTheFirstRequestOrMeetsIt) {
+TEST_F(ServerGreetingTest, ATextBeforeOrWithTheFirstRequestIsAGreeting) {
   greeting_.Keep(login_);
   greeting_.NoteExchange({}, false);
   EXPECT_EQ(greeting_.text(), login_);
@@ -33,20 +33,20 @@ TEST_F(ServerGreetingTest, IsWhatComesBeforeTheFirstRequestOrMeetsIt) {
   EXPECT_EQ(greeting_.text(), login_);
 }
 
-TEST_F(ServerGreetingTest, WordsInALaterExchangeAreNone) {
+TEST_F(ServerGreetingTest, ATextInALaterExchangeIsNoGreeting) {
   greeting_.NoteExchange({}, false);
   greeting_.NoteExchange(login_, true);
   EXPECT_TRUE(greeting_.text().empty());
 }
 
-TEST_F(ServerGreetingTest, HasKeptNobodyFromAnsweringOnceADeviceHasAnswered) {
+TEST_F(ServerGreetingTest, TheGreetingIsClearedOnceADeviceHasAnswered) {
   greeting_.Keep(login_);
   EXPECT_EQ(greeting_.OnAnswered(reply_), login_);
   greeting_.NoteExchange(reply_, false);
   EXPECT_TRUE(greeting_.text().empty());
 }
 
-TEST_F(ServerGreetingTest, OneThatMeetsTheFirstRequestComesWithItsReply) {
+TEST_F(ServerGreetingTest, AGreetingAtTheFirstRequestIsReturnedWithItsReply) {
   EXPECT_EQ(greeting_.OnAnswered(reply_), reply_);
   greeting_.NoteExchange(reply_, false);
   EXPECT_TRUE(greeting_.OnAnswered(reply_).empty());
@@ -54,7 +54,7 @@ TEST_F(ServerGreetingTest, OneThatMeetsTheFirstRequestComesWithItsReply) {
 
 // ---------------- `LacksSome`: a damaged reply, compared with the good reply to the retry.
 
-TEST(ChangedBytes, OneOrTwoBytesAreLostInside) {
+TEST(ChangedBytes, OneOrTwoBytesLostInsideAReplyAreDetected) {
   const struct {
     std::string heard;
     std::string reply;
@@ -89,7 +89,7 @@ class HeardExchangeTest : public ::testing::Test, protected bus::ToyMembers {
   HeardExchange exchange_;
 };
 
-TEST_F(HeardExchangeTest, WhatStandsBesideTheReplyIsWhatWasHeardBeforeAndBehindIt) {
+TEST_F(HeardExchangeTest, BytesBeforeAndAfterTheReplyAreReturned) {
   exchange_.Hear(ToBytes("xA1=5\r\ny"), kStart + 50ms);
   EXPECT_EQ(Before(), "xA1=5\r\ny");
   exchange_.Take(ToBytes("A1=5"));
@@ -97,7 +97,7 @@ TEST_F(HeardExchangeTest, WhatStandsBesideTheReplyIsWhatWasHeardBeforeAndBehindI
   EXPECT_EQ(Behind(), "y");
 }
 
-TEST_F(HeardExchangeTest, MoreIsToldOnceAndOnlyBehindItsEnd) {
+TEST_F(HeardExchangeTest, BytesAfterTheEndAreReportedOnce) {
   exchange_.Hear(ToBytes("A1"), kStart + 50ms);
   EXPECT_FALSE(exchange_.TakeMore());
   exchange_.End(Outcome::partial);
@@ -107,7 +107,7 @@ TEST_F(HeardExchangeTest, MoreIsToldOnceAndOnlyBehindItsEnd) {
   EXPECT_FALSE(exchange_.TakeMore());
 }
 
-TEST_F(HeardExchangeTest, TheSilenceBeforeItCountsFromTheLatestByteInOrOut) {
+TEST_F(HeardExchangeTest, TheIdleTimeCountsFromTheLatestByteInOrOut) {
   EXPECT_EQ(exchange_.idle(), kLongIdle);
   exchange_.Hear(ToBytes("A1=5\r"), kStart + 50ms);
   exchange_.Begin(a, bus::AskFor("?A2\r"), a.times, kStart + 80ms);
@@ -157,7 +157,7 @@ Bytes Received(std::string_view text, double per_bit) {
   return read;
 }
 
-TEST(OtherBitRate, HalfAndTwiceAreTold) {
+TEST(OtherBitRate, HalfAndTwiceTheBitRateAreDetected) {
   for (const char* text : {">+02.500+03.100+00.000+00.001\r", "<1D:0.52/0.50/0.51:7F\r\n",
                            ":010304006400C8CB\r\n", "$GPGGA,123519,4807.038,N\r\n"}) {
     const auto slow = OtherBitRate(Received(text, 2), false);
@@ -171,7 +171,7 @@ TEST(OtherBitRate, HalfAndTwiceAreTold) {
   }
 }
 
-TEST(OtherBitRate, NothingElseIsTakenForIt) {
+TEST(OtherBitRate, NoiseAndConstantBytesAreNotDetected) {
   EXPECT_FALSE(OtherBitRate({}, false));
   EXPECT_FALSE(OtherBitRate(Bytes(30, 0x00), false)) << "a line that nobody drives";
   EXPECT_FALSE(OtherBitRate(Bytes(30, 0xFF), false));
@@ -206,7 +206,7 @@ class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
   ReplyHabits habits_;
 };
 
-TEST_F(ReplyHabitsTest, ASecondReplyBehindALostTryWasLateAndElseTheDeviceSendsTwo) {
+TEST_F(ReplyHabitsTest, ASecondReplyAfterALostTryIsLateUnlessTheDeviceSendsTwo) {
   habits_.OnBegin(a);
   habits_.OnLost(a, kStart);
   habits_.OnBegin(a);
@@ -224,7 +224,7 @@ TEST_F(ReplyHabitsTest, ALostTryIsForgottenAfterFiveSeconds) {
   EXPECT_FALSE(habits_.TakeLostTry(a, kStart + 5s));
 }
 
-TEST_F(ReplyHabitsTest, AReplyThatWasTakenForAnotherRequestIsACopy) {
+TEST_F(ReplyHabitsTest, AReplyAcceptedForAnotherRequestIsACopy) {
   Exchange("?A1\r", {one_}, one_);
   Exchange("?A2\r", {one_, two_}, two_);
   EXPECT_TRUE(habits_.IsCopy(exchange_));
@@ -233,7 +233,7 @@ TEST_F(ReplyHabitsTest, AReplyThatWasTakenForAnotherRequestIsACopy) {
 }
 
 /// A second time in a row is no damage: the device sends that form.
-TEST_F(ReplyHabitsTest, ATextThatLacksTheSameCharacterAgainIsOfAnotherForm) {
+TEST_F(ReplyHabitsTest, ATextThatRepeatedlyLacksACharacterIsOfAnotherForm) {
   const Finding lacks{.symptom = Symptom::bytes_lost, .cause = "a character"};
   Exchange("?A1\r", {ToBytes("!A1=*C1\r")});
   EXPECT_EQ(habits_.Compare(exchange_, lacks).symptom, Symptom::bytes_lost);

@@ -43,7 +43,7 @@ class ComPortTest : public testing::Test {
   ComPort com_{port_, config::SerialSettings{}, "baudgate bay-1"};
 };
 
-TEST_F(ComPortTest, SetsWhatIsAskedFor) {
+TEST_F(ComPortTest, SetsTheRequestedSerialSettings) {
   const Step kSteps[] = {
       {"baud", "01 00 00 4B 00", "65 00 00 4B 00", {"apply 19200 8N1"}},
       {"baud, asked", "01 00 00 00 00", "65 00 00 4B 00", {}},
@@ -87,7 +87,7 @@ TEST_F(ComPortTest, SetsFlowControlAndLines) {
   for (const Step& step : kSteps) Try(step);
 }
 
-TEST_F(ComPortTest, AnswersTheRest) {
+TEST_F(ComPortTest, AnswersTheOtherCommands) {
   const Step kSteps[] = {
       {"signature", "00", "64 62 61 75 64 67 61 74 65 20 62 61 79 2D 31", {}},
       {"the client's own", "00 61 62", "", {}},
@@ -110,7 +110,7 @@ TEST_F(ComPortTest, AnswersTheRest) {
   EXPECT_FALSE(com_.suspended());
 }
 
-TEST_F(ComPortTest, SaysWhatTheDriverDoesWhereItRefuses) {
+TEST_F(ComPortTest, ReportsTheOldSettingsWhenTheDriverRefusesNewOnes) {
   port_.refused = "115200";
   Try({"baud", "01 00 01 C2 00", "65 00 00 25 80", {"apply 115200 8N1", "apply 9600 8N1"}});
   port_.refused = "8E1";
@@ -120,7 +120,7 @@ TEST_F(ComPortTest, SaysWhatTheDriverDoesWhereItRefuses) {
   Try({"break", "05 05", "69 06", {}});
 }
 
-TEST(ComPort, KeepsSoftwareParityWhereItCan) {
+TEST(ComPort, KeepsSoftwareParityWithAParityBit) {
   test::FakePort port;
   config::SerialSettings serial{
       .data_bits = 7, .parity = config::Parity::even, .software_parity = true};
@@ -130,7 +130,7 @@ TEST(ComPort, KeepsSoftwareParityWhereItCan) {
   EXPECT_THAT(port.calls, ElementsAre("apply 9600 7O1 software", "apply 9600 7N1"));
 }
 
-TEST(ComPort, TellsTheModemStateWithTheFirstAnswer) {
+TEST(ComPort, ReportsTheModemStateWithTheFirstAnswer) {
   test::FakePort port;
   port.modem = ModemLines{.cts = true, .dcd = true};
   ComPort com(port, {}, "");
@@ -138,7 +138,7 @@ TEST(ComPort, TellsTheModemStateWithTheFirstAnswer) {
   EXPECT_EQ(ToHex(com.On(*ParseHex("02 00"))), "FF FA 2C 66 08 FF F0");
 }
 
-TEST(ComPort, TellsChangesThatTheMasksLetThrough) {
+TEST(ComPort, ReportsOnlyChangesThatTheMasksAllow) {
   test::FakePort port;
   port.modem = ModemLines{.cts = true};
   ComPort com(port, {}, "");
@@ -214,7 +214,7 @@ const Stream kStreams[] = {
     {"FF behind CR is no NUL", "0D FF FF 00", {"data 0D FF 00"}, false},
 };
 
-TEST(TelnetDecoder, GivesTheSameItemsAtEveryCut) {
+TEST(TelnetDecoder, AnyFragmentationGivesTheSameItems) {
   for (const Stream& stream : kStreams) {
     const Bytes bytes = *ParseHex(stream.bytes);
     for (std::size_t cut = 0; cut <= bytes.size(); ++cut) {
@@ -239,7 +239,7 @@ TEST(TelnetDecoder, ReadsByteByByte) {
   }
 }
 
-TEST(TelnetDecoder, DropsASubnegotiationThatHasNoEnd) {
+TEST(TelnetDecoder, DropsAnEndlessSubnegotiation) {
   TelnetDecoder decoder;
   Bytes flood = {telnet::kIac, telnet::kSb, telnet::kComPort};
   flood.resize(flood.size() + TelnetDecoder::kLongest + 1, 0x55);
@@ -247,7 +247,7 @@ TEST(TelnetDecoder, DropsASubnegotiationThatHasNoEnd) {
   EXPECT_THAT(Items(decoder, {flood}), ElementsAre("data 61"));
 }
 
-TEST(TelnetOptions, OffersWhatASerialPortNeeds) {
+TEST(TelnetOptions, OffersTheOptionsThatASerialPortNeeds) {
   EXPECT_EQ(ToHex(TelnetOptions().Begin()),
             "FF FB 00 FF FB 03 FF FB 01 FF FD 00 FF FD 03 FF FD 2C");
 }
@@ -266,7 +266,7 @@ const Dialogue kDialogues[] = {
     {"that something unknown is off is no news", {{"FE 18", ""}, {"FC 18", ""}}},
 };
 
-TEST(TelnetOptions, AnswerWhatChanges) {
+TEST(TelnetOptions, AnswersOnlyOptionsThatChange) {
   for (const Dialogue& dialogue : kDialogues) {
     TelnetOptions options;
     options.Begin();
@@ -289,7 +289,7 @@ TEST(TelnetOptions, AFloodIsAnsweredOnce) {
   EXPECT_EQ(answered, 3U * (256 - 45));
 }
 
-TEST(Telnet, DoublesTheByteThatIsACommand) {
+TEST(Telnet, DoublesTheCommandByteInData) {
   Bytes out;
   AppendEscaped(out, Bytes{0x61, 0xFF, 0xFF, 0x62});
   EXPECT_EQ(ToHex(out), "61 FF FF FF FF 62");

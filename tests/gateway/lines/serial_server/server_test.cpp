@@ -105,7 +105,7 @@ TEST_F(ServerTest, ServesOneClientAtATime) {
   EXPECT_EQ(line_.wanted.size(), 1U);
 }
 
-TEST_F(ServerTest, TheNextMayComeAsSoonAsTheLastHasClosed) {
+TEST_F(ServerTest, TheNextClientMayConnectWhenTheLastHasClosed) {
   Start(Server::Use::served);
   for (int i = 0; i < 20; ++i) {
     auto client = Connect();
@@ -131,7 +131,7 @@ TEST_F(ServerTest, AClientMayWaitForItsTurn) {
   EXPECT_EQ(line_.wanted.size(), 2U);
 }
 
-TEST_F(ServerTest, WhatAWaitingClientHasSentBeforeItClosedIsDelivered) {
+TEST_F(ServerTest, BytesOfAWaitingClientThatHasClosedAreDelivered) {
   config_.busy = Busy::wait;
   Start(Server::Use::served);
   auto first = Connect();
@@ -146,7 +146,7 @@ TEST_F(ServerTest, WhatAWaitingClientHasSentBeforeItClosedIsDelivered) {
   EXPECT_EQ(line_.last.to_port, 2U);
 }
 
-TEST_F(ServerTest, NotAllMayWait) {
+TEST_F(ServerTest, TheNumberOfWaitingClientsIsLimited) {
   config_.busy = Busy::wait;
   Start(Server::Use::served);
   std::vector<std::unique_ptr<Client>> clients;
@@ -155,21 +155,21 @@ TEST_F(ServerTest, NotAllMayWait) {
   for (const auto& client : clients) EXPECT_FALSE(client->ended());
 }
 
-TEST_F(ServerTest, LetsNobodyInWhoIsNotAllowed) {
+TEST_F(ServerTest, RefusesClientsThatAreNotAllowed) {
   config_.allow = {*config::ParseNetwork("192.0.2.0/24")};
   Start(Server::Use::served);
   EXPECT_TRUE(Ends(*Connect()));
   EXPECT_THAT(line_.wanted, IsEmpty());
 }
 
-TEST_F(ServerTest, AClientIsDisconnectedWhereThePortIsDown) {
+TEST_F(ServerTest, AClientIsDisconnectedWhenThePortIsDown) {
   line_.is_down = true;
   Start(Server::Use::served);
   EXPECT_TRUE(Ends(*Connect()));
   EXPECT_THAT(line_.returned, IsEmpty());
 }
 
-TEST_F(ServerTest, ALentPortIsTakenByTheFirstByteAlone) {
+TEST_F(ServerTest, ALentPortIsTakenOnlyByTheFirstByte) {
   Start(Server::Use::lent);
   const auto silent = Connect();
   const auto another = Connect();
@@ -194,7 +194,7 @@ TEST_F(ServerTest, SilentClientsDoNotKeepOthersFromALentPort) {
   EXPECT_FALSE(silent[1]->ended());
 }
 
-TEST_F(ServerTest, WaitsForTheExchangeUnderWay) {
+TEST_F(ServerTest, AClientWaitsForTheExchangeUnderWay) {
   line_.grants = false;
   Start(Server::Use::lent);
   auto client = Connect();
@@ -210,7 +210,7 @@ TEST_F(ServerTest, WaitsForTheExchangeUnderWay) {
   EXPECT_THAT(line_.returned, IsEmpty());
 }
 
-TEST_F(ServerTest, TellsWhoHasLeft) {
+TEST_F(ServerTest, ReportsAClientThatHasLeftAndItsBytes) {
   Start(Server::Use::lent);
   auto client = Connect();
   client->Write({1, 2});
@@ -232,7 +232,7 @@ TEST_F(ServerTest, AnIdleClientLosesThePort) {
   EXPECT_THAT(line_.returned, ElementsAre(HasSubstr("no bytes passed")));
 }
 
-TEST_F(ServerTest, TriesAgainWhereItsPortIsTaken) {
+TEST_F(ServerTest, TriesAgainWhenItsTcpPortIsInUse) {
   tcp::acceptor other(io_, {asio::ip::address_v4::loopback(), config_.at.port});
   Start(Server::Use::served);
   EXPECT_THAT(line_.trouble, HasSubstr("already in use"));
@@ -240,7 +240,7 @@ TEST_F(ServerTest, TriesAgainWhereItsPortIsTaken) {
   EXPECT_TRUE(Until([&] { return line_.trouble.empty(); }));
 }
 
-TEST_F(ServerTest, ClientsThatComeAndGoLeaveNothingOpen) {
+TEST_F(ServerTest, ClientsThatComeAndGoLeaveNoDescriptorOpen) {
   config_.busy = Busy::wait;
   for (const auto use : {Server::Use::served, Server::Use::lent}) {
     Start(use);
@@ -308,7 +308,7 @@ struct Rfc2217 : SessionTest {
   Rfc2217() : SessionTest(Mode::rfc2217) { client_.sent.clear(); }
 };
 
-TEST_F(SessionTest, AsksForThePortWithItsFirstByte) {
+TEST_F(SessionTest, RequestsThePortWithTheFirstByte) {
   EXPECT_FALSE(session_.asks());
   FromClient({1, 2});
   EXPECT_TRUE(session_.asks());
@@ -318,7 +318,7 @@ TEST_F(SessionTest, AsksForThePortWithItsFirstByte) {
   EXPECT_FALSE(client_.paused);
 }
 
-TEST_F(SessionTest, PassesEveryByteOn) {
+TEST_F(SessionTest, PassesEveryByteUnchanged) {
   Begin();
   Bytes all(256);
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint8_t>(i);
@@ -330,7 +330,7 @@ TEST_F(SessionTest, PassesEveryByteOn) {
   EXPECT_EQ(session_.visit().from_port, 256U);
 }
 
-TEST_F(SessionTest, TheClientWaitsForThePort) {
+TEST_F(SessionTest, TheClientIsPausedWhileThePortIsFull) {
   Begin();
   port_.takes = false;
   FromClient(Bytes(Session::kMostForPort + 1));
@@ -340,7 +340,7 @@ TEST_F(SessionTest, TheClientWaitsForThePort) {
   EXPECT_FALSE(client_.paused);
 }
 
-TEST_F(SessionTest, ThePortWaitsForAClientThatDoesNotRead) {
+TEST_F(SessionTest, ThePortIsPausedWhileTheClientDoesNotRead) {
   Begin();
   client_.reads = false;
   FromPort(Bytes(Session::kMostForClient + 1));
@@ -350,7 +350,7 @@ TEST_F(SessionTest, ThePortWaitsForAClientThatDoesNotRead) {
   EXPECT_FALSE(port_.paused);
 }
 
-TEST_F(SessionTest, EndsWhereNobodySaysAnything) {
+TEST_F(SessionTest, EndsWhenIdleInBothDirections) {
   Begin();
   Pass(kIdle - 1s);
   FromPort({1});
@@ -362,18 +362,18 @@ TEST_F(SessionTest, EndsWhereNobodySaysAnything) {
   EXPECT_EQ(over(), "no bytes passed for 1min");
 }
 
-TEST_F(SessionTest, EndsBeforeItHasThePortLikewise) {
+TEST_F(SessionTest, EndsWhenIdleBeforeItHasThePort) {
   Pass(kIdle);
   EXPECT_EQ(over(), "no bytes passed for 1min");
 }
 
-TEST_F(SessionTest, LeavesAtOnceWhereNothingIsToBeSent) {
+TEST_F(SessionTest, EndsAtOnceWhenTheClientLeavesAndNothingIsUnsent) {
   Begin();
   session_.OnClientEnd(now_);
   EXPECT_EQ(over(), "it disconnected");
 }
 
-TEST_F(SessionTest, LeavesWhenThePortHasSentAll) {
+TEST_F(SessionTest, EndsAfterTheClientLeftWhenThePortHasSentAll) {
   Begin();
   port_.takes = false;
   FromClient({1, 2, 3});
@@ -385,7 +385,7 @@ TEST_F(SessionTest, LeavesWhenThePortHasSentAll) {
   EXPECT_EQ(over(), "it disconnected");
 }
 
-TEST_F(SessionTest, LeavesWhenWhatItHasSentBeforeItsTurnIsOut) {
+TEST_F(SessionTest, BytesSentBeforeItsTurnGoOutBeforeALeavingClientEnds) {
   FromClient({1, 2});
   session_.OnClientEnd(now_);
   Pass(1s);
@@ -396,7 +396,7 @@ TEST_F(SessionTest, LeavesWhenWhatItHasSentBeforeItsTurnIsOut) {
   EXPECT_EQ(over(), "it disconnected");
 }
 
-TEST_F(SessionTest, LeavesAtLastWhereThePortTakesNothing) {
+TEST_F(SessionTest, EndsAfterATimeoutWhenThePortTakesNothing) {
   Begin();
   port_.takes = false;
   FromClient({1, 2, 3});
@@ -411,7 +411,7 @@ TEST_F(Rfc2217, NegotiatesWithoutThePort) {
   EXPECT_EQ(ToHex(client_.sent), "FF FB 2C FF FC 18");
 }
 
-TEST_F(Rfc2217, AsksForThePortByACommandAndKeepsTheOrder) {
+TEST_F(Rfc2217, ACommandRequestsThePortAndKeepsItsOrder) {
   FromClient(*ParseHex("61 FF FA 2C 02 07 FF F0 62"));
   EXPECT_TRUE(session_.asks());
   EXPECT_TRUE(client_.sent.empty());
@@ -421,7 +421,7 @@ TEST_F(Rfc2217, AsksForThePortByACommandAndKeepsTheOrder) {
   EXPECT_THAT(ToHex(client_.sent), HasSubstr("FF FA 2C 66 07 FF F0"));
 }
 
-TEST_F(Rfc2217, DoublesWhatWouldBeACommand) {
+TEST_F(Rfc2217, DoublesTheCommandByteInBothDirections) {
   Begin();
   FromPort({0x61, 0xFF, 0x62});
   EXPECT_EQ(ToHex(client_.sent), "61 FF FF 62");
@@ -451,7 +451,7 @@ TEST_F(Rfc2217, IacBrkMakesABreakBetweenTheDataAroundIt) {
   EXPECT_FALSE(client_.paused);
 }
 
-TEST_F(Rfc2217, IacBrkComesThroughADeviceThatTakesNothing) {
+TEST_F(Rfc2217, IacBrkIsSentThoughThePortTakesNothing) {
   Begin();
   port_.takes = false;
   FromClient(*ParseHex("61 FF F3"));
@@ -459,7 +459,7 @@ TEST_F(Rfc2217, IacBrkComesThroughADeviceThatTakesNothing) {
   EXPECT_THAT(port_.calls, ElementsAre("break on"));
 }
 
-TEST_F(Rfc2217, IacBrkAsksForThePort) {
+TEST_F(Rfc2217, IacBrkRequestsThePort) {
   FromClient(*ParseHex("FF F3 FF F3"));
   EXPECT_TRUE(session_.asks());
   Begin();
@@ -476,21 +476,21 @@ TEST_F(Rfc2217, IacBrkDoesNotEndTheBreakOfACommand) {
   EXPECT_EQ(port_.calls.back(), "break off");
 }
 
-TEST_F(Rfc2217, IacBrkOfAPortThatMakesNoneHoldsNothingUp) {
+TEST_F(Rfc2217, IacBrkDoesNotDelayDataOnAPortWithoutBreaks) {
   port_.no_switches = true;
   Begin();
   FromClient(*ParseHex("61 FF F3 62"));
   EXPECT_EQ(ToHex(port_.sent), "61 62");
 }
 
-TEST_F(SessionTest, InRawModeNoByteIsABreak) {
+TEST_F(SessionTest, RawModeTreatsNoByteAsABreak) {
   Begin();
   FromClient(*ParseHex("FF F3"));
   EXPECT_EQ(ToHex(port_.sent), "FF F3");
   EXPECT_TRUE(port_.calls.empty());
 }
 
-TEST_F(Rfc2217, SuspendsAndResumes) {
+TEST_F(Rfc2217, PausesAndResumesThePortOnCommand) {
   Begin();
   FromClient(*ParseHex("FF FA 2C 08 FF F0"));
   EXPECT_TRUE(port_.paused);
@@ -498,7 +498,7 @@ TEST_F(Rfc2217, SuspendsAndResumes) {
   EXPECT_FALSE(port_.paused);
 }
 
-TEST_F(Rfc2217, TellsChangesOfControlLines) {
+TEST_F(Rfc2217, ReportsChangesOfControlLines) {
   port_.modem = ModemLines{};
   Begin();
   FromClient(*ParseHex("FF FA 2C 05 07 FF F0"));
