@@ -265,7 +265,7 @@ TEST(ReaderConfig, NothingGrowsOldUnlessItIsSaid) {
   EXPECT_EQ(limits(", max_age: 5s").bad_after, 15s);
   EXPECT_EQ(limits(", max_age: 200ms").uncertain_after, 200ms) << "it is not polled every second";
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: weighing, dead_age: 5s }"),
-              HasSubstr("error: dead_age: give max_age too"));
+              HasSubstr("error: dead_age: set max_age too"));
 }
 
 TEST(ReaderConfig, TheEightTagsStandInOneRow) {
@@ -290,12 +290,11 @@ TEST(ReaderConfig, WhatIsAskedBehindATagIsOneRecord) {
 
 TEST(ReaderConfig, AReaderHasItsLineToItself) {
   const std::string reader = "{ name: g, address: 1, profile: bar-code }";
-  EXPECT_THAT(
-      ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
-      HasSubstr(
-          "device 'g' speaks unasked and needs a line of its own; line 'gate' has 2 devices"));
+  EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
+              HasSubstr("device 'g' sends without requests, so it must be alone on its line; line "
+                        "'gate' has 2 devices"));
   EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: A, protocol: toy, points: [] }"),
-              HasSubstr("needs a line of its own"));
+              HasSubstr("must be alone on its line"));
 }
 
 TEST(ReaderConfig, WrongOptionsAreNamedWithTheirPlace) {
