@@ -88,9 +88,9 @@ TEST(ReaderOptions, WhatIsAskedNeedsCommands) {
   device.options.Set("commands", std::string("ask"));
   EXPECT_EQ(error(), "");
   device.records[0].points.push_back(0);
-  EXPECT_EQ(error(),
-            "record 'transponder': 'tag' is not renewed by reading; present, repeats, message and "
-            "number are");
+  EXPECT_EQ(
+      error(),
+      "record 'transponder': 'tag' cannot be read anew; use present, repeats, message or number");
 }
 
 TEST(ReaderTwins, AnswerWhereTheyAreAsked) {
@@ -299,14 +299,15 @@ TEST(ReaderConfig, AReaderHasItsLineToItself) {
 
 TEST(ReaderConfig, WrongOptionsAreNamedWithTheirPlace) {
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: bar-code, start: STX }"),
-              HasSubstr("test.yaml:4:17: error: device 'g': 'STX' is no character; write it, as "
-                        "':', or its number"));
+              HasSubstr("test.yaml:4:17: error: device 'g': 'STX' is not a character; write "
+                        "one character, as ':', or its code"));
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: bar-code, idle: 3s, whole: 1s }"),
               HasSubstr("whole must not be shorter than idle"));
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: olimex-mod-rfid125, form: text }"),
               HasSubstr("'high' needs form: tag"));
-  EXPECT_THAT(ProblemsOf("{ name: g, address: gate, profile: bar-code }"),
-              HasSubstr("a reader has none; leave it out, or give a number from 1 to 255"));
+  EXPECT_THAT(
+      ProblemsOf("{ name: g, address: gate, profile: bar-code }"),
+      HasSubstr("a reader needs no address, so remove the key, or write a number from 1 to 255"));
 }
 
 }  // namespace

@@ -213,9 +213,8 @@ TEST(Recognise, AChecksumThatIsNotConfigured) {
                                                ParseOptions(*setup.protocol, device.options));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->cause + ": " + found->remedy,
-            "its replies carry a checksum: set checksum: true in the configuration, or the other "
-            "way round "
-            "in the module");
+            "its replies carry a checksum: set checksum: true in the configuration, or change the "
+            "checksum in the module");
 }
 
 }  // namespace
