@@ -193,7 +193,7 @@ TEST(Recognise, WhatIsNearlyTheirs) {
        "another master speaks on the line: it has asked slave 9"},
       {"Set4tm9600", set4tm("C8081B001177BB"), set4tm("05008066431234"), ""},
       {"Set4tm9600", set4tm("C8081B001177BB"), set4tm("FD0F0124"),
-       "the GSM communicator (253) says that the meter does not answer"},
+       "the GSM communicator (253) reports that the meter does not answer"},
   };
   for (const Words& row : rows) {
     const auto& setup = RealLine(row.line);
