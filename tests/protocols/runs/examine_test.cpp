@@ -187,7 +187,7 @@ TEST(Recognise, WhatIsNearlyTheirs) {
       {"Spa9600", ">1RI1:17\r", "<1D:0.52:\r\n", "its replies carry no checksum"},
       {"Spa9600", ">1RI1:17\r", "<D:0.52:50\r\n", "its replies carry no slave number"},
       {"Spa9600", ">1RI1:17\r", "<1D:73\r\n",
-       "its replies have a right check value and another form ('<1D:73')"},
+       "its replies have a correct check value, but another form ('<1D:73')"},
       {"Spa9600", ">1RI1:17\r", "<1D:74\r\n", ""},
       {"Spa9600", ">1RI1:17\r", ">9RF:XX\r",
        "another master speaks on the line: it has asked slave 9"},
