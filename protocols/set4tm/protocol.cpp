@@ -137,9 +137,9 @@ std::vector<ConfigRemark> Doubts(const config::Device& device) {
   });
   if (settings.latch > Duration::zero() && !reads_latched) {
     doubts.push_back(
-        {kNoPoint,
-         device.address + " has `latch`, but no point reads a latched value; add points with read: "
-                          "\"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
+        {kNoPoint, device.address +
+                       " has `latch`, but no point reads a latched value; add points with read: "
+                       "\"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
   }
   if (device.events && !settings.time_zone) {
     doubts.push_back({kNoPoint, device.address + " has events, but no time zone for their times; "
