@@ -124,9 +124,9 @@ std::set<std::string> SecretKeys(const Catalog& catalog) {
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets) {
   Problems problems;
   const auto root = ParseYaml("configuration", yaml, problems);
-  if (!root) return Error{"it is no YAML that can be read, so that its secrets are not known"};
+  if (!root) return Error{"it is not valid YAML, so its secrets cannot be found and hidden"};
   Masker masker(secrets);
-  if (!masker.Collect(root->yaml(), false)) return Error{"it has no end: an alias names itself"};
+  if (!masker.Collect(root->yaml(), false)) return Error{"an alias in it refers to itself"};
   YAML::Emitter out;
   masker.Emit(root->yaml(), out);
   return std::string(out.c_str()) + "\n";
@@ -210,7 +210,7 @@ class Trial {
     }
     for (const std::string& section : others) {
       root.remove(section);
-      left_out.push_back(section + ": nothing says where it may reach in a trial");
+      left_out.push_back(section + ": the trial does not know this section");
     }
   }
 
@@ -240,7 +240,8 @@ class Trial {
   bool IsSerial(const YAML::Node& listener) {
     const YAML::Node at = listener.IsMap() ? listener["at"] : listener;
     if (!at || !at.IsScalar() || !at.Scalar().starts_with("/")) return false;
-    left_out.push_back("the listener at " + at.Scalar() + ": its master needs a real port");
+    left_out.push_back("the listener at " + at.Scalar() +
+                       ": a trial has no real serial port for its master");
     return true;
   }
 
@@ -276,7 +277,7 @@ class Trial {
         continue;
       }
       left_out.push_back("the route to server " + route["server"].Scalar() +
-                         ": nothing says which registers it has");
+                         ": the registers of this server are not known");
     }
     modbus["routes"] = kept;
   }

@@ -87,7 +87,7 @@ void ApplyRatios(MapReader& map, Device& device) {
     }
     if (found.size() > before) continue;
     map.problems().Error(entry.value.mark(), "ratios: no point of '" + device.name +
-                                                 "' is a number of unit " + Quoted(entry.key) +
+                                                 "' is a number with unit " + Quoted(entry.key) +
                                                  "; 'baudgate profiles " + device.profile +
                                                  "' shows units");
   }
@@ -129,9 +129,9 @@ const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protoco
   std::error_code error;
   if (!std::filesystem::is_regular_file(*path, error)) {
     const bool exists = std::filesystem::exists(*path, error);
-    context.problems.Error(node->mark(), exists
-                                             ? "profile: " + path->string() + " is no regular file"
-                                             : "profile: there is no file " + path->string());
+    context.problems.Error(node->mark(),
+                           exists ? "profile: " + path->string() + " is not a regular file"
+                                  : "profile: there is no file " + path->string());
     return nullptr;
   }
   const auto real = std::filesystem::weakly_canonical(*path, error);
@@ -167,9 +167,10 @@ void ReadModbusSide(MapReader& map, const Profile& profile, Device& device, Load
   const bool has_word_order = map.Read<&Device::word_order>(device);
   const auto check = [&](const std::string& key, bool given) {
     if (device.unit || !given || map.Has("unit")) return;
-    map.problems().Error(map.MarkOf(key), key +
-                                              ": it is about what Modbus clients read from this "
-                                              "gateway, and the device has no 'unit'");
+    map.problems().Error(map.MarkOf(key),
+                         key +
+                             ": applies only to Modbus clients of this gateway, but the device has "
+                             "no 'unit'; add 'unit', or remove the key");
   };
   check("on_bad", has_on_bad);
   check("word_order", has_word_order);

@@ -59,11 +59,12 @@ Status CheckEventAlarm(const Device& device, const std::string& key, const Event
   const std::vector<std::string_view> views(names.begin(), names.end());
   if (found == table.end()) {
     return Error{Quoted(device.profile) + " has no event " + Quoted(key) + ";" +
-                 DidYouMean(key, views) + " there are: " + Join(views)};
+                 DidYouMean(key, views) + " possible events: " + Join(views)};
   }
   if (found->state != EventState::off || event.priority == AlarmPriority::none) return {};
-  return Error{Quoted(key) + " is the end of something and raises no alarm; name the event that " +
-               "begins it: " + Join(views)};
+  return Error{
+      Quoted(key) +
+      " only ends a state, so it raises no alarm; name an event that begins one: " + Join(views)};
 }
 
 void SetAlarm(EventText& row, AlarmPriority priority) {
@@ -100,7 +101,7 @@ std::optional<EventAlarm> ReadEventAlarm(const Entry& entry, const Device& devic
   auto event = ParseEventAlarm(entry.key);
   if (!event) {
     error(Quoted(entry.key) +
-          " names no event; write channel and code, \"2E17\", or \"E17\" for every channel");
+          " is not an event; write channel and code, \"2E17\", or \"E17\" for every channel");
     return std::nullopt;
   }
   const auto priority = ReadWord(entry.value, "event_alarms", kWords<AlarmPriority>, problems);
@@ -135,7 +136,7 @@ void ReadEventAlarms(MapReader& map, Device& device) {
   Problems& problems = map.problems();
   if (device.event_texts.empty()) {
     problems.Error(node->mark(), "event_alarms: " +
-                                     (device.profile.empty() ? "there is no profile with a"
+                                     (device.profile.empty() ? "the device has no profile with a"
                                                              : Quoted(device.profile) + " has no") +
                                      " table of events");
     return;
@@ -151,8 +152,7 @@ void ReadEventAlarms(MapReader& map, Device& device) {
   if (device.events) return;
   problems.Warning(node->mark(),
                    "event_alarms: the events of '" + device.name +
-                       "' are not asked for: write 'events: {}' at the top level, or 'events: on' "
-                       "here");
+                       "' are not read; write 'events: {}' at the top level, or 'events: on' here");
 }
 
 namespace {
@@ -178,7 +178,7 @@ void CheckLimit(const PointEvent& event, const Point& point, const MapReader& ma
     map.problems().Error(map.MarkOf(key), std::string(key) + ": " + text);
   };
   if (point.type == Type::string) {
-    return error("on", "a text is neither above nor below; write on: change");
+    return error("on", "a text cannot be above or below a limit; write on: change");
   }
   if (!map.Has("value")) {
     return error("on", "'" + std::string(Name(event.on)) + "' needs a limit: { on: " +
@@ -187,14 +187,15 @@ void CheckLimit(const PointEvent& event, const Point& point, const MapReader& ma
   if (IsFloat(point.type)) return;
   const auto [low, high] = EndsOf(point);
   if (above ? event.value >= high : event.value <= low) {
-    error("value", "'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
-                       ", and never " + ConditionOf(event));
+    error("value", "'" + point.name + "' has the range " + low.ToText() + " to " + high.ToText() +
+                       ", so it is never " + ConditionOf(event));
     return;
   }
   const Decimal back = event.value + (above ? -event.hysteresis : event.hysteresis);
   if (above ? back < low : back > high) {
-    error("hysteresis", "'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
-                            ", and never back " + (above ? "below " : "above ") + back.ToText());
+    error("hysteresis", "'" + point.name + "' has the range " + low.ToText() + " to " +
+                            high.ToText() + ", so it never returns " +
+                            (above ? "below " : "above ") + back.ToText());
   }
 }
 
@@ -205,14 +206,14 @@ void CheckHysteresis(const PointEvent& event, const Point& point, const MapReade
   };
   if (event.hysteresis < 0) return error("must not be negative");
   if (!IsNumber(point.type)) {
-    return error("only numbers have one, and '" + point.name + "' is " +
+    return error("only numbers can have a hysteresis, but '" + point.name + "' is " +
                  std::string(Name(point.type)));
   }
   if (event.on != PointEvent::On::change || IsFloat(point.type)) return;
   const auto [low, high] = EndsOf(point);
   if (event.hysteresis >= high - low) {
-    error("'" + point.name + "' is from " + low.ToText() + " to " + high.ToText() +
-          ", and never changes by more");
+    error("'" + point.name + "' has the range " + low.ToText() + " to " + high.ToText() +
+          ", so it never changes by more");
   }
 }
 
@@ -221,21 +222,22 @@ void CheckNormal(const PointEvent& event, const Point& point, const MapReader& m
   const auto error = [&](const std::string& text) {
     map.problems().Error(map.MarkOf("normal"), "normal: " + text);
   };
-  if (event.on != PointEvent::On::change) return error("only on: change has one");
-  if (point.type == Type::boolean) return error("a bool is on and off by itself");
+  if (event.on != PointEvent::On::change) return error("this key needs on: change");
+  if (point.type == Type::boolean)
+    return error("a bool point needs no normal value; remove the key");
   if (point.type == Type::string) return;
   if (const std::string why = WhyLeadingZero(event.normal); !why.empty()) {
     return error(Quoted(event.normal) + " " + why);
   }
   if (!Decimal::Parse(event.normal)) {
-    error("'" + point.name + "' is a number, and " + Quoted(event.normal) + " is none");
+    error("'" + point.name + "' is a number, but " + Quoted(event.normal) + " is not");
   }
 }
 
 std::string ReadEventText(MapReader& map) {
   std::string text = map.Label("text").value_or("");
   if (text.size() > kLongestEventText) {
-    map.problems().Error(map.MarkOf("text"), "text: it is too long; at most " +
+    map.problems().Error(map.MarkOf("text"), "text: the text is too long; at most " +
                                                  std::to_string(kLongestEventText) + " bytes");
   }
   return text;
@@ -264,7 +266,7 @@ std::optional<PointEvent> ReadOne(const YamlNode& node, const Point& point, Prob
     CheckLimit(event, point, map);
   } else if (map.Has("value")) {
     problems.Error(map.MarkOf("value"),
-                   "value: every change counts; a limit needs on: above or on: below");
+                   "value: on: change has no limit; write on: above or on: below, or remove value");
   }
   CheckHysteresis(event, point, map);
   return event;
@@ -278,8 +280,8 @@ std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
   if (!node) return events;
   Problems& problems = map.problems();
   if (point.access == Access::write) {
-    problems.Error(node->mark(),
-                   "events: '" + point.name + "' can only be written, so nobody knows its value");
+    problems.Error(node->mark(), "events: '" + point.name +
+                                     "' can only be written, so its events cannot be seen");
   }
   const auto nodes = node->kind() == YamlNode::Kind::list
                          ? ReadList(*node, "events", kMostEvents, problems)
@@ -290,7 +292,7 @@ std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point) {
     const std::string condition = ConditionOf(*event);
     const auto same = [&](const auto& other) { return ConditionOf(other) == condition; };
     if (std::ranges::any_of(events, same)) {
-      problems.Error(one.mark(), "events: '" + condition + "' stands twice");
+      problems.Error(one.mark(), "events: '" + condition + "' occurs twice");
     }
     events.push_back(std::move(*event));
   }
@@ -312,12 +314,12 @@ void CheckAlarm(const EventText& one, const MapReader& map) {
   };
   if (one.until && one.state != EventState::on) return error("until", "needs state: on");
   if (one.alarm == AlarmPriority::none) {
-    if (one.until) error("until", "only an alarm has an end; write alarm: yes");
+    if (one.until) error("until", "only an alarm can end; write alarm: yes");
     return;
   }
   if (one.state == EventState::off) {
-    error("alarm",
-          "it stands at the event that begins it, with until: " + std::to_string(one.code));
+    error("alarm", "write alarm at the event that begins the alarm, with until: " +
+                       std::to_string(one.code));
   }
 }
 
@@ -341,7 +343,7 @@ void CheckEnds(const std::vector<EventText>& table, const std::vector<Mark>& mar
       return before.until == one.until && ShareChannel(one, before);
     };
     if (std::any_of(table.begin(), table.begin() + static_cast<std::ptrdiff_t>(i), other)) {
-      problems.Error(marks[i], "until: " + code + " ends another alarm already");
+      problems.Error(marks[i], "until: " + code + " already ends another alarm");
     }
   }
 }
@@ -366,16 +368,17 @@ void ReadDeviceEvents(MapReader& map, bool given, Device& device) {
   device.events = wanted.value_or(given && has_table);
   device.point_events = has_points && wanted.value_or(given);
   if (has_points && !wanted && !given && *point->mark.file == *device.mark.file) {
-    map.problems().Warning(point->mark, "events of '" + point->name +
-                                            "' are not kept: write 'events: {}' at the top level");
+    map.problems().Warning(
+        point->mark,
+        "events of '" + point->name + "' are not stored; write 'events: {}' at the top level");
   }
   if (!device.events || has_table || has_points) return;
   map.problems().Warning(map.MarkOf("events"),
                          "events: " +
-                             (device.profile.empty() ? "there is no profile with a"
+                             (device.profile.empty() ? "the device has no profile with a"
                                                      : Quoted(device.profile) + " has no") +
-                             " table of events: its events have no texts, and there are none if "
-                             "the protocol has none");
+                             " table of events, so the device's events have no texts; some "
+                             "protocols have no events at all");
 }
 
 std::vector<EventText> ReadEventTable(const YamlNode& node,
@@ -397,7 +400,7 @@ std::vector<EventText> ReadEventTable(const YamlNode& node,
     const auto same = [&](const EventText& other) { return IsSame(one, other); };
     if (std::ranges::any_of(table, same)) {
       problems.Error(map.MarkOf("code"),
-                     "code: " + std::to_string(one.code) + " stands in the table twice");
+                     "code: " + std::to_string(one.code) + " occurs twice in the table");
     }
     ends.push_back(map.MarkOf("until"));
     table.push_back(std::move(one));

@@ -70,7 +70,7 @@ std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems)
     one.Finish();
   }
   if (records.size() > kMostRecords) {
-    problems.Error(node.mark(), "records: at most " + std::to_string(kMostRecords));
+    problems.Error(node.mark(), "records: too many; at most " + std::to_string(kMostRecords));
   }
   return records;
 }
@@ -82,9 +82,9 @@ void CheckRecordName(const std::string& name, const Mark& mark,
   }
   std::vector<std::string_view> names;
   for (const RecordPattern& record : records) names.push_back(record.name);
-  problems.Error(mark, "record: 'records' of the profile has no " + Quoted(name) + ";" +
+  problems.Error(mark, "record: the profile has no record " + Quoted(name) + ";" +
                            DidYouMean(name, names) +
-                           " it has: " + (names.empty() ? "none" : Join(names)));
+                           " records: " + (names.empty() ? "none" : Join(names)));
 }
 
 void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, Problems& problems) {
@@ -124,7 +124,7 @@ struct Pattern {
 };
 
 Result<std::uint64_t> ParseLimit(std::string_view text) {
-  const Error none{Quoted(text) + " is no size; write for example 500MB or 2.5GB"};
+  const Error none{Quoted(text) + " is not a size; write for example 500MB or 2.5GB"};
   if (const std::string why = WhyLeadingZero(text); !why.empty()) {
     return Error{Quoted(text) + " " + why};
   }
@@ -135,7 +135,8 @@ Result<std::uint64_t> ParseLimit(std::string_view text) {
   const double factor = unit == "MB" ? 1 : unit == "GB" ? 1000 : unit == "TB" ? 1'000'000 : 0;
   if (!number || factor == 0 || *number > 1e9) return none;
   const auto size = static_cast<std::uint64_t>(std::llround(*number * factor * double{kMegabyte}));
-  if (size < kLeastLimit || size > kMostLimit) return Error{"it is from 50MB to 10TB"};
+  if (size < kLeastLimit || size > kMostLimit)
+    return Error{"the size is out of range; allowed: 50MB…10TB"};
   return size;
 }
 
@@ -147,8 +148,8 @@ bool Split(Pattern& pattern, Problems& problems) {
     const std::size_t dot = rest.find('.');
     if (rest.empty() || dot == 0 || (dot == std::string_view::npos) != last) {
       problems.Error(pattern.mark, "points: " + Quoted(pattern.text) +
-                                       " is no pattern: write LINE.DEVICE.POINT, each with * for "
-                                       "any text and ? for any character");
+                                       " is not a pattern; write LINE.DEVICE.POINT, with * for any "
+                                       "text and ? for any character");
       return false;
     }
     pattern.parts[i] = std::string(rest.substr(0, dot));
@@ -168,7 +169,7 @@ std::optional<Pattern> ReadPattern(const YamlNode& node, const HistoryPoint& usu
     Assign(pattern.log, map.OneOf("log", kWords<Log>));
     pattern.deadband = map.Number("deadband");
     if (pattern.deadband && pattern.deadband->is_negative()) {
-      problems.Error(map.MarkOf("deadband"), "deadband: it is 0 or more");
+      problems.Error(map.MarkOf("deadband"), "deadband: must not be negative");
     }
     map.Read<&HistoryPoint::max_gap>(pattern.kept);
     map.Finish();
@@ -239,9 +240,9 @@ History ReadHistory(const YamlNode& node, const Config& config, Problems& proble
   const bool whole = !problems.has_error();  // after errors, points may be missing
   for (const Pattern& pattern : patterns) {
     if (pattern.used || !whole) continue;
-    problems.Error(pattern.mark, "points: " + Quoted(pattern.text) +
-                                     " matches no point that can be read; 'baudgate map' lists "
-                                     "them");
+    problems.Error(pattern.mark,
+                   "points: " + Quoted(pattern.text) +
+                       " matches no point that can be read; 'baudgate map' lists the points");
   }
   return history;
 }

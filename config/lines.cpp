@@ -70,12 +70,13 @@ Timing ReadTiming(const YamlNode& node, Problems& problems) {
 }  // namespace
 
 Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base) {
-  const Error error{Quoted(text) + " is not speed and character form; write for example 9600 8N1"};
+  const Error error{Quoted(text) +
+                    " is not a bit rate with a character format; write for example 9600 8N1"};
   const std::string_view trimmed = Trim(text);
   const auto blank = trimmed.find(' ');
   if (blank == std::string_view::npos) return error;
   if (const std::string why = WhyLeadingZero(trimmed.substr(0, blank)); !why.empty()) {
-    return Error{Quoted(text) + ": its speed " + why};
+    return Error{Quoted(text) + ": its bit rate " + why};
   }
   const auto baud = ParseInteger<int>(trimmed.substr(0, blank));
   const std::string_view form = Trim(trimmed.substr(blank));
@@ -124,12 +125,13 @@ void ReadSerialExtras(MapReader& line, SerialSettings& serial) {
   if (given != kParities.end()) {
     SerialSettings meant = serial;
     meant.parity = *given->meaning;
-    line.problems().Error(node->mark(),
-                          "parity: " + Quoted(node->text()) +
-                              " belongs to the serial settings; write for example "
-                              "serial: " +
-                              meant.ToString() +
-                              " (this key says who makes the parity: hardware or software)");
+    line.problems().Error(
+        node->mark(),
+        "parity: " + Quoted(node->text()) +
+            " belongs to the serial settings; write for example "
+            "serial: " +
+            meant.ToString() +
+            " (the key parity only selects who makes the parity bit: hardware or software)");
   } else if (const auto software = line.OneOf("parity", kWhoMakesParity)) {
     serial.software_parity = *software;
     CheckSoftwareParity(serial, line.MarkOf("parity"), line.problems());
@@ -224,10 +226,10 @@ void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems)
   for (const Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr || !SpeaksUnasked(*protocol, device.options)) continue;
-    problems.Error(device.mark, "device '" + device.name +
-                                    "' speaks unasked and needs a line of its own; line '" +
-                                    line.name + "' has " + std::to_string(line.devices.size()) +
-                                    " devices");
+    problems.Error(device.mark,
+                   "device '" + device.name +
+                       "' sends without requests, so it must be alone on its line; line '" +
+                       line.name + "' has " + std::to_string(line.devices.size()) + " devices");
     return;
   }
 }
@@ -245,10 +247,9 @@ Line ReadLine(const YamlNode& node, LoadContext& context) {
   const bool unpolled =
       map.Has("lend") && !map.Has("devices") && !map.Has("protocol") && !map.Has("serial_server");
   if (unpolled) {
-    context.problems.Error(
-        map.MarkOf("lend"),
-        "lend: nobody polls this port, so it is not lent; write serial_server in "
-        "its place, or add protocol and devices");
+    context.problems.Error(map.MarkOf("lend"),
+                           "lend: this port is not polled, so it cannot be lent; use serial_server "
+                           "instead, or add protocol and devices");
   }
   const bool served = map.Has("serial_server") || unpolled;
   if (const auto name = served ? map.Get("protocol") : map.Need("protocol", "spabus")) {

@@ -44,20 +44,21 @@ void ReadTargetLine(const YamlNode& node, const std::vector<Line>& lines, Route&
   if (!protocol || protocol->carrier) return;
   if (protocol->tcp) {
     context.problems.Error(
-        node.mark(), "line: '" + *name + "' is a Modbus TCP server, which needs " +
-                         "no line to be routed to; write server: \"" +
-                         (line->port.starts_with("tcp://") ? line->port.substr(6) : "host:502") +
-                         "\" in place of line");
+        node.mark(),
+        "line: '" + *name +
+            "' is a Modbus TCP server, which a route reaches without a line; write server: \"" +
+            (line->port.starts_with("tcp://") ? line->port.substr(6) : "host:502") +
+            "\" in place of line");
     return;
   }
   std::vector<std::string_view> carriers;
   for (const auto& [known, one] : context.catalog.protocols) {
     if (one->carrier) carriers.push_back(known);
   }
-  context.problems.Error(node.mark(), "line: '" + *name + "' speaks " + line->protocol +
-                                          ", which carries no Modbus requests; installed "
-                                          "protocols that do: " +
-                                          (carriers.empty() ? "none" : Join(carriers)));
+  context.problems.Error(
+      node.mark(), "line: '" + *name + "' speaks " + line->protocol +
+                       ", which cannot carry Modbus requests; installed protocols that can: " +
+                       (carriers.empty() ? "none" : Join(carriers)));
 }
 
 void ReadTargetServer(const YamlNode& node, const std::vector<Listener>& listeners, Route& route,
@@ -117,8 +118,9 @@ Result<HostPort> ParseOwnAddress(const std::string& text, const std::string& exa
   if (!at) return at;
   if (at->host == "localhost") at->host = "127.0.0.1";
   if (IsIpAddress(at->host)) return at;
-  return Error{Quoted(at->host) +
-               " is not an address of this machine; write an IP address, 0.0.0.0 for all"};
+  return Error{
+      Quoted(at->host) +
+      " is not an address of this machine; write an IP address, or 0.0.0.0 for all addresses"};
 }
 
 void ReadAt(const YamlNode& node, const std::string& what, Listener& listener,
@@ -156,9 +158,9 @@ std::vector<YamlNode> ReadSome(const YamlNode& node, const std::string& what, st
 /// Reads a list with at least one network.
 std::vector<Network> ReadAllow(const YamlNode& node, Problems& problems) {
   std::vector<Network> networks;
-  for (const YamlNode& range : ReadSome(
-           node, "allow", kMostNetworks,
-           "an empty list would let nobody in; leave the key out to allow everybody", problems)) {
+  for (const YamlNode& range :
+       ReadSome(node, "allow", kMostNetworks,
+                "an empty list admits no client; remove the key to allow all clients", problems)) {
     const auto network = ReadParsed(range, "allow", problems, ParseNetwork);
     if (network) networks.push_back(*network);
   }
@@ -208,7 +210,7 @@ std::vector<std::uint8_t> ReadCodes(const YamlNode& list, Codes& known, Problems
     if (!code) continue;
     codes.push_back(static_cast<std::uint8_t>(*code));
     if (known[codes.back()]) {
-      problems.Error(node.mark(), "codes: " + std::to_string(*code) + " stands twice");
+      problems.Error(node.mark(), "codes: " + std::to_string(*code) + " occurs twice");
     }
     known.set(codes.back());
   }
@@ -231,8 +233,9 @@ void ReadFunctions(const YamlNode& node, Listener& listener, Problems& problems)
 
 void ReadNetworkSide(MapReader& map, Listener& listener) {
   for (const std::string key : {"serial", "parity", "rs485", "echo"}) {
-    map.Refuse(key, key + ": only a listener at a serial port has it; write for example " +
-                        "at: /dev/ttyUSB4, or remove the key");
+    map.Refuse(key, key +
+                        ": applies only to a listener at a serial port; write for example at: "
+                        "/dev/ttyUSB4, or remove the key");
   }
   map.Read<&Listener::framing>(listener);
   if (const auto allow = map.Get("allow")) listener.allow = ReadAllow(*allow, map.problems());
@@ -247,8 +250,8 @@ void ReadEcho(MapReader& map, Listener& listener) {
   if (!node) return;
   if (node->kind() == YamlNode::Kind::scalar && node->text() == "verify") {
     map.problems().Error(node->mark(),
-                         "echo: verify is for lines, where the gateway asks; a listener answers: "
-                         "write strip where its adapter hears itself, or off");
+                         "echo: verify is for lines only; at a listener write strip if its adapter "
+                         "returns sent bytes, or off");
     return;
   }
   map.Read<&Listener::echo>(listener);
@@ -256,15 +259,17 @@ void ReadEcho(MapReader& map, Listener& listener) {
 
 void ReadSerialSide(MapReader& map, Listener& listener, const Catalog& catalog) {
   for (const std::string key : {"allow", "clients", "max_clients", "idle_timeout"}) {
-    map.Refuse(key, key + ": at a serial port there is one master, always; remove the key");
+    map.Refuse(
+        key,
+        key + ": does not apply to a serial port, which has exactly one master; remove the key");
   }
   if (const auto framing = map.OneOf("framing", kWords<modbus::Framing>)) {
     if (*framing != modbus::Framing::tcp) {
       SetFraming(listener, *framing, catalog);
     } else {
-      map.problems().Error(map.MarkOf("framing"),
-                           "framing: a master at a serial port speaks rtu or ascii; write one of "
-                           "them, or remove the key");
+      map.problems().Error(
+          map.MarkOf("framing"),
+          "framing: tcp cannot be used at a serial port; write rtu or ascii, or remove the key");
     }
   }
   if (const auto serial = map.Get("serial")) {

@@ -27,8 +27,9 @@ void CheckReach(const Dds& dds, const std::string& host, const std::string& what
                 Problems& problems) {
   if (!IsIpv4(host) || IsHere(host) || dds.interfaces.empty()) return;
   if (!std::ranges::all_of(dds.interfaces, IsHere)) return;
-  problems.Warning(mark, what + ": " + host + " is not reached from interfaces, which has only " +
-                             "loopback; add this machine's address in that network");
+  problems.Warning(mark, what + ": " + host +
+                             " cannot be reached, because interfaces has only loopback; add this "
+                             "machine's address in that network to interfaces");
 }
 
 void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
@@ -41,7 +42,7 @@ void ReadPeer(const YamlNode& node, Dds& dds, Problems& problems) {
     return;
   }
   if (std::ranges::find(dds.peers, *address) != dds.peers.end()) {
-    problems.Warning(node.mark(), "peers: " + *address + " stands there already");
+    problems.Warning(node.mark(), "peers: " + *address + " is already in the list");
   }
   CheckReach(dds, *address, "peers", node.mark(), problems);
   dds.peers.push_back(*address);
@@ -56,7 +57,7 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
   const auto server = ReadParsed(node, "discovery_servers", problems, parse);
   if (!server) return;
   if (std::ranges::find(dds.discovery_servers, *server) != dds.discovery_servers.end()) {
-    problems.Warning(node.mark(), "discovery_servers: " + node.text() + " stands there already");
+    problems.Warning(node.mark(), "discovery_servers: " + node.text() + " is already in the list");
   }
   CheckReach(dds, server->host, "discovery_servers", node.mark(), problems);
   dds.discovery_servers.push_back(*server);
@@ -81,8 +82,8 @@ void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
     dds.multicast = *multicast;
     if (!*multicast && dds.peers.empty() && dds.discovery_servers.empty()) {
       problems.Warning(map.MarkOf("multicast"),
-                       "multicast: off, and there are neither peers nor discovery_servers: only "
-                       "participants that ask this gateway find it");
+                       "multicast: is off, and peers and discovery_servers are empty, so only "
+                       "participants that contact this gateway first find it; add peers");
     }
   }
 }
@@ -148,9 +149,10 @@ void ReadHosts(const YamlNode& list, Web& web, Problems& problems) {
     if (!text) continue;
     const std::string host = Lower(*text);
     if (!IsHost(host)) {
-      problems.Error(node.mark(), "hosts: " + Quoted(*text) +
-                                      " is no name of a machine; write for example "
-                                      "gate.example.com, without http://");
+      problems.Error(
+          node.mark(),
+          "hosts: " + Quoted(*text) +
+              " is not a host name; write for example gate.example.com, without http://");
       continue;
     }
     web.hosts.push_back(host);
@@ -191,8 +193,8 @@ Web ReadWeb(const YamlNode& node, Problems& problems) {
   if (!token && !web.on_loopback()) {
     problems.Error(map.MarkOf("listen"),
                    "listen: " + web.Address() +
-                       " can be reached from other machines, and nobody would have to log in; add "
-                       "token: { file: /etc/baudgate/web.token }, or listen on 127.0.0.1");
+                       " can be reached from other machines without a login; add token: { file: "
+                       "/etc/baudgate/web.token }, or listen on 127.0.0.1");
   }
   return web;
 }
@@ -250,9 +252,9 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
     if (listen->kind() == YamlNode::Kind::list) {
       places = ReadList(*listen, "listen", kMostListeners, problems);
       if (places.empty()) {
-        problems.Error(listen->mark(),
-                       "listen: the list is empty; to serve nothing on Modbus write "
-                       "modbus: { enabled: false }");
+        problems.Error(
+            listen->mark(),
+            "listen: the list is empty; to switch Modbus off write modbus: { enabled: false }");
       }
     }
     for (const YamlNode& place : places) modbus.listen.push_back(ReadListener(place, context));
@@ -265,7 +267,7 @@ Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadCont
     }
     if (!modbus.enabled) {
       problems.Warning(routes->mark(),
-                       "routes: Modbus is switched off (enabled: false): no request reaches them");
+                       "routes: have no effect, because Modbus is switched off (enabled: false)");
     }
   }
   map.Finish();
@@ -283,12 +285,10 @@ void CheckPorts(const Dds& dds, MapReader& map) {
   const auto domain = map.Get("domain");
   if (!domain || !dds.enabled || !dds.multicast || port < kFirst || port > kLast) return;
   map.problems().Warning(
-      domain->mark(),
-      "domain: its UDP port " + std::to_string(port) +
-          " is one of those that Linux gives to any program (32768 to 60999); while another one "
-          "has it, no new subscriber is heard; choose a domain up to 101, or reserve the port: "
-          "sysctl -w net.ipv4.ip_local_reserved_ports=" +
-          std::to_string(port));
+      domain->mark(), "domain: other programs can take its UDP port " + std::to_string(port) +
+                          ", and new subscribers would then not be found; choose a domain up to "
+                          "101, or reserve the port: sysctl -w net.ipv4.ip_local_reserved_ports=" +
+                          std::to_string(port));
 }
 
 Dds ReadDds(const YamlNode& node, LoadContext& context) {
@@ -308,8 +308,9 @@ Dds ReadDds(const YamlNode& node, LoadContext& context) {
       dds.interfaces.push_back(*address);
     }
     if (dds.enabled && dds.interfaces.empty()) {
-      problems.Error(interfaces->mark(),
-                     "interfaces: the list is empty: nobody could be reached; write [127.0.0.1]");
+      problems.Error(
+          interfaces->mark(),
+          "interfaces: the list is empty, so no participant could be reached; write [127.0.0.1]");
     }
   }
   if (const auto security = map.Get("security")) {

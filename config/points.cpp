@@ -214,9 +214,8 @@ void ReadPeriod(MapReader& map, Point& point) {
   map.Read<&Point::group, &Point::poll>(point);
   if (!point.poll) return;
   if (map.Has("group")) {
-    map.problems().Error(
-        map.MarkOf("poll"),
-        "poll: '" + point.name + "' has a group as well; keep its own interval, or the group's");
+    map.problems().Error(map.MarkOf("poll"),
+                         "poll: '" + point.name + "' has a group as well; remove poll or group");
   }
   point.group = Group::own;
 }
@@ -290,7 +289,7 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
     }
     const auto [earlier, is_new] = first.emplace(Lower(*name), node->mark());
     if (!is_new) {
-      problems.Error(node->mark(), "point '" + *name + "' stands twice; first in line " +
+      problems.Error(node->mark(), "point '" + *name + "' occurs twice; first in line " +
                                        std::to_string(earlier->second.line));
       continue;
     }
@@ -381,11 +380,11 @@ void AssignIntervals(Device& device, Problems& problems) {
     const auto place = static_cast<std::size_t>(known - device.intervals.begin());
     if (place == kMostIntervals) {
       if (std::exchange(told, true)) continue;
-      problems.Error(point.mark, "poll: '" + point.name + "' would be the " +
-                                     std::to_string(kMostIntervals + 1) +
-                                     "th interval of its device; at most " +
-                                     std::to_string(kMostIntervals) +
-                                     " different ones, beside those of its groups");
+      problems.Error(
+          point.mark,
+          "poll: '" + point.name + "' would be the " + std::to_string(kMostIntervals + 1) +
+              "th own interval of its device; at most " + std::to_string(kMostIntervals) +
+              " different intervals are possible, besides those of the groups");
       continue;
     }
     if (known == device.intervals.end()) device.intervals.push_back(*point.poll);

@@ -116,8 +116,8 @@ std::vector<std::string> ReadIdentityNames(const YamlNode& node, Problems& probl
     const auto name = ReadText(element, "identity", problems);
     if (!name) continue;
     if (SpokenName(*name).empty() || name->size() > kLongestName) {
-      problems.Error(element.mark(), "identity: " + Quoted(*name) +
-                                         " is no name of 1 to 64 characters that a device has");
+      problems.Error(element.mark(),
+                     "identity: " + Quoted(*name) + " is not a device name of 1 to 64 characters");
       continue;
     }
     names.push_back(*name);

@@ -64,7 +64,7 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
     }
     const std::string wrong =
         "write: " + Quoted(*name) +
-        (found == device.points.end() ? " is no point of '" : " can only be read of '") +
+        (found == device.points.end() ? " is not a point of '" : " can only be read of '") +
         device.name + "';";
     problems.Error(one.mark(), wrong + (IsPermit(*name) ? " for all of its points write 'write: " +
                                                               *name + "', without brackets"
@@ -158,24 +158,26 @@ class Resolver {
     // The device's points are unknown because of an error that is already reported.
     if (points != nullptr && points->empty() && problems_.has_error()) return;
     if (!point) {
-      return Complain(interlock, "names no point;" + MeantPlace(config_, interlock.point) +
+      return Complain(interlock, "is not a point of the configuration;" +
+                                     MeantPlace(config_, interlock.point) +
                                      " write LINE.DEVICE.POINT");
     }
     const Point& found = (*points)[*point];
     if (found.access == Access::write) {
-      return Complain(interlock, "cannot be read, so nobody knows its value");
+      return Complain(interlock, "cannot be read, so it cannot be a condition");
     }
     const std::string& is = std::get<std::string>(interlock.is);
     const std::string zero = found.type == Type::string ? std::string() : WhyLeadingZero(is);
     if (!zero.empty()) return Complain(interlock, "is: " + Quoted(is) + " " + zero);
     const auto value = ValueOf(found, is);
     if (!value) {
-      return Complain(interlock, "is " + std::string(Name(found.type)) + ", and never " +
+      return Complain(interlock, "is " + std::string(Name(found.type)) + ", so it is never " +
                                      Quoted(std::get<std::string>(interlock.is)));
     }
     if (&found == &guarded) {
       return Complain(interlock,
-                      "guards itself: with any other value it could never be written again");
+                      "guards itself: after any other value, the point could never be written "
+                      "again; name another point");
     }
     if (const auto* only = std::get_if<std::string>(&interlock.only)) {
       const std::string why = guarded.type == Type::string ? std::string() : WhyLeadingZero(*only);
@@ -183,7 +185,7 @@ class Resolver {
       const auto guards = ValueOf(guarded, *only);
       if (!guards) {
         return Complain(interlock, "for: '" + guarded.name + "' is " +
-                                       std::string(Name(guarded.type)) + ", and never " +
+                                       std::string(Name(guarded.type)) + ", so it is never " +
                                        Quoted(*only));
       }
       interlock.only = *guards;

@@ -82,8 +82,9 @@ Status HasAddressOf(const asio::ip::tcp::acceptor& acceptor) {
                        errno == EADDRNOTAVAIL;
   if (probe >= 0) ::close(probe);
   if (!is_gone) return {};
-  return Error{"this machine does not have the address " + address +
-               " now (ip addr lists what it has); clients come in again when it is back"};
+  return Error{
+      "this machine does not have the address " + address +
+      " now (ip addr lists its addresses); clients can connect again when the address is back"};
 }
 
 }  // namespace baudgate::transports

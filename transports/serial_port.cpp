@@ -121,7 +121,7 @@ Status Lock(int fd, const std::string& port) {
     return Error{Conflict(port, std::nullopt)};
   }
   if (ioctl(fd, TIOCEXCL) != 0) {
-    return Error{"cannot take " + port + " for this program alone: " + std::strerror(errno)};
+    return Error{"cannot lock " + port + " for exclusive use: " + std::strerror(errno)};
   }
   return {};
 }
@@ -132,7 +132,7 @@ bool IsGroupForPorts(gid_t group, mode_t mode) { return group != 0 && (mode & 00
 
 std::string HowToGive(const std::string& port) {
   return "sudo chgrp dialout " + port + " && sudo chmod 660 " + port +
-         "; a udev rule makes it last";
+         "; to keep this after a restart, add a udev rule";
 }
 
 std::string OpenErrorText(const std::string& port, int error) {
@@ -481,7 +481,7 @@ void SerialPort::OnStreamEnd(const std::error_code& error) {
 std::string SerialPort::StuckText() const {
   return port_ + " takes no data" +
          (serial_.rtscts    ? "; is the CTS line of the device connected and active?"
-          : serial_.xonxoff ? "; XOFF came, and no XON since: switch XON/XOFF off at both ends"
+          : serial_.xonxoff ? "; it sent XOFF and no XON since: switch XON/XOFF off at both ends"
                             : "");
 }
 

@@ -76,7 +76,8 @@ Status CheckRange(const config::SerialSettings& serial) {
   }
   if (serial.data_bits < kFewestDataBits || serial.data_bits > 8 ||
       (serial.stop_bits != 1 && serial.stop_bits != 2)) {
-    return Error{"serial format " + serial.ToString() + " has no 5 to 8 data and 1 or 2 stop bits"};
+    return Error{"serial format " + serial.ToString() +
+                 " is not possible; it needs 5 to 8 data bits and 1 or 2 stop bits"};
   }
   return {};
 }
@@ -121,8 +122,8 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
   if (const Status same = CompareRs485(wanted, FromDriver(actual), port); !same) return same;
   if (actual.flags == asked.flags) return {};
   return Error{"the driver of " + port +
-               " does not set RTS as `rts_active_high` says, before, during and after sending; "
-               "use an adapter that switches direction by itself"};
+               " does not control RTS as `rts_active_high` requires; use an adapter that switches "
+               "direction by itself"};
 }
 
 /// Errors are ignored: many drivers have no such flag, and need none or have the setting elsewhere.
@@ -179,19 +180,20 @@ Result<config::SerialSettings> ReadSerialSettings(int fd) {
 
 Status CompareSettings(const config::SerialSettings& asked, const config::SerialSettings& actual,
                        const std::string& port) {
-  const std::string did = "the driver of " + port + " was asked for " + asked.ToString() +
-                          " and does " + actual.ToString();
+  const std::string did =
+      "the driver of " + port + " did not set " + asked.ToString() + " but " + actual.ToString();
   const long difference = std::labs(static_cast<long>(asked.baud) - actual.baud);
   if (difference * 1000 > static_cast<long>(asked.baud) * kBaudTolerancePerMille) {
-    return Error{did + "; this port cannot do that bit rate"};
+    return Error{did + "; this port does not support that bit rate"};
   }
   if (asked.data_bits != actual.data_bits || asked.parity != actual.parity) {
     const bool helps = asked.data_bits == 7 && (asked.parity == config::Parity::even ||
                                                 asked.parity == config::Parity::odd);
-    return Error{did + (helps ? "; set `parity: software`" : "; this port cannot do that format")};
+    return Error{did +
+                 (helps ? "; set `parity: software`" : "; this port does not support that format")};
   }
   if (asked.stop_bits != actual.stop_bits) {
-    return Error{did + "; this port cannot do that number of stop bits"};
+    return Error{did + "; this port does not support that number of stop bits"};
   }
   if (asked.rtscts != actual.rtscts) {
     return Error{"the driver of " + port + " has no RTS/CTS flow control; remove `rtscts`"};
@@ -215,8 +217,10 @@ Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
   compare("delay_before_send", delay(asked.delay_before_send), delay(actual.delay_before_send));
   compare("delay_after_send", delay(asked.delay_after_send), delay(actual.delay_after_send));
   if (differences.empty()) return {};
-  return Error{"the driver of " + port + " cannot do this `rs485:`: with it " + differences +
-               "; write what it can do, or use an adapter that switches direction by itself"};
+  return Error{"the driver of " + port + " does not support these `rs485:` settings: with them " +
+               differences +
+               "; write values that the driver supports, or use an adapter that switches direction "
+               "by itself"};
 }
 
 Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const std::string& port,

@@ -36,7 +36,7 @@ bool IsTcpPort(std::string_view port) { return port.starts_with(kScheme); }
 
 Result<TcpAddress> ParseTcpPort(std::string_view port) {
   const auto wrong = [port](const char* why) {
-    return Error{"\"" + std::string(port) + "\" is no serial server address: " + why +
+    return Error{"\"" + std::string(port) + "\" is not a serial server address: " + why +
                  "; write tcp://host:port or tcp://[::1]:port"};
   };
   if (!IsTcpPort(port)) return wrong("it does not start with tcp://");
@@ -53,12 +53,12 @@ Result<TcpAddress> ParseTcpPort(std::string_view port) {
     host = rest.substr(0, colon);
     rest.remove_prefix(host.size());
     if (rest.find(':', 1) != std::string_view::npos) {
-      return wrong("an IPv6 address stands in brackets");
+      return wrong("an IPv6 address needs brackets");
     }
   }
   if (host.empty()) return wrong("the host is missing");
   if (host.find_first_of("/@?# \t[]") != std::string_view::npos) {
-    return wrong("the host has a character that no name has");
+    return wrong("the host contains a character that is not allowed");
   }
   if (!rest.starts_with(':')) return wrong("the port number is missing");
   const auto number = ParseInteger<std::uint16_t>(rest.substr(1));
@@ -353,7 +353,7 @@ void TcpClient::Begin(const AttemptPtr& attempt) {
     if (error || attempt->owner == nullptr) return;
     const std::string& port = attempt->owner->port_;
     if (attempt->looking_up) {
-      return attempt->owner->Fail("no name server tells the address of " + port +
+      return attempt->owner->Fail("no name server answers the query for " + port +
                                   "; is the name server reachable?");
     }
     attempt->owner->Fail(
@@ -484,8 +484,8 @@ void TcpClient::AwaitAcknowledgement() {
 Status TcpClient::Apply(const config::SerialSettings& serial) {
   if (SameSettings(serial, serial_)) return {};
   return Error{"the serial settings behind " + port_ +
-               " are set in the serial server; they cannot be switched to " + serial.ToString() +
-               " from here"};
+               " are set in the serial server; the gateway cannot switch them to " +
+               serial.ToString()};
 }
 
 Status TcpClient::Reset(const config::SerialSettings& serial) {

@@ -102,7 +102,7 @@ class Transport {
   /// Switches a signal. Error: the driver refuses it. A pty has no such signals and accepts every
   /// call.
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
-    return Error{"a connection to a serial server has no such line"};
+    return Error{"a connection to a serial server has no DTR, RTS or break"};
   }
   /// True if bytes take time to transmit: a tty that has a UART, as far as this can be determined.
   virtual bool KeepsBitRate() const { return false; }

@@ -90,7 +90,7 @@ Result<OptionValue> ParsePairs(const protocols::OptionSpec& spec, std::string_vi
   for (const std::string& one : ParseTexts(text)) {
     const std::size_t equal = one.find('=');
     if (equal == 0 || equal == std::string::npos) {
-      return Wrong(spec, one, "is no pair; write channel=2, or { channel: 2 } in the file");
+      return Wrong(spec, one, "is not KEY=VALUE; write channel=2, or { channel: 2 } in the file");
     }
     pairs.insert_or_assign(one.substr(0, equal), one.substr(equal + 1));
   }
@@ -139,7 +139,7 @@ Result<OptionValue> ParseOption(const protocols::OptionSpec& spec, std::string_v
       return ParsePairs(spec, text);
     case Kind::description:
       if (text.empty()) return OptionValue(DescriptionRef());
-      return Error{"it stands in a profile, or at a device of a configuration"};
+      return Error{"write this option in a profile, or at a device in a configuration file"};
     case Kind::text:
       break;
   }

@@ -19,8 +19,8 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
                 Problems& problems) {
   const auto warn = [&](const std::string& what, const std::string& whose, const std::string& why) {
     problems.Warning(mark, "device '" + device + "': " + what + " of the " + whose +
-                               " does not count: its profile says " + why +
-                               "; write it at the device to use it");
+                               " has no effect: the device's profile sets " + why +
+                               "; set the key at the device to override the profile");
   };
   const auto compare = [&](const char* key, const auto& own, const auto& profile,
                            const auto& line) {
@@ -65,7 +65,7 @@ void CheckSeldomGroups(const Device& device, const Keys& keys, Problems& problem
         point.group == Group::slow
             ? shorter + "slow (" + FormatDuration(period) + "): slow points will often be uncertain"
             : shorter + "poll of point '" + point.name + "' (" + FormatDuration(period) +
-                  "): it will often be uncertain");
+                  "): the point will often be uncertain");
   }
 }
 
@@ -75,8 +75,8 @@ void CheckAges(const Device& device, bool unasked, const Keys& keys, Problems& p
   if (!limit) {
     if (!device.dead_age) return;
     return problems.Error(keys.MarkOf("dead_age"),
-                          "dead_age: give max_age too; without it no value of a device that speaks "
-                          "unasked grows old");
+                          "dead_age: set max_age too; this device sends without requests, so its "
+                          "values need max_age to become old");
   }
   const Duration max_age = *limit;
   if (max_age < device.poll && !unasked) {
@@ -137,15 +137,15 @@ void LineAddresses::Add(const Device& device, const protocols::Protocol& protoco
   const auto& [name, spelling] = first->second;
   problems.Warning(mark, "address: " + Quoted(address) + " is also the address of device '" + name +
                              "' on this line" +
-                             (spelling == address ? "" : ", which writes it " + Quoted(spelling)));
+                             (spelling == address ? "" : ", written there as " + Quoted(spelling)));
 }
 
 void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems) {
   if (!keys.Has("profile") && !keys.Has("points")) {
-    problems.Warning(device.mark, Called(device) +
-                                      " has no points: nothing will be read from it; "
-                                      "give it a profile or points");
+    problems.Warning(
+        device.mark,
+        Called(device) + " has no points, so nothing is read from it; add a profile or points");
   }
   CheckAges(device, protocol && SpeaksUnasked(*protocol, device.options), keys, problems);
   if (!protocol) return;

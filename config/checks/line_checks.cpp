@@ -48,7 +48,7 @@ void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems) {
   if (timing.ceiling && timing.reply && *timing.ceiling < *timing.reply) {
     problems.Error(mark, "timing: ceiling " + FormatDuration(*timing.ceiling) +
                              " is shorter than reply " + FormatDuration(*timing.reply) +
-                             "; it covers the whole exchange");
+                             "; ceiling limits the whole exchange, so set it to reply or more");
   }
 }
 
@@ -56,18 +56,19 @@ void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problem
   if (!serial.software_parity) return;
   const bool even_or_odd = serial.parity == Parity::even || serial.parity == Parity::odd;
   if (serial.data_bits == 7 && even_or_odd && serial.stop_bits == 1) return;
-  problems.Error(mark, "parity: software parity is made inside 8N1 and needs 7E1 or 7O1, not " +
+  problems.Error(mark, "parity: software parity works with 7E1 or 7O1 only, not with " +
                            serial.ToString().substr(serial.ToString().find(' ') + 1));
 }
 
 void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems) {
   if (serial.rtscts && serial.xonxoff) {
     problems.Error(keys.MarkOf("xonxoff"),
-                   "xonxoff: the port has one flow control; remove xonxoff or rtscts");
+                   "xonxoff: a port can use only one flow control; remove xonxoff or rtscts");
   }
   if (serial.rtscts && serial.rs485.enabled) {
-    problems.Error(keys.MarkOf("rtscts"),
-                   "rtscts: with rs485 the driver switches the direction by RTS; remove one");
+    problems.Error(
+        keys.MarkOf("rtscts"),
+        "rtscts: the driver needs RTS to switch the direction of rs485; remove rtscts or rs485");
   }
 }
 
@@ -75,8 +76,9 @@ void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems) {
   for (const auto& [key, delay] : {std::pair("delay_before_send", rs485.delay_before_send),
                                    std::pair("delay_after_send", rs485.delay_after_send)}) {
     if (delay % 1ms != Duration::zero()) {
-      problems.Error(keys.MarkOf(key),
-                     std::string(key) + ": the driver knows whole milliseconds only");
+      problems.Error(
+          keys.MarkOf(key),
+          std::string(key) + ": the driver accepts whole milliseconds only; write for example 2ms");
     }
   }
 }
@@ -85,13 +87,13 @@ void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& prot
                    const Mark& mark, Problems& problems) {
   if (serial.xonxoff && protocol.data_bits == 8) {
     problems.Error(mark, "xonxoff: " + std::string(protocol.name) +
-                             " sends every byte, and XON/XOFF takes 0x11 and 0x13 out; use rtscts, "
-                             "or remove the key");
+                             " uses all byte values, but XON/XOFF removes 0x11 and 0x13; use "
+                             "rtscts, or remove xonxoff");
   }
   if (serial.data_bits >= protocol.data_bits) return;
   SerialSettings wide = serial;
   wide.data_bits = 8;
-  problems.Error(mark, "serial: " + std::string(protocol.name) + " needs 8 data bits, and " +
+  problems.Error(mark, "serial: " + std::string(protocol.name) + " needs 8 data bits, but " +
                            serial.ToString() + " has 7; write for example " + wide.ToString());
 }
 
@@ -103,8 +105,8 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
         std::pair("xonxoff", serial.xonxoff)}) {
     if (!used) continue;
     problems.Error(mark, std::string(key) +
-                             ": a serial server (tcp://) does this by itself; set it there and "
-                             "remove the key");
+                             ": the serial server (tcp://) controls this; set it in the serial "
+                             "server and remove the key here");
   }
 }
 
@@ -115,8 +117,8 @@ void CheckTcp(const protocols::Protocol& protocol, const std::string& port, cons
   if (!port.empty() && !port.starts_with("tcp://")) {
     const std::string other(protocol.profiles_of);
     problems.Error(keys.MarkOf(keys.Has("port") ? "port" : "protocol"),
-                   "port: " + port + " is a serial port, and " + name +
-                       " is spoken over TCP; write port: tcp://host:502" +
+                   "port: " + port + " is a serial port, but " + name +
+                       " runs over TCP; write port: tcp://host:502" +
                        (other.empty() ? "" : ", or protocol: " + other + " for a serial line"));
   }
   for (const char* const key : {"serial", "parity", "rs485", "echo"}) {
@@ -131,33 +133,33 @@ void CheckPortServer(const PortServer& server, const std::string& key, Problems&
   if (server.allow.empty()) {
     problems.Error(server.mark,
                    key + ": " + server.Address() +
-                       " can be reached from other machines; say who may come in, for example "
-                       "allow: [10.0.0.7], or listen on 127.0.0.1");
+                       " can be reached from other machines; list the clients that may connect, "
+                       "for example allow: [10.0.0.7], or listen on 127.0.0.1");
   } else if (!std::ranges::all_of(server.allow, IsLoopback)) {
-    problems.Warning(server.mark,
-                     key + ": whoever `allow` lets in at " + server.Address() +
-                         " speaks to the devices at this port as it likes: no `write: deny`, limit "
-                         "or interlock holds there (docs/security.md)");
+    problems.Warning(server.mark, key + ": clients that `allow` admits at " + server.Address() +
+                                      " can send anything to the devices: `write: deny`, limits "
+                                      "and interlocks do not apply to them (docs/security.md)");
   }
 }
 
 void CheckPortServers(const Line& line, const Keys& keys, Problems& problems) {
   if (line.lend && line.serial_server) {
-    problems.Error(keys.MarkOf("lend"),
-                   "lend: the port is served all the time; remove lend or serial_server");
+    problems.Error(
+        keys.MarkOf("lend"),
+        "lend: serial_server already serves this port all the time; remove lend or serial_server");
   }
   if (!line.serial_server) return;
   if (keys.Has("devices")) {
     problems.Error(keys.MarkOf("serial_server"),
-                   "serial_server: the gateway asks the devices of this line; write lend in its "
-                   "place, or remove the devices");
+                   "serial_server: the gateway polls the devices of this line; use lend instead, "
+                   "or remove the devices");
   }
   for (const char* const key :
        {"protocol", "timing", "retries", "poll", "slow", "daily", "recheck", "echo", "ask"}) {
     if (!keys.Has(key)) continue;
     problems.Warning(keys.MarkOf(key), std::string(key) +
-                                           ": has no effect, because the gateway asks nobody at a "
-                                           "port that it serves; remove the key");
+                                           ": has no effect, because the gateway polls no devices "
+                                           "at a port with serial_server; remove the key");
   }
 }
 
@@ -175,15 +177,15 @@ Messages TimingMessages(const Timing& given, const Timing& fallback, const Seria
   const auto late = [&](std::string_view key, std::optional<Duration> time) {
     if (!time || *time >= kShortestWait) return;
     add(std::string(key) + " " + FormatDuration(*time) +
-        " is shorter than USB adapters and serial servers may hold bytes back (16ms): good "
-        "replies would be lost; write 20ms or more");
+        " is too short: USB adapters and serial servers can delay bytes by 16ms, so good replies "
+        "would be lost; write 20ms or more");
   };
   late("reply", given.reply);
   late("gap", given.gap);
   const Duration three = 3 * serial.CharacterTime();
   if (given.gap && *given.gap >= kShortestWait && *given.gap < three) {
     add("gap " + FormatDuration(*given.gap) + " is shorter than three characters at " +
-        serial.ToString() + ": good replies would be cut in two; leave it out, or write " +
+        serial.ToString() + ": good replies would be cut in two; remove gap, or write " +
         FormatDuration(std::chrono::ceil<std::chrono::milliseconds>(three)) + " or more");
   }
   const Timing used = Resolve(given, fallback);
@@ -195,7 +197,7 @@ Messages TimingMessages(const Timing& given, const Timing& fallback, const Seria
   if (given.drain && *used.drain < *used.gap) {
     add("drain " + FormatDuration(*used.drain) + " is shorter than gap " +
         FormatDuration(*used.gap) +
-        ": the rest of a broken reply may meet the next request; write at least as much");
+        ": the rest of a broken reply may disturb the next request; set drain to gap or more");
   }
   return messages;
 }
@@ -256,18 +258,19 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
       problems.Warning(device.mark,
                        "device '" + device.name +
                            "': " + (group >= Group::fast ? "poll" : std::string(Name(group))) +
-                           " " + FormatDuration(period) + " is shorter than one round of its " +
-                           std::string(Name(group)) + " points takes at " +
+                           " " + FormatDuration(period) + " is too short for one poll of its " +
+                           std::string(Name(group)) + " points at " +
                            SerialOf(line, device).ToString() +
                            " (requests: " + std::to_string(round.requests) + ", time: at least " +
-                           InMilliseconds(round.time) + "): periods will be missed");
+                           InMilliseconds(round.time) +
+                           "): polls will be late; poll less often, or read fewer points");
     }
   }
   if (told || fast + slow <= 1) return;
-  problems.Warning(line.mark, "line '" + line.name + "': its polls need at least " +
+  problems.Warning(line.mark, "line '" + line.name + "': polling needs at least " +
                                   std::to_string(std::lround((fast + slow) * 100)) +
-                                  " % of the line's time: periods will be missed; lengthen " +
-                                  (slow > fast ? "slow, or ask for fewer points"
+                                  " % of the line's time, so polls will be late; lengthen " +
+                                  (slow > fast ? "slow, or read fewer points"
                                                : "poll, or move points to the group slow"));
 }
 
@@ -290,11 +293,11 @@ void CheckOrder(const Line& line, const Catalog& catalog, Problems& problems) {
     problems.Warning(
         device.mark,
         "device '" + device.name +
-            "': its replies do not show which request they answer, so after a lost reply "
-            "its values are in doubt for some exchanges, which take line time; " +
-            (device.options.Has("identify") ? "set identify: true if it tells its name, "
-                                            : "let its profile identify it, ") +
-            "or trust_order: true where no serial server or radio can hold replies back");
+            "': its replies do not show which request they answer, so after a lost reply some "
+            "exchanges are spent on finding out; " +
+            (device.options.Has("identify") ? "set identify: true if the device can send its name, "
+                                            : "add an identity to its profile, ") +
+            "or set trust_order: true if no serial server or radio can delay replies");
   }
 }
 

@@ -15,7 +15,7 @@ void CheckListener(const Listener& listener, const Catalog& catalog, Problems& p
     problems.Error(listener.mark, "listen: " + std::string(Name(listener.framing)) +
                                       " needs a protocol that makes " +
                                       std::string(Title(listener.framing)) +
-                                      " frames, and none is installed; installed: " +
+                                      " frames, but none is installed; installed: " +
                                       (installed.empty() ? "none" : Join(installed)));
   }
   if (listener.is_serial() || listener.allow.empty()) return;
@@ -24,17 +24,19 @@ void CheckListener(const Listener& listener, const Catalog& catalog, Problems& p
       listener.allow.begin(), listener.allow.end(),
       [&](const Network& network) { return IsLoopback(network) || Covers(network, reach); });
   if (IsLoopback(reach) && !can_come) {
-    problems.Warning(listener.mark, "listen: " + listener.Address() +
-                                        " takes connections from this machine only, and 'allow' "
-                                        "has only others: nobody can come in; write for example "
-                                        "at: \"0.0.0.0:" +
-                                        std::to_string(listener.port) + "\"");
+    problems.Warning(
+        listener.mark,
+        "listen: " + listener.Address() +
+            " accepts connections from this machine only, but 'allow' lists only other machines, "
+            "so no client can connect; write for example at: \"0.0.0.0:" +
+            std::to_string(listener.port) + "\"");
   }
   if (!IsEverywhere(listener.host)) return;
   if (std::all_of(listener.allow.begin(), listener.allow.end(), IsLoopback)) {
-    problems.Warning(listener.mark, "listen: " + listener.host +
-                                        " takes connections from everywhere, but 'allow' has only "
-                                        "loopback; write 127.0.0.1 or allow the masters' network");
+    problems.Warning(listener.mark,
+                     "listen: " + listener.host +
+                         " accepts connections from all machines, but 'allow' lists only loopback; "
+                         "listen on 127.0.0.1, or allow the masters' network");
   }
 }
 
@@ -43,8 +45,8 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
   const Network& from = client.from;
   for (const ClientPriority& earlier : listener.clients) {
     if (!Covers(earlier.from, from)) continue;
-    problems.Warning(mark, "from: " + from.text + " has no effect: " + earlier.from.text +
-                               " stands first and covers it");
+    problems.Warning(mark, "from: " + from.text + " has no effect, because the earlier entry " +
+                               earlier.from.text + " covers it; put the narrower entry first");
     return;
   }
   const bool can_come = std::any_of(
@@ -94,10 +96,11 @@ void CheckDeadline(const Route& route, const Config& config, const Catalog& cata
   const Duration reply = *Resolve(line.timing, protocol->timing(line.serial)).reply;
   if (route.deadline >= reply) return;
   problems.Warning(route.mark, "route for " + route.Units() + ": deadline " +
-                                   FormatDuration(route.deadline) + " is shorter than line '" +
-                                   line.name + "' waits for a reply (" + FormatDuration(reply) +
-                                   "): slow replies would come too late; lengthen it, or shorten "
-                                   "the line's timing: { reply: … }");
+                                   FormatDuration(route.deadline) +
+                                   " is shorter than the reply timeout of line '" + line.name +
+                                   "' (" + FormatDuration(reply) +
+                                   "), so slow replies would come too late; lengthen the deadline, "
+                                   "or shorten the line's timing: { reply: … }");
 }
 
 }  // namespace
@@ -107,7 +110,7 @@ void CheckTarget(const Keys& route, Problems& problems) {
   if (line != route.Has("server")) return;
   if (line) {
     problems.Error(route.MarkOf("server"),
-                   "server: the route has a line already; remove one of the two keys");
+                   "server: the route already has a line; remove line or server");
   } else {
     problems.Error(route.map,
                    "a route needs 'line' or 'server'; for example line: drive or "
@@ -139,7 +142,7 @@ void CheckServer(const Route& route, const std::vector<Listener>& listeners, con
     if (listener.is_serial() || listener.port != route.port) continue;
     if (listener.host != route.host && !(here && IsEverywhere(listener.host))) continue;
     problems.Error(mark, "server: " + listener.Address() +
-                             " is this gateway itself: its requests would go in a circle; name the "
+                             " is this gateway itself, so requests would return to it; name a "
                              "line, or another server");
     return;
   }
@@ -152,10 +155,12 @@ void CheckRoutes(const Config& config, const Catalog& catalog, Problems& problem
     CheckDeadline(route, config, catalog, problems);
     const std::string taken = TakenOf(config, reached, i);
     if (taken.empty()) continue;
-    problems.Warning(route.mark, "route for " + route.Units() +
-                                     (reached[i].none() ? " is never used, its units are taken: "
-                                                        : " does not get all of its units: ") +
-                                     taken);
+    problems.Warning(
+        route.mark, "route for " + route.Units() +
+                        (reached[i].none()
+                             ? " is never used, because its units are already taken: "
+                             : " does not get all of its units, because some are already taken: ") +
+                        taken);
   }
 }
 
@@ -168,13 +173,13 @@ void CheckUse(const Config& config, Problems& problems) {
     if (routed && line.serial_server) {
       problems.Error(line.serial_server->mark,
                      "serial_server: a route leads to line '" + line.name +
-                         "', and a port has one user; remove the route, or write lend in place of "
-                         "serial_server");
+                         "', but serial_server needs the port for itself; remove the route, or use "
+                         "lend instead of serial_server");
     }
     if (routed || !line.devices.empty() || line.serial_server) continue;
     problems.Warning(line.mark, (line.name.empty() ? "line" : "line '" + line.name + "'") +
-                                    " has no devices, and no route leads to it: nothing is asked "
-                                    "on it");
+                                    " has no devices and no route leads to it, so it is not used; "
+                                    "add devices or a route, or remove the line");
   }
   const auto takes_broadcasts = [](const Route& route) {
     return !route.line.empty() || (route.first == 0 && !route.remap);
@@ -182,9 +187,9 @@ void CheckUse(const Config& config, Problems& problems) {
   if (std::any_of(routes.begin(), routes.end(), takes_broadcasts)) return;
   for (const Listener& listener : config.modbus.listen) {
     if (listener.broadcast != Listener::Broadcast::pass) continue;
-    problems.Warning(listener.mark,
-                     "listen: broadcast: pass has no effect: no route leads to a "
-                     "line, and none names unit 0");
+    problems.Warning(
+        listener.mark,
+        "listen: broadcast: pass has no effect, because no route leads to a line or names unit 0");
   }
 }
 

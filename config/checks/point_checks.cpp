@@ -32,18 +32,17 @@ bool IsHex(const Sentinel& sentinel) {
 std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
   const bool is_real = numbers.kind == Kind::single || numbers.kind == Kind::real;
   if (is_real && IsHex(sentinel)) {
-    return "is in hex, which is for whole numbers, and a float is read; write the number itself, "
-           "such as -999.9 or 1e30";
+    return "is in hex, but the point reads a float; write a decimal number, such as -999.9 or 1e30";
   }
   if (numbers.Contain(sentinel.value)) return {};
   if (numbers.kind == Kind::single) {
     const double nearest = NearestSingle(sentinel.value.ToDouble());
-    return "is no float32, which is what is read" +
+    return "is not a float32 number, so the device can never send it" +
            (std::isfinite(nearest) ? "; the nearest is " + FormatNumber(nearest) : std::string());
   }
   const auto& [lowest, highest] = numbers.range;
   const Decimal meant = OfBits(sentinel.value, numbers.range);
-  return "is never read: these are whole numbers " + std::to_string(lowest) + "…" +
+  return "is never read: the device sends whole numbers " + std::to_string(lowest) + "…" +
          std::to_string(highest) + ", before scale and offset" +
          (numbers.Contain(meant) ? "; write " + meant.ToText() : "");
 }
@@ -59,7 +58,7 @@ void Resolve(Point& point, const RawNumbers& numbers, Problems& problems) {
     if (IsHex(sentinel)) sentinel.value = OfBits(sentinel.value, bits);
     std::string why = WhyNever(sentinel, numbers);
     for (std::size_t other = 0; other < i && why.empty(); ++other) {
-      if (point.sentinels[other].value == sentinel.value) why = "stands twice";
+      if (point.sentinels[other].value == sentinel.value) why = "occurs twice";
     }
     if (!why.empty()) problems.Error(sentinel.mark, "sentinels: " + sentinel.written + " " + why);
   }
@@ -98,14 +97,14 @@ void CheckOnFault(const Point& point, const Keys& keys, Problems& problems) {
     problems.Error(keys.MarkOf("on_fault"), "on_fault: " + text);
   };
   if (fault.kind == Kind::nan && !IsFloat(point.type)) {
-    error("nan needs a float type, and '" + point.name + "' is " + type +
+    error("nan needs a float type, but '" + point.name + "' is " + type +
           "; write hold or a number");
   } else if (fault.kind == Kind::value &&
              (point.type == Type::string || !Fits(point, fault.value))) {
     error(fault.value.ToText() + " does not fit type " + type);
   } else if (fault.kind != Kind::automatic && !point.modbus && keys.Has("on_fault")) {
-    error("it is what the registers of a point show, and '" + point.name +
-          "' has none; give it 'modbus', or remove 'on_fault'");
+    error("this key sets what Modbus registers show, but '" + point.name +
+          "' has none; add 'modbus' to the point, or remove 'on_fault'");
   }
 }
 
@@ -115,12 +114,12 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
     problems.Error(keys.MarkOf("scale"), "scale: 0 would make every value the same");
   }
   if (!is_number && point.scale != 1) {
-    problems.Error(keys.MarkOf("scale"), "scale: only numbers can be scaled, and '" + point.name +
+    problems.Error(keys.MarkOf("scale"), "scale: only numbers can be scaled, but '" + point.name +
                                              "' is " + std::string(Name(point.type)));
   }
   if (!is_number && point.offset != 0) {
-    problems.Error(keys.MarkOf("offset"), "offset: only numbers have one, and '" + point.name +
-                                              "' is " + std::string(Name(point.type)));
+    problems.Error(keys.MarkOf("offset"), "offset: only numbers can have an offset, but '" +
+                                              point.name + "' is " + std::string(Name(point.type)));
   }
   if (is_number && !IsFloat(point.type)) {
     for (const auto& [key, number] :
@@ -128,28 +127,31 @@ void CheckArithmetic(const Point& point, const Keys& keys, Problems& problems) {
       if (!keys.Has(key) || number->is_whole()) continue;
       problems.Warning(keys.MarkOf(key), std::string(key) + ": '" + point.name + "' is " +
                                              std::string(Name(point.type)) +
-                                             ", so its decimals are rounded away; write type: "
-                                             "float32, and what the device holds in 'read'");
+                                             ", so decimals are rounded away; write type: float32, "
+                                             "and put the device's own type in 'read'");
     }
   }
   if (point.jump && (*point.jump < 0 || !is_number)) {
     problems.Error(keys.MarkOf("jump"), is_number ? "jump: must not be negative"
-                                                  : "jump: only numbers jump, and '" + point.name +
-                                                        "' is " + std::string(Name(point.type)) +
-                                                        ", of which each change counts");
+                                                  : "jump: only numbers can have a jump, but '" +
+                                                        point.name + "' is " +
+                                                        std::string(Name(point.type)));
   }
   if (keys.Has("deadband") && !is_number) {
-    problems.Error(keys.MarkOf("deadband"), "deadband: only numbers have one, and '" + point.name +
-                                                "' is " + std::string(Name(point.type)));
+    problems.Error(keys.MarkOf("deadband"), "deadband: only numbers can have a deadband, but '" +
+                                                point.name + "' is " +
+                                                std::string(Name(point.type)));
   }
   if (point.jump && point.recheck == Recheck::off && keys.Has("recheck")) {
-    problems.Error(keys.MarkOf("jump"), "jump: with recheck: off each reading counts at once");
+    problems.Error(keys.MarkOf("jump"),
+                   "jump: has no effect with recheck: off; remove jump or recheck: off");
   }
   if (point.deadband < 0) {
     problems.Error(keys.MarkOf("deadband"), "deadband: must not be negative");
   }
   if (point.type == Type::string && !point.sentinels.empty()) {
-    problems.Error(keys.MarkOf("sentinels"), "sentinels: a string has none");
+    problems.Error(keys.MarkOf("sentinels"),
+                   "sentinels: a string point cannot have sentinels; remove the key");
   }
 }
 
@@ -163,20 +165,19 @@ void CheckAccess(const Point& point, const Keys& keys, Problems& problems) {
     for (const std::string_view key :
          {"write", "step", "decimals", "select", "select_time", "allow_when"}) {
       if (!keys.Has(key) || stays(key)) continue;
-      problems.Error(keys.MarkOf(key),
-                     std::string(key) + ": '" + point.name +
-                         "' can only be read, and this key is for points that are written; add "
-                         "access: rw or remove '" +
-                         std::string(key) + "'");
+      problems.Error(keys.MarkOf(key), std::string(key) + ": '" + point.name +
+                                           "' can only be read, but this key is for points that "
+                                           "are written; add access: rw or remove '" +
+                                           std::string(key) + "'");
     }
   }
   if (point.access != Access::write) return;
   for (const std::string_view key : {"poll", "deadband", "jump", "recheck", "events", "on_fault"}) {
     if (!keys.Has(key)) continue;
-    problems.Error(keys.MarkOf(key), std::string(key) + ": '" + point.name +
-                                         "' can only be written, and this key is for points that "
-                                         "are read; remove '" +
-                                         std::string(key) + "'");
+    problems.Error(keys.MarkOf(key),
+                   std::string(key) + ": '" + point.name +
+                       "' can only be written, but this key is for points that are read; remove '" +
+                       std::string(key) + "'");
   }
 }
 
@@ -188,8 +189,8 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   };
   for (const std::string_view key : {"min", "max", "step", "decimals"}) {
     if (keys.Has(key) && !is_number) {
-      error(key,
-            "only numbers have one, and '" + point.name + "' is " + std::string(Name(point.type)));
+      error(key, "only numbers can have this key, but '" + point.name + "' is " +
+                     std::string(Name(point.type)));
     }
   }
   if (writing.min && writing.max && *writing.min > *writing.max) {
@@ -197,27 +198,29 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
   }
   if (is_number && !IsFloat(point.type)) {
     if (writing.min && *writing.min > RangeOf(point).highest) {
-      error("min", writing.min->ToText() + " is above all that " + std::string(Name(point.type)) +
-                       " can hold");
+      error("min", writing.min->ToText() + " is above every value that " +
+                       std::string(Name(point.type)) + " can hold");
     }
     if (writing.max && *writing.max < RangeOf(point).lowest) {
-      error("max", writing.max->ToText() + " is below all that " + std::string(Name(point.type)) +
-                       " can hold");
+      error("max", writing.max->ToText() + " is below every value that " +
+                       std::string(Name(point.type)) + " can hold");
     }
   }
   if (writing.step && *writing.step <= 0) error("step", "must be above 0");
   if (writing.decimals && *writing.decimals > 0 && is_number && !IsFloat(point.type)) {
-    error("decimals",
-          "a whole number has none, and '" + point.name + "' is " + std::string(Name(point.type)));
+    error("decimals", "whole numbers have no decimals, and '" + point.name + "' is " +
+                          std::string(Name(point.type)));
   }
   CheckAccess(point, keys, problems);
   if (keys.Has("select_time") && !writing.select) {
     error("select_time", "needs 'select: yes'");
   }
   if (writing.select && point.modbus && *point.modbus >= kSelectEnd) {
-    error("modbus", "'" + point.name + "' is selected before it is written, by register 60000 + " +
+    error("modbus", "'" + point.name +
+                        "' is selected before it is written, but its select register 60000 + " +
                         std::to_string(*point.modbus) +
-                        ", which does not exist; give it one below " + std::to_string(kSelectEnd));
+                        " does not exist; use a modbus address below " +
+                        std::to_string(kSelectEnd));
   }
 }
 
@@ -226,13 +229,14 @@ void CheckWriting(const Point& point, const Keys& keys, Problems& problems) {
 void CheckPoint(const Point& point, const protocols::Protocol* protocol, const Keys& keys,
                 Problems& problems) {
   if (point.table == Table::bits && point.type != Type::boolean) {
-    problems.Error(keys.MarkOf("table"), "table: only bool points fit a bit table, and '" +
+    problems.Error(keys.MarkOf("table"), "table: only bool points fit a bit table, but '" +
                                              point.name + "' is " + std::string(Name(point.type)) +
                                              "; write table: input");
   } else if (!point.modbus && keys.Has("table")) {
-    problems.Error(keys.MarkOf("table"), "table: '" + point.name +
-                                             "' stands in no table; give it 'modbus', or remove "
-                                             "'table'");
+    problems.Error(
+        keys.MarkOf("table"),
+        "table: '" + point.name +
+            "' has no Modbus address, so it is in no table; add 'modbus', or remove 'table'");
   }
   if (point.simulate && point.simulate->text && point.simulate->text->size() > point.text_length &&
       point.text_length > 0) {
@@ -263,17 +267,17 @@ void CheckLimitPoints(const std::vector<Point>& points, Problems& problems) {
                    DidYouMean(name, names) + " write for example " + std::string(key) + ": 50");
     }
     if (point.access == Access::read) {
-      return error("'" + point.name + "' can only be read: its limit is a number");
+      return error("'" + point.name + "' can only be read, so its limit must be a number");
     }
     if (&*found == &point) return error("'" + name + "' cannot be its own limit");
     if (found->access == Access::write) {
-      return error("'" + name + "' cannot be read, so nobody knows its value");
+      return error("'" + name + "' cannot be read, so it cannot be a limit");
     }
     if (!IsNumber(*found))
-      error("'" + name + "' is " + std::string(Name(found->type)) + ", no number");
+      error("'" + name + "' is " + std::string(Name(found->type)) + ", not a number");
     if (found->unit != point.unit) {
-      error("'" + name + "' is in " + Quoted(found->unit) + ", and '" + point.name + "' in " +
-            Quoted(point.unit));
+      error("'" + name + "' is in " + Quoted(found->unit) + ", but '" + point.name + "' is in " +
+            Quoted(point.unit) + "; both points need the same unit");
     }
   };
   for (const Point& point : points) {
@@ -287,8 +291,9 @@ void RegisterClaims::AddSelect(const Point& point, const Mark& mark) {
   const auto [other, is_new] = selects_.try_emplace(*point.modbus, point.name);
   if (is_new) return;
   problems_.Error(mark, "modbus: '" + point.name + "' and '" + other->second +
-                            "' would be selected by one register, 60000 + " +
-                            std::to_string(*point.modbus) + "; give one of them another address");
+                            "' would share the select register 60000 + " +
+                            std::to_string(*point.modbus) +
+                            "; give one of the points another modbus address");
 }
 
 void RegisterClaims::Add(const Point& point, const Mark& mark) {
@@ -299,7 +304,7 @@ void RegisterClaims::Add(const Point& point, const Mark& mark) {
   const std::string kind = point.table == Table::bits ? "bit " : "register ";
   if (!IsValueArea(static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(last))) {
     problems_.Error(mark, "modbus: " + kind + RangeText(first, last) + " of '" + point.name +
-                              "' is reserved; points live at 0…8999 and 9100…19999");
+                              "' is reserved; points can use 0…8999 and 9100…19999");
     return;
   }
   if (point.writing.select) AddSelect(point, mark);

@@ -37,15 +37,15 @@ Status CheckLength(std::string_view name) {
 Status CheckName(std::string_view name) {
   if (IsWellFormed(name, "_-")) return CheckLength(name);
   return Error{Quoted(name) +
-               " is no name; use letters, digits and single '-' or '_' between them"};
+               " is not a valid name; use letters, digits and single '-' or '_' between them"};
 }
 
 Status CheckPointName(std::string_view name) {
   const std::string_view rest = name.substr(name.starts_with('_') ? 1 : 0);
   if (IsWellFormed(rest, "_") && !IsDigit(name.front())) return CheckLength(name);
   return Error{Quoted(name) +
-               " is no point name; use letters, digits and single '_' before or between them, no "
-               "digit first"};
+               " is not a valid point name; use letters, digits and single '_' before or between "
+               "them, no digit first"};
 }
 
 namespace {
@@ -75,22 +75,22 @@ const Uniques::Owner* Uniques::Claim(Owners& owners, const std::string& what,
 
 void Uniques::Line(const std::string& name, const Mark& mark) {
   if (const Owner* first = Claim(lines_, name, name, mark)) {
-    problems_.Error(mark, "line name '" + name + "' is taken; first in line " +
+    problems_.Error(mark, "line name '" + name + "' is already used in line " +
                               std::to_string(first->mark.line) + " of the file");
   }
 }
 
 void Uniques::Device(const std::string& name, const Mark& mark) {
   if (const Owner* first = Claim(devices_, name, name, mark)) {
-    problems_.Error(mark, "device name '" + name + "' is taken; first in line " +
+    problems_.Error(mark, "device name '" + name + "' is already used in line " +
                               std::to_string(first->mark.line) + " of the file");
   }
 }
 
 void Uniques::Unit(std::uint8_t unit, const std::string& device, const Mark& mark) {
   if (const Owner* first = Claim(units_, std::to_string(unit), device, mark)) {
-    problems_.Error(mark, "unit: " + std::to_string(unit) + " is taken by device '" + first->name +
-                              "' (line " + std::to_string(first->mark.line) + ")");
+    problems_.Error(mark, "unit: " + std::to_string(unit) + " is already used by device '" +
+                              first->name + "' (line " + std::to_string(first->mark.line) + ")");
   }
 }
 
@@ -120,11 +120,11 @@ void Uniques::Address(const std::string& what, const HostPort& at, const Mark& m
     if (first.at.port != at.port || !(Covers(other, reach) || Covers(reach, other))) continue;
     const std::string line = " in line " + std::to_string(first.mark.line);
     problems_.Error(
-        mark,
-        what + ": " + place +
-            (first.at == at ? " stands twice; first" + line
-                            : " and " + HostAndPort(first.at.host, first.at.port) + line +
-                                  " want the same port; remove one, or give it another port"));
+        mark, what + ": " + place +
+                  (first.at == at
+                       ? " occurs twice; first" + line
+                       : " and " + HostAndPort(first.at.host, first.at.port) + line +
+                             " use the same port; remove one of them, or give it another port"));
     return;
   }
   addresses_.push_back({at, mark});

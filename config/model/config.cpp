@@ -21,15 +21,16 @@ Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text) 
   const auto first = ParseInteger<int>(Trim(parts.front()));
   const auto last = ParseInteger<int>(Trim(parts.back()));
   if (parts.size() > 2 || !first || !last) {
-    return Error{Quoted(text) +
-                 " is neither a unit id nor a range of them; write for example 20 or \"33-40\""};
+    return Error{
+        Quoted(text) +
+        " is neither a unit id nor a range of unit ids; write for example 20 or \"33-40\""};
   }
   if (*first < 0 || *first > 255 || *last < 0 || *last > 255) {
     return Error{Quoted(text) + " is out of range; allowed: 0…255"};
   }
   if (*first > *last) {
-    return Error{Quoted(text) + " is upside down; write \"" + std::to_string(*last) + "-" +
-                 std::to_string(*first) + "\""};
+    return Error{Quoted(text) + " begins with its higher end; write \"" + std::to_string(*last) +
+                 "-" + std::to_string(*first) + "\""};
   }
   return std::pair(static_cast<std::uint8_t>(*first), static_cast<std::uint8_t>(*last));
 }

@@ -38,16 +38,14 @@ template <typename Visit>
 void VisitFields(const HistoryPoint*, Visit visit) {
   visit(Derived<&HistoryPoint::device>());
   visit(Derived<&HistoryPoint::point>());
-  visit(Key{"match",
-            "LINE.DEVICE.POINT, each with * for any text and ? for any character",
-            {},
-            kRequired});
+  visit(Key{
+      "match", "LINE.DEVICE.POINT, with * for any text and ? for any character", {}, kRequired});
   visit(Key{"log", "all: every reading", "changes, all, off", "changes"});
   visit(Field<&HistoryPoint::every>());
   visit(Field<&HistoryPoint::deadband>{
-      .help = "smaller changes are not kept, in units of the value", .fallback = "the point's"});
-  visit(Field<&HistoryPoint::max_gap>{"max_gap", "an unchanged value is kept again after this time",
-                                      1s, 24h});
+      .help = "smaller changes are not stored, in units of the value", .fallback = "the point's"});
+  visit(Field<&HistoryPoint::max_gap>{
+      "max_gap", "an unchanged value is stored again after this time", 1s, 24h});
 }
 
 inline constexpr std::uint64_t kMegabyte = 1'000'000;
@@ -63,12 +61,14 @@ struct History {
 
 template <typename Visit>
 void VisitFields(const History*, Visit visit) {
-  visit(Field<&History::directory>{.help = "of the files", .fallback = "gateway.state"});
-  visit(Key{"max_gap", "as of an entry of points, for all"});
-  visit(Field<&History::limit>{.help = "of all files together; 50MB to 10TB", .fallback = "1GB"});
-  visit(Field<&History::keep>{"keep", "older days are removed", 24h, 3660 * 24h});
+  visit(Field<&History::directory>{.help = "directory of the history files",
+                                   .fallback = "gateway.state"});
+  visit(Key{"max_gap", "default for all entries of points"});
+  visit(Field<&History::limit>{.help = "largest size of all files together; 50MB to 10TB",
+                               .fallback = "1GB"});
+  visit(Field<&History::keep>{"keep", "days older than this are removed", 24h, 3660 * 24h});
   visit(Field<&History::points>{
-      .help = "a list of patterns or maps, below; of several that match the first counts",
+      .help = "a list of patterns or maps, below; the first one that matches a point applies",
       .fallback = kRequired});
 }
 
@@ -88,7 +88,7 @@ struct Events {
 template <typename Visit>
 void VisitFields(const Events*, Visit visit) {
   visit(Field<&Events::given>{"events"});
-  visit(Field<&Events::directory>{.help = "of the events and the audit of writes",
+  visit(Field<&Events::directory>{.help = "directory of the events and of the audit of writes",
                                   .fallback = "gateway.state"});
 }
 
@@ -109,27 +109,28 @@ struct Config {
 
 template <typename Visit>
 void VisitFields(const Config*, Visit visit) {
-  visit(Key{"gateway", "the gateway itself, and what counts for all lines"});
-  visit(Field<&Config::name>{"gateway.name",
-                             "the key of every DDS sample; letters, digits, single - or _"});
+  visit(Key{"gateway", "the gateway itself, and defaults for all lines"});
+  visit(Field<&Config::name>{
+      "gateway.name",
+      "name of the gateway, also in every DDS sample; letters, digits, single - or _"});
   visit(Field<&Config::recordings>{.key = "gateway.recordings",
-                                   .help = "the flight recorder's files",
+                                   .help = "directory of the flight recorder's files",
                                    .fallback = "below systemd's StateDirectory, else in memory"});
   visit(Field<&Config::state>{.key = "gateway.state",
-                              .help = "what outlives a restart",
+                              .help = "directory of the data that a restart must not lose",
                               .fallback = "systemd's StateDirectory, else /var/lib/baudgate"});
   visit(Field<&Config::alarms>{.key = "gateway.alarms", .help = "a priority, or a map, below"});
-  visit(Field<&Config::events>{.help = "a map, may be empty: events are kept"});
-  visit(Field<&Config::history>{.help = "which values are kept, and how long"});
+  visit(Field<&Config::events>{.help = "a map, may be empty; with this key events are stored"});
+  visit(Field<&Config::history>{.help = "which values are stored, and how long"});
   visit(Field<&Config::audit>{"gateway.audit",
-                              "what becomes of a write whose record cannot be kept: it is sent and "
-                              "the record waits, or it is refused"});
+                              "a write whose audit record cannot be stored: best_effort sends the "
+                              "write and stores the record later, require refuses the write"});
   visit(Field<&Config::socket>{.key = "gateway.socket",
-                               .help = "for status, read, write, trace …",
+                               .help = "local socket for the commands status, read, write, trace …",
                                .fallback = "/run/baudgate/NAME.sock"});
-  visit(Field<&Config::modbus>{.help = "where Modbus masters come in, and routes to slaves"});
-  visit(Field<&Config::dds>{.help = "how DDS is spoken, by the package baudgate-dds"});
-  visit(Field<&Config::web>{.help = "the page, JSON and metrics; without the key there are none"});
+  visit(Field<&Config::modbus>{.help = "ports for Modbus masters, and routes to slaves"});
+  visit(Field<&Config::dds>{.help = "DDS, with the package baudgate-dds"});
+  visit(Field<&Config::web>{.help = "web page, JSON and metrics; without the key they are off"});
   visit(Field<&Config::lines>{.help = "a list of lines; may be empty",
                               .fallback = "required, unless a route leads to a server"});
 }

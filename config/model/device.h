@@ -109,54 +109,52 @@ struct Device {
 template <typename Visit>
 void VisitFields(const Device*, Visit visit) {
   visit(Field<&Device::name>{.help = "letters, digits, single - or _", .fallback = kRequired});
-  visit(Field<&Device::address>{.help = "the protocol's own: of SPA 1…899",
+  visit(Field<&Device::address>{.help = "address in the protocol's own form; SPA: 1…899",
                                 .fallback = "required, unless the protocol has none"});
-  visit(Field<&Device::protocol>{.help = "on a line with devices of several protocols",
+  visit(Field<&Device::protocol>{.help = "needed on a line with devices of several protocols",
                                  .fallback = "the line's"});
   visit(Field<&Device::profile>{.help = "a name from `baudgate profiles`, or a path relative to "
-                                        "the file; without it all points stand in points"});
+                                        "the file; without a profile, points lists all points"});
   visit(Field<&Device::title>());
   visit(Field<&Device::unit>{"unit", "Modbus unit id; without it the device is not on Modbus", 1,
                              kLastSlave});
-  visit(Field<&Device::enabled>{.help = "false: it is not asked"});
+  visit(Field<&Device::enabled>{.help = "false: the device is not polled"});
   visit(Field<&Device::trust_order>{
-      .help = "true: nothing between gateway and device holds replies back (docs/timeouts.md)"});
+      .help = "true: nothing between gateway and device can delay replies (docs/timeouts.md)"});
   visit(Field<&Device::recheck>());
   visit(Field<&Device::poll>());
   visit(Field<&Device::slow>());
   visit(Field<&Device::daily>());
   visit(Derived<&Device::intervals>());
-  visit(Field<&Device::max_age>{"max_age", "older values are uncertain; at least poll", 10ms,
-                                30 * 24h, "3 × the point's period"});
-  visit(Field<&Device::dead_age>{"dead_age", "still older values are bad; at least max_age", 10ms,
-                                 90 * 24h, "3 × max_age"});
+  visit(Field<&Device::max_age>{"max_age", "values older than this are uncertain; at least poll",
+                                10ms, 30 * 24h, "3 × the point's period"});
+  visit(Field<&Device::dead_age>{"dead_age", "values older than this are bad; at least max_age",
+                                 10ms, 90 * 24h, "3 × max_age"});
   visit(Derived<&Device::never_old>());
   visit(Derived<&Device::traits>());
-  visit(Field<&Device::on_bad>{.help = "what Modbus shows while the device is lost"});
-  visit(Field<&Device::word_order>{.help = "bytes of 32-bit values in two registers"});
+  visit(Field<&Device::on_bad>{.help = "what Modbus clients get while the device is lost"});
+  visit(Field<&Device::word_order>{.help = "byte order of 32-bit values in two registers"});
   visit(Field<&Device::retries>());
   visit(Field<&Device::timing>());
-  visit(Field<&Device::serial>{.help = "where the line is switched for this device",
+  visit(Field<&Device::serial>{.help = "serial settings, if they differ for this device",
                                .fallback = "the line's"});
-  visit(Field<&Device::identity>{
-      .help = "names that it tells; a name that only another profile lists makes its values bad; "
-              "ignore: no check",
-      .fallback = "the profile's"});
+  visit(Field<&Device::identity>{.help = "names that the device may send; if it sends a name of "
+                                         "another profile, its values are bad; ignore: no check",
+                                 .fallback = "the profile's"});
   visit(Field<&Device::options>());
-  visit(Field<&Device::points>{
-      .help = "a list of points, below; their keys replace those of the profile's point of that "
-              "name"});
-  visit(Field<&Device::events>{.help = "its events and those of its points are kept",
+  visit(Field<&Device::points>{.help = "a list of points, below; their keys replace those of the "
+                                       "profile's point with the same name"});
+  visit(Field<&Device::events>{.help = "events of the device and of its points are stored",
                                .fallback = "true with the key events at the top level"});
   visit(Field<&Device::point_events>());
   visit(Field<&Device::alarms>{.help = "a priority, or a map, below", .fallback = "the line's"});
   visit(Key{"event_alarms",
             "priorities of rows of the profile's table of events: { \"2E17\": high }",
             "high, medium, low, off"});
-  visit(Key{"ratios", "what 1 of a unit stands for: { xIn: 400 A }"});
+  visit(Key{"ratios", "the value of 1 of a unit: { xIn: 400 A }"});
   visit(Key{"write", "which points may be written; writing also needs a listener that permits it",
             "deny, allow, [points]", "deny"});
-  visit(Key{"allow_when", "interlocks of all its points, below"});
+  visit(Key{"allow_when", "interlocks of all points of the device, below"});
   visit(Field<&Device::event_texts>());
   visit(Field<&Device::records>());
   visit(Derived<&Device::mark>());
@@ -199,14 +197,15 @@ template <typename Visit>
 void VisitFields(const Profile*, Visit visit) {
   visit(Derived<&Profile::name>());
   visit(Derived<&Profile::protocol>());
-  visit(Field<&Profile::title>{.key = "device", .help = "what it is", .fallback = kRequired});
+  visit(Field<&Profile::title>{
+      .key = "device", .help = "description of the device type", .fallback = kRequired});
   visit(Field<&Profile::pace>());
-  visit(Field<&Profile::word_order>{.help = "as of a device"});
-  visit(Field<&Profile::identity>{.help = "names that devices of this type tell"});
+  visit(Field<&Profile::word_order>{.help = "as at a device"});
+  visit(Field<&Profile::identity>{.help = "names that devices of this type send"});
   visit(Field<&Profile::options>());
   visit(Field<&Profile::points>{.help = "a list of points, above", .fallback = kRequired});
   visit(Field<&Profile::records>{
-      .help = "points that are read behind an event: { trip: { points: [\"record?_*\"] } }"});
+      .help = "points that are read after an event: { trip: { points: [\"record?_*\"] } }"});
   visit(Field<&Profile::event_texts>{.key = "events", .help = "a list, below"});
 }
 

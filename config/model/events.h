@@ -57,20 +57,20 @@ struct PointEvent {
 
 template <typename Visit>
 void VisitFields(const PointEvent*, Visit visit) {
-  visit(Field<&PointEvent::on>{.help = "what raises it", .fallback = kRequired});
-  visit(Field<&PointEvent::value>{.help = "the limit of above and below",
+  visit(Field<&PointEvent::on>{.help = "condition that raises the event", .fallback = kRequired});
+  visit(Field<&PointEvent::value>{.help = "limit for above and below",
                                   .fallback = "required with above and below"});
   visit(Field<&PointEvent::hysteresis>{
-      .help = "above ends at value - hysteresis, below at value + hysteresis; of change: so much "
-              "and less is none"});
-  visit(Field<&PointEvent::delay>{"delay", "for so long it has to be so, or not so any more", 0ms,
-                                  24h});
-  visit(Field<&PointEvent::text>{.help = "in place of what on says"});
+      .help = "above ends at value - hysteresis, below at value + hysteresis; change: a change of "
+              "this size or less is ignored"});
+  visit(Field<&PointEvent::delay>{
+      "delay", "time that the condition must last before the event begins or ends", 0ms, 24h});
+  visit(Field<&PointEvent::text>{.help = "text of the event, in place of the default"});
   visit(Field<&PointEvent::alarm>{
       .help = "yes is medium", .fallback = "no", .words = kEventAlarmWords});
   visit(Field<&PointEvent::normal>{
-      .help = "of change: this value means that all is well, any other that something is wrong"});
-  visit(Field<&PointEvent::record>{.help = "which values are kept with it: a name of records"});
+      .help = "only with on: change; this value is normal, any other value is abnormal"});
+  visit(Field<&PointEvent::record>{.help = "name of the record that is stored with the event"});
 }
 
 /// Returns "change" or "above 5", which distinguishes the events of one point.
@@ -98,15 +98,16 @@ struct EventText {
 
 template <typename Visit>
 void VisitFields(const EventText*, Visit visit) {
-  visit(Field<&EventText::channel>{"channel", "of this channel alone", 0, 999, "every channel"});
-  visit(Field<&EventText::code>{"code", "the device's own number", 1, kLastEventCode, kRequired});
-  visit(Field<&EventText::state>{.help = "what begins, what ends, or neither"});
-  visit(Field<&EventText::text>{.help = "what it means", .fallback = kRequired});
+  visit(Field<&EventText::channel>{"channel", "only events of this channel", 0, 999,
+                                   "every channel"});
+  visit(Field<&EventText::code>{"code", "event code of the device", 1, kLastEventCode, kRequired});
+  visit(Field<&EventText::state>{.help = "whether the event begins a state, ends one, or neither"});
+  visit(Field<&EventText::text>{.help = "text of the event", .fallback = kRequired});
   visit(Field<&EventText::alarm>{
       .help = "yes is medium", .fallback = "no", .words = kEventAlarmWords});
   visit(Field<&EventText::until>{"until", "the code, with state: off, that ends the alarm", 1,
                                  kLastEventCode});
-  visit(Field<&EventText::record>{.help = "which values are kept with it: a name of records"});
+  visit(Field<&EventText::record>{.help = "name of the record that is stored with the event"});
 }
 
 /// Returns the row for this channel, or else the row for all channels; null: there is none.

@@ -44,17 +44,17 @@ void VisitFields(const PortServer*, Visit visit) {
   visit(Field<&PortServer::at>{.help = "address and TCP port of this machine",
                                .fallback = kRequired});
   visit(Field<&PortServer::mode>{
-      .help = "raw: bytes as they are; rfc2217: telnet, by which a client also sets the port"});
+      .help = "raw: bytes unchanged; rfc2217: telnet, with which a client can also set the port"});
   visit(Field<&PortServer::allow>{
-      .help = "addresses and networks that may connect; beyond loopback it must name somebody",
+      .help = "addresses and networks that may connect; required unless at is a loopback address",
       .fallback = "everybody"});
   visit(Field<&PortServer::idle>{
-      "idle", "without a byte in either direction for so long a client loses the port", 1s, 24h});
+      "idle", "a client that transfers no byte for this time loses the port", 1s, 24h});
   visit(Field<&PortServer::busy>{
-      .help = "of serial_server: a client that connects while another one has the port is refused, "
-              "or waits for its turn (at most seven wait)"});
-  visit(Field<&PortServer::time>{"for", "of lend: the longest time that a client has the port", 1s,
-                                 24h});
+      .help = "serial_server only: a client that connects while another client uses the port is "
+              "refused, or waits (at most seven wait)"});
+  visit(Field<&PortServer::time>{
+      "for", "lend only: the longest time that a client can use the port", 1s, 24h});
   visit(Derived<&PortServer::mark>());
 }
 
@@ -96,7 +96,7 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::serial>{.help = "\"9600 7E1\": bit/s, data bits, parity (N, E, O, M, S), stop "
                                      "bits; or a map",
                              .fallback = "the protocol's"});
-  visit(Key{"parity", "who makes parity bits; software: for ports that know 8N1 only",
+  visit(Key{"parity", "who makes parity bits; software: for ports that support 8N1 only",
             "hardware, software", "hardware"});
   visit(Key{"rs485", "a map, below"});
   visit(Field<&Line::protocol>{.help = "a name from `baudgate protocols`",
@@ -105,14 +105,15 @@ void VisitFields(const Line*, Visit visit) {
   visit(Field<&Line::timing>());
   visit(Field<&Line::retries>());
   visit(Field<&Line::echo>{
-      .help = "the adapter hears itself; verify: every request must come back, as in a ring"});
-  visit(Field<&Line::ask>{.help = "telegrams by hand that may write"});
-  visit(Field<&Line::alarms>{.help = "of the line and its devices, below",
+      .help =
+          "the adapter returns sent bytes; verify: every request must come back, as in a ring"});
+  visit(Field<&Line::ask>{.help = "whether telegrams sent by hand may write"});
+  visit(Field<&Line::alarms>{.help = "alarms of the line and its devices, below",
                              .fallback = "the gateway's"});
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>{.help = "a list of devices, below"});
-  visit(Field<&Line::serial_server>{.help = "the port over the network, all the time"});
-  visit(Field<&Line::lend>{.help = "the port over the network, for a while"});
+  visit(Field<&Line::serial_server>{.help = "offers the port over the network, all the time"});
+  visit(Field<&Line::lend>{.help = "offers the port over the network, for a limited time"});
   visit(Derived<&Line::mark>());
 }
 

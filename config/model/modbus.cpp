@@ -4,9 +4,9 @@
 namespace baudgate::modbus {
 
 std::string ExplainOther(Framing heard, Framing expected) {
-  return "it speaks " + std::string(Title(heard)) + ", and " + std::string(Title(expected)) +
-         " is spoken here; set framing: " + std::string(Name(heard)) +
-         " at the listener, or change the other side";
+  return "it sends " + std::string(Title(heard)) + ", but this listener expects " +
+         std::string(Title(expected)) + "; set framing: " + std::string(Name(heard)) +
+         " at the listener, or change the master";
 }
 
 }  // namespace baudgate::modbus

@@ -72,7 +72,7 @@ Result<HostPort> ParseHostPort(std::string_view text, std::string_view example) 
   // getaddrinfo would read 010.0.0.5 as 8.0.0.5.
   if (host.find_first_not_of("0123456789.") == std::string::npos && !IsIpAddress(host)) {
     return Error{Quoted(text) + ": " + Quoted(host) +
-                 " is no IPv4 address; it has four numbers 0…255 without leading zeros"};
+                 " is not an IPv4 address; write four numbers 0…255 without leading zeros"};
   }
   if (!port || *port == 0) {
     return Error{Quoted(text) + " has no usable port number; allowed: 1…65535"};

@@ -39,7 +39,8 @@ struct ClientPriority {
 template <typename Visit>
 void VisitFields(const ClientPriority*, Visit visit) {
   visit(Field<&ClientPriority::from>{.help = "an address or a network", .fallback = kRequired});
-  visit(Field<&ClientPriority::priority>{.help = "of its requests", .fallback = kRequired});
+  visit(Field<&ClientPriority::priority>{.help = "priority of the client's requests",
+                                         .fallback = kRequired});
 }
 
 /// The priority of some functions; it takes precedence over those of client and listener.
@@ -52,8 +53,9 @@ template <typename Visit>
 void VisitFields(const FunctionPriority*, Visit visit) {
   visit(Field<&FunctionPriority::codes>{.help = "function codes: [5, 6, 15, 16]",
                                         .fallback = kRequired});
-  visit(Field<&FunctionPriority::priority>{.help = "before the client's and the listener's",
-                                           .fallback = kRequired});
+  visit(Field<&FunctionPriority::priority>{
+      .help = "priority of these functions, used before that of the client and the listener",
+      .fallback = kRequired});
 }
 
 /// A port for Modbus masters: a TCP port, or a serial port with one master.
@@ -106,32 +108,34 @@ void VisitFields(const Listener*, Visit visit) {
   visit(Field<&Listener::host>());
   visit(Field<&Listener::port>());
   visit(Field<&Listener::path>());
-  visit(Field<&Listener::serial>{.help = "of a serial port, as of a line; parity and rs485 as well",
+  visit(Field<&Listener::serial>{.help = "serial port only: as at a line; parity and rs485 as well",
                                  .fallback = "those of the framing"});
   visit(Field<&Listener::echo>{
-      .help = "of a serial port: strip where the adapter returns the gateway's own replies"});
+      .help = "serial port only: strip if the adapter returns the gateway's own replies"});
   visit(Field<&Listener::framing>{.help = "rtu, ascii: the frames of a serial line, also over TCP",
                                   .fallback = "tcp; at a serial port rtu"});
   visit(Field<&Listener::allow>{.help = "networks whose clients may connect",
                                 .fallback = "everybody"});
   visit(Key{"permit", "read: functions 1-4; data: 1-6, 15 and 16", "read, data, all", "all"});
-  visit(Key{"write", "deny is permit: read", "allow, deny", "allow"});
+  visit(Key{"write", "deny means permit: read", "allow, deny", "allow"});
   visit(Field<&Listener::permit>{"write"});
-  visit(Field<&Listener::priority>{.help = "who is served first on lines with a route"});
+  visit(Field<&Listener::priority>{
+      .help = "priority of the listener's requests on lines with a route"});
   visit(Field<&Listener::clients>{.help = "priorities of some clients: a list of maps, below"});
   visit(Field<&Listener::functions>{.help = "priorities of some functions: a list of maps, below"});
   visit(Field<&Listener::errors>{
-      .help = "silent: no answer in place of the exceptions 0x06, 0x0A and 0x0B",
+      .help = "silent: no reply instead of the exceptions 0x06, 0x0A and 0x0B",
       .fallback = "exception; at a serial port silent"});
   visit(Field<&Listener::broadcast>{
       .help = "pass: a write to unit 0 goes to all slaves of lines with a route"});
   visit(Field<&Listener::holes>{
-      .help = "zero: in a block read, addresses without a point read 0, their quality too, if the "
-              "block has a point; off: exception 0x02"});
+      .help = "zero: in a block read with at least one point, addresses without a point return 0, "
+              "also as quality; off: exception 0x02"});
   visit(Field<&Listener::max_clients>{
-      "max_clients", "connected at the same time; fewer where open files are few", 1, 10'000});
+      "max_clients", "clients at the same time; fewer if the limit of open files is low", 1,
+      10'000});
   visit(Field<&Listener::idle_timeout>{
-      "idle_timeout", "a client without a request for so long is closed", 1s, 24h});
+      "idle_timeout", "a client that sends no request for this time is disconnected", 1s, 24h});
   visit(Derived<&Listener::mark>());
 }
 
@@ -167,14 +171,16 @@ void VisitFields(const Route*, Visit visit) {
   visit(Field<&Route::last>{"units"});
   visit(Field<&Route::line>{.help = "a line whose protocol carries Modbus"});
   visit(Derived<&Route::line_index>());
-  visit(Key{"server", "in place of line: a Modbus TCP server elsewhere, 10.0.0.9:502"});
+  visit(Key{"server", "in place of line: a Modbus TCP server, 10.0.0.9:502"});
   visit(Field<&Route::host>());
   visit(Field<&Route::port>());
-  visit(Field<&Route::remap>{"remap", "the slave of the first unit; the next unit has the next", 0,
-                             255, "the unit's own number"});
+  visit(Field<&Route::remap>{
+      "remap", "slave number of the first unit; the following units get the following numbers", 0,
+      255, "the unit's own number"});
   visit(Field<&Route::deadline>{
-      "deadline", "from the request to the end of its reply, queueing included", 50ms, 1min});
-  visit(Field<&Route::alarms>{.help = "of units that do not answer their clients, below",
+      "deadline", "time from the request to the end of its reply, including the queue", 50ms,
+      1min});
+  visit(Field<&Route::alarms>{.help = "alarms of units that do not answer, below",
                               .fallback = "the line's, or the gateway's"});
   visit(Derived<&Route::mark>());
 }
@@ -201,14 +207,15 @@ void VisitFields(const DdsSecurity*, Visit visit) {
   visit(Field<&DdsSecurity::ca>{.help = "certificates of the authority that issues identities",
                                 .fallback = kRequired});
   visit(Field<&DdsSecurity::permissions_ca>{
-      .help = "of the authority that signs governance and permissions", .fallback = "ca"});
+      .help = "certificate of the authority that signs governance and permissions",
+      .fallback = "ca"});
   visit(Field<&DdsSecurity::identity>{.help = "the gateway's certificate", .fallback = kRequired});
-  visit(Field<&DdsSecurity::key>{.help = "its private key", .fallback = kRequired});
-  visit(Field<&DdsSecurity::password_file>{.help = "holds the password of the key"});
-  visit(Field<&DdsSecurity::governance>{.help = "what is protected in the domain; signed",
+  visit(Field<&DdsSecurity::key>{.help = "the gateway's private key", .fallback = kRequired});
+  visit(Field<&DdsSecurity::password_file>{.help = "file with the password of the private key"});
+  visit(Field<&DdsSecurity::governance>{.help = "signed file: what is protected in the domain",
                                         .fallback = kRequired});
-  visit(Field<&DdsSecurity::permissions>{.help = "who may publish and subscribe what; signed",
-                                         .fallback = kRequired});
+  visit(Field<&DdsSecurity::permissions>{
+      .help = "signed file: who may publish and subscribe which topics", .fallback = kRequired});
   visit(Derived<&DdsSecurity::keys>());
 }
 
@@ -242,7 +249,8 @@ struct Web {
 template <typename Visit>
 void VisitFields(const Web*, Visit visit) {
   visit(Field<&Web::on>{"web"});
-  visit(Field<&Web::listen>{.help = "beyond 127.0.0.1 it needs token"});
+  visit(Field<&Web::listen>{
+      .help = "address of the page; any address other than 127.0.0.1 needs token"});
   visit(Field<&Web::allow>{.help = "addresses and networks that may connect",
                            .fallback = "everybody"});
   visit(Field<&Web::hosts>{.help = "names of this gateway in browsers: [gate.example.com]"});
@@ -261,10 +269,10 @@ struct Modbus {
 
 template <typename Visit>
 void VisitFields(const Modbus*, Visit visit) {
-  visit(Field<&Modbus::enabled>{.help = "false: nothing is served on Modbus"});
+  visit(Field<&Modbus::enabled>{.help = "false: Modbus is off"});
   visit(Field<&Modbus::listen>{.help = "an address, a map, or a list of them",
                                .fallback = "127.0.0.1:1502"});
-  visit(Field<&Modbus::routes>{.help = "a list; the first route that names the unit counts"});
+  visit(Field<&Modbus::routes>{.help = "a list; the first route that contains the unit is used"});
 }
 
 inline constexpr std::size_t kMostPeers = 64;
@@ -293,20 +301,21 @@ struct Dds {
 template <typename Visit>
 void VisitFields(const Dds*, Visit visit) {
   visit(Field<&Dds::enabled>{.help = "false: nothing is published"});
-  visit(Field<&Dds::domain>{"domain", "of DDS; beyond 232 ports would be above 65535", 0, 232});
-  visit(Field<&Dds::interfaces>{.help = "addresses of this machine on which DDS is spoken"});
-  visit(Field<&Dds::multicast>{.help = "false: ask peers and discovery servers only"});
-  visit(Field<&Dds::peers>{.help = "machines that are asked where multicast does not reach"});
+  visit(Field<&Dds::domain>{"domain", "DDS domain; above 232 its ports would be above 65535", 0,
+                            232});
+  visit(Field<&Dds::interfaces>{.help = "addresses of this machine that DDS uses"});
+  visit(Field<&Dds::multicast>{.help = "false: contact peers and discovery servers only"});
+  visit(Field<&Dds::peers>{.help = "machines to contact where multicast does not reach"});
   visit(Field<&Dds::discovery_servers>{
-      .help = "servers that introduce this gateway to all others: [\"10.0.0.7:11811\"]"});
+      .help = "discovery servers that connect this gateway with all others: [\"10.0.0.7:11811\"]"});
   visit(Field<&Dds::heartbeat>{"heartbeat", "every point is published at least this often", 100ms,
                                1h});
-  visit(Field<&Dds::lease>{"lease", "a gateway that was not heard for so long is gone",
+  visit(Field<&Dds::lease>{"lease", "a gateway that sends nothing for this time counts as lost",
                            kShortestLease, kLongestLease});
+  visit(Field<&Dds::security>{.help = "a folder made by `baudgate certs dds`, or a map, below"});
   visit(
-      Field<&Dds::security>{.help = "a folder as `baudgate certs dds` makes it, or a map, below"});
-  visit(Field<&Dds::write>{.help = "whether the domain may write what devices allow",
-                           .words = kDenyAllow});
+      Field<&Dds::write>{.help = "whether DDS participants may write the points that devices allow",
+                         .words = kDenyAllow});
 }
 
 }  // namespace baudgate::config

@@ -141,11 +141,11 @@ struct AllowWhen {
 template <typename Visit>
 void VisitFields(const AllowWhen*, Visit visit) {
   visit(Field<&AllowWhen::point>{.help = "LINE.DEVICE.POINT", .fallback = kRequired});
-  visit(Field<&AllowWhen::is>{.help = "its value; with any other, or none that is good, nothing is "
-                                      "written",
+  visit(Field<&AllowWhen::is>{.help = "value that this point must have; otherwise, or if its "
+                                      "quality is not good, writes are refused",
                               .fallback = kRequired});
   visit(Field<&AllowWhen::only>{
-      .key = "for", .help = "guards writes of this value alone", .fallback = "every value"});
+      .key = "for", .help = "only writes of this value are guarded", .fallback = "every value"});
   visit(Derived<&AllowWhen::device>());
   visit(Derived<&AllowWhen::index>());
   visit(Derived<&AllowWhen::mark>());
@@ -170,15 +170,14 @@ struct Writing {
 template <typename Visit>
 void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allowed>{"write"});
-  visit(Field<&Writing::min>{.help = "the least value, or the point of the device that has it"});
-  visit(Field<&Writing::max>{.help = "the greatest value, or the point of the device that has it"});
+  visit(Field<&Writing::min>{.help = "lowest value, or a point of the device that holds it"});
+  visit(Field<&Writing::max>{.help = "highest value, or a point of the device that holds it"});
   visit(Field<&Writing::min_point>{"min"});
   visit(Field<&Writing::max_point>{"max"});
-  visit(Field<&Writing::step>{.help = "only multiples of it, counted from 0"});
-  visit(Field<&Writing::decimals>{"decimals",
-                                  "digits behind the decimal point that the device takes", 0, 9});
-  visit(Field<&Writing::select>{.help = "true: written only after it was selected"});
-  visit(Field<&Writing::select_time>{"select_time", "how long a selection counts", 1s, 10min});
+  visit(Field<&Writing::step>{.help = "values must be multiples of step"});
+  visit(Field<&Writing::decimals>{"decimals", "decimals that the device accepts", 0, 9});
+  visit(Field<&Writing::select>{.help = "true: the point must be selected before a write"});
+  visit(Field<&Writing::select_time>{"select_time", "how long a selection is valid", 1s, 10min});
   visit(Field<&Writing::allow_when>{.help = "an interlock, or a list of them, below"});
 }
 
@@ -217,37 +216,43 @@ template <typename Visit>
 void VisitFields(const Point*, Visit visit) {
   visit(Field<&Point::name>{.help = "letters, digits, single _, no digit first",
                             .fallback = kRequired});
-  visit(Field<&Point::read>{.help = "the protocol's own address; `baudgate protocols NAME`",
-                            .fallback = "required, unless access is w"});
-  visit(Field<&Point::write>{.help = "where it is written, if not where it is read"});
+  visit(Field<&Point::read>{
+      .help = "address in the protocol's own form; see `baudgate protocols NAME`",
+      .fallback = "required, unless access is w"});
+  visit(Field<&Point::write>{.help = "address for writing, if it differs from read"});
   visit(Field<&Point::type>{.help = "string with its length: string(16); or as IEC 61131-3: INT, "
                                     "REAL, DT …",
                             .fallback = kRequired});
   visit(Field<&Point::text_length>{"length"});
   visit(Field<&Point::time_type>{"type"});
-  visit(Field<&Point::unit>{.help = "of the value: at most 16 bytes"});
-  visit(Field<&Point::access>{.help = "what the device can do"});
+  visit(Field<&Point::unit>{.help = "unit of the value, at most 16 bytes"});
+  visit(Field<&Point::access>{.help = "r: read only, w: write only, rw: both"});
   visit(Field<&Point::writing>{"write"});
-  visit(Field<&Point::group>{.help = "how often it is read"});
-  visit(Field<&Point::poll>{"poll",
-                            "an interval of its own, in place of group; at most eight a device",
-                            kShortestPoll, 24h});
+  visit(Field<&Point::group>{.help = "how often the point is read"});
+  visit(Field<&Point::poll>{
+      "poll",
+      "the point's own interval, in place of group; at most eight different ones per device",
+      kShortestPoll, 24h});
   visit(Field<&Point::modbus>{
-      "modbus", "0-based address, 0…8999 or 9100…19999; without it not on Modbus", 0, 65535});
-  visit(Field<&Point::table>{.help = "input and holding are the same, discrete and coil as well",
-                             .fallback = "input; of bool discrete"});
+      "modbus", "0-based address, 0…8999 or 9100…19999; without it the point is not on Modbus", 0,
+      65535});
+  visit(Field<&Point::table>{
+      .help = "input and holding show the same registers, discrete and coil the same bits",
+      .fallback = "input; of bool discrete"});
   visit(Field<&Point::scale>{.help = "value = raw × scale + offset"});
-  visit(Field<&Point::offset>{.help = "see scale"});
+  visit(Field<&Point::offset>{.help = "value = raw × scale + offset"});
   visit(Field<&Point::sentinels>{
       .help = "raw values that mean a quality: { 999: sensor_failure, 0xFFFF: not_connected }"});
   visit(Field<&Point::on_fault>{
-      .help = "what its register shows while its value is bad: nan, hold or a number"});
-  visit(Field<&Point::jump>{.help = "how far a reading may be from the last one"});
-  visit(Field<&Point::recheck>{.help = "as of a device", .fallback = "the device's"});
+      .help = "what the point's register shows while the value is bad: nan, hold or a number"});
+  visit(Field<&Point::jump>{
+      .help = "largest change from the last reading that needs no second reading"});
+  visit(Field<&Point::recheck>{.help = "as at a device", .fallback = "the device's"});
   visit(Field<&Point::deadband>{.help = "smaller changes are not published"});
   visit(Field<&Point::events>{.help = "an event, or a list of them, below"});
-  visit(Field<&Point::simulate>{.help = "what a twin answers: a value, or [low, high]"});
-  visit(Field<&Point::description>{.help = "for people"});
+  visit(
+      Field<&Point::simulate>{.help = "what a simulated device answers: a value, or [low, high]"});
+  visit(Field<&Point::description>{.help = "free text for people"});
   visit(Derived<&Point::mark>());
 }
 

@@ -73,7 +73,8 @@ void Problems::Add(const Mark& mark, std::string message, bool warning) {
   // An error beyond the limit must still count as an error, so one message stands for all the rest.
   if (problems_.size() > kMost || (problems_.size() == kMost && warning)) return;
   if (problems_.size() == kMost) {
-    problems_.push_back({{mark.file, 0, 0}, "there are more problems; they are not shown", false});
+    problems_.push_back(
+        {{mark.file, 0, 0}, "more problems are not shown; correct these first", false});
     return;
   }
   for (const std::string& secret : secrets_) {

@@ -29,11 +29,13 @@ struct Rs485 {
 
 template <typename Visit>
 void VisitFields(const Rs485*, Visit visit) {
-  visit(Field<&Rs485::enabled>{.help = "the driver switches direction", .fallback = "true"});
-  visit(Field<&Rs485::delay_before_send>{"delay_before_send", "RTS to first bit", 0ms, 1s});
-  visit(Field<&Rs485::delay_after_send>{"delay_after_send", "last bit to RTS", 0ms, 1s});
+  visit(Field<&Rs485::enabled>{.help = "the driver switches the direction", .fallback = "true"});
+  visit(Field<&Rs485::delay_before_send>{"delay_before_send", "time from RTS to the first bit", 0ms,
+                                         1s});
+  visit(Field<&Rs485::delay_after_send>{"delay_after_send", "time from the last bit to RTS", 0ms,
+                                        1s});
   visit(Field<&Rs485::rts_active_high>{.help = "RTS is high while the gateway sends"});
-  visit(Field<&Rs485::receive_while_sending>{.help = "the port hears what it sends"});
+  visit(Field<&Rs485::receive_while_sending>{.help = "the port receives what it sends"});
 }
 
 inline constexpr int kSlowestBaud = 300;
@@ -70,13 +72,13 @@ void VisitFields(const SerialSettings*, Visit visit) {
   visit(Field<&SerialSettings::data_bits>{"data", "bits of a character", 7, 8, kOwn});
   visit(Field<&SerialSettings::stop_bits>{"stop", "stop bits", 1, 2, kOwn});
   visit(Field<&SerialSettings::software_parity>{
-      .help = "for ports that know 8N1 only: the gateway makes and checks the parity bit"});
+      .help = "for ports that support 8N1 only: the gateway makes and checks the parity bit"});
   visit(Field<&SerialSettings::parity>{.help = "also N, E, O, M, S; software as software_parity",
                                        .fallback = kOwn});
   visit(Field<&SerialSettings::rtscts>{.help = "flow control by RTS and CTS"});
   visit(Field<&SerialSettings::xonxoff>{
       .help = "flow control by the bytes 0x11 and 0x13: not with binary protocols"});
-  visit(Field<&SerialSettings::low_latency>{.help = "ask the driver to deliver bytes at once"});
+  visit(Field<&SerialSettings::low_latency>{.help = "asks the driver to deliver bytes at once"});
   visit(Field<&SerialSettings::rs485>{.help = "a map, below"});
 }
 

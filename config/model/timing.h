@@ -50,13 +50,14 @@ Timing Lengthen(const Timing& timing, const Timing& least);
 template <typename Visit>
 constexpr void VisitFields(const Timing*, Visit visit) {
   // Only the quiet time may be zero: a waiting time of 0 would mean "never" or "for ever".
-  visit(Field<&Timing::quiet>{"quiet", "silence before a request", 0ms, 1min});
-  visit(Field<&Timing::reply>{"reply", "from the end of the request to the first byte of the reply",
-                              1ms, 10min});
+  visit(Field<&Timing::quiet>{"quiet", "least silence before a request", 0ms, 1min});
+  visit(Field<&Timing::reply>{
+      "reply", "timeout from the end of the request to the first byte of the reply", 1ms, 10min});
   visit(Field<&Timing::gap>{"gap", "longest silence inside a frame", 1ms, 1min});
-  visit(Field<&Timing::ceiling>{"ceiling", "whole exchange, from the end of the request", 1ms,
-                                10min});
-  visit(Field<&Timing::drain>{"drain", "silence that ends a drain", 1ms, 1min});
+  visit(Field<&Timing::ceiling>{
+      "ceiling", "timeout of the whole exchange, from the end of the request", 1ms, 10min});
+  visit(Field<&Timing::drain>{
+      "drain", "after a failed exchange, bytes are discarded until this silence", 1ms, 1min});
   visit(Field<&Timing::from>());
 }
 
@@ -109,7 +110,7 @@ void VisitFields(const Pace*, Visit visit) {
   visit(Field<&Pace::retries>{
       "retries", "how often a failed exchange is repeated before its poll is given up", 0, 10});
   visit(Field<&Pace::recheck>{
-      .help = "which readings wait for a second one: none, those that differ by more than the "
+      .help = "which readings need a second reading: none, those that differ by more than the "
               "point's jump, all",
       .fallback = "jump where nothing but an 8-bit sum or no sum guards replies and parity is off, "
                   "else off"});

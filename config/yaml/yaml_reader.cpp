@@ -84,7 +84,7 @@ std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Pro
     }
     const auto [earlier, is_new] = first.emplace(key.text(), key.place());
     if (!is_new) {
-      problems.Error(key.mark(), "key " + problems.ShownKey(key.text()) + " stands twice in " +
+      problems.Error(key.mark(), "key " + problems.ShownKey(key.text()) + " occurs twice in " +
                                      what + "; first in line " +
                                      std::to_string(earlier->second.line));
       continue;
@@ -221,11 +221,12 @@ std::optional<YamlNode> MapReader::Get(std::string_view key) {
   const std::string_view line = entry->value.source()->Line(entry->place.line);
   const bool comment = line.find(": #") != std::string_view::npos;
   const bool anchor = line.find(entry->key + ": &") != std::string_view::npos;
-  problems_.Error(entry->value.mark(),
-                  entry->key + ": has no value; " +
-                      (comment  ? "what begins with '#' is a comment unless it is quoted"
-                       : anchor ? "one that begins with '&' needs quotes"
-                                : "give it one or remove the key"));
+  problems_.Error(
+      entry->value.mark(),
+      entry->key + ": has no value; " +
+          (comment  ? "text after '#' is a comment; put a value that begins with '#' in quotes"
+           : anchor ? "put a value that begins with '&' in quotes"
+                    : "write a value or remove the key"));
   return std::nullopt;
 }
 
@@ -300,13 +301,13 @@ void MapReader::Finish() {
     const Mark mark = entry.value.source()->MarkAt(entry.place);
     // "{ password: SEC,RET }" contains a key RET, which is part of the secret.
     if (problems_.IsSecret(behind) && entry.value.kind() == YamlNode::Kind::null) {
-      problems_.Error(mark, "a key without a value stands behind '" + behind + "' in " + what_ +
-                                "; put a value with a comma in quotes");
+      problems_.Error(mark, "a key without a value follows '" + behind + "' in " + what_ +
+                                "; put a value that contains a comma in quotes");
       continue;
     }
     if (BeginsWithDigit(entry.key) && entry.value.kind() == YamlNode::Kind::null) {
-      problems_.Error(mark, "a number stands alone behind '" + behind + "' in " + what_ +
-                                "; decimals have a point, not a comma: 1.5s");
+      problems_.Error(mark, "a number without a key follows '" + behind + "' in " + what_ +
+                                "; write decimals with a point, not a comma: 1.5s");
       continue;
     }
     const std::string missing = MissingMark(entry.key);

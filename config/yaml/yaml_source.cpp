@@ -36,7 +36,7 @@ std::string QuotingHint(const Source& source, int last_line) {
     // Patterns such as "- *.*.current_*" and "[*.*.*]".
     for (const char* const begin : {"- *", "[*", "[ *", ", *"}) {
       if (text.find(begin) == std::string_view::npos) continue;
-      return "; what begins with '*' in line " + std::to_string(line) + " needs quotes";
+      return "; a value that begins with '*' in line " + std::to_string(line) + " needs quotes";
     }
   }
   return {};
@@ -75,10 +75,10 @@ std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems)
   const Position place = source.At(starts.last);
   const auto at = static_cast<std::size_t>(std::max(starts.last.pos, 0));
   if (at < source.text().size() && source.text()[at] == ',') {
-    problems.Error(source.MarkAt(place), "this comma stands outside of brackets; remove it");
+    problems.Error(source.MarkAt(place), "this comma is outside of brackets; remove it");
   } else {
     problems.Error(source.MarkAt(place),
-                   "a second document begins here; one file holds one, remove the '---'");
+                   "a second document begins here, but a file can have only one; remove the '---'");
   }
   return std::nullopt;
 }

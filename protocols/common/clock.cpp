@@ -23,8 +23,8 @@ CivilZone::Utc LastSunday(std::chrono::year year, std::chrono::month month) {
 
 Result<CivilZone> CivilZone::Parse(std::string_view text) {
   const Error error{"\"" + std::string(text) +
-                    "\" is no time zone; write the clock's distance from UTC, as +03:00, and eu "
-                    "behind it if the clock follows summer time, as \"+01:00 eu\""};
+                    "\" is not a time zone; write the clock's offset from UTC, for example +03:00, "
+                    "or \"+01:00 eu\" if the clock follows European summer time"};
   constexpr std::string_view kDaylight = " eu";
   CivilZone zone;
   zone.daylight_ = text.ends_with(kDaylight);

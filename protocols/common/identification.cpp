@@ -25,14 +25,14 @@ DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says)
   if (own || spoken.empty() || identity.names.empty() || identity.ignore) return {};
   const std::string shown = Printable(ToBytes(Trim(says)));
   if (const auto other = identity.others.find(spoken); other != identity.others.end()) {
-    return {Reason::other_module, "the device is not what its profile says: it calls itself '" +
-                                      shown + "': set profile: " + other->second +
-                                      ", or correct its address"};
+    return {Reason::other_module, "the device does not match its profile: it reports the name '" +
+                                      shown + "'; set profile: " + other->second +
+                                      ", or correct the address"};
   }
-  return {Reason::none, "it calls itself '" + shown + "', which its profile does not list (" +
+  return {Reason::none, "it reports the name '" + shown + "', which its profile does not list (" +
                             Listed(identity.names) +
-                            "); its values are served all the same: correct its address or "
-                            "profile, or set identity: ignore"};
+                            "), but its values are still used; correct the address or the profile, "
+                            "or set identity: ignore"};
 }
 
 namespace {

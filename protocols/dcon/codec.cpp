@@ -66,7 +66,7 @@ Result<std::uint8_t> ParseAddress(std::string_view text) {
       hex ? ParseInteger<unsigned>(text.substr(2), 16) : ParseInteger<unsigned>(text);
   if (!number || *number > 255) {
     return Error{"address '" + std::string(text) +
-                 "' is not 0...255, or hex as 0x4A; a module's 4A is 74 or 0x4A here"};
+                 "' is neither 0...255 nor hex as 0x4A; for module 4A write 74 or 0x4A"};
   }
   return static_cast<std::uint8_t>(*number);
 }

@@ -76,7 +76,7 @@ std::optional<Exchanged> ReplyReader::Read(View request, View frame) const {
   if (IsOfOwnMode(request, frame)) {
     DecodedReply late;
     late.outcome = Outcome::unexpected;
-    late.reason = "the reply carries a checksum, and none was asked for";
+    late.reason = "the reply has a checksum, but the request had none";
     return Exchanged{*command, std::move(late)};
   }
   if (places_.IsSetting(command->text)) {
@@ -141,7 +141,7 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
   if (!exchanged) {
     Answer answer;
     answer.outcome = Outcome::corrupt;
-    answer.reason = "request '" + Printable(request) + "' is no DCON request" +
+    answer.reason = "request '" + Printable(request) + "' is not a DCON request" +
                     (settings_.checksum ? " with a good checksum; is checksum: true right?" : "");
     return answer;
   }
@@ -246,10 +246,11 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
   const auto before = std::exchange(fetched_, asked_);
   const bool overtaken = before && asked_ - *before > 1;
   overtaken_ = overtaken ? overtaken_ + 1 : 0;
-  if (!first) return "the module has not heard the last #**: its sample is an older one";
-  if (!before) return "the module's sample may be an older one: the next one counts";
+  if (!first) return "the module missed the last #**, so its sample is too old";
+  if (!before) return "the module's sample may be too old; the next sample is used";
   if (overtaken)
-    return "several samples are under way, and it is not known which one the module has sent";
+    return "several samples are pending, and the module's reply does not show which one it "
+           "contains";
   return std::nullopt;
 }
 
@@ -314,7 +315,7 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   const std::string command = CommandOf(task);
   if (const auto question = questions_.Before(command)) return requests_.Question(*question);
   if (!identification_.Allows(command)) {
-    return Error{trouble() ? trouble().text : "the module has not said in which mode it is"};
+    return Error{trouble() ? trouble().text : "the module has not reported its checksum mode"};
   }
   if (task.kind != Task::Kind::write) return AskRead(command, now);
   const auto step = writes_.Next(task, now);
@@ -322,8 +323,8 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   Request request = requests_.Own(step->command);
   if (identification_.IsTakenCutShort(request.bytes)) {
     return Error{
-        "the module has not said in which checksum mode it is, and the end of this command happens "
-        "to be the right checksum: write another value, or set identify: false if it is off"};
+        "the module has not reported its checksum mode, and this command happens to end in a valid "
+        "checksum; write another value, or set identify: false if the checksum is off"};
   }
   request.prepares = step->prepares;
   return request;
@@ -391,7 +392,7 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   const bool ends = task.kind == Task::Kind::write && answer.then != Then::ask_again;
   if (ends && request.prepares && answer.reason.empty()) {
     answer.reason =
-        trouble() ? trouble().text : "the module has only now said what it is: try again";
+        trouble() ? trouble().text : "the module has been identified only now; try again";
   }
   return answer;
 }
@@ -559,8 +560,8 @@ void DconConversation::OnReconnect() {
 
 std::string DconConversation::WhatIsLearned() const {
   if (!sampling_.IsOvertaken()) return {};
-  return "its samples ($4) are overtaken by those of other modules: modules that are read together "
-         "need the same poll";
+  return "its samples ($4) are overtaken by samples of other modules; set the same poll for all "
+         "modules that are sampled together";
 }
 
 }  // namespace baudgate::protocols::dcon

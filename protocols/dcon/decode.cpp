@@ -37,19 +37,20 @@ DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
     return Fail(Outcome::unexpected,
-                "refusal '?" + reply.body + "' is of another module than " + who);
+                "refusal '?" + reply.body + "' is from another module than " + who);
   }
   if (read) {
     DecodedReply decoded =
         Fail(Outcome::unsupported, "the module answers '?" + reply.body + "' to " + request.text +
-                                       ": it does not know this command, or the channel does "
-                                       "not exist or is disabled");
-    decoded.remedy = "does the profile fit the module, with its channels?";
+                                       ": the module does not know this command, or the channel "
+                                       "does not exist or is disabled");
+    decoded.remedy = "check that the profile and its channels fit the module";
     return decoded;
   }
   const std::string says = "the module answers '?" + reply.body + "' to " + request.text + ": ";
   if (!IsAnalogOutput(request.text)) {
-    return Fail(Outcome::refused, says + "it does not know this command, or the value is invalid");
+    return Fail(Outcome::refused,
+                says + "the module does not know this command, or the value is invalid");
   }
   DecodedReply decoded =
       Fail(Outcome::refused, says +
@@ -116,7 +117,7 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
     AssignChannels(cut, settings, channels);
   } else if (cut.outcome == Outcome::ok && cut.fields.size() != 1) {
     return Fail(Outcome::unexpected,
-                std::to_string(cut.fields.size()) + " numbers came where one was asked for");
+                std::to_string(cut.fields.size()) + " numbers came instead of one");
   }
   DecodedReply decoded;
   decoded.form = form;
@@ -154,8 +155,8 @@ DecodedReply DecodeDigits(std::string_view command, std::string_view payload, Fo
   const auto [least, most] = DigitCount(form, command);
   if (payload.size() < least || payload.size() > most) {
     return Fail(Outcome::unexpected, std::to_string(payload.size()) + " digits came in " + shown +
-                                         " where " + std::to_string(most) +
-                                         " belong; do checksum and module type agree?");
+                                         " instead of " + std::to_string(most) +
+                                         "; check the checksum option and the module type");
   }
   const bool decimal = form == Form::decimal;
   const auto number = (decimal ? IsDecimalText(payload) : IsHexText(payload))
@@ -204,7 +205,8 @@ DecodedReply DecodeSample(const Command& request, Form form, const Reply& reply,
   const bool own = form != Form::number || payload.starts_with(who);
   if (own && form == Form::number) payload.remove_prefix(who.size());
   if (!own || payload.empty() || (payload.front() != '0' && payload.front() != '1')) {
-    return Fail(Outcome::unexpected, "reply " + Shown(frame) + " tells no sample of module " + who);
+    return Fail(Outcome::unexpected,
+                "reply " + Shown(frame) + " does not contain a sample of module " + who);
   }
   const bool first = payload.front() == '1';
   payload.remove_prefix(1);
@@ -218,12 +220,13 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
                         const Reply& reply, const Settings& settings, View frame) {
   const Form form = wanted.value_or(GuessForm(request, reply, settings));
   if (reply.ambiguous) {
-    return Fail(Outcome::unexpected, "the checksum fits at both ends of " + Shown(frame) +
-                                         "; set counter_checksum to the end that this module uses");
+    return Fail(Outcome::unexpected,
+                "the checksum fits at both ends of " + Shown(frame) +
+                    "; set counter_checksum to the end where this module puts it");
   }
   if (!LeadFits(form, reply.lead)) {
-    return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not have the form that " +
-                                         request.text + " asks for");
+    return Fail(Outcome::unexpected,
+                "reply " + Shown(frame) + " does not have the form of a reply to " + request.text);
   }
   // With INIT* grounded a module answers at 00, and this reply contains its stored address.
   const bool init = request.text == "$2" && request.address == 0;
@@ -233,7 +236,7 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
   if (!payload) {
     DecodedReply other =
         Fail(Outcome::unexpected,
-             "reply " + Shown(frame) + " is of another module than " + HexByte(request.address));
+             "reply " + Shown(frame) + " is from another module than " + HexByte(request.address));
     const bool number = reply.body.starts_with('+') || reply.body.starts_with('-');
     if (settings.data_address && number) {
       other.remedy = "its replies carry no address: set data_address: false in the configuration";
@@ -282,9 +285,10 @@ std::uint8_t ReplyAddress(const Command& request) {
 DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::size_t channels,
                          View frame, const Settings& settings) {
   const auto reply = ParseReply(frame, ReplyVariant(request.text, settings));
-  if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is no DCON frame");
+  if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is not a DCON frame");
   if (request.broadcast) {
-    return Fail(Outcome::unexpected, "nobody answers a broadcast, yet " + Shown(frame) + " came");
+    return Fail(Outcome::unexpected,
+                "no device answers a broadcast, but " + Shown(frame) + " came");
   }
   const bool read = form || DefaultForm(request.text);
   if (reply->lead == '?') return DecodeRefusal(request, *reply, read);
@@ -294,7 +298,7 @@ DecodedReply DecodeReply(const Command& request, std::optional<Form> form, std::
 
 DecodedReply DecodeConfirmation(const Command& request, View frame, const Settings& settings) {
   const auto reply = ParseReply(frame, ReplyVariant(request.text, settings));
-  if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is no DCON frame");
+  if (!reply) return Fail(Outcome::corrupt, "reply " + Shown(frame) + " is not a DCON frame");
   if (reply->lead == '?') return DecodeRefusal(request, *reply, false);
   if (reply->lead == '!' && reply->body == HexByte(request.address)) return {};
   return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
@@ -309,12 +313,13 @@ Field Select(const DecodedReply& decoded, const ReadAddress& address) {
     return BadField({Quality::bad_configuration, Reason::not_fitted},
                     "the module has no such channel");
   }
-  if (decoded.fields.size() != 1) return BadField(Quality::bad, "no single value");
+  if (decoded.fields.size() != 1)
+    return BadField(Quality::bad, "the reply does not have exactly one value");
   Field field = decoded.fields.front();
   if (const auto* text = std::get_if<std::string>(&field.value)) {
     if (address.select == Kind::whole) return field;
     const auto format = ParseInteger<unsigned>(std::string_view(*text).substr(4), 16);
-    if (!format) return BadField(Quality::bad, "no format byte");
+    if (!format) return BadField(Quality::bad, "the reply has no format byte");
     field.value = (*format >> address.index & 1U) != 0;
     return field;
   }
@@ -374,7 +379,7 @@ struct Behind {
 
 using Kind = Behind::Kind;
 constexpr Behind kBehind[] = {
-    {"$5", Kind::flag, 1, "restarted since last asked"},
+    {"$5", Kind::flag, 1, "restarted since the last read"},
     {"$6", Kind::hex, 3, "analog output in hex"},
     {"$6n", Kind::hex, 3, "analog output in hex"},
     {"$7n", Kind::flag, 1, "overflow"},
@@ -450,7 +455,7 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
   if (text.empty()) {
     if (read && !FitsPrinted("$6n", request.text)) return std::nullopt;
     if (request.text.front() == '#' || FitsPrinted("@*", request.text)) {
-      answer.reason = "confirmed by !" + who + " in place of >";
+      answer.reason = "confirmed by !" + who + " instead of >";
     }
     return answer;
   }
@@ -553,7 +558,7 @@ Answer ReadAs(const Command& request, const DecodedReply& decoded, const Setting
   if (other.width != settings.width) {
     answer.reason += answer.reason.empty() ? "" : "; ";
     answer.reason += "its numbers do not have the usual " + std::to_string(settings.width) +
-                     " characters: the option is width: 0";
+                     " characters; set width: 0";
   }
   const bool joined = decoded.form == Form::numbers || decoded.form == Form::words;
   for (const Field& field : decoded.fields) {

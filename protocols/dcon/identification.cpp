@@ -234,7 +234,7 @@ std::string ChannelTypes::Remark(std::uint32_t enabled) const {
     const std::uint8_t type = *TypeOf(i);
     if (!text.empty()) text += "; ";
     text += "input " + std::to_string(*inputs_of_points_[i]) + " has type " + HexByte(type) +
-            " and measures in " + std::string(UnitOfType(type)) + ", the profile says " +
+            " and measures in " + std::string(UnitOfType(type)) + ", but the profile says " +
             device_.points[i].unit + " for " + device_.points[i].name;
   }
   return text;
@@ -246,10 +246,10 @@ constexpr std::array<Identification::Question, 4> kRound = {
     {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
 constexpr int kOwnMode = 2;  // questions in the configured checksum mode, the first of the round
 
-constexpr std::string_view kAdvice = ": correct the profile, the address or the module";
+constexpr std::string_view kAdvice = "; correct the profile, the address or the module";
 
 constexpr const char* kAdviceOnInputs =
-    " (bad until then: correct the unit, the input's type or its wiring)";
+    " (the values are bad until then; correct the unit, the input's type or its wiring)";
 
 std::string_view WordOf(unsigned format) {
   constexpr std::string_view kWords[] = {"engineering", "percent", "hex", "ohms"};
@@ -267,15 +267,15 @@ std::string WhatOf(std::uint8_t type) {
 
 DeviceTrouble Complaint(std::string what) {
   return {Reason::other_module,
-          "the module is not what its profile says: " + std::move(what).append(kAdvice)};
+          "the module does not match its profile: " + std::move(what).append(kAdvice)};
 }
 
 /// `on`: the checksum is on in the module.
 DeviceTrouble ModuleChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +
-              ", and the configuration says checksum: " + (on ? "false" : "true") +
-              ": set checksum: " + (on ? "true" : "false") + " in the configuration"};
+              ", but the configuration says checksum: " + (on ? "false" : "true") +
+              "; set checksum: " + (on ? "true" : "false") + " in the configuration"};
 }
 
 std::string Alternatives(const std::vector<std::string>& words) {
@@ -427,7 +427,7 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     return ParseInteger<unsigned>(listed_type, 16) == unsigned{*type};
   });
   if (!settings_.types.empty() && !listed) {
-    return Complaint("type " + code + ", the profile says " + Alternatives(settings_.types));
+    return Complaint("type " + code + ", but the profile says " + Alternatives(settings_.types));
   }
   // With INIT* grounded a module answers at 00 without checksum, whatever its format byte is.
   const bool init = ParseAddress(device_.address).value() == 0;
@@ -443,12 +443,13 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
           " is an analog output, and $AA4 would store its present output for power-up");
     }
     if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
-      return Complaint("data format '" + std::string(WordOf(*format)) + "', the profile says " +
+      return Complaint("data format '" + std::string(WordOf(*format)) + "', but the profile says " +
                        std::string(WordOf(static_cast<unsigned>(settings_.format))));
     }
     if (!settings_.channel_types && !Measures(*type, *read, point.unit, settings_)) {
-      return Complaint("type " + code + " measures in " + WhatOf(*type) + ", the profile says " +
-                       (read->total ? "a total" : point.unit) + " for " + point.name);
+      return Complaint("type " + code + " measures in " + WhatOf(*type) +
+                       ", but the profile says " + (read->total ? "a total" : point.unit) +
+                       " for " + point.name);
     }
   }
   return {};
@@ -465,7 +466,7 @@ void Identification::Sum() {
   if (trouble_) return;
   if (IsMute()) {
     trouble_.text =
-        "it does not say in which checksum mode it is ($AAM, $AA2), so writes are not sent: set "
+        "the module does not report its checksum mode ($AAM, $AA2), so writes are not sent; set "
         "identify: false if its checksum is on";
   }
   if (was_wrong) {

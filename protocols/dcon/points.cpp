@@ -62,8 +62,8 @@ struct Forbidden {
 
 constexpr Forbidden kForbidden[] = {
     {"%", "sets address, type, baud rate or format"},
-    {"#**", "is a broadcast that nobody answers"},
-    {"~**", "is a broadcast that nobody answers"},
+    {"#**", "is a broadcast, which no module answers"},
+    {"~**", "is a broadcast, which no module answers"},
     {"~", "is a setting; only ~0, ~2 and ~4 can be read"},
     {"$0", "is a calibration command"},
     {"$1", "is a calibration command"},
@@ -112,8 +112,8 @@ Error UnknownCommand(std::string_view text, std::string_view command) {
     }
   }
   return ReadError(text,
-                   "is no command that can be polled; it begins with one of # $ @ ~ ^, without "
-                   "address and checksum, as in \"#[0]\" or \"$6[b8]\"");
+                   "is not a command that can be polled; write a command that begins with # $ @ ~ "
+                   "or ^, without address and checksum, as in \"#[0]\" or \"$6[b8]\"");
 }
 
 /// Parses "b8-b9": several bits of a hex reply.
@@ -150,15 +150,15 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
 std::string NeedsWord(std::string_view command) {
   const std::string own(command);
   if (command.starts_with("$4")) {
-    return "stores the output of an output module for power-up; if this is a synchronised sample, "
-           "say so: \"$4 value\" or \"$4[b0] status\"";
+    return "stores the output of an output module for power-up; for a synchronised sample write "
+           "\"$4 value\" or \"$4[b0] status\"";
   }
   if (command.starts_with("$7")) {
-    return "clears the overflow flag of a counter module; if this is meant, or an analog output, "
-           "say so: \"" +
+    return "clears the overflow flag of a counter module; write for the flag, or for an analog "
+           "output: \"" +
            own + "[b0] overflow\", \"" + own + " power_on\"";
   }
-  return "resets the counter of a counter module; if this is an analog output, say so: \"" + own +
+  return "resets the counter of a counter module; for an analog output write \"" + own +
          " commanded\"";
 }
 
@@ -192,12 +192,12 @@ constexpr DecoderSpec kDecoders[] = {
     {"$6", "Digital word of $AA6 (! and four digits and 00, no address); bits as $6[b8]."},
     {"$L1", "Latched digital word of $AALS; bits as $L1[b0]."},
     {"$4 value", "Synchronised sample: #** to all modules, then $AA4 of each one; one number."},
-    {"$4[b0] status", "The same of a digital module: bits of what it has sampled."},
+    {"$4[b0] status", "Synchronised sample of a digital module: its bits."},
     {"$6 mask", "Channel enable mask of analog modules: !AA and hex; bits as $6[b0] mask."},
     {"$80", "Present output of an analog output channel: !AA and a number."},
     {"$60 commanded", "Last commanded output. On a counter module $60 would reset the counter."},
-    {"#0 total", "All that a counter has counted, over roll-overs and restarts; 64 bits."},
-    {"#0 decimal total", "The same of an input counter of a digital module."},
+    {"#0 total", "Total of a counter, continued over roll-overs and restarts; 64 bits."},
+    {"#0 decimal total", "Total of an input counter of a digital module; 64 bits."},
     {"$70 power_on", "Output at power-up. On a counter module $70 is the overflow flag."},
     {"$50[b0]", "1: the counter is running. $70[b0] overflow: it has overflowed."},
     {"@DI[b8-b9]", "Bits 8 and 9 of the five hex digits of @AADI as a number: the outputs."},
@@ -214,18 +214,20 @@ constexpr DecoderSpec kDecoders[] = {
 Status CheckReadType(const config::Point& point, const ReadAddress& read) {
   const bool bit = read.select == ReadAddress::Select::bit;
   if (bit != (point.type == config::Type::boolean)) {
-    return Error{bit ? "read '" + point.read + "' is one bit: its type is bool"
-                     : "read '" + point.read + "' is no bit; a bool needs one, as in \"$6[b0]\""};
+    return Error{bit ? "read '" + point.read + "' is one bit; write type: bool"
+                     : "read '" + point.read +
+                           "' is not a bit; a bool point needs a bit, as in \"$6[b0]\""};
   }
   const bool text = read.form == Form::text && !bit;
   if (text != (point.type == config::Type::string)) {
     return Error{"read '" + point.read +
-                 (text ? "' gives text: its type is string(n)" : "' gives a number, not text")};
+                 (text ? "' gives text; write type: string(n)"
+                       : "' gives a number, so the type cannot be a string")};
   }
   const bool wide = point.type == config::Type::int64 || point.type == config::Type::uint64 ||
                     point.type == config::Type::float64;
   if (read.total && !wide) {
-    return Error{"read '" + point.read + "' outgrows 32 bits: its type is uint64"};
+    return Error{"read '" + point.read + "' needs more than 32 bits; write type: uint64"};
   }
   return {};
 }
@@ -235,14 +237,14 @@ Status CheckWriteType(const config::Point& point, const WriteAddress& write) {
   using Kind = WriteAddress::Kind;
   const bool action = write.kind == Kind::action;
   if (action && point.access != config::Access::write) {
-    return Error{"write '" + point.write +
-                 "' does something once and has no state: access: w, and "
-                 "a point of its own for what is read"};
+    return Error{
+        "write '" + point.write +
+        "' is an action without a state; write access: w, and read values by another point"};
   }
   const bool bit = write.kind == Kind::bit || write.kind == Kind::flag || action;
   if (bit != (point.type == config::Type::boolean)) {
-    return Error{bit ? "write '" + point.write + "' takes a bit: its type is bool"
-                     : "write '" + point.write + "' takes a number; a bool is written by {bit}"};
+    return Error{bit ? "write '" + point.write + "' takes a bit; write type: bool"
+                     : "write '" + point.write + "' takes a number; a bool point needs {bit}"};
   }
   return {};
 }
@@ -269,7 +271,8 @@ Result<ReadAddress> ParseRead(std::string_view text) {
   if (const auto open = rest.find('['); open != std::string_view::npos) {
     if (!rest.ends_with(']') ||
         !ParseSelector(rest.substr(open + 1, rest.size() - open - 2), address)) {
-      return ReadError(text, "ends in no good field: [0]...[31], [b0]...[b31], [high] or [low]");
+      return ReadError(text,
+                       "does not end in a valid field: [0]...[31], [b0]...[b31], [high] or [low]");
     }
     rest = rest.substr(0, open);
   }
@@ -283,18 +286,19 @@ Result<ReadAddress> ParseRead(std::string_view text) {
     word = words.front();
   } else if (std::find(words.begin(), words.end(), word) == words.end()) {
     return ReadError(
-        text, "has no decoder '" + std::string(word) + "'; it has: " + std::string(rule->forms));
+        text, "has no decoder '" + std::string(word) + "'; possible: " + std::string(rule->forms));
   }
   address.command = rest;
   address.form = FormOf(word, rest).value_or(Form::number);
   if (address.form == Form::numbers && address.select == ReadAddress::Select::whole) {
-    return ReadError(text, "names no field; the first number is \"" + std::string(rest) + "[0]\"");
+    return ReadError(text,
+                     "needs a field; for the first number write \"" + std::string(rest) + "[0]\"");
   }
   const bool counts = address.form == Form::counter || address.form == Form::decimal;
   if (address.total && !(counts && rest.starts_with('#'))) {
-    return ReadError(text, "has no total; the inputs of counters have: \"#0 total\"");
+    return ReadError(text, "has no total; only counter inputs have one, as in \"#0 total\"");
   }
-  if (!SelectorFits(address)) return ReadError(text, "has a field that its reply does not have");
+  if (!SelectorFits(address)) return ReadError(text, "has a field that the reply does not contain");
   return address;
 }
 
@@ -415,7 +419,7 @@ Status CheckPoint(const config::Point& point) {
   if (point.access == config::Access::read) return {};
   if (point.write.empty()) {
     return Error{
-        "a writable point needs write:, as in write: \"#13{bit}\" or \"#2{+00.000 0..10}\""};
+        "a writable point needs the key write, as in write: \"#13{bit}\" or \"#2{+00.000 0..10}\""};
   }
   const auto write = ParseWrite(point.write);
   if (!write) return Error{write.error()};

@@ -64,8 +64,8 @@ std::size_t DigitsOf(std::string_view data) {
 Result<WriteAddress> ParseSetting(const SettingRule& rule, WriteAddress write,
                                   std::string_view text, std::string_view data) {
   if (data != rule.data) {
-    return WriteError(text, "takes another form of data: \"" + write.command + "{" +
-                                std::string(rule.data) + "}\"");
+    return WriteError(
+        text, "needs this form of data: \"" + write.command + "{" + std::string(rule.data) + "}\"");
   }
   using Kind = WriteAddress::Kind;
   write.setting = true;
@@ -144,7 +144,7 @@ std::string FixedHex(std::uint64_t value, std::size_t digits) {
 
 Result<WriteAddress> ParseWrite(std::string_view text) {
   constexpr std::string_view kForms =
-      "; it is a command and the form of its data: \"#13{bit}\", \"@{hex2}\", \"#2{+00.000 "
+      "; write a command with the form of its data, as in \"#13{bit}\", \"@{hex2}\", \"#2{+00.000 "
       "0..10}\"";
   const auto open = text.find('{');
   if (open == std::string_view::npos || !text.ends_with('}')) {
@@ -158,8 +158,8 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
   }
   if (!IsOutputCommand(write.command)) {
     return WriteError(text,
-                      "is no command that a gateway writes with: # and @ for outputs, and what the "
-                      "README lists, as \"$C{clear}\", \"~1{clear}\"");
+                      "is not a write command; use # or @ for outputs, or a command that the "
+                      "README lists, as \"$C{clear}\" or \"~1{clear}\"");
   }
   if (data == "bit") {
     if (write.command.size() != 3) {
@@ -173,7 +173,7 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
     write.kind = WriteAddress::Kind::hex;
     write.digits = *digits;
     if (write.command != "@" && write.command.size() - 1 + write.digits < 3) {
-      return WriteError(text, "would be taken as the read of a channel");
+      return WriteError(text, "would be read by the module as a request for a channel");
     }
     return write;
   }
@@ -181,7 +181,7 @@ Result<WriteAddress> ParseWrite(std::string_view text) {
   const std::string_view range =
       blank == std::string_view::npos ? std::string_view{} : Trim(data.substr(blank));
   if (!ParsePicture(data.substr(0, blank), write) || !ParseRange(range, write)) {
-    return WriteError(text, "has a form that is not understood" + std::string(kForms));
+    return WriteError(text, "has an unknown form of data" + std::string(kForms));
   }
   if (write.command == "@") return WriteError(text, "takes hex digits, not a number");
   return write;
@@ -199,7 +199,7 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
       return write.command + zero + (number == 1 ? "1" : "0");
     }
     case WriteAddress::Kind::action:
-      if (number != 1) return Error{shown + " does nothing; write 1"};
+      if (number != 1) return Error{shown + " has no effect; write 1"};
       return write.command;
     case WriteAddress::Kind::hex:
     case WriteAddress::Kind::decimal: {
@@ -220,7 +220,7 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
       }
       return write.command + FixedPoint(number, write);
   }
-  return Error{"unknown form of write"};
+  return Error{"the form of this write is not known"};
 }
 
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command) {

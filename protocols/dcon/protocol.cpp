@@ -35,8 +35,8 @@ Status CheckCodes(const Settings& settings) {
     for (std::size_t j = i + 1; j < std::size(lists); ++j) {
       for (const std::string& code : lists[j].second) {
         if (std::ranges::find(lists[i].second, code) == lists[i].second.end()) continue;
-        return Error{"'" + code + "' stands in '" + lists[i].first + "' and in '" + lists[j].first +
-                     "'; it can mean one of them only"};
+        return Error{"'" + code + "' is in '" + lists[i].first + "' and in '" + lists[j].first +
+                     "'; list a code under one key only"};
       }
     }
   }
@@ -46,7 +46,8 @@ Status CheckCodes(const Settings& settings) {
 Status CheckTypes(const Settings& settings) {
   for (const std::string& type : settings.types) {
     if (type.size() == 2 && ParseInteger<unsigned>(type, 16)) continue;
-    return Error{"'" + type + "' in 'types' is no type code: two hex digits, in quotes, as \"08\""};
+    return Error{"'" + type +
+                 "' in 'types' is not a type code; write two hex digits in quotes, as \"08\""};
   }
   return {};
 }
@@ -85,9 +86,10 @@ void DoubtUnits(const config::Device& device, const Settings& settings,
       return !code || Measures(*code, *read, point.unit, settings);
     });
     if (fits) continue;
-    doubts.push_back({i, "no module of the types that the profile lists (" +
-                             Joined(settings.types) + ") measures '" + point.unit +
-                             "': it will never have a good value; correct its unit, or 'types'"});
+    doubts.push_back(
+        {i, "no module of the types that the profile lists (" + Joined(settings.types) +
+                ") measures '" + point.unit +
+                "', so the point will never have a good value; correct the unit, or 'types'"});
   }
 }
 
@@ -95,18 +97,18 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
   std::vector<ConfigRemark> doubts;
   const auto address = ParseAddress(device.address);
   if (address && *address == 0) {
-    doubts.push_back(
-        {kNoPoint,
-         "0 is also the address of every module that is started with INIT* grounded: such a module "
-         "would answer in place of this one; give this module another address, 1 to 255"});
+    doubts.push_back({kNoPoint,
+                      "0 is also used by every module that is started with INIT* grounded, which "
+                      "would answer instead; give this module another address, 1 to 255"});
   }
   const Settings settings = ReadSettings(device.options);
   if (settings.host_watchdog > Duration::zero() && device.poll > settings.host_watchdog) {
-    doubts.push_back({kNoPoint, "it is polled every " + FormatDuration(device.poll) +
-                                    ", and ~** goes out with polls only: unless another device of "
-                                    "the line is polled more often than every " +
-                                    FormatDuration(settings.host_watchdog) +
-                                    " (host_watchdog), modules may take the host for gone"});
+    doubts.push_back(
+        {kNoPoint, device.address + " is polled every " + FormatDuration(device.poll) +
+                       ", but ~** is sent only with polls: unless another device of the line is "
+                       "polled more often than every " +
+                       FormatDuration(settings.host_watchdog) +
+                       " (host_watchdog), the watchdogs of modules may trip; poll more often"});
   }
   DoubtUnits(device, settings, doubts);
   return doubts;

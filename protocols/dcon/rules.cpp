@@ -212,10 +212,11 @@ constexpr std::string_view kPlace = "XX";
 Result<Bytes> CompleteCommand(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (text.size() < 3 || kLeads.find(text[0]) == std::string_view::npos) {
-    return Error{"a DCON command begins with one of $ # % @ ~ ^ and the address, as in '$01M'"};
+    return Error{"a DCON command needs one of $ # % @ ~ ^ and then the address, as in '$01M'"};
   }
   const bool printable = std::ranges::all_of(text, [](char c) { return c > 0x20 && c < 0x7F; });
-  if (!printable) return Error{"a DCON command has printable characters only, and no blanks"};
+  if (!printable)
+    return Error{"a DCON command can contain only printable characters and no blanks"};
   const bool asked_for = text.size() > 4 && text.ends_with(kPlace);
   if (asked_for) text.resize(text.size() - kPlace.size());
   const bool carried = text.size() > 4 && ChecksumFits(text, kChecksum);
@@ -256,7 +257,7 @@ Recognised OtherChecksum(bool carried) {
   return {Recognised::What::other_setting,
           carried ? "its replies carry a checksum" : "its replies carry no checksum",
           std::string("set checksum: ") + (carried ? "true" : "false") +
-              " in the configuration, or the other way round in the module"};
+              " in the configuration, or change the checksum in the module"};
 }
 
 /// True for a whole reply without a checksum: an acknowledgement, or numbers of the configured
@@ -287,7 +288,7 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
     if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
     return Recognised{Recognised::What::other_master,
                       "another master speaks on the line: it has sent '" + std::string(line) + "'",
-                      "a serial line has one master: take the other one away"};
+                      "a serial line can have only one master; remove the other master"};
   }
   const bool fits = line.size() > 3 && ChecksumFits(line, kChecksum);
   if (fits && !checksum) return OtherChecksum(true);

@@ -59,7 +59,8 @@ Field PointlessCode(std::string_view token) {
   if (digits.size() >= 4 && AllAre(digits, '9')) return minus ? Below(token) : Above(token);
   if (digits.size() == 6 && AllAre(digits, '8')) return Open(token);
   if (minus && AllAre(digits, '0')) return Below(token);
-  return BadField(Quality::bad, "not a measurement: it has no point (" + std::string(token) + ")");
+  return BadField(Quality::bad, "not a measurement: the number has no decimal point (" +
+                                    std::string(token) + ")");
 }
 
 bool IsNumberText(std::string_view token) {
@@ -85,7 +86,7 @@ std::string WidthReason(std::string_view token, const Settings& settings) {
   std::string reason = "number '" + std::string(token) + "' is " + std::to_string(token.size()) +
                        " characters wide, not " + std::to_string(settings.width);
   if (!settings.checksum && token.size() == settings.width + 2) {
-    reason += "; it may carry a checksum: set checksum: true if the module's is on";
+    reason += "; it may end in a checksum; set checksum: true if the module's checksum is on";
   }
   return reason;
 }
@@ -107,7 +108,7 @@ Fields CutNumbers(std::string_view text, const Settings& settings) {
     text.remove_prefix(token.size());
     if (!IsNumberText(token)) {
       return Malformed(Outcome::corrupt, "'" + std::string(token) + "' is not a number",
-                       AreHexWords(token) ? "the module sends hex words: set format: hex" : "");
+                       AreHexWords(token) ? "the module sends hex words; set format: hex" : "");
     }
     const bool point = token.find('.') != std::string_view::npos;
     const bool wide = settings.width != 0 && token.size() != settings.width;
@@ -140,14 +141,14 @@ Value HexValue(std::uint16_t raw, const Settings& settings) {
   return signed_raw * settings.full_scale / kHexSpan;
 }
 
-constexpr const char* kSendsNumbers = "the module sends numbers: set format: engineering";
+constexpr const char* kSendsNumbers = "the module sends decimal numbers; set format: engineering";
 
 Fields CutWords(std::string_view text, const Settings& settings) {
   Fields result;
   if (text.size() % kHexWidth != 0) {
     const bool numbers = text.find_first_of("+-.") != std::string_view::npos;
     return Malformed(Outcome::unexpected,
-                     "the hex words do not come in fours: " + std::string(text),
+                     "the hex words do not have four digits each: " + std::string(text),
                      numbers ? kSendsNumbers : "");
   }
   for (; !text.empty(); text.remove_prefix(kHexWidth)) {
@@ -209,7 +210,7 @@ void AssignChannels(Fields& fields, const Settings& settings, std::size_t expect
   }
   if (settings.disabled != Disabled::missing || count != enabled.size()) {
     fields = Malformed(Outcome::unexpected,
-                       std::to_string(count) + " values came where " + std::to_string(expected) +
+                       std::to_string(count) + " values came, but " + std::to_string(expected) +
                            " channels are configured; if some are disabled in the module, set "
                            "enable_mask",
                        "use the profile of a module with " + std::to_string(count) +

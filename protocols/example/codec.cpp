@@ -9,7 +9,7 @@ namespace baudgate::protocols::example {
 
 Result<char> ParseAddress(std::string_view text) {
   if (text.size() == 1 && text[0] >= 'A' && text[0] <= 'Z') return text[0];
-  return Error{"'" + std::string(text) + "' is no address: give one letter, A to Z"};
+  return Error{"'" + std::string(text) + "' is not an address; write one letter, A to Z"};
 }
 
 Bytes EncodeRequest(const Message& request) {

@@ -13,13 +13,14 @@ constexpr DecoderSpec kDecoders[] = {{"7", "item 7: a decimal number"}};
 Result<unsigned> ParseItem(const config::Point& point) {
   const auto item = ParseInteger<unsigned>(point.read);
   if (item && *item >= 1 && *item <= 999) return *item;
-  return Error{"read '" + point.read + "' is no item: give a number from 1 to 999"};
+  return Error{"read '" + point.read + "' is not an item; write a number from 1 to 999"};
 }
 
 Status CheckPoint(const config::Point& point) {
   const auto item = ParseItem(point);
   if (!item) return Error{item.error()};
-  if (!point.write.empty()) return Error{"an item is written by the number that it is read by"};
+  if (!point.write.empty())
+    return Error{"an item is written with the number from read; remove the key write"};
   if (point.type == config::Type::string) return Error{"items are numbers, not text"};
   return {};
 }

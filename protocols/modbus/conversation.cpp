@@ -94,25 +94,27 @@ bool IsOfManual(View request) {
 const char* RemedyOf(std::uint8_t exception, View request) {
   switch (exception) {
     case kIllegalFunction:
-      return "does the profile fit the device? It does not know this function: read another table";
+      return "does the profile fit the device? The device does not know this function; read "
+             "another table";
     case kIllegalAddress:
       if (IsOfManual(request)) {
-        return "40001 in a manual is holding 0, and 30001 is input 0: write these numbers";
+        return "40001 in a manual is holding 0 here, and 30001 is input 0; correct the address";
       }
-      return "does the profile fit the device? It does not have these points: correct them, or "
-             "take them out";
+      return "does the profile fit the device? The device does not have these registers; correct "
+             "or remove the points";
     case kIllegalValue:
-      return "does the profile fit the device? Ask for less at once (block)";
+      return "does the profile fit the device? If it does, read fewer registers at once (option "
+             "block)";
     case kAcknowledge:
     case kBusy:
       return "";
     case kNoPath:
-      return "is its unit number right, and known to that gateway? Check its route and port";
+      return "check the unit number, and its route and port in that gateway";
     case kNoTarget:
-      return "check its power, wire and address there";
+      return "check the device's power, wiring and address behind that gateway";
     case kDeviceFailure:
     case kParityError:
-      return "a fault of its own: look at it, restart or replace it";
+      return "the device has a fault; inspect, restart or replace it";
     default:
       return "does the profile fit the device?";
   }
@@ -236,11 +238,12 @@ ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame
     return exchanged;
   };
   auto asked = Unwrap(framing_, request);
-  if (!asked) return fail(Outcome::corrupt, "the request is no Modbus frame: " + ToHex(request));
+  if (!asked) return fail(Outcome::corrupt, "the request is not a Modbus frame: " + ToHex(request));
   auto got = UnwrapReply(framing_, frame);
-  if (!got) return fail(Outcome::corrupt, "the reply is no Modbus frame: " + ToHex(frame));
+  if (!got) return fail(Outcome::corrupt, "the reply is not a Modbus frame: " + ToHex(frame));
   if (IsBroadcast(framing_, asked->slave)) {
-    return fail(Outcome::unexpected, "nobody answers a broadcast, yet this came: " + ToHex(frame));
+    return fail(Outcome::unexpected,
+                "no device answers a broadcast, but this came: " + ToHex(frame));
   }
   if (asked->slave != got->slave) {
     return fail(Outcome::unexpected, "reply of slave " + std::to_string(got->slave) + ", not " +

@@ -41,22 +41,24 @@ constexpr DecoderSpec kDecoders[] = {
      "uint24, int32, uint32, int48, uint48, int64, uint64, float32, float64, bcd16, bcd32, bcd48, "
      "bcd64"},
     {"holding 200 float32 CDAB",
-     "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, in place of the device's "
+     "with the order of its bytes: ABCD, CDAB, BADC, DCBA or CDABGHEF, instead of the device's "
      "`order`"},
     {"holding 8[b3]", "one bit of a register, 0 = lowest; a bool, written by mask (22)"},
     {"holding 8[b3-b5]", "several bits of a register as a number, written by mask (22)"},
     {"holding 200 int16 scale(203)",
-     "times 10 to the n, n from register 203 of the same table and the same reply"},
+     "a number times 10 to the n, with n from register 203 of the same table"},
     {"holding 90 date(ti081)",
      "date and time as text: unix, ti081, registers, bytes or bcd (README.md)"},
     {"holding 300 string(16)", "characters, two a register, the first in the high byte"},
-    {"holding 500 text(NAME)", "what the code in a register means, by the option `texts`"},
+    {"holding 500 text(NAME)", "text for the code in a register, from the option `texts`"},
     {"file 4:1 uint16", "records of a file: number of file and record (20)"},
     {"queue 1246[0]", "an entry of a queue, 0 = the oldest; queue 1246 count: how many (24)"},
     {"exception status", "eight bits (07), or one: exception status[b3]"},
-    {"event counter", "completed requests (11); event status: FFFF while one is under way"},
+    {"event counter",
+     "completed requests (11); event status: FFFF while a request is being processed"},
     {"message counter", "messages on the line (12)"},
-    {"server id", "the text in the device's reply to 17; server id[0]: the first byte of that"},
+    {"server id",
+     "the text in the device's reply to 17; server id[0]: the first byte of the reply"},
     {"identification product",
      "vendor, product, revision, url, name, model, application, or an object 0x80...0xFF (43/14)"},
 };
@@ -131,14 +133,14 @@ Status TakeAddress(std::string_view text, std::string_view word, Location& place
     const auto colon = number.find(':');
     const auto file = ParseNumber(number.substr(0, colon));
     if (colon == std::string_view::npos || !file) {
-      return Wrong(text, "names no record; write the number of the file and of the record, as 4:1");
+      return Wrong(text, "needs the numbers of a file and of a record, as 4:1");
     }
     place.which = *file;
     number = number.substr(colon + 1);
   }
   const auto address = ParseNumber(number);
   if (!address) {
-    return Wrong(text, "has no address 0...65535, decimal or as 0x1F4, behind its table");
+    return Wrong(text, "needs an address 0...65535 after the table, decimal or as 0x1F4");
   }
   place.address = *address;
   if (place.table == Table::queue) {
@@ -146,7 +148,7 @@ Status TakeAddress(std::string_view text, std::string_view word, Location& place
     if (open == std::string_view::npos) return {};
     const auto entry = ParseInteger<unsigned>(word.substr(open + 1, word.size() - open - 2));
     if (!word.ends_with(']') || !entry || *entry >= kMostQueued) {
-      return Wrong(text, "names no entry of the queue; write [0] (the oldest) to [30]");
+      return Wrong(text, "needs an entry of the queue: [0] (the oldest) to [30]");
     }
     place.address = static_cast<std::uint16_t>(*entry + 1);
     return {};
@@ -157,17 +159,18 @@ Status TakeAddress(std::string_view text, std::string_view word, Location& place
 
 Status TakeScale(std::string_view text, std::string_view word, Location& place) {
   const auto address = ParseNumber(*InParentheses(word, "scale"));
-  if (!address || place.scale) return Wrong(text, "has no register in scale(...)");
+  if (!address || place.scale) return Wrong(text, "needs a register address in scale(...)");
   constexpr Form kWhole[] = {Form::int8,   Form::uint8,  Form::int16,  Form::uint16, Form::int24,
                              Form::uint24, Form::int32,  Form::uint32, Form::int48,  Form::uint48,
                              Form::int64,  Form::uint64, Form::bits};
   if (IsBits(place.table) || !IsAddressed(place.table) ||
       std::ranges::find(kWhole, place.form) == std::end(kWhole)) {
-    return Wrong(text, "has a scale register, which belongs to whole numbers: int16, uint32 ...");
+    return Wrong(text,
+                 "has a scale register, which only whole numbers can have: int16, uint32 ...");
   }
   place.scale = *address;
   if (EndOf(place) - BeginOf(place) > kMostRegisters) {
-    return Wrong(text, "is too far from its scale register: one request has to read both");
+    return Wrong(text, "is too far from its scale register; one request must read both registers");
   }
   return {};
 }
@@ -187,27 +190,28 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
     const bool bits = place.form == Form::bit || place.form == Form::bits;
     if (formed || place.order || place.scale || IsBits(place.table) || bits ||
         !TakeForm(word, place)) {
-      return Wrong(text, "has '" + std::string(word) +
-                             "' where only a form (uint16, float32, bcd16, string(16), "
-                             "text(NAME) ...) and then an order (ABCD, CDAB, BADC, DCBA) may "
-                             "stand");
+      return Wrong(text,
+                   "has '" + std::string(word) +
+                       "' in the wrong place; write a form (uint16, float32, bcd16, string(16), "
+                       "text(NAME) ...) and then an order (ABCD, CDAB, BADC, DCBA)");
     }
     formed = true;
   }
   if (!place.order) return {};
   if (IsBits(place.table) || place.form == Form::bit || place.form == Form::bits ||
       place.form == Form::text) {
-    return Wrong(text, "is bits or a code: it has no order of bytes");
+    return Wrong(text, "reads bits or a code, so it cannot have a byte order");
   }
   if (place.form == Form::date && place.date != DateForm::unix) {
-    return Wrong(text, "is a date of which every register stands by itself: it has no order");
+    return Wrong(text, "is a date in single registers, so it cannot have a byte order");
   }
   const bool swap_only = place.count == 1 || place.form == Form::string;
   if (swap_only && place.order != WordOrder::abcd && place.order != WordOrder::badc) {
-    return Wrong(text, "has bytes in single registers to order: ABCD, or BADC to swap them");
+    return Wrong(text, "can have only the order ABCD, or BADC to swap the bytes of each register");
   }
   if (place.order == WordOrder::cdabghef && place.count != 4) {
-    return Wrong(text, "has no four registers to order in pairs: CDAB swaps two");
+    return Wrong(
+        text, "does not have the four registers that CDABGHEF needs; for two registers write CDAB");
   }
   return {};
 }
@@ -222,8 +226,8 @@ Result<Location> ParseLocation(std::string_view text, const Point& point, const 
   const auto table = words.empty() ? std::nullopt : TableNamed(words[0]);
   if (!table) {
     return Wrong(text,
-                 "names no table; write coil, discrete, holding or input and a 0-based "
-                 "address, as in holding 200 (`baudgate protocols` lists the others)");
+                 "does not begin with a table; write coil, discrete, holding or input and a "
+                 "0-based address, as in holding 200 (`baudgate protocols` lists more)");
   }
   Location place;
   if (IsBits(*table)) {
@@ -242,7 +246,7 @@ Result<Location> ParseLocation(std::string_view text, const Point& point, const 
   auto rest = std::span(words).subspan(std::min<std::size_t>(2, words.size()));
   if (place.table == Table::queue && place.address == 0) {
     if (rest.size() != 1 || rest[0] != "count") {
-      return Wrong(text, "names no entry of the queue; write [0] (the oldest) to [30], or count");
+      return Wrong(text, "needs an entry of the queue: [0] (the oldest) to [30], or count");
     }
     place.form = Form::uint16;
     place.count = 1;
@@ -261,27 +265,28 @@ Status CheckType(std::string_view text, const Point& point, const Location& plac
   const bool words = place.form == Form::string || place.form == Form::text ||
                      place.form == Form::date || place.form == Form::object;
   if (truth != (point.type == Type::boolean)) {
-    return Wrong(text, truth ? "is one bit: its type is bool"
-                             : "is no bit; a bool needs one, as in holding 8[b0] or coil 0");
+    return Wrong(text,
+                 truth ? "is one bit; write type: bool"
+                       : "is not a bit; a bool point needs a bit, as in holding 8[b0] or coil 0");
   }
   if (words != (point.type == Type::string)) {
-    return Wrong(text, words ? "gives text: its type is string(n)"
-                             : "gives a number, and the type is text; write string(n)");
+    return Wrong(
+        text, words
+                  ? "gives text; write type: string(n)"
+                  : "gives a number, but the type is a string; write string(n) after the address");
   }
   if (place.form == Form::string && place.length > point.text_length) {
-    return Wrong(text,
-                 "reads texts of " + std::to_string(place.length) +
-                     " characters, and longer ones than its type are not good: write string(" +
-                     std::to_string(place.length) + ")");
+    return Wrong(text, "reads texts of " + std::to_string(place.length) +
+                           " characters, which are too long for the point's type; write string(" +
+                           std::to_string(place.length) + ")");
   }
   if (place.scale && point.type != Type::float32 && point.type != Type::float64) {
     return Wrong(text,
-                 "has a scale register, which gives decimals: its type is float32 or float64");
+                 "has a scale register, which gives decimals; write type: float32 or float64");
   }
   const bool speaks = place.table == Table::server || place.table == Table::identity;
   if (speaks && point.group != config::Group::once) {
-    return Wrong(text,
-                 "is what a device says about itself, and need not be polled: write group: once");
+    return Wrong(text, "identifies the device and need not be polled; write group: once");
   }
   return {};
 }
@@ -325,19 +330,19 @@ Result<Location> WriteLocation(const Point& point) {
   if (!place) return Error{"write " + place.error()};
   if (!IsWritable(place->table)) {
     return Error{"write " + Wrong(text,
-                                  "is read-only in every device; only coil and holding can "
-                                  "be written; give write: where it differs from read:")
+                                  "is read-only in every device; only coil and holding can be "
+                                  "written; if the write address differs, add the key write")
                                 .message};
   }
   if (const Status status = CheckType(text, point, *place); !status) {
     return Error{"write " + status.error()};
   }
-  if (place->form == Form::text) return Error{"the meaning of a code cannot be written"};
+  if (place->form == Form::text) return Error{"a text that stands for a code cannot be written"};
   if (place->form == Form::date) return Error{"a date cannot be written"};
   if (place->scale) {
     return Error{
-        "a number with a scale register cannot be written: the register is the device's; "
-        "write the number itself in a point of its own"};
+        "a number with a scale register cannot be written, because the device sets the scale; add "
+        "a second point without scale(...)"};
   }
   if (place->form == Form::int8 || place->form == Form::uint8) {
     return Error{"one byte of a register cannot be written without the other"};
@@ -442,9 +447,9 @@ Status TakeBits(std::string_view text, std::string_view inside, Location& place)
   const auto from = ParseInteger<unsigned>(first);
   const auto to = ParseInteger<unsigned>(last);
   if (!from || !to || *to > 15 || *from > *to) {
-    return Wrong(text, "names no bits; write [b0] (lowest) to [b15], or several as [b3-b5]");
+    return Wrong(text, "has no valid bits; write [b0] (lowest) to [b15], or several as [b3-b5]");
   }
-  if (IsBits(place.table)) return Wrong(text, "is one bit already, and has no [b]");
+  if (IsBits(place.table)) return Wrong(text, "is already one bit; remove the brackets");
   place.form = dash == std::string_view::npos ? Form::bit : Form::bits;
   place.count = 1;
   place.bit = *from;
@@ -467,7 +472,7 @@ std::optional<Result<Location>> ParseNamed(std::string_view text,
     place.address = row->address;
   } else if (const auto object = ParseNumber(name); words[0] == "identification" && object) {
     if (*object < kFirstOwnObject || *object > 0xFF) {
-      return Wrong(text, "names no object 0x80...0xFF, nor vendor, product, revision ...");
+      return Wrong(text, "needs an object: 0x80...0xFF, or vendor, product, revision ...");
     }
     place.table = Table::identity;
     place.which = kExtended;
@@ -475,7 +480,7 @@ std::optional<Result<Location>> ParseNamed(std::string_view text,
   } else {
     return std::nullopt;
   }
-  if (words.size() > 2) return Wrong(text, "has more behind it than it can have");
+  if (words.size() > 2) return Wrong(text, "has too many words");
   const bool speaks = place.table == Table::server || place.table == Table::identity;
   if (speaks) place.form = Form::object;
   if (inside.empty()) return place;
@@ -486,7 +491,7 @@ std::optional<Result<Location>> ParseNamed(std::string_view text,
   }
   const auto byte = ParseInteger<std::uint8_t>(inside.substr(1, inside.size() - 2));
   if (place.table != Table::server || !inside.ends_with(']') || !byte) {
-    return Wrong(text, "has no part in brackets");
+    return Wrong(text, "has no valid part in brackets");
   }
   place.form = Form::uint16;
   place.address = *byte;

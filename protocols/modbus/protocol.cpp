@@ -39,7 +39,7 @@ Status CheckDevice(const config::Device& device) {
     }
     for (const auto& [code, text] : table->second) {
       if (text.size() <= point.text_length) continue;
-      return Error{its + "'" + text + "' is longer than the point's type: write string(" +
+      return Error{its + "'" + text + "' is longer than the point's type; write string(" +
                    std::to_string(text.size()) + ")"};
     }
   }

@@ -21,7 +21,8 @@ constexpr std::size_t kShortRequest = 5;
 constexpr std::uint8_t kLastRead = 4;
 constexpr std::uint8_t kLastOfOneValue = 6;
 
-constexpr const char* kNoModbus = "the device does not keep to Modbus: update its firmware";
+constexpr const char* kNoModbus =
+    "the device does not follow the Modbus standard; update its firmware";
 
 struct Seen {
   Adu adu;
@@ -124,11 +125,11 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   };
   if (protocol != 0) {
     return odd("the header of its replies has protocol number " + std::to_string(protocol) +
-               " in place of 0");
+               " instead of 0");
   }
   const std::size_t follow = heard.size() - kTcpOverhead + kTcpCounted;
   if (length != follow && IsWholePdu(heard.subspan(kTcpOverhead))) {
-    return odd("the header of its replies counts " + std::to_string(length) + " bytes where " +
+    return odd("the header of its replies counts " + std::to_string(length) + " bytes, but " +
                std::to_string(follow) + " follow");
   }
   if (transaction != asked.transaction) {
@@ -147,7 +148,7 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
   return Recognised{Recognised::What::other_setting,
                     "it refuses (" + verdict.reason + "), " +
                         (bare ? "without a check value" : "with a wrong check value"),
-                    "does the profile fit the device? Or update its firmware"};
+                    "does the profile fit the device? If it does, update the device's firmware"};
 }
 
 }  // namespace
@@ -155,18 +156,19 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
 /// Explains a wrong or missing check value, or a wrong function or count with a correct one.
 std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View heard) {
   const auto other = [](const char* cause) {
-    return Recognised{Recognised::What::other_setting, cause,
-                      "the device or a converter does not keep to Modbus: update its firmware"};
+    return Recognised{
+        Recognised::What::other_setting, cause,
+        "the device or a converter does not follow the Modbus standard; update its firmware"};
   };
   if (framing == Framing::rtu && heard.size() > kRtuOverhead) {
     if (EndsInCrc16(heard)) {
       return Recognised{Recognised::What::other_reply,
-                        "its replies have a right check value, and a wrong function or count",
+                        "its replies have a correct check value, but a wrong function or count",
                         kNoModbus};
     }
     Bytes swapped(heard.begin(), heard.end());
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
-    if (EndsInCrc16(swapped)) return other("its check value comes high byte first");
+    if (EndsInCrc16(swapped)) return other("its check value has the high byte first");
     return SpoiledException(asked, heard, kRtuCheck);
   }
   if (framing != Framing::ascii) return std::nullopt;
@@ -191,10 +193,10 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
     return framing == Framing::tcp ? OddHeader(*asked, heard) : OtherCheck(framing, *asked, heard);
   }
   if (seen->request) {
-    return Recognised{
-        Recognised::What::other_master,
-        "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
-        "a serial line has one master: take the other one away, or let it ask through the gateway"};
+    return Recognised{Recognised::What::other_master,
+                      "another master speaks on the line: it has asked " + Slave(seen->adu.slave),
+                      "a serial line can have only one master; remove the other master, or let it "
+                      "ask through the gateway"};
   }
   if (seen->adu.slave != asked->slave) {
     const std::string who = framing == Framing::tcp ? "unit " : "slave ";
@@ -208,7 +210,7 @@ std::optional<Recognised> Recognise(Framing framing, View request, View heard) {
   if (function == asked->pdu[0]) return std::nullopt;
   return Recognised{Recognised::What::other_reply,
                     "its replies have function " + HexByte(static_cast<std::uint8_t>(function)) +
-                        " where " + HexByte(asked->pdu[0]) + " was asked",
+                        " instead of " + HexByte(asked->pdu[0]),
                     kNoModbus};
 }
 

@@ -285,7 +285,7 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   const auto shape =
       std::ranges::find_if(expect.shapes, [&](const Shape& s) { return s.tag == held[1]; });
   if (shape == expect.shapes.end()) {
-    return AnotherReply(held, expect, false, "not a reply to what was asked", idle);
+    return AnotherReply(held, expect, false, "not a reply to the request", idle);
   }
   std::size_t size = shape->max_length;
   if (shape->min_length != shape->max_length) {
@@ -294,7 +294,7 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
     if (length.kind == Kind::unknown) return BySilence(held, shape->max_length, idle);
     size = length.size + kRtuOverhead;
   } else if (HasByteCount(held[1]) && held.size() > 2 && held[2] != size - kRtuOverhead - 2) {
-    return AnotherReply(held, expect, false, "another byte count than was asked for", idle);
+    return AnotherReply(held, expect, false, "another byte count than requested", idle);
   }
   if (held.size() < size) return cut::Wait(idle);
   if (EndsInCrc16(held.first(size))) return Cut::Frame(size);
@@ -358,7 +358,7 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   // Some devices confirm functions 15 and 16 with the whole request; see WholeWrite.
   const bool whole_write = asked && IsMultipleWrite(adu->pdu[0]) && IsCommon(adu->pdu);
   if (whole_write && held.size() == line.size) return idle ? line : Cut::NeedMore();
-  return Cut::Discard(line.size, Outcome::partial, "not a reply to what was asked");
+  return Cut::Discard(line.size, Outcome::partial, "not a reply to the request");
 }
 
 // Cuts Modbus TCP messages by the length in their header.

@@ -16,43 +16,41 @@ constexpr Duration kLeastReplyTime = 20ms;
 constexpr Duration kMostReplyTime = 1min;
 
 constexpr auto kTable = SettingsTable(
-    Bind<&Settings::order>(option::Choice(
-        "order", "ABCD", "ABCD,CDAB,BADC,DCBA,CDABGHEF",
-        "Order of the bytes in the device's numbers of two and four registers; word_order is "
-        "that of the gateway's own registers.")),
-    Bind<&Settings::block>(option::Integer(
-        "block", "120", 1, 125,
-        "Most registers in one request; bits: sixteen for each. A point is never split.")),
-    Bind<&Settings::hole>(option::Integer(
-        "hole", "8", 0, 124,
-        "Most registers between two points that are read along with them; bits: sixteen for "
-        "each.")),
+    Bind<&Settings::order>(
+        option::Choice("order", "ABCD", "ABCD,CDAB,BADC,DCBA,CDABGHEF",
+                       "Byte order of the device's numbers in two and four registers; word_order "
+                       "is the byte order of the gateway's registers.")),
+    Bind<&Settings::block>(option::Integer("block", "120", 1, 125,
+                                           "Largest number of registers in one request, or of "
+                                           "bits: 16 for each register. A point is never split.")),
+    Bind<&Settings::hole>(
+        option::Integer("hole", "8", 0, 124,
+                        "Largest gap between two points that one request reads together, in "
+                        "registers, or in bits: 16 for each register.")),
     Bind<&Settings::write_multiple>(option::Choice(
         "write_function", "auto", "auto,multiple",
         "auto writes one register with function 06 and one coil with 05; multiple always with "
         "16 and 15.")),
-    Bind<&Settings::write_together>(option::Flag(
-        "write_together", "false",
-        "Points of one command that lie side by side are written by one request (16, 15).")),
+    Bind<&Settings::write_together>(
+        option::Flag("write_together", "false",
+                     "Adjacent points of one write command are written by one request (16, 15).")),
     Bind<&Settings::bits_by_read>(option::Choice(
         "bit_write", "mask", "mask,read_write",
         "mask changes bits of a register with function 22; read_write reads the register twice "
         "and writes it with the bits changed, for devices without function 22.")),
-    Bind<&Settings::probe_by_loopback>(
-        option::Choice("probe", "read", "read,loopback",
-                       "The request that proves whose reply it is, and finds a silent device: a "
-                       "read of a length that no "
-                       "poll has, or loopback (function 08), which many devices do not know.")),
-    Bind<&Settings::missing_zero>(option::Choice(
-        "missing", "exception", "exception,zero",
-        "Of a simulated device: registers without a point answer exception 02, or read 0 "
-        "beside others.")),
+    Bind<&Settings::probe_by_loopback>(option::Choice(
+        "probe", "read", "read,loopback",
+        "Request that reveals late replies and finds a silent device again: a read with a length "
+        "that no poll uses, or loopback (function 08), which many devices do not know.")),
+    Bind<&Settings::missing_zero>(
+        option::Choice("missing", "exception", "exception,zero",
+                       "Simulated device only: registers without a point give exception 02, or 0 "
+                       "if the request contains other points.")),
     Bind<&Settings::texts, ParseTexts>(option::Texts(
         "texts", "", "Meanings of codes for text(NAME), each as \"NAME CODE=TEXT\".")),
     Bind<&Settings::reply_times, ParseReplyTimes>(option::Texts(
         "reply_times", "",
-        "How long the device may take for a function, where longer than timing.reply, each as "
-        "\"16=5s\".")));
+        "Reply timeout of functions that need longer than timing.reply, each as \"16=5s\".")));
 
 }  // namespace
 
@@ -84,7 +82,7 @@ Result<TextTables> ParseTexts(const std::vector<std::string>& entries) {
     const std::string text(Trim(view.substr(equals + 1)));
     if (text.empty()) return wrong("has no text");
     const bool is_new = tables[entry.substr(0, blank)].emplace(*code, text).second;
-    if (!is_new) return wrong("gives its code a second time");
+    if (!is_new) return wrong("repeats a code");
   }
   return tables;
 }
@@ -105,10 +103,10 @@ Result<FunctionTimes> ParseReplyTimes(const std::vector<std::string>& entries) {
     if (equals == std::string_view::npos) return wrong("has no time");
     const auto time = ParseDuration(Trim(view.substr(equals + 1)));
     if (!time || *time < kLeastReplyTime || *time > kMostReplyTime) {
-      return wrong("has no time of 20ms to 1min");
+      return wrong("needs a time of 20ms to 1min");
     }
     const bool is_new = times.emplace(static_cast<std::uint8_t>(*function), *time).second;
-    if (!is_new) return wrong("gives its function a second time");
+    if (!is_new) return wrong("repeats a function");
   }
   return times;
 }

@@ -131,7 +131,7 @@ Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64
   const double number = std::round(ToDouble(value));
   if (!std::isfinite(number)) return NoFit(value, "is not a number");
   if (std::abs(number - ToDouble(value)) > kNoise * std::max(1.0, std::abs(number))) {
-    return NoFit(value, "is no whole number, as the register holds");
+    return NoFit(value, "is not a whole number, but the register holds whole numbers only");
   }
   if (!config::IntegerRange{lowest, highest}.Contains(number)) return NoFit(value, range);
   return number < 0 ? static_cast<std::uint64_t>(static_cast<std::int64_t>(number))
@@ -313,7 +313,7 @@ Result<Registers> Encode(const Location& place, const Value& value, const Settin
   }
   if (place.form == Form::date) {
     const auto registers = EncodeDate(place.date, ToText(value));
-    if (!registers) return NoFit(value, "is no date as 2026-11-23 04:45:00");
+    if (!registers) return NoFit(value, "is not a date such as 2026-11-23 04:45:00");
     return Reorder(*registers, OrderOf(place, settings));
   }
   const auto bits = EncodeNumber(place.form, value);

@@ -101,10 +101,10 @@ Verdict CheckRepeated(View request, View reply) {
       return Unexpected("the reply is of another kind: " + ToHex(reply));
     case kReadFile:
       if (IsOneRecord(request, reply)) return {};
-      return Unexpected("the reply is no record of a file as asked for: " + ToHex(reply));
+      return Unexpected("the reply is not the requested record of a file: " + ToHex(reply));
     case kReadQueue:
       if (IsQueue(reply)) return {};
-      return Unexpected("the reply is no queue: " + ToHex(reply));
+      return Unexpected("the reply is not a queue: " + ToHex(reply));
     default:
       return {};
   }
@@ -358,8 +358,8 @@ Verdict CheckReply(View request, View reply) {
   }
   const auto awaited = AwaitedLength(request);
   if (awaited && reply.size() != *awaited) {
-    return Unexpected(std::to_string(reply.size()) + " bytes came where " +
-                      std::to_string(*awaited) + " answer the request");
+    return Unexpected(std::to_string(reply.size()) + " bytes came instead of " +
+                      std::to_string(*awaited));
   }
   if (HasByteCount(reply[0]) && (reply.size() < 2 || reply[1] + 2U != reply.size())) {
     return Unexpected("the byte count contradicts the length of the reply");

@@ -10,7 +10,7 @@ namespace baudgate::protocols::reader {
 namespace {
 
 constexpr const char* kForeign =
-    "characters that are no ASCII: parity, data bits or bit rate may differ";
+    "characters that are not ASCII; check parity, data bits and bit rate";
 
 }  // namespace
 
@@ -81,7 +81,8 @@ Result<int> ParseAddress(std::string_view text) {
   const auto number = ParseInteger<int>(hex ? text.substr(2) : text, hex ? 16 : 10);
   if (number && *number >= 1 && *number <= 255) return *number;
   return Error{"'" + std::string(text) +
-               "' is no address: a reader has none; leave it out, or give a number from 1 to 255"};
+               "' is not an address; a reader needs no address, so remove the key, or write a "
+               "number from 1 to 255"};
 }
 
 }  // namespace baudgate::protocols::reader

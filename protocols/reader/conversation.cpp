@@ -97,7 +97,7 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
   const std::string quoted = "'" + std::string(text.substr(0, kMostQuoted)) + "'";
   if (IsSentence(text)) {
     return {"sentences of NMEA 0183 come (" + quoted + ")",
-            "another device, such as a GPS receiver, is at this port: check the port and the plug"};
+            "another device, such as a GPS receiver, is at this port; check the port and the plug"};
   }
   const auto its = UnitBehind(text, unit);
   if (its && !IsSameUnit(*its, unit)) {
@@ -113,8 +113,8 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
     sign_behind = sign_behind || (at < text.size() && text[at] == '-');
   }
   if (sign_behind && numbers == 1) {
-    return {"the sign stands behind the number in " + quoted,
-            "set the indicator to a sign in front of it"};
+    return {"the sign follows the number in " + quoted,
+            "set the indicator to send the sign in front of the number"};
   }
   if (numbers == 2 && HasDecimalComma(text)) {
     return {"a comma comes where a point is awaited in " + quoted,
@@ -122,21 +122,23 @@ std::pair<std::string, std::string> WhyNoNumber(std::string_view text, std::stri
   }
   if (numbers > 1) {
     return {std::to_string(numbers) + " numbers in " + quoted,
-            "write the characters of the one that is wanted at the point: read: number FROM-TO"};
+            "select one number by its characters at the point: read: number FROM-TO"};
   }
   if (numbers == 0 && ShowsOverload(text)) {
-    return {"it shows overload in " + quoted, "take the load off, or look at its load cell"};
+    return {"the indicator shows overload in " + quoted, "remove the load, or check the load cell"};
   }
   if (HasErrorWord(text)) {
-    return {"it says " + quoted + " in place of a number",
-            "a fault of its own: look it up in its manual (load cell, overload, cable)"};
+    return {
+        "the indicator sends " + quoted + " instead of a number",
+        "the indicator has a fault; look the text up in its manual (load cell, overload, cable)"};
   }
   if (numbers == 1 && IsMass(unit) && !its) {
-    return {"no unit stands behind the number in " + quoted,
-            "if it is the weight, write its characters at the point: read: number FROM-TO"};
+    return {
+        "no unit follows the number in " + quoted,
+        "if the number is the weight, select its characters at the point: read: number FROM-TO"};
   }
   return {"no number in " + quoted,
-          "look at the indicator (overload?), and whether read: number fits what it sends"};
+          "check the indicator for overload, and whether read: number fits its messages"};
 }
 
 }  // namespace
@@ -152,7 +154,7 @@ ReaderConversation::ReaderConversation(const config::Device& device, const Setti
 Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   const bool polls = task.kind == Task::Kind::poll;
   if (!settings_.asks || (!polls && task.kind != Task::Kind::probe)) {
-    return Error{"a reader cannot be polled: it sends unasked"};
+    return Error{"a reader cannot be polled; it sends by itself"};
   }
   const std::size_t point = polls ? queries_[task.query].points.front() : 0;
   const bool information = polls && items_[point].kind == Item::Kind::identity;

@@ -14,15 +14,16 @@ namespace {
 
 constexpr DecoderSpec kDecoders[] = {
     {"tag",
-     "the last tag, ten hex digits, or the last text; tag@3: the one three before it, up to 15"},
+     "the last tag, ten hex digits, or the last text; tag@3: the tag three before the last, up to "
+     "15"},
     {"high, middle, low", "the 48 bits of a tag, 16 each; high@3"},
-    {"counter", "number of the tag; each new one has one more; counter@3"},
-    {"time", "when it came, in seconds since 1970 UTC; time@3"},
-    {"present", "whether a tag is there: one came within `present`, and no 'no tag' since"},
+    {"counter", "running number of the tag; each new tag adds one; counter@3"},
+    {"time", "time of the tag, in seconds since 1970 UTC; time@3"},
+    {"present", "whether a tag is present: a tag came within `present`, and no 'no tag' after it"},
     {"repeats", "how often the same tag came again within `same_tag`"},
     {"message", "the latest message, new or not"},
-    {"number", "the one number in it; number 4-11: the one in its characters 4 to 11"},
-    {"identity", "the name that the reader tells; commands: ask"}};
+    {"number", "the only number in the message; number 4-11: the number in characters 4 to 11"},
+    {"identity", "the name of the reader; needs commands: ask"}};
 // In the order of Item::Kind.
 constexpr std::array<std::string_view, 11> kNames = {"tag",     "high",   "middle",  "low",
                                                      "counter", "time",   "present", "repeats",
@@ -32,7 +33,7 @@ constexpr std::array<std::string_view, 11> kNames = {"tag",     "high",   "middl
 
 Result<Item> ParseItem(const config::Point& point) {
   const Error error{"read '" + point.read +
-                    "' is not known: 'baudgate protocols reader' lists what is"};
+                    "' is not known; 'baudgate protocols reader' lists the known ones"};
   const std::string_view read = point.read;
   const std::size_t end = std::min(read.find_first_of("@ "), read.size());
   const auto* const name = std::ranges::find(kNames, read.substr(0, end));
@@ -61,17 +62,17 @@ Status CheckPoint(const config::Point& point) {
   using Kind = Item::Kind;
   const auto item = ParseItem(point);
   if (!item) return Error{item.error()};
-  if (point.access != config::Access::read) return Error{"a reader takes no writes"};
+  if (point.access != config::Access::read) return Error{"a reader cannot be written"};
   const bool text =
       item->kind == Kind::tag || item->kind == Kind::message || item->kind == Kind::identity;
   const bool flag = item->kind == Kind::present;
   if (text != (point.type == config::Type::string)) {
-    return Error{text ? "it is a text: give it type: string(20)"
-                      : "it is no text: give it a number type"};
+    return Error{text ? "this value is a text; write type: string(20)"
+                      : "this value is not a text; write a number type"};
   }
   if (flag != (point.type == config::Type::boolean)) {
-    return Error{flag ? "it is true or false: give it type: bool"
-                      : "it is a number, not type bool"};
+    return Error{flag ? "this value is true or false; write type: bool"
+                      : "this value is a number; write a number type"};
   }
   return {};
 }
@@ -85,14 +86,14 @@ Status CheckDevice(const config::Device& device) {
     const std::string its = "point '" + point.name + "': '" + point.read + "' needs ";
     const bool bits = item->kind >= Item::Kind::high && item->kind <= Item::Kind::low;
     if (bits && settings.form != Form::tag) {
-      return Error{its + "form: tag; a text has no such number"};
+      return Error{its + "form: tag, because a text has no such number"};
     }
     if (item->kind == Item::Kind::identity && !settings.asks) return Error{its + "commands: ask"};
     const bool whole = item->kind == Item::Kind::tag || item->kind == Item::Kind::message;
     const std::size_t length = settings.form == Form::tag ? kTagDigits : settings.length;
     if (whole && length > point.text_length) {
       return Error{its + "type: string(" + std::to_string(length) +
-                   "): a text that is longer than its point is not good"};
+                   "), because a text that is longer than the point is never good"};
     }
   }
   for (const config::Record& record : device.records) {
@@ -102,7 +103,7 @@ Status CheckDevice(const config::Device& device) {
       const auto item = ParseItem(device.points[index]);
       if (!item || item->of_message()) continue;
       return Error{"record '" + record.name + "': '" + device.points[index].read +
-                   "' is not renewed by reading; present, repeats, message and number are"};
+                   "' cannot be read anew; use present, repeats, message or number"};
     }
   }
   return {};

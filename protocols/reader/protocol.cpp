@@ -16,7 +16,7 @@ using namespace protocols::reader;  // NOLINT
 const Protocol& ReaderProtocol() {
   static const Protocol kProtocol = {
       .name = "reader",
-      .title = "Readers of tags and bar codes, weighing indicators: they speak unasked",
+      .title = "Readers of tags and bar codes, weighing indicators that send by themselves",
       .also_called = "rfid barcode scale",
       .options = OptionTable(),
       .decoders = DecoderTable(),

@@ -215,16 +215,17 @@ Bytes WithFullEnds(View heard) {
 std::optional<Recognised> OtherTag(View heard, const Expectation& expect) {
   if (IsWhole(WithFullEnds(heard), expect)) {
     const bool feed = std::ranges::find(heard, '\r') == heard.end();
-    return Other(std::string("its lines end in a ") + (feed ? "line feed" : "carriage return") +
-                     " alone, not in CR LF",
-                 "set what is in between to raw, or the reader to CR LF");
+    return Other(
+        std::string("its lines end in a ") + (feed ? "line feed" : "carriage return") +
+            " alone, not in CR LF",
+        "set the serial server or converter in between to raw mode, or the reader to CR LF");
   }
   const auto shown = std::ranges::count_if(heard, IsShown);
   const bool text = std::ranges::all_of(heard, [](auto byte) {
     return IsShown(byte) || kLineEnds.find(static_cast<char>(byte)) != std::string_view::npos;
   });
   if (!text || shown < static_cast<std::ptrdiff_t>(kShortest)) return std::nullopt;
-  return Other("it sends text (" + Quote(heard) + "), and tags are configured",
+  return Other("it sends text (" + Quote(heard) + "), but tags are configured",
                "set form: text in the configuration, or use another profile");
 }
 
@@ -255,15 +256,17 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
   const std::string said = " (" + Quote(heard) + ")";
   if (settings.start && !has(*settings.start)) {
     return Other("its messages do not begin with " + Code(*settings.start) + said,
-                 "set start to what it sends; or a converter eats the first byte");
+                 "set start to the first character that it sends, or look for a converter that "
+                 "removes the first byte");
   }
   if (settings.end && std::ranges::all_of(heard, IsShown)) {
     if (IsUnusual(heard)) {
-      return Other("bytes come that are no message" + said,
+      return Other("bytes come that are not a message" + said,
                    "check bit rate, parity and data bits at the line and at the reader");
     }
-    return Other("its messages have no end character" + said,
-                 "raise idle, if they come in pieces; or set end: \"\", so that silence ends them");
+    return Other(
+        "its messages have no end character" + said,
+        "raise idle if messages come in pieces, or set end: \"\" so that silence ends them");
   }
   if (settings.end && !has(*settings.end)) {
     const std::uint8_t last = heard.back();
@@ -277,13 +280,13 @@ std::optional<Recognised> OtherText(View heard, const Settings& settings) {
     const bool nearly = size < settings.length && size + kFewLost >= settings.length;
     return Recognised{nearly ? Recognised::What::too_short : Recognised::What::other_setting,
                       "its messages have " + std::to_string(size) + " characters" + said +
-                          ", and length is " + std::to_string(settings.length),
-                      "set length to what it sends"};
+                          ", but length is " + std::to_string(settings.length),
+                      "set length to the number that it sends"};
   }
   if (size <= settings.most) return std::nullopt;
   return Other(
       "its messages have more than " + std::to_string(settings.most) + " characters" + said,
-      "raise most in the configuration, or set end to what it sends");
+      "raise most in the configuration, or set end to the last character that it sends");
 }
 
 }  // namespace

@@ -16,7 +16,8 @@ Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text) {
   const auto code =
       text.starts_with("0x") ? ParseInteger<std::uint8_t>(text.substr(2), 16) : std::nullopt;
   if (!code)
-    return Error{"'" + text + "' is no character; write it, as ':', or its number, as 0x02"};
+    return Error{"'" + text +
+                 "' is not a character; write one character, as ':', or its code, as 0x02"};
   return std::optional(*code);
 }
 
@@ -30,21 +31,21 @@ constexpr auto kTable = SettingsTable(
         option::Text("end", "0x0D", "Last character of a text; empty: length or silence ends it.")),
     Bind<&Settings::length>(option::Integer(
         "length", "0", 0, 120, "Exact number of characters between start and end; 0: any.")),
-    Bind<&Settings::most>(
-        option::Integer("most", "80", 1, 120, "A text that is longer is damaged.")),
-    Bind<&Settings::idle>(option::Time("idle", "100ms", "This silence ends a message.")),
-    Bind<&Settings::whole>(option::Time("whole", "2s", "A message that takes longer is damaged.")),
+    Bind<&Settings::most>(option::Integer(
+        "most", "80", 1, 120, "Longest text in characters; a longer text counts as damaged.")),
+    Bind<&Settings::idle>(option::Time("idle", "100ms", "Silence that ends a message.")),
+    Bind<&Settings::whole>(option::Time(
+        "whole", "2s", "Longest duration of a message; a longer message counts as damaged.")),
     Bind<&Settings::same_tag>(option::Time(
         "same_tag", "2s",
-        "The same tag again within this time is no new tag; 0s: every message is one.")),
+        "The same tag within this time is not a new tag; 0s: every message is a new tag.")),
     Bind<&Settings::present>(
         option::Time("present", "2s",
                      "A tag counts as present for this time; 0s: until the reader says 'no tag'.")),
-    Bind<&Settings::asks>(option::Choice(
-        "commands", "none", "none,ask",
-        "none: nothing is ever sent. ask: r reads, i asks for the reader's name; form: tag only.")),
-    Bind<&Settings::answer>(
-        option::Time("answer", "1s", "How long the reader may take to answer a command.")));
+    Bind<&Settings::asks>(option::Choice("commands", "none", "none,ask",
+                                         "none: the gateway sends nothing. ask: r requests a tag, "
+                                         "i requests the reader's name; only with form: tag.")),
+    Bind<&Settings::answer>(option::Time("answer", "1s", "Reply timeout of a command.")));
 
 }  // namespace
 
@@ -55,7 +56,7 @@ Settings ReadSettings(const config::Options& options) { return kTable.Read(optio
 Status CheckOptions(const config::Options& options) {
   if (Status status = kTable.Check(options); !status) return status;
   const Settings settings = ReadSettings(options);
-  if (settings.length > settings.most) return Error{"length is more than most"};
+  if (settings.length > settings.most) return Error{"length must not be larger than most"};
   if (settings.start && settings.start == settings.end) {
     return Error{"start and end are the same character, so they cannot be told apart"};
   }

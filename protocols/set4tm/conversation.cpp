@@ -36,7 +36,7 @@ Request MeterRequests::Make(RequestKind kind, View pdu) {
 Result<Request> MeterRequests::Next(const Task& task, Instant now) {
   const bool writes = task.kind == Task::Kind::write;
   const auto correction =
-      writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"nothing is to be written"});
+      writes ? CorrectionOf(task, now) : Result<Bytes>(Error{"there is nothing to write"});
   if (writes && !correction) return Error{correction.error()};
   if (task.kind == Task::Kind::probe && !parts_.session.has_answered() &&
       ++probes_ % kOtherModeEvery == 0) {
@@ -118,7 +118,7 @@ bool MeterRequests::AsksLatchTime(const Task& task, Instant now) const {
 
 Result<Bytes> MeterRequests::CorrectionOf(const Task& task, Instant now) const {
   if (parts_.device.points[task.point].write != kCorrectsClock) {
-    return Error{"SET-4TM meters are read only here"};
+    return Error{"SET-4TM meters can only be read; only the clock can be corrected"};
   }
   return ClockCorrection(task.value, parts_.drift, now);
 }
@@ -446,7 +446,9 @@ config::Timing MeterConversation::LeastTimes(Duration character) const {
 std::string MeterConversation::WhatIsLearned() const {
   const unsigned multiplier = parts_.identification.multiplier();
   return Listed({parts_.reads.Learned(), parts_.archive.Learned(), parts_.latched.Learned(),
-                 multiplier > 1 ? "times by its multiplier " + std::to_string(multiplier) : ""});
+                 multiplier > 1
+                     ? "timeouts multiplied by its multiplier " + std::to_string(multiplier)
+                     : ""});
 }
 
 }  // namespace baudgate::protocols::set4tm

@@ -29,13 +29,14 @@ Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kMost = 120s;
   if (settings.correct_clock <= Duration::zero()) return {};
   if (settings.correct_clock < kLeast || settings.correct_clock > settings.correct_clock_most) {
-    return Error{"correct_clock: give 2s up to correct_clock_most, or 0s for never"};
+    return Error{
+        "correct_clock: write a time from 2s to correct_clock_most, or 0s to switch it off"};
   }
   if (settings.correct_clock_most > kMost) {
-    return Error{"correct_clock_most: a meter's clock can be corrected by 120s at most"};
+    return Error{"correct_clock_most: a meter's clock can be corrected by at most 120s"};
   }
   if (!settings.time_zone) {
-    return Error{"correct_clock: give the zone of the meter's clock, as time_zone: \"+03:00\""};
+    return Error{"correct_clock: set the time zone of the meter's clock, as time_zone: \"+03:00\""};
   }
   const auto find = [&](std::string_view name) {
     return std::ranges::find(device.points, name, &config::Point::name);
@@ -75,13 +76,13 @@ Status CheckLatch(const config::Device& device, const Settings& settings) {
       const auto field = FieldOf(point);
       if (!field || field->decoder != Decoder::latched) continue;
       return Error{"'" + point.name +
-                   "' reads when the gateway has latched, which it never does; give the device "
-                   "'latch: 15min', or leave the point out"};
+                   "' reads the time of the latch, but latch is off; set latch: 15min at the "
+                   "device, or remove the point"};
     }
     return {};
   }
   if (settings.latch < kLeast || settings.latch > kMost) {
-    return Error{"latch: give 1min to 24h, or 0s for never"};
+    return Error{"latch: write a time from 1min to 24h, or 0s to switch it off"};
   }
   return {};
 }
@@ -95,13 +96,13 @@ Status CheckDevice(const config::Device& device) {
   const std::string key = settings.load_profiles.empty() ? "billing" : "load_profile";
   if (!settings.time_zone) {
     return Error{key +
-                 ": its records have the time of the meter's clock; give its zone, as "
-                 "time_zone: \"+03:00\""};
+                 ": records carry the time of the meter's clock; set its time zone, as time_zone: "
+                 "\"+03:00\""};
   }
   if (!device.events) {
     return Error{key +
-                 ": its records are kept with the events; write 'events: on' at the device, "
-                 "or 'events: {}' at the top level"};
+                 ": records are stored with the events; write 'events: on' at the device, or "
+                 "'events: {}' at the top level"};
   }
   return {};
 }
@@ -120,8 +121,8 @@ std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
                                                                : measure == Measure::float_power;
     if (!converted) continue;
     doubts.push_back({i,
-                      "has a scale, and voltage_ratio or current_ratio multiplies it as well; "
-                      "leave one of them out"});
+                      "has a scale, but voltage_ratio or current_ratio already multiplies it; "
+                      "remove the scale or the ratio"});
   }
   return doubts;
 }
@@ -137,14 +138,12 @@ std::vector<ConfigRemark> Doubts(const config::Device& device) {
   if (settings.latch > Duration::zero() && !reads_latched) {
     doubts.push_back(
         {kNoPoint, device.address +
-                       " has `latch`, and no point reads a latched value; give it points "
-                       "with read: \"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
+                       " has `latch`, but no point reads a latched value; add points with read: "
+                       "\"08 1B 01 rr ...\", \"08 1B 03 rr ...\" or \"08 14 rr ...\""});
   }
   if (device.events && !settings.time_zone) {
-    doubts.push_back(
-        {kNoPoint, device.address +
-                       " has events without a time; give the zone of its clock, as time_zone: "
-                       "\"+03:00\""});
+    doubts.push_back({kNoPoint, device.address + " has events, but no time zone for their times; "
+                                                 "set time_zone, as time_zone: \"+03:00\""});
   }
   return doubts;
 }

@@ -116,7 +116,8 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   for (const Shape& shape : expect.shapes) {
     if (shape.tag == form) longest = std::max(longest, shape.max_length);
   }
-  if (longest == 0) return Cut::Discard(1, Outcome::corrupt, "no such reply is awaited");
+  if (longest == 0)
+    return Cut::Discard(1, Outcome::corrupt, "a reply of this form is not expected");
   const bool another = IsFromAnother(held, expect);
   const auto whole = [another](std::size_t size) {
     return another ? cut::OfAnother(size) : Cut::Frame(size);
@@ -267,7 +268,7 @@ std::optional<Recognised> FindRequest(View request, View heard, Checksum checksu
     if (std::ranges::equal(held.first(size), request)) continue;
     return Recognised{Recognised::What::other_master,
                       "another master speaks on the line: it has asked " + Meter(held.first(head)),
-                      "a serial line has one master: take the other one away"};
+                      "a serial line can have only one master; remove the other master"};
   }
   return std::nullopt;
 }
@@ -285,8 +286,8 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     if (any || std::ranges::equal(reply->address, asked->address)) return std::nullopt;
     if (IsOfCommunicator(*reply)) {
       return Recognised{Recognised::What::other_reply,
-                        "the GSM communicator (253) says that the meter does not answer",
-                        "check power, wire and address of the meter behind it"};
+                        "the GSM communicator (253) reports that the meter does not answer",
+                        "check power, wiring and address of the meter behind the communicator"};
     }
     return Recognised{
         Recognised::What::other_device,
@@ -299,8 +300,9 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     std::swap(swapped[swapped.size() - 1], swapped[swapped.size() - 2]);
     const auto reply = SplitFrame(swapped, checksum);
     if (reply && std::ranges::equal(reply->address, asked->address)) {
-      return Recognised{Recognised::What::other_setting, "its CRC comes high byte first",
-                        "a converter in between, or the meter, does not keep to the protocol"};
+      return Recognised{
+          Recognised::What::other_setting, "its CRC has the high byte first",
+          "the meter or a converter in between does not follow the protocol; check both"};
     }
   }
   const auto other = SplitFrame(heard, Other(checksum));

@@ -182,12 +182,12 @@ bool MeterSession::TakeSerial(std::uint32_t serial) {
     if (trouble_.reason == Reason::swapped) trouble_ = {};
     return true;
   }
-  trouble_ = {Reason::swapped,
-              "meter " + std::to_string(serial) + " answers in place of " +
-                  std::to_string(*expected) +
-                  (settings_.serial_number
-                       ? "; correct `serial_number` or the address"
-                       : "; if it was replaced on purpose, 'baudgate enable' takes it")};
+  trouble_ = {
+      Reason::swapped,
+      "meter " + std::to_string(serial) + " answers instead of " + std::to_string(*expected) +
+          (settings_.serial_number
+               ? "; correct `serial_number` or the address"
+               : "; if the meter was replaced on purpose, accept it with 'baudgate enable'")};
   return false;
 }
 
@@ -207,8 +207,8 @@ Answer MeterSession::TakeNoSerial(Answer answer) {
 
 std::string MeterSession::RefusedText() const {
   return std::string("the meter refuses the password; set `password`; ") +
-         (memory_.given_up() ? "it is not tried again before 'baudgate enable'"
-                             : "tried again in 1 h");
+         (memory_.given_up() ? "the password is tried again only after 'baudgate enable'"
+                             : "the password is tried again in 1 h");
 }
 
 Answer MeterSession::TakePasswordRefused(Answer answer, Instant now) {

@@ -75,13 +75,13 @@ Result<Address> ParseAddress(std::string_view text) {
   if (TakesNumber(address.category)) {
     address.number = TakeNumber(rest, kNumberDigits);
     if (!address.number) return wrong("this category needs a number of 1 to 6 digits");
-    if (!rest.empty()) return wrong("something follows the number");
+    if (!rest.empty()) return wrong("there are characters after the number");
     return address;
   }
   if (kSingle.find(address.category) == std::string_view::npos) {
     return wrong("the categories are I O S V M C F T D A, in capital letters");
   }
-  if (!rest.empty()) return wrong("categories C, F, T, D and A take no number");
+  if (!rest.empty()) return wrong("categories C, F, T, D and A have no number");
   return address;
 }
 
@@ -96,13 +96,13 @@ std::string FormatAddress(const Address& address) {
 Result<unsigned> ParseSlave(std::string_view text) {
   const auto slave = ParseInteger<unsigned>(text);
   if (!slave || text.size() > kSlaveDigits) {
-    return Error{"'" + std::string(text) + "' is not an SPA slave number: write 1 to 899"};
+    return Error{"'" + std::string(text) + "' is not an SPA slave number; write 1 to 899"};
   }
   if (*slave == 0) {
-    return Error{"slave number 0 is not in use on the SPA Bus: write 1 to 899"};
+    return Error{"slave number 0 is not used on the SPA Bus; write 1 to 899"};
   }
   if (*slave == kBroadcast) {
-    return Error{"900 is the broadcast number, which nobody answers: write 1 to 899"};
+    return Error{"900 is the broadcast number, which no device answers; write 1 to 899"};
   }
   return *slave;
 }

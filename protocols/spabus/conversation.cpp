@@ -252,7 +252,7 @@ class SpaConversation final : public Conversation {
       case Task::Kind::background:
         break;
     }
-    return Error{"the SPA Bus does not know this kind of task"};
+    return Error{"the SPA Bus does not support this kind of task"};
   }
 
   std::size_t WritesTogether(std::span<const PointValue> writes) const override {
@@ -371,7 +371,7 @@ class SpaConversation final : public Conversation {
       text += (text.empty() ? "" : "; ") + what;
     };
     if (const std::string reads = reads_.Learned(); !reads.empty()) say(reads);
-    if (sends_wildcard_) say("XX in place of its checksums");
+    if (sends_wildcard_) say("XX instead of its checksums");
     if (const char reading = checksum_.letter()) {
       say(std::string("continued replies with checksum ") + reading);
     }

@@ -239,9 +239,9 @@ bool EventSession::has_events() const { return wanted_ && (answers_ || refusals_
 
 const DeviceTrouble& EventSession::remark() const {
   static const DeviceTrouble kNone;
-  static const DeviceTrouble kRefused{Reason::none, "gives no events: it refuses L"};
-  static const DeviceTrouble kFailed{Reason::none,
-                                     "its events cannot be read: no good reply to L or B comes"};
+  static const DeviceTrouble kRefused{Reason::none, "sends no events: it refuses the request L"};
+  static const DeviceTrouble kFailed{
+      Reason::none, "its events cannot be read: there is no good reply to the requests L and B"};
   if (refusals_ >= kMostRefusals) return kRefused;
   return failures_ >= kManyFailures ? kFailed : kNone;
 }

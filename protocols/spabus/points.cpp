@@ -20,11 +20,11 @@ constexpr DecoderSpec kDecoders[] = {
     {"S1", "setting"},
     {"V1", "variable: recorded values, counters, control parameters"},
     {"M1", "memory data"},
-    {"14V1", "item of channel 14; channel 0 may be left out"},
+    {"14V1", "item of channel 14; channel 0 need not be written"},
     {"C", "module status: 0 normal, 1 automatic reset, 2 event overflow, 3 both"},
     {"F", "type designation (string)"},
     {"T", "time within the minute, ss.sss"},
-    {"T offset", "how far the device's clock is ahead of this machine's, in s; read only"},
+    {"T offset", "device's clock minus this machine's clock, in s; read only"},
     {"D", "date and time (string)"},
     {"3A", "alarms of a channel (string)"},
 };
@@ -35,7 +35,7 @@ std::string_view Forbidden(const Address& address) {
   switch (address.number.value_or(0)) {
     case 160:
     case 161:
-      return "it is the password: set the option `password`, writes then use it by themselves";
+      return "it is the password; set the option `password`, which writes use automatically";
     case 167:
       return "it formats the memory of the device";
     case 200:
@@ -52,7 +52,7 @@ Status CheckOffset(const config::Point& point) {
     return Error{"'" + point.read + "' can only be read; the clock is set with send_seconds"};
   }
   const bool is_float = point.type == config::Type::float32 || point.type == config::Type::float64;
-  if (!is_float) return Error{"'" + point.read + "' is a number of seconds: use type float32"};
+  if (!is_float) return Error{"'" + point.read + "' is a number of seconds; write type: float32"};
   return {};
 }
 
@@ -62,13 +62,13 @@ Status CheckRead(const config::Point& point) {
   if (!address) return Error{address.error()};
   const char category = address->category;
   if (category == 'L' || category == 'B') {
-    return Error{"'" + point.read +
-                 "' reads events, and reading takes them out of the device; "
-                 "events are not points"};
+    return Error{
+        "'" + point.read +
+        "' reads events, which removes them from the device; events cannot be read by points"};
   }
   const bool text = category == 'F' || category == 'D' || category == 'A';
   if (text && point.type != config::Type::string) {
-    return Error{"'" + point.read + "' is text: use type string(16)"};
+    return Error{"'" + point.read + "' is text; write type: string(16)"};
   }
   const std::uint32_t number = address->number.value_or(0);
   if (category == 'V' && number >= kPasswordItems.first && number <= kPasswordItems.last) {
@@ -116,8 +116,8 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
   std::vector<ConfigRemark> doubts;
   if (const auto slave = ParseSlave(device.address); slave && *slave > kBroadcast) {
     doubts.push_back({kNoPoint, std::to_string(*slave) +
-                                    " lies beyond the broadcast number 900, which no known device "
-                                    "can have; write the number that the device shows, 1 to 899"});
+                                    " is above the broadcast number 900, so no known device can "
+                                    "have it; write the number that the device shows, 1 to 899"});
   }
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     const config::Point& point = device.points[i];
@@ -125,9 +125,9 @@ std::vector<ConfigRemark> DoubtsOf(const config::Device& device) {
     const auto item = WriteAddress(point);
     if (!item || item->category != 'O') continue;
     doubts.push_back({i, "can be written: " + FormatAddress(*item) +
-                             " is an output of a protection relay, and whoever may write to it may "
-                             "trip a breaker; name only the needed points in `write` of the "
-                             "device, and set permit: read at listeners that need not write"});
+                             " is an output of a protection relay, and a write may trip a breaker; "
+                             "name only the needed points in `write` of the device, and set "
+                             "permit: read at listeners that need not write"});
   }
   return doubts;
 }
@@ -140,7 +140,7 @@ Status CheckPoint(const config::Point& point) {
     if (Status read = CheckRead(point); !read) return read;
   }
   if (point.table == config::Table::bits && point.type != config::Type::boolean) {
-    return Error{"'" + point.name + "' stands in a bit table: use type bool"};
+    return Error{"'" + point.name + "' is in a bit table; write type: bool"};
   }
   if (point.access == config::Access::read) return {};
   return CheckWrite(point);
@@ -260,7 +260,7 @@ Result<std::string> EncodeText(const std::string& text) {
   for (const char c : text) {
     if (IsReserved(c) || !IsPrintable(static_cast<std::uint8_t>(c))) {
       return Error{"'" + Printable(ToBytes(text)) +
-                   "' cannot be written: only printable ASCII without < > : / &"};
+                   "' cannot be written; only printable ASCII without < > : / & is possible"};
     }
   }
   return text;
@@ -302,11 +302,11 @@ Result<std::string> EncodeNumber(double number, const config::Point& point) {
   const std::size_t decimals = MostDecimals(point);
   std::string text = RoundTo(Shortest(number, point.type), decimals);
   const auto rounded = [&](const std::string& why) {
-    return Error{FormatNumber(number) + ", with the " + std::to_string(decimals) +
-                 " decimals that '" + point.name + "' takes, is " + text + ": " + why};
+    return Error{FormatNumber(number) + ", rounded to the " + std::to_string(decimals) +
+                 " decimals of '" + point.name + "', is " + text + ": " + why};
   };
   if (text == "0" && number != 0) return rounded("too small to be written");
-  if (!IsAllowed(text, point)) return rounded("outside of what may be written");
+  if (!IsAllowed(text, point)) return rounded("outside the range that may be written");
   return text;
 }
 
@@ -357,7 +357,7 @@ Result<std::string> EncodeValue(const Value& value, const config::Point& point) 
   }
   const bool whole = point.type == Type::boolean || (IsInteger(point.type) && !IsScaled(point));
   if (whole && std::trunc(number) != number) {
-    return Error{ToText(value) + " is no whole number, as '" + point.name + "' needs"};
+    return Error{ToText(value) + " is not a whole number, which '" + point.name + "' needs"};
   }
   return EncodeNumber(number, point);
 }

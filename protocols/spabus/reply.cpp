@@ -16,48 +16,48 @@ namespace {
 constexpr NackRule kRules[] = {
     {Outcome::corrupt,
      "the device saw a checksum or parity error; check wiring, termination and bit rate",
-     "requests reach it damaged: check wiring and termination",
+     "requests reach the device damaged; check wiring and termination",
      {},
      false,
      false,
      false},
-    {Outcome::busy, "the device is busy; it will be asked again", "", 1s, false, false, false},
+    {Outcome::busy, "the device is busy; the request is repeated", "", 1s, false, false, false},
     {Outcome::busy, "the input buffer of the device is full; a lower max_items or bit rate helps",
-     "restart it, or set a lower bit rate", 200ms, false, false, false},
+     "restart the device, or set a lower bit rate", 200ms, false, false, false},
     {Outcome::unsupported,
-     "the request is too complicated for the device; it will be asked for fewer items at a time",
+     "the request is too complicated for the device; the next requests have fewer items",
      "set max_items: 1 in the configuration",
      {},
      true,
      true},
-    {Outcome::refused, "a code of higher network levels; look at the gateway in between",
-     "look at the gateway in between"},
+    {Outcome::refused, "a code of higher network levels; check the gateway in between",
+     "check the gateway in between"},
     {Outcome::unsupported,
      "the device does not understand the address; check category and number in the profile",
-     "does the profile fit the device? It does not have these items: correct them, or take them "
-     "out",
+     "does the profile fit the device? The device does not have these items; correct or remove the "
+     "points",
      {},
      true,
      true},
     {Outcome::unsupported,
      "the device does not have this item; check the profile against its manual",
-     "does the profile fit the device? It does not have these items: correct them, or take them "
-     "out",
+     "does the profile fit the device? The device does not have these items; correct or remove the "
+     "points",
      {},
      true,
      true},
     {Outcome::refused,
      "the item cannot be read or written now; it may be blocked, read-only, write-only or behind "
      "a password",
-     "is it in test or local mode, or does it want a password?",
+     "check whether the device is in test or local mode, or needs a password",
      {},
      true},
     {Outcome::refused, "the device does not accept the value; check its setting range",
      "check the setting range of the device"},
-    {Outcome::refused, "the device reports an error of another kind", "look at the device"},
+    {Outcome::refused, "the device reports an error of another kind", "check the device"},
 };
 constexpr NackRule kUnknown{Outcome::refused, "the meaning of this code is not known",
-                            "look it up in the manual of the device"};
+                            "look the code up in the manual of the device"};
 
 }  // namespace
 
@@ -248,7 +248,8 @@ void ContinuationChecksum::Forget() {
 namespace {
 
 constexpr const char* kOtherForm = "does the profile fit the device, item by item?";
-constexpr const char* kFewer = "set max_items: 1 in the configuration; does the profile fit it?";
+constexpr const char* kFewer =
+    "set max_items: 1 in the configuration; does the profile fit the device?";
 
 /// The end of a request by `send_xx`, without a checksum.
 constexpr std::string_view kUnchecked = "XX\r";
@@ -323,8 +324,8 @@ Answer DecodeData(const Command& command, const Reply& reply, std::span<const Re
       command.category == 'A' ? std::vector<std::string_view>{reply.data} : Split(reply.data, '/');
   // Checked before ItemsOf, because a captured request may ask for a huge range.
   if (texts.size() != command.ItemCount()) {
-    return Unexpected("the reply has " + std::to_string(texts.size()) + " values where " +
-                          std::to_string(command.ItemCount()) + " were asked for",
+    return Unexpected("the reply has " + std::to_string(texts.size()) + " values instead of " +
+                          std::to_string(command.ItemCount()),
                       texts.size() < command.ItemCount() ? kFewer : kOtherForm);
   }
   const std::vector<Address> items = ItemsOf(command);
@@ -372,26 +373,27 @@ Exchange Decode(View request, View frame, std::span<const ReadPoint> points) {
   Exchange exchange;
   exchange.command = ParseRequest(request).command;
   if (!exchange.command) {
-    exchange.answer = Unexpected("the request is no SPA message");
+    exchange.answer = Unexpected("the request is not an SPA message");
     return exchange;
   }
   const Command& command = *exchange.command;
   const auto reply = ParseReply(frame);
   if (!reply) {
-    exchange.answer = Unexpected("the reply is no SPA message");
+    exchange.answer = Unexpected("the reply is not an SPA message");
   } else if (reply->slave != command.slave) {
-    exchange.answer = Unexpected("slave " + std::to_string(reply->slave) +
-                                 " answered in place of " + std::to_string(command.slave));
+    exchange.answer = Unexpected("slave " + std::to_string(reply->slave) + " answered instead of " +
+                                 std::to_string(command.slave));
   } else if (reply->type == 'N') {
     exchange.nack = reply->nack;
     exchange.answer = reply->nack ? DecodeNack(command, *reply->nack, points)
                                   : Unexpected("a NACK without a code");
     if (reply->nack == 0 && AsText(request).ends_with(kUnchecked)) {
-      exchange.answer.remedy = "it may want a checksum: set send_xx: false in the configuration";
+      exchange.answer.remedy =
+          "the device may need a checksum; set send_xx: false in the configuration";
     }
   } else if ((reply->type == 'A') != command.write) {
-    exchange.answer = Unexpected(command.write ? "data came in answer to a write"
-                                               : "an acknowledge came in answer to a read");
+    exchange.answer = Unexpected(command.write ? "data came as the reply to a write"
+                                               : "an acknowledge came as the reply to a read");
   } else if (!command.write) {
     exchange.answer = DecodeData(command, *reply, points);
     exchange.data = reply->data;

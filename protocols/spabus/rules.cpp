@@ -95,13 +95,13 @@ Scan ScanText(View held, bool may_continue) {
     if (byte == kCr) {
       if (!after_ampersand) return {Scan::State::whole, i + 1, {}};
       if (i + 1 == held.size()) return {};
-      if (held[i + 1] != kLf) return {Scan::State::broken, i + 1, "no LF behind & CR"};
+      if (held[i + 1] != kLf) return {Scan::State::broken, i + 1, "no LF after & CR"};
       if (++lines > kMaxLines) return {Scan::State::broken, i + 1, "more than 16 lines"};
       line_start = ++i + 1;
     } else if (byte == '<' || byte == '>') {
       return {Scan::State::broken, i, "cut short by another message"};
     } else if (!IsPrintable(byte)) {
-      return {Scan::State::broken, i, "a character that the bus does not have"};
+      return {Scan::State::broken, i, "a character that is not allowed on the bus"};
     } else if (after_ampersand) {
       return {Scan::State::broken, i, "& inside a line"};
     } else if (i - line_start >= kLongestLine) {
@@ -251,9 +251,9 @@ std::string Slave(unsigned slave) { return "slave " + std::to_string(slave); }
 std::optional<Recognised> OtherForm(View message) {
   if (ParseReply(message) || MatchingReadings(message, false) == 0) return std::nullopt;
   return Recognised{Recognised::What::other_reply,
-                    "its replies have a right check value and another form ('" +
+                    "its replies have a correct check value, but another form ('" +
                         std::string(Trim(AsText(message))) + "')",
-                    "the device or its firmware does not keep to the SPA bus"};
+                    "the device or its firmware does not follow the SPA protocol"};
 }
 
 /// Recognises a reply of the requested slave that would be right with another option.
@@ -263,8 +263,8 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   };
   const auto reply = ParseReply(message);
   if (reply && reply->wildcard && !settings.accept_wildcard) {
-    return other("its replies carry XX in place of a checksum",
-                 "set accept_xx: true in the configuration, or checksums in it");
+    return other("its replies carry XX instead of a checksum",
+                 "set accept_xx: true in the configuration, or switch checksums on in the device");
   }
   const bool counts = settings.line_feed_in_checksum;
   if (reply && MatchingReadings(message, !counts) != 0 && MatchingReadings(message, counts) == 0) {
@@ -275,7 +275,7 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   }
   if (message.size() > kShortest && message[message.size() - 2] == ':') {
     return other("its replies carry no checksum",
-                 "the device or a converter in between does not keep to the SPA bus");
+                 "the device or a converter in between does not follow the SPA protocol");
   }
   return std::nullopt;
 }
@@ -305,7 +305,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
         continue;
       return Recognised{Recognised::What::other_master,
                         "another master speaks on the line: it has asked " + Slave(*other.slave),
-                        "an SPA bus has one master: take the other one away"};
+                        "an SPA bus can have only one master; remove the other master"};
     }
     const auto reply = ParseReply(message);
     const std::string name = asked ? std::to_string(*asked) : std::string();
@@ -315,7 +315,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     }
     if (asked && IsNameless(message, name)) {
       return Recognised{Recognised::What::other_setting, "its replies carry no slave number",
-                        "the device or a converter in between does not keep to the SPA bus"};
+                        "the device or a converter in between does not follow the SPA protocol"};
     }
     if (!reply || !asked || reply->slave == *asked || MatchingReadings(message, false) == 0)
       continue;

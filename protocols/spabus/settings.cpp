@@ -10,41 +10,40 @@ namespace {
 constexpr auto kTable = SettingsTable(
     Bind<&Settings::max_items>(option::Integer(
         "max_items", "8", 1, 64,
-        "Most items that one request reads together; 1 for devices that refuse ranges.")),
+        "Largest number of items that one request reads; 1 for devices that refuse ranges.")),
     Bind<&Settings::write_items>(option::Integer(
         "write_items", "1", 1, 64,
-        "Most neighbouring items that one request writes together, as in W S21/23; 1: each by "
-        "itself. After a refusal of several nobody knows which of them were taken.")),
-    Bind<&Settings::password>(option::Secret(
-        option::Integer("password", "0", 0, 999,
-                        "Opened (V160) before and closed (V161) after each write; 0: "
-                        "the device needs none."))),
+        "Largest number of adjacent items that one request writes, as in W S21/23; 1: one item. If "
+        "the device refuses several items, it is not known which of them it took.")),
+    Bind<&Settings::password>(
+        option::Secret(option::Integer("password", "0", 0, 999,
+                                       "Password that is opened (V160) before and closed (V161) "
+                                       "after each write; 0: the device needs none."))),
     Bind<&Settings::send_wildcard>(option::Flag(
-        "send_xx", "false", "Send XX in place of the checksum: the device then checks nothing.")),
-    Bind<&Settings::accept_wildcard>(option::Flag(
-        "accept_xx", "true",
-        "Accept replies that carry XX in place of a checksum; false is safer where the "
-        "device never sends it.")),
+        "send_xx", "false", "Send XX instead of the checksum; the device then checks nothing.")),
+    Bind<&Settings::accept_wildcard>(option::Flag("accept_xx", "true",
+                                                  "Accept replies with XX instead of a checksum; "
+                                                  "false is safer if the device never sends XX.")),
     Bind<&Settings::line_feed_in_checksum>(option::Flag(
         "lf_in_checksum", "false",
-        "The device counts the line feed before '<' into the checksum of its replies.")),
+        "The device includes the line feed before '<' in the checksum of its replies.")),
     Bind<&Settings::continuation>(option::Choice(
         "continuation_checksum", "auto", "auto,a,b,c,d",
-        "What the checksum of a reply in several lines covers: a everything, b without "
-        "CR and LF, c also without &, d the last line only; auto learns it from the "
-        "replies.")),
-    Bind<&Settings::send_seconds>(option::OnLine(
-        option::Time("send_seconds", "0s",
-                     "How often all relays are told the second of the minute (T); 0s: never."))),
-    Bind<&Settings::send_date>(option::OnLine(
-        option::Time("send_date", "0s",
-                     "How often they are told date and time (D), where they know it; 0s: never."))),
-    Bind<&Settings::date_zone>(option::OnLine(option::Choice(
-        "date_zone", "local", "local,standard,utc",
-        "The hours of D: local time of this machine, without its summer time, or UTC."))),
-    Bind<&Settings::clock_delay>(option::OnLine(
-        option::Time("clock_delay", "0s",
-                     "How long converters delay T and D, beyond the time of their characters."))));
+        "Part of a reply in several lines that its checksum covers: a everything, b without CR and "
+        "LF, c also without &, d the last line only; auto: learned from the replies.")),
+    Bind<&Settings::send_seconds>(option::OnLine(option::Time(
+        "send_seconds", "0s",
+        "Interval at which the second of the minute (T) is sent to all relays; 0s: never."))),
+    Bind<&Settings::send_date>(option::OnLine(option::Time(
+        "send_date", "0s",
+        "Interval at which date and time (D) are sent to all relays that support it; 0s: never."))),
+    Bind<&Settings::date_zone>(
+        option::OnLine(option::Choice("date_zone", "local", "local,standard,utc",
+                                      "Time of D: local time of this machine, local time without "
+                                      "summer time (standard), or UTC."))),
+    Bind<&Settings::clock_delay>(option::OnLine(option::Time(
+        "clock_delay", "0s",
+        "Delay of T and D in converters, in addition to the time of their characters."))));
 
 int Covered(Continuation continuation) {
   switch (continuation) {

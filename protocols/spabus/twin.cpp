@@ -144,7 +144,7 @@ Result<std::string> SpaTwin::Text(const Address& item, Instant now) const {
   }
   if (item == kModuleStatus) return std::string("0");
   if (item == kOwnClock && HasOffset(device_)) return PrintSeconds(now.time_since_epoch());
-  return Error{"the profile has no such item"};
+  return Error{"the profile does not contain this item"};
 }
 
 Bytes SpaTwin::Write(const Command& command) {

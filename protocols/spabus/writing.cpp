@@ -92,8 +92,8 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
     Reset();
     if (password_refused_) {
       return Error{
-          "the device refused the password; it is not sent again, because a few wrong ones lock "
-          "the device: correct `password`, or 'baudgate enable' the device"};
+          "the device refused the password, which is not sent again, because a few wrong passwords "
+          "lock the device; correct `password`, or run 'baudgate enable'"};
     }
     values_ = std::move(values);
     step_ = password_ == 0 ? Step::write : Step::open;
@@ -184,12 +184,13 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
     const NackRule& rule = RuleOf(*nack);
     if (rule.judged && rule.missing) {
       answer.outcome = Outcome::refused;
-      answer.reason = "the device knows no password (" + answer.reason + "): leave `password` out";
+      answer.reason = "the device has no password (" + answer.reason + "); remove `password`";
     } else if (rule.judged) {
       password_refused_ = true;
       answer.outcome = Outcome::refused;
-      answer.reason = "the device refused the password (" + answer.reason +
-                      "); it is not sent again before 'baudgate enable' or another `password`";
+      answer.reason =
+          "the device refused the password (" + answer.reason +
+          "); the password is sent again only after 'baudgate enable' or with another `password`";
     }
   }
   return answer;
@@ -201,8 +202,8 @@ Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
   if (values_.size() > 1) {
     answer.outcome = Outcome::unexpected;
     answer.reason =
-        "several values were written together, and nobody knows which of them were "
-        "taken (" +
+        "several values were written together, and it is not known which of them the device took "
+        "(" +
         answer.reason + ")";
   } else if (*nack == kOtherError || (*nack == kNotNow && password_ != 0)) {
     answer.outcome = Outcome::busy;
@@ -246,10 +247,11 @@ Then WriteSession::OnFailure(Outcome outcome, bool closes) {
   result_ = {};
   result_.outcome = outcome;
   if (outcome == Outcome::busy) {
-    result_.reason = "it was not sent";
+    result_.reason = "the write was not sent";
   } else {
-    result_.reason = step_ == Step::open ? "no answer to the password; nothing was written"
-                                         : "no answer to the write; it may have been carried out";
+    result_.reason = step_ == Step::open
+                         ? "no answer to the password; nothing was written"
+                         : "no answer to the write; the device may have carried it out";
   }
   step_ = Step::close;
   return Then::ask_again;

@@ -63,7 +63,7 @@ std::vector<std::string> FieldNames(const Telegram& telegram) {
 std::string HintOf(std::string_view name, const std::vector<std::string>& known) {
   const std::vector<std::string_view> views(known.begin(), known.end());
   return DidYouMean(name, views) +
-         " its fields: " + (views.empty() ? std::string("none") : Join(views));
+         " fields: " + (views.empty() ? std::string("none") : Join(views));
 }
 
 /// Returns "0x1A" for "0x1a" and for the escape "\\x1A"; nothing for another key.
@@ -89,8 +89,8 @@ Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& co
     if (const auto code = ByteCode(key)) {
       of_bytes[*code] = meaning;
     } else {
-      problems.Error(mark, "codes: " + Quoted(key) + " is no byte; '" + name +
-                               "' is one: write 0x1A, with two hex digits");
+      problems.Error(mark, "codes: " + Quoted(key) + " is not a byte, but '" + name +
+                               "' is; write 0x1A, with two hex digits");
     }
   }
   return of_bytes;
@@ -121,9 +121,9 @@ void ReadCodes(MapReader& map, Telegram& telegram) {
       telegram.codes[name].merge(CodesOf(telegram, name, codes, field.value.mark(), problems));
     }
     if (!used) {
-      problems.Error(
-          field.value.mark(),
-          "codes: " + Quoted(field.key) + " is no field of the answer;" + HintOf(field.key, names));
+      problems.Error(field.value.mark(), "codes: " + Quoted(field.key) +
+                                             " is not a field of the answer;" +
+                                             HintOf(field.key, names));
     }
   }
 }
@@ -141,21 +141,29 @@ void CheckTelegram(const MapReader& map, const Telegram& telegram) {
     problems.Error(map.MarkOf(key), std::string(key) + ": " + why);
   };
   if (telegram.listen) {
-    if (map.Has("send")) error("listen", "a telegram that comes unasked has no 'send'");
+    if (map.Has("send"))
+      error("listen",
+            "a telegram that the device sends by itself cannot have 'send'; remove one of the two "
+            "keys");
     if (telegram.receive.empty() && !map.Has("receive")) {
-      error("listen", "say in 'receive' what comes");
+      error("listen", "describe the incoming telegram in 'receive'");
     }
-    if (map.Has("refused")) error("refused", "nothing is asked, so nothing is refused");
+    if (map.Has("refused"))
+      error("refused",
+            "a telegram with 'listen' sends no request that could be refused; remove the key");
     return;
   }
   if (!map.Has("send")) {
-    problems.Error(map.mark(), map.what() + " needs 'send', or 'listen: yes' if it comes unasked");
+    problems.Error(map.mark(),
+                   map.what() + " needs 'send', or 'listen: yes' if the device sends it by itself");
     return;
   }
   if (telegram.value_field() != nullptr && telegram.reads) {
-    error("reads", "a telegram with {value} writes it");
+    error("reads", "a telegram with {value} writes to the device; remove 'reads: yes'");
   }
-  if (telegram.once && !telegram.reads) error("once", "only what goes before others is sent once");
+  if (telegram.once && !telegram.reads)
+    error("once",
+          "needs 'reads: yes', because only a telegram before other telegrams is sent once");
 }
 
 class Compiler {
@@ -167,8 +175,9 @@ class Compiler {
     const std::vector<Entry> entries = config::ReadEntries(node, "telegrams", problems_);
     for (const Entry& entry : entries) {
       if (IsMeantAsAll(entry)) {
-        problems_.Error(entry.value.mark(), "telegrams: " + Quoted(entry.key) +
-                                                " sends and awaits nothing; did you mean 'all'?");
+        problems_.Error(entry.value.mark(),
+                        "telegrams: " + Quoted(entry.key) +
+                            " has neither 'send' nor 'receive'; did you mean 'all'?");
       }
       if (entry.key == kAll || IsMeantAsAll(entry)) ReadAll(entry.value);
     }
@@ -177,8 +186,9 @@ class Compiler {
       if (entry.key != kAll && !IsMeantAsAll(entry) && raws_.size() < kMostTelegrams) Read(entry);
     }
     if (raws_.empty() && !failed()) {
-      problems_.Error(node.mark(),
-                      "telegrams: there is none; write for example weight: { send: 'S\\r\\n', … }");
+      problems_.Error(
+          node.mark(),
+          "telegrams: the map has no telegram; write for example weight: { send: 'S\\r\\n', … }");
     }
     for (std::size_t i = 0; i < raws_.size(); ++i) Relate(i);
     if (!failed()) {
@@ -226,7 +236,8 @@ class Compiler {
     telegram.mark = entry.value.mark();
     if (!IsTelegramName(entry.key)) {
       problems_.Error(entry.value.mark(),
-                      "telegram " + Quoted(entry.key) + ": a name has small letters, digits and _");
+                      "telegram " + Quoted(entry.key) +
+                          " is not a valid name; use small letters, digits and _");
     }
     if (entry.value.kind() != YamlNode::Kind::map) return;
     const Framing framing = ReadFraming(map, all_);
@@ -247,8 +258,8 @@ class Compiler {
     if (!map.Has("example")) {
       problems_.Error(entry.value.mark(),
                       map.what() +
-                          " needs 'example': real bytes and what they mean, as in example: "
-                          "{ send: 'S\\r\\n', receive: 'S S  1.0 g\\r\\n', weight: 1.0 }");
+                          " needs 'example' with real bytes and their values, as in example: { "
+                          "send: 'S\\r\\n', receive: 'S S  1.0 g\\r\\n', weight: 1.0 }");
     }
     map.Finish();
     CheckTelegram(map, telegram);
@@ -260,10 +271,11 @@ class Compiler {
     telegram.identity = *field;
     if (telegram.FindField(*field) == nullptr) {
       problems_.Error(map.MarkOf("identity"), "identity: " + Quoted(*field) +
-                                                  " is no field of the answer;" +
+                                                  " is not a field of the answer;" +
                                                   HintOf(*field, FieldNames(telegram)));
     } else if (!telegram.reads) {
-      problems_.Error(map.MarkOf("identity"), "identity: needs 'reads: yes', as it is asked for");
+      problems_.Error(map.MarkOf("identity"),
+                      "identity: needs 'reads: yes', because the gateway requests it");
     }
   }
 
@@ -282,7 +294,8 @@ class Compiler {
     constexpr std::size_t kMost = kMostSteps - 1;
     if (telegram.before.size() + telegram.behind.size() + 1 > kMost) {
       problems_.Error(telegram.mark, "telegram '" + telegram.name + "': at most " +
-                                         std::to_string(kMost) + " telegrams make an exchange");
+                                         std::to_string(kMost) +
+                                         " telegrams are possible in one exchange");
     }
   }
 
@@ -295,19 +308,19 @@ class Compiler {
     if (!found) {
       std::vector<std::string_view> names;
       for (const Telegram& one : description_->telegrams) names.push_back(one.name);
-      return error(Quoted(name) + " is no telegram;" + DidYouMean(name, names) +
+      return error(Quoted(name) + " is not a telegram of this map;" + DidYouMean(name, names) +
                    " telegrams: " + Join(names));
     }
     const Telegram& other = description_->telegrams[*found];
-    if (*found == index) return error("a telegram cannot stand beside itself");
-    if (!other.send) return error("'" + name + "' comes unasked, and is never sent");
+    if (*found == index) return error("a telegram cannot be sent before or after itself");
+    if (!other.send) return error("'" + name + "' has 'listen: yes', so it is never sent");
     if (other.value_field() != nullptr) {
-      return error("'" + name + "' writes a value, and no value is known here");
+      return error("'" + name + "' writes a value, but no value is known here");
     }
     if (description_->telegrams[index].reads && !other.reads) {
       return error("'" + name +
-                   "' would be sent with every poll: it needs 'reads: yes' if it changes "
-                   "nothing in the device");
+                   "' would be sent with every poll; add 'reads: yes' to it if it changes nothing "
+                   "in the device");
     }
     numbers.push_back(*found);
   }
@@ -343,7 +356,7 @@ std::string NameOf(const Element& element) {
 std::string Misfit(const Form& form, View bytes, const Match& match) {
   const auto size = form.pattern.size();
   if (size && bytes.size() > *size) {
-    return "it has " + std::to_string(bytes.size()) + " bytes, and the pattern " +
+    return "the example has " + std::to_string(bytes.size()) + " bytes, but the pattern has " +
            std::to_string(*size) + ": " + std::to_string(bytes.size() - *size) + " too many";
   }
   if (match.bad_checksum) {
@@ -354,11 +367,11 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
       at += match.parts[i].size();
     }
     const auto sum = form.checksum.Of(bytes.first(std::min(at, bytes.size())));
-    if (!sum) return "it is too short for its checksum";
+    if (!sum) return "the example is too short for its checksum";
     const auto field =
         EncodeField(form.pattern.Find(kChecksum)->format, static_cast<std::int64_t>(*sum));
     const bool binary = form.pattern.Find(kChecksum)->format.is_binary();
-    return "its checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
+    return "the checksum is wrong; by '" + std::string(form.checksum.kind->name) + "' it is " +
            (!field   ? std::to_string(*sum)
             : binary ? "hex " + ToHex(*field)
                      : "'" + Printable(*field) + "'");
@@ -366,9 +379,10 @@ std::string Misfit(const Form& form, View bytes, const Match& match) {
   std::size_t at = 0;
   for (const View part : match.parts) at += part.size();
   if (match.parts.size() == form.pattern.elements.size()) {
-    return "it goes on behind byte " + std::to_string(at) + ", where the pattern ends";
+    return "the example continues after byte " + std::to_string(at) +
+           ", but the pattern ends there";
   }
-  return "it does not fit from byte " + std::to_string(at + 1) + " on, at " +
+  return "the example does not fit from byte " + std::to_string(at + 1) + " on, at " +
          NameOf(form.pattern.elements[match.parts.size()]);
 }
 
@@ -384,9 +398,11 @@ class ExampleCheck {
     const bool sent = !telegram_.send || CheckSent(example);
     const bool received = telegram_.receive.empty() || CheckReceived(example);
     if (telegram_.receive.empty() && map_.Has("receive")) {
-      Error("receive", "the telegram has no 'receive', so nothing comes back");
+      Error("receive",
+            "the telegram has no 'receive', so the example cannot have one; remove the key");
     }
-    if (!telegram_.send && map_.Has("send")) Error("send", "the telegram has no 'send'");
+    if (!telegram_.send && map_.Has("send"))
+      Error("send", "the telegram has no 'send', so the example cannot have one; remove the key");
     // The other keys of the example cannot be checked then.
     if (!sent || !received) map_.AllowAll();
     map_.Finish();
@@ -412,7 +428,7 @@ class ExampleCheck {
   /// Returns a hint if the bytes are written as in C ("0x1B").
   std::string HexHint(const char* key) {
     const auto text = map_.Text(key);
-    return text && text->starts_with("0x") ? "; bytes in hex are written 'hex 1B 05'" : "";
+    return text && text->starts_with("0x") ? "; write bytes in hex as 'hex 1B 05'" : "";
   }
 
   bool CheckSent(Example& example) {
@@ -426,12 +442,12 @@ class ExampleCheck {
     known_ = ValuesOf(*telegram_.send, match);
     for (const auto& [name, value] : known_) {
       if (HasValue(value)) continue;
-      Error("send", "what stands for {" + name + "} is no number");
+      Error("send", "the value for {" + name + "} is not a number");
       return false;
     }
     const auto built = Build(*telegram_.send, known_);
     if (!built || *built != *bytes) {
-      Error("send", built ? "the pattern makes '" + Printable(*built) + "' of these values"
+      Error("send", built ? "the pattern makes '" + Printable(*built) + "' from these values"
                           : built.error());
       return false;
     }
@@ -449,7 +465,7 @@ class ExampleCheck {
       return false;
     }
     if (reply.outcome != Outcome::ok) {
-      Error("receive", "is no good answer: " + reply.reason);
+      Error("receive", "is not a good answer: " + reply.reason);
       return false;
     }
     bool right = true;
@@ -477,7 +493,7 @@ class ExampleCheck {
       furthest = std::move(match);
     }
     if (furthest.kind == Match::Kind::whole) {
-      return "it repeats something else than what was sent, or the address of another device";
+      return "the answer repeats other values than were sent, or the address of another device";
     }
     return Misfit(*best, bytes, furthest);
   }
@@ -557,7 +573,7 @@ void CheckExamples(const std::vector<YamlNode>& examples, Description& descripti
     if (meant && meant->telegram != index) {
       problems.Error(node.mark(), "telegram '" + telegram.name + "' looks like '" +
                                       description.telegrams[meant->telegram].name +
-                                      "': nobody could tell which of them was sent");
+                                      "', so it is not clear which of the two was sent");
     }
   }
   TakeSides(telegram);

@@ -13,7 +13,8 @@ namespace baudgate::protocols::telegram {
 namespace {
 
 constexpr const char* kNotReady =
-    "is what it measures unstable (vibration, draught, load), or is it in a menu?";
+    "check whether the measured value is unstable (vibration, draught, load), or the device is in "
+    "a menu";
 
 AnswerReader::Places PlacesOf(const Description& description, const config::Device& device) {
   AnswerReader::Places places;
@@ -76,7 +77,7 @@ Answer AnswerReader::Interpret(View request, View frame) const {
   const auto sent = description_.Recognise(request);
   if (!sent) {
     return {Outcome::corrupt,
-            "request '" + Printable(request) + "' is no telegram of the description"};
+            "request '" + Printable(request) + "' is not a telegram of the description"};
   }
   const Reply reply = DecodeReply(description_.telegrams[sent->telegram], frame, sent->values);
   Answer answer{reply.outcome, reply.reason};
@@ -93,7 +94,7 @@ Answer AnswerReader::Interpret(View request, View frame) const {
 }
 
 Answer AnswerReader::ReadUnasked(View message, const Bound& bound) const {
-  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is no telegram of the description"};
+  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is not a telegram of the description"};
   for (std::size_t i = 0; i < description_.telegrams.size(); ++i) {
     if (!description_.telegrams[i].listen) continue;
     Answer answer = Read(i, bound, bound, message);
@@ -180,18 +181,19 @@ std::string Listening::Missing() const {
     if (awaited.came) continue;
     const std::string word = WordOf(description_.telegrams[awaited.telegram]);
     if (!awaited.said.empty()) {
-      return word + " comes with another unit than is awaited (" + awaited.said +
-             "): set parameters: { " + awaited.said + " }";
+      return word + " comes with another unit than expected (" + awaited.said +
+             "); set parameters: { " + awaited.said + " }";
     }
     missing.push_back(word);
   }
   if (missing.empty()) return {};
   const std::string none = "no " + Joined(missing, " and no ") + " comes";
   if (missing.size() < awaited_.size() || others_.empty()) {
-    return none + ": switch it on at the device, or take these points out of the profile";
+    return none + ": switch the message on at the device, or remove its points from the profile";
   }
   return none + ", but " + Joined(others_, " and ") +
-         ": is another device at this port, or are these switched off in it?";
+         ": check whether another device is at this port, or these messages are switched off in "
+         "the device";
 }
 
 void Exchanges::Begin(std::size_t telegram) {
@@ -307,12 +309,12 @@ Status TelegramConversation::Begin(const Task& task, Instant now) {
   for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
   const auto telegram = settings_.description->Find(call.telegram);
   if (!telegram || !TelegramOf(*telegram).send) {
-    return Error{"'" + call.telegram + "' is no telegram that is sent"};
+    return Error{"'" + call.telegram + "' is not a telegram that can be sent"};
   }
   const bool is_false = task.kind == Task::Kind::write &&
                         TelegramOf(*telegram).value_field() == nullptr && ToDouble(task.value) != 1;
   if (is_false) {
-    return Error{"only true can be written here: it sends the telegram '" + call.telegram + "'"};
+    return Error{"only true can be written here, which sends the telegram '" + call.telegram + "'"};
   }
   // A value that cannot be written is refused before anything is sent.
   if (const auto bytes = BytesOf(*telegram); !bytes) return Error{bytes.error()};
@@ -325,7 +327,7 @@ Status TelegramConversation::Begin(const Task& task, Instant now) {
 Result<Request> TelegramConversation::Ask(const Task& task, Instant now) {
   if (task.kind != Task::Kind::poll && task.kind != Task::Kind::probe &&
       task.kind != Task::Kind::write) {
-    return Error{"a described device has no events"};
+    return Error{"a device with protocol telegram has no events"};
   }
   if (std::exchange(goes_on_, false) && exchanges_.under_way()) return AskStep();
   if (task.kind == Task::Kind::probe) return AskProbe();
@@ -347,7 +349,8 @@ Result<Request> TelegramConversation::AskProbe() {
     exchanges_.Begin(*own_probe_);
     return AskStep();
   }
-  if (count == 0) return Error{"nothing can be read of it: no telegram says 'reads: yes'"};
+  if (count == 0)
+    return Error{"no telegram can read from the device; add 'reads: yes' to a telegram that reads"};
   const Call& call = plan_.block(read.value_or(0)).key;
   for (const auto& [name, text] : call.parameters) filled_.insert_or_assign(name, text);
   exchanges_.Begin(*settings_.description->Find(call.telegram));
@@ -363,7 +366,7 @@ Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   if (sent && sent->telegram == telegram) return bytes;
   return Error{"'" + TelegramOf(telegram).name + "' with these values " +
                (sent ? "is the telegram '" + TelegramOf(sent->telegram).name + "'"
-                     : "is no telegram as described")};
+                     : "does not fit its description")};
 }
 
 Result<Request> TelegramConversation::AskStep() {

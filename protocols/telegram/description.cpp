@@ -93,11 +93,13 @@ namespace {
 constexpr std::size_t kLongestAddress = 32;
 
 constexpr std::array<OptionSpec, 3> kOptions = {
-    {option::Described(kTelegramsOption,
-                       "What is sent to the device and what it answers; mostly in its profile."),
+    {option::Described(
+         kTelegramsOption,
+         "Telegrams that are sent to the device, and its answers; usually in the profile."),
      option::Pairs(kParametersOption, "",
-                   "Values of fields of its telegrams, such as { channel: 2 }."),
-     option::Secret(option::Text("password", "", "The field {password} of its telegrams."))}};
+                   "Values for fields of the telegrams, such as { channel: 2 }."),
+     option::Secret(
+         option::Text("password", "", "Value for the field {password} of the telegrams."))}};
 
 }  // namespace
 
@@ -110,8 +112,9 @@ Result<std::string> CanonicalAddress(std::string_view address) {
                                (c >= 'A' && c <= 'Z') || c == '-' || c == '_' || c == '.';
                       });
   if (!usable) {
-    return Error{Quoted(address) +
-                 " is no address: a number, hex as 0x4A, or a word of letters and digits"};
+    return Error{
+        Quoted(address) +
+        " is not an address; write a number, hex as 0x4A, or a word of letters and digits"};
   }
   return ToText(AddressValue(address));
 }

@@ -36,7 +36,7 @@ Result<Bytes> Padded(const Format& format, std::string text, const Value& value)
   const std::size_t width = format.width;
   if (text.size() > width) {
     return DoesNotFit(value, "needs " + std::to_string(text.size()) +
-                                 " characters, and the field has " + std::to_string(width));
+                                 " characters, but the field has " + std::to_string(width));
   }
   const std::size_t missing = width - text.size();
   if (!format.is_text_number()) {
@@ -100,7 +100,7 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
     if (!rounded) return DoesNotFit(value, "is too large");
     if (!IsSame(number, *rounded)) {
       return DoesNotFit(value, "has more decimals than the field, which has " +
-                                   std::to_string(*places) + "; it is not rounded");
+                                   std::to_string(*places) + "; the value is not rounded");
     }
     digits = FixedText(number, *places).value_or("0");
   } else {
@@ -137,7 +137,7 @@ double ReadScientific(const std::string& text) {
 Result<Bytes> EncodeScientific(const Format& format, double number, const Value& value) {
   std::string text = ScientificText(format, number);
   if (!IsSame(Decimal(number), Decimal(ReadScientific(text)))) {
-    return DoesNotFit(value, "has more digits than the field; it is not rounded");
+    return DoesNotFit(value, "has more digits than the field; the value is not rounded");
   }
   std::ranges::replace(text, 'e', 'E');
   if (format.sign && !text.starts_with('-')) text.insert(0, 1, '+');
@@ -157,7 +157,8 @@ Result<Bytes> EncodeHex(const Format& format, std::uint64_t number, const Value&
 
 Result<Bytes> EncodeWhole(const Format& format, const Decimal& number, const Value& value) {
   const auto out_of_range = [&] { return DoesNotFit(value, "is out of the field's range"); };
-  if (!number.is_whole()) return DoesNotFit(value, "is no whole number; it is not rounded");
+  if (!number.is_whole())
+    return DoesNotFit(value, "is not a whole number; the value is not rounded");
   const auto bits = static_cast<unsigned>(8 * format.width);
   if (format.kind == Kind::sint) {
     const auto whole = number.ToInt64();
@@ -190,7 +191,8 @@ Result<Bytes> EncodeReal(const Format& format, const Decimal& number, const Valu
   }
   const double held = single ? double{static_cast<float>(real)} : real;
   if (number.is_whole() && Decimal(held) != number) {
-    return DoesNotFit(value, "has more digits than a float of the field; it is not rounded");
+    return DoesNotFit(
+        value, "has more digits than a float of the field can hold; the value is not rounded");
   }
   if (!single) return OfRaw(format, std::bit_cast<std::uint64_t>(real));
   return OfRaw(format, std::bit_cast<std::uint32_t>(static_cast<float>(real)));
@@ -203,7 +205,7 @@ std::optional<Decimal> NumberOf(const Value& value) {
 
 Result<Bytes> EncodeNumber(const Format& format, const Value& value) {
   const auto number = NumberOf(value);
-  if (!number) return Error{"'" + Printable(ToBytes(ToText(value))) + "' is no number"};
+  if (!number) return Error{"'" + Printable(ToBytes(ToText(value))) + "' is not a number"};
   switch (format.kind) {
     case Kind::decimal:
     case Kind::integer:
@@ -236,16 +238,16 @@ Result<Bytes> EncodeField(const Format& format, const Value& value) {
   if (format.kind == Kind::byte) {
     const auto byte = text.starts_with("0x") ? ParseHex(text.substr(2)) : std::nullopt;
     if (byte && byte->size() == 1 && ByteText(*byte) == text) return *byte;
-    return Error{"a byte is written 0x1A, with two digits"};
+    return Error{"write a byte as 0x1A, with two hex digits"};
   }
   if (!std::ranges::all_of(ToBytes(text), IsPrintable)) {
-    return Error{"the text has a character that is no printable ASCII; it is not sent"};
+    return Error{"the text contains a character that is not printable ASCII, so it is not sent"};
   }
   if (format.kind == Kind::word && (text.empty() || text.find(' ') != std::string::npos)) {
-    return Error{"a word has at least one character, and no blank"};
+    return Error{"a word needs at least one character and no blanks"};
   }
   if (format.kind == Kind::character && text.size() != 1) {
-    return Error{"one character is written here, not " + std::to_string(text.size())};
+    return Error{"this field takes one character, not " + std::to_string(text.size())};
   }
   return Padded(format, std::move(text), value);
 }

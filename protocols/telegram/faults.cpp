@@ -106,9 +106,9 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
                          const std::string& unit, const std::vector<std::string>& texts) {
   std::string good;
   for (const std::string& text : texts) good += (good.empty() ? "'" : " or '") + text + "'";
-  return "has unit " + Quoted(point.unit) + ", and its number is good only where '" + unit +
+  return "has unit " + Quoted(point.unit) + ", but its number is good only if '" + unit +
          "' of telegram '" + telegram.name + "' says " + good +
-         ": correct the unit of the point, or give it a 'scale' that converts the number; if the "
+         "; correct the unit of the point, or add a 'scale' that converts the number; if the "
          "device is set to " +
          Quoted(point.unit) + ", correct 'codes' or 'parameters' of the telegram instead";
 }
@@ -246,17 +246,16 @@ class DoubtFinder {
     for (const Form& form : telegram.receive) {
       if (IsUnsynchronised(telegram, form)) {
         Tell(
-            "comes with a telegram that begins with a field and has no check value: nothing shows "
-            "where it begins, and a lost byte shifts all values; write its fixed bytes and its "
-            "{checksum}, if it has any");
+            "comes with a telegram without fixed first bytes and check value, so a lost byte "
+            "shifts all values unnoticed; write its fixed bytes and its {checksum}, if it has any");
       }
       // With `recheck` a sudden change is read twice.
       if (device_.points[point_].recheck != config::Recheck::off) continue;
       if (!IsUnguarded(form) || form.pattern.elements.front().name != place.field) continue;
       Tell(
-          "is the first of its telegram, and nothing shows that its first digit was lost on the "
-          "line: if the device always sends as many characters, give the field a width; if it "
-          "always sends a sign, write {" +
+          "is the first field of its telegram, so a lost first digit goes unnoticed; if the device "
+          "always sends the same number of characters, give the field a width; if it always sends "
+          "a sign, write {" +
           place.field + ":+decimal}");
     }
   }
@@ -294,10 +293,11 @@ class DoubtFinder {
     if (text.name.empty() && says.empty()) return;  // only blanks
     const std::string name = text.name.empty() ? "unit" : text.name;
     Tell("comes with '" + says +
-         "' beside its number, and nothing judges that: if the device says " +
-         "another unit or state there, the value is good all the same; " +
+         "' beside its number, but nothing checks this text: if the device sends another unit or "
+         "state there, the value still counts as good; " +
          (text.name.empty() ? "name this field {" + name + ":…} and write" : "write") +
-         " codes: { " + name + ": { '" + says + "': good } }, with all that it may say");
+         " codes: { " + name + ": { '" + says +
+         "': good } }, with all texts that the device may send");
   }
 
   void CheckRange(const Point& point, const ReadPlace& place, const Element& field) {
@@ -306,9 +306,9 @@ class DoubtFinder {
     }
     const auto most = MostOf(place, field.format);
     if (!most || Holds(point, *most)) return;
-    Tell("has type " + std::string(config::Name(point.type)) + ", which cannot hold all that '" +
-         field.name + "' may say, up to " + std::to_string(*most) +
-         " on the line: larger ones will be bad");
+    Tell("has type " + std::string(config::Name(point.type)) +
+         ", which cannot hold all values of '" + field.name + "', up to " + std::to_string(*most) +
+         " on the line; larger values will be bad");
   }
 
   /// Checks the numbers of `simulate`, which are numbers on the line.
@@ -319,8 +319,8 @@ class DoubtFinder {
       if (!std::isfinite(number)) continue;
       const auto bytes = EncodeField(field.format, Nearest(field.format, number));
       if (bytes) continue;
-      return Tell("has 'simulate' " + ToText(Value(number)) + ", and its field '" + field.name +
-                  "' cannot say it: " + bytes.error());
+      return Tell("has 'simulate' " + ToText(Value(number)) + ", but its field '" + field.name +
+                  "' cannot hold this value: " + bytes.error());
     }
   }
 
@@ -386,7 +386,7 @@ class FaultFinder {
     if (found) return &description_.telegrams[*found];
     std::vector<std::string_view> names;
     for (const Telegram& telegram : description_.telegrams) names.push_back(telegram.name);
-    Tell(std::string("has '") + key + ": " + call.telegram + "', which is no telegram;" +
+    Tell(std::string("has '") + key + ": " + call.telegram + "', which is not a telegram;" +
          DidYouMean(call.telegram, names) + " telegrams: " + Join(names));
     return nullptr;
   }
@@ -399,7 +399,7 @@ class FaultFinder {
     if (!telegram->reads && !telegram->listen) {
       return Tell(
           "would be polled by telegram '" + telegram->name +
-          "', which may change the device: add 'reads: yes' to the telegram if it does not");
+          "', which may change the device; add 'reads: yes' to the telegram if it only reads");
     }
     if (telegram->listen && !place->call.parameters.empty()) {
       return Tell("gives parameters to '" + telegram->name + "', which is never sent");
@@ -419,8 +419,8 @@ class FaultFinder {
         if (element.is_field() && !element.name.empty() && !listed) names.push_back(element.name);
       }
     }
-    Tell("reads '" + name + "', which is no field of the answer to '" + telegram.name + "';" +
-         DidYouMean(name, names) + " its fields: " + Join(names));
+    Tell("reads '" + name + "', which is not a field of the answer to '" + telegram.name + "';" +
+         DidYouMean(name, names) + " fields: " + Join(names));
   }
 
   void CheckType(const Point& point, const ReadPlace& place, const Element& field) {
@@ -432,8 +432,8 @@ class FaultFinder {
     }
     if (place.select != ReadPlace::Select::whole) return;
     if ((point.type == Type::string) == number) {
-      Tell("has type " + std::string(config::Name(point.type)) + ", and the field '" + field.name +
-           (number ? "' is a number" : "' is a text: write type: string(16)"));
+      Tell("has type " + std::string(config::Name(point.type)) + ", but the field '" + field.name +
+           (number ? "' is a number" : "' is a text; write type: string(16)"));
     }
   }
 
@@ -450,12 +450,12 @@ class FaultFinder {
 
   void CheckBits(const ReadPlace& place, const Element& field) {
     if (!field.format.is_whole_number()) {
-      return Tell("takes bits of '" + field.name + "', which is no whole number");
+      return Tell("takes bits of '" + field.name + "', which is not a whole number");
     }
     const unsigned last = place.bit + place.bits - 1;
     const auto bits = field.format.bits();
     if (!bits || last < *bits) return;
-    Tell("takes bit b" + std::to_string(last) + " of '" + field.name + "', whose last one is b" +
+    Tell("takes bit b" + std::to_string(last) + " of '" + field.name + "', but its last bit is b" +
          std::to_string(*bits - 1));
   }
 
@@ -468,18 +468,18 @@ class FaultFinder {
     const Element* field = telegram->value_field();
     if (telegram->reads) {
       return Tell("is written by '" + telegram->name +
-                  "', which only reads: 'write' names the telegram that changes the device");
+                  "', which only reads; name in 'write' the telegram that changes the device");
     }
     if (field == nullptr && point.type != Type::boolean) {
-      Tell("is written by '" + telegram->name +
-           "', which has no field {value}: it needs type bool");
+      Tell("is written by '" + telegram->name + "', which has no field {value}; write type: bool");
     } else if (field != nullptr && (point.type == Type::string) == field->format.is_number()) {
       Tell("has type " + std::string(config::Name(point.type)) +
            ", which does not fit {value} of '" + telegram->name + "'");
     }
     if (telegram->receive.empty() && point.access == Access::write) {
       Tell("is written by '" + telegram->name +
-           "', which nothing answers: give it 'read' as well, so that its value is read back");
+           "', which the device does not answer; add 'read' to the point, so that the value is "
+           "read back");
     }
     CheckCalled(*telegram, *call);
   }
@@ -489,7 +489,7 @@ class FaultFinder {
     for (const auto& [name, text] : call.parameters) {
       own.emplace(name, text);
       if (name == kAddress || name == kPassword || name == kValue || name == kChecksum) {
-        Tell("gives '" + name + "' as a parameter, which has a meaning of its own");
+        Tell("gives '" + name + "' as a parameter, but this name is reserved");
       } else if (!IsSent(telegram, name)) {
         Tell("gives '" + name + "' to '" + telegram.name + "', which has no such field");
       }
@@ -509,7 +509,7 @@ class FaultFinder {
     for (const auto& [name, text] : call.parameters) {
       if (!once.send || !once.send->pattern.Has(name)) continue;
       Tell("gives '" + name + "' to '" + once.name + "', which goes before '" + telegram.name +
-           "' only once: take 'once' out of '" + once.name + "'");
+           "' only once; remove 'once' from '" + once.name + "'");
     }
   }
 
@@ -537,10 +537,11 @@ class FaultFinder {
              (element.name == kPassword ? " does not take this password" : ": " + field.error()));
       } else if (const std::string text = ToText(value->second); IsTooShort(element, text)) {
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "' has " +
-             std::to_string(element.format.width) + " characters, and '" + text + "' has " +
-             std::to_string(text.size()) + ": write as many, or give the field the width " +
+             std::to_string(element.format.width) + " characters, but '" + text + "' has " +
              std::to_string(text.size()) +
-             (element.name == kAddress ? "; an address that is a number is written {address:0" +
+             "; write as many characters, or give the field the width " +
+             std::to_string(text.size()) +
+             (element.name == kAddress ? "; for an address that is a number write {address:0" +
                                              std::to_string(element.format.width) + "d}"
                                        : std::string()));
       }
@@ -556,8 +557,8 @@ class FaultFinder {
   void Missing(const Telegram& telegram, const std::string& name) {
     const std::string what =
         "needs a value for {" + name + "} of telegram '" + telegram.name + "': ";
-    Tell(what + (name == kPassword  ? "give the device a 'password'"
-                 : name == kAddress ? "give the device its 'address'"
+    Tell(what + (name == kPassword  ? "set 'password' at the device"
+                 : name == kAddress ? "set 'address' at the device"
                                     : "write parameters: { " + name +
                                           ": … } at the device or in its "
                                           "profile, or " +
@@ -585,7 +586,7 @@ class FaultFinder {
                    (telegram.listen && telegram.FindField(name) != nullptr);
           });
       if (known) continue;
-      Tell("has a parameter '" + name + "', which no telegram has" +
+      Tell("has a parameter '" + name + "', which is not a field of any telegram" +
            (names.empty() ? "" : ";" + DidYouMean(name, names)) +
            (names.empty() ? "" : " fields that are sent: " + Join(names)));
     }
@@ -603,7 +604,8 @@ class FaultFinder {
 std::vector<ConfigRemark> FaultsOf(const config::Device& device) {
   const auto description = DescriptionOf(device.options);
   if (!description) {
-    return {{kNoPoint, "has no 'telegrams': they say what is sent and what comes back"}};
+    return {
+        {kNoPoint, "has no 'telegrams'; describe in this key what is sent and what is answered"}};
   }
   // Errors in the telegrams were reported at their place in the file.
   if (description->telegrams.empty()) return {};

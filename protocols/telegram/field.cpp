@@ -92,7 +92,7 @@ Error UnknownFormat(std::string_view text) {
   std::vector<std::string_view> words;
   for (const KindWord& one : kTextWords) words.push_back(one.word);
   words.insert(words.end(), kBinaryWords.begin(), kBinaryWords.end());
-  return {Quoted(text) + " is no format;" + DidYouMean(text, words) +
+  return {Quoted(text) + " is not a format;" + DidYouMean(text, words) +
           " formats: " + std::string(kAllKinds)};
 }
 
@@ -100,17 +100,18 @@ Status CheckTextFormat(const Format& format, std::string_view text) {
   const bool real = format.kind == Kind::decimal || format.kind == Kind::scientific;
   const auto wrong = [&](const char* why) { return Error{Quoted(text) + ": " + why}; };
   if ((format.precision >= 0 || format.point) && !real) {
-    return wrong("only decimal and scientific numbers have a point");
+    return wrong("only decimal and scientific numbers can have a decimal point");
   }
   if (format.sign && (!format.is_text_number() || format.kind == Kind::hex)) {
-    return wrong("only numbers have a sign");
+    return wrong("only numbers can have a sign");
   }
-  if (format.zeros && !format.is_text_number()) return wrong("only numbers are filled with zeros");
+  if (format.zeros && !format.is_text_number())
+    return wrong("only numbers can be filled with zeros");
   if (format.kind == Kind::character && format.width > 1) {
-    return wrong("a char is one character; write text for more");
+    return wrong("a char is exactly one character; for more write text");
   }
   if (format.kind == Format::Kind::byte && format.width > 1) {
-    return wrong("a byte is one; write bytes to pass several over");
+    return wrong("a byte is exactly one; to skip several write bytes");
   }
   return {};
 }
@@ -438,18 +439,18 @@ Status CheckCode(const Format& format, std::string_view code) {
   if (!format.is_number()) return {};
   if (const auto range = ParseRange(code)) {
     if (!range->low || !range->high || *range->low <= *range->high) return {};
-    return Error{"its first number is larger than its second"};
+    return Error{"has a first number that is larger than the second"};
   }
   const std::size_t dots = code.find(kDots);
   if (dots != std::string_view::npos &&
       (Decimal::Parse(Trim(code.substr(0, dots))) || Decimal::Parse(Trim(code.substr(dots + 2))))) {
-    return Error{"is no range: write '9.9E37..', '..-9.9E37' or '900..999'"};
+    return Error{"is not a range; write '9.9E37..', '..-9.9E37' or '900..999'"};
   }
   if (!format.is_binary()) return {};
   const auto number = Decimal::Parse(code);
-  if (!number) return Error{"is no number, and the field has nothing else"};
+  if (!number) return Error{"is not a number, but the field contains numbers only"};
   if (NumbersOf(format).Contain(*number)) return {};
-  return Error{"never stands there: write a number that its bytes can hold"};
+  return Error{"can never occur; write a number that the bytes of the field can hold"};
 }
 
 Value NumberOf(const Format& format, std::string_view code) {

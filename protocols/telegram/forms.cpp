@@ -80,7 +80,7 @@ std::optional<SizeField> ReadSizeAt(const YamlNode& node, Problems& problems) {
   if (map.Has("format")) Assign(field.format, ReadFixedFormat(map, "uint16_be"));
   map.Finish();
   if (field.format.is_whole_number()) return field;
-  problems.Error(node.mark(), "size_at: its format is no whole number");
+  problems.Error(node.mark(), "size_at: the format must be a whole number");
   return std::nullopt;
 }
 
@@ -136,7 +136,8 @@ void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t
   std::size_t at = pattern.elements.empty() ? 0 : pattern.size().value_or(0);
   if (!pattern.elements.empty() && !pattern.size()) {
     problems.Error(placed.front().mark,
-                   "fields: the place of a field cannot be known behind one without a width");
+                   "fields: the position of a field is unknown after a field without a width; give "
+                   "each field a width");
     return;
   }
   for (const PlacedField& one : placed) {
@@ -147,7 +148,9 @@ void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t
       return;
     }
     if (pattern.Has(one.element.name)) {
-      problems.Error(one.mark, "field '" + one.element.name + "' stands in the pattern as well");
+      problems.Error(one.mark,
+                     "field '" + one.element.name +
+                         "' is in the pattern as well; remove it from one of the two places");
       return;
     }
     if (one.at > at) pattern.elements.push_back(Gap(one.at - at));
@@ -167,7 +170,7 @@ class FormReader {
     auto pattern = node ? ReadPattern(*node, "send", map_.problems()) : std::nullopt;
     if (!pattern) return;
     if (pattern->is_open() && pattern->elements.back().format.kind == Format::Kind::bytes) {
-      map_.problems().Error(node->mark(), "send: bytes that are sent need a width");
+      map_.problems().Error(node->mark(), "send: a field of bytes in 'send' needs a width");
     }
     telegram.send = Checked(std::move(*pattern), node->mark(), "send", false);
   }
@@ -229,15 +232,15 @@ class FormReader {
     const auto error = [&](const std::string& why) { problems.Error(mark, what + ": " + why); };
     if (received && form.pattern.Has(kPassword)) {
       error(
-          "the password cannot be awaited in an answer, which every log may show; pass its bytes "
-          "over, as in {:4bytes}");
+          "the password cannot be a field of an answer, because logs show answers; skip its bytes, "
+          "as in {:4bytes}");
     }
     CheckEnd(form, received, error);
     CheckSum(form, mark, error);
     if (what != "send" && what != "refused" && NeedsSum(form)) {
-      error("has no {checksum}, and 'checksum' is " + std::string(framing_.checksum.kind->name) +
-            ": write {checksum:" + SumFormat(*framing_.checksum.kind) +
-            "} where it stands, or say checksum: none if the device sends none");
+      error("has no {checksum}, but 'checksum' is " + std::string(framing_.checksum.kind->name) +
+            "; write {checksum:" + SumFormat(*framing_.checksum.kind) +
+            "} at its position, or checksum: none if the device sends none");
     }
     if (form.pattern.Find(kChecksum) == nullptr) form.checksum = {};
     const std::size_t most = form.is_unmarked() ? most_ / 2 : most_;
@@ -251,7 +254,7 @@ class FormReader {
   void CheckEnd(const Form& form, bool received, Tell error) const {
     const bool sized = form.size_at.has_value();
     if (sized && form.size_at->at + form.size_at->format.width > form.pattern.least_size()) {
-      error("is shorter than the place of its size (size_at)");
+      error("ends before the position of its size (size_at)");
     }
     const bool has_rest = std::ranges::any_of(form.pattern.elements, [](const Element& element) {
       return element.is_field() && element.format.kind == Format::Kind::bytes &&
@@ -261,8 +264,8 @@ class FormReader {
     if (!received || sized || !form.pattern.is_open()) return;
     if (framing_.idle > Duration::zero()) return;
     error(
-        "nothing says where it ends: give the last field a width, put what ends it behind it, or "
-        "say 'ends', 'size_at' or 'idle'");
+        "the end of the telegram is not defined; give the last field a width, add the bytes that "
+        "end it, or set 'ends', 'size_at' or 'idle'");
   }
 
   static std::string SumFormat(const ChecksumKind& kind) {
@@ -285,7 +288,8 @@ class FormReader {
     const Element* field = form.pattern.Find(kChecksum);
     if (field == nullptr || framing_.unknown_checksum) return;
     if (form.checksum.kind == nullptr) {
-      return error("has {checksum}, and no 'checksum' says which it is: checksum: sum8");
+      return error(
+          "has {checksum}, but no key 'checksum' with its kind; write for example checksum: sum8");
     }
     const ChecksumKind& kind = *form.checksum.kind;
     std::size_t front = 0;
@@ -294,8 +298,8 @@ class FormReader {
       front += element.fixed_size();
       if (&element + 1 == field && front <= form.checksum.skip + form.checksum.leave) {
         map_.problems().Error(map_.Has("checksum") ? map_.MarkOf("checksum") : mark,
-                              "checksum: nothing is left of the " + std::to_string(front) +
-                                  " bytes in front of {checksum} without the first " +
+                              "checksum: no byte remains of the " + std::to_string(front) +
+                                  " bytes before {checksum} without the first " +
                                   std::to_string(form.checksum.skip) + " and the last " +
                                   std::to_string(form.checksum.leave));
       }
@@ -307,7 +311,7 @@ class FormReader {
     const bool decimal = format.kind == Format::Kind::integer && format.width == digits;
     if (hex || binary || decimal) return;
     const std::string bits = std::to_string(8 * kind.bytes);
-    error(std::string(kind.name) + " has " + bits + " bits: write {checksum:" + SumFormat(kind) +
+    error(std::string(kind.name) + " has " + bits + " bits; write {checksum:" + SumFormat(kind) +
           "}, {checksum:uint" + bits + (kind.bytes == 1 ? "}" : "_le}") +
           ", or in decimal digits {checksum:0" + std::to_string(digits) + "d}");
   }
@@ -337,7 +341,7 @@ std::optional<Bytes> ReadFixed(const YamlNode& node, const std::string& what, Pr
     return pattern->elements.front().literal;
   }
   problems.Error(node.mark(),
-                 what + ": real bytes stand here, no fields; write \\{ for the character");
+                 what + ": write real bytes here, not fields; for the character { write \\{");
   return std::nullopt;
 }
 

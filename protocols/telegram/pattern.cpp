@@ -56,7 +56,7 @@ class PatternParser {
     }
     const auto byte = ParseHex(text_.substr(at_, 2));
     if (!byte || byte->size() != 1 || text_[at_ + 1] == ' ') {
-      return Fail(at_, "two hex digits make a byte, as in 'hex 05 1B'");
+      return Fail(at_, "write two hex digits for each byte, as in 'hex 05 1B'");
     }
     Add(byte->front());
     at_ += 2;
@@ -64,7 +64,7 @@ class PatternParser {
 
   void TakeCharacter() {
     const char c = text_[at_];
-    if (c == '}') return Fail(at_, "'}' without '{'; write \\} for the character");
+    if (c == '}') return Fail(at_, "'}' without '{'; for the character } write \\}");
     if (c != '\\') {
       Add(static_cast<std::uint8_t>(c));
       ++at_;
@@ -82,7 +82,7 @@ class PatternParser {
     const auto byte = escaped == 'x' ? ParseHex(text_.substr(at_ + 2, 2)) : std::nullopt;
     if (!byte || byte->size() != 1) {
       return Fail(at_,
-                  "unknown escape; there are \\r \\n \\t \\\\ \\{ \\} and \\x with two hex digits");
+                  "unknown escape; allowed: \\r \\n \\t \\\\ \\{ \\} and \\x with two hex digits");
     }
     Add(byte->front());
     at_ += 4;
@@ -91,35 +91,35 @@ class PatternParser {
   void TakeField() {
     const std::size_t end = text_.find('}', at_);
     if (end == std::string_view::npos)
-      return Fail(at_, "'{' without '}'; write \\{ for the character");
+      return Fail(at_, "'{' without '}'; for the character { write \\{");
     const std::string_view inside = text_.substr(at_ + 1, end - at_ - 1);
     const std::size_t colon = std::min(inside.find(':'), inside.size());
     Element element;
     element.name = inside.substr(0, colon);
     if (!IsNameText(element.name)) {
       return Fail(at_ + 1,
-                  Quoted(element.name) + " is no name of a field: small letters, digits and _");
+                  Quoted(element.name) + " is not a field name; use small letters, digits and _");
     }
     const std::string_view form = colon < inside.size() ? inside.substr(colon + 1) : "";
     const auto format = ParseFormat(form);
     if (!format) return Fail(at_ + 1 + std::min(colon + 1, inside.size()), format.error());
     element.format = *format;
     if (!element.name.empty() && element.format.kind == Format::Kind::bytes) {
-      return Fail(at_ + 1, "bytes are passed over and have no name: write {:" + std::string(form) +
-                               "}, or {" + element.name +
-                               ":byte} for one of which 'codes' say what it means");
+      return Fail(at_ + 1,
+                  "bytes are skipped and cannot have a name; write {:" + std::string(form) +
+                      "}, or {" + element.name + ":byte} for one byte that 'codes' explain");
     }
     if (const Element* before = pattern_.Find(element.name);
         before != nullptr && !element.name.empty()) {
       // A check value must be unique, because it covers the bytes in front of it.
       if (element.name == kChecksum || before->format != element.format) {
-        return Fail(at_ + 1, "field '" + element.name + "' stands twice" +
+        return Fail(at_ + 1, "field '" + element.name + "' occurs twice" +
                                  (element.name == kChecksum ? "" : ", in different formats"));
       }
       pattern_.has_repeats = true;
     }
     if (element.name.empty() && form.empty()) {
-      return Fail(at_, "a field has a name, a format, or both: {weight:decimal}");
+      return Fail(at_, "a field needs a name, a format, or both: {weight:decimal}");
     }
     places_.push_back({pattern_.elements.size(), at_});
     pattern_.elements.push_back(std::move(element));
@@ -128,7 +128,7 @@ class PatternParser {
 
   /// Checks that the end of each field follows from what is behind it.
   void CheckOrder() {
-    if (pattern_.elements.empty()) return Fail(0, "a telegram has at least one byte");
+    if (pattern_.elements.empty()) return Fail(0, "a telegram needs at least one byte");
     if (pattern_.elements.size() > kMostElements) return Fail(0, "has too many fields");
     bool open = false;
     for (const auto& [index, at] : places_) {
@@ -137,7 +137,7 @@ class PatternParser {
       const bool last = index + 1 == pattern_.elements.size();
       if (element.format.kind == Format::Kind::bytes) {
         // The size of this field follows from the size of the telegram.
-        if (std::exchange(open, true)) return Fail(at, "a second field without a width");
+        if (std::exchange(open, true)) return Fail(at, "only one field can be without a width");
         continue;
       }
       if (last || pattern_.AnchorOf(index)) continue;
@@ -145,8 +145,8 @@ class PatternParser {
       // "12.5kg", "+025.12-020.45": the next field shows where the number ends.
       const bool shows = next.is_signed_token() || (next.is_text() && !next.is_text_number());
       if (!element.format.is_text_number() || !shows) {
-        return Fail(at, "nothing says where '" + element.name +
-                            "' ends: give it a width, or put a separator behind it");
+        return Fail(at, "the end of '" + element.name +
+                            "' is not defined; give it a width, or put a separator after it");
       }
     }
   }

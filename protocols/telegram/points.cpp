@@ -83,7 +83,7 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
   if (!format.is_text_number() || format.kind == Format::Kind::hex || !digits) return {};
   if (const std::string meant = WithDecimalPoint(text);
       !meant.empty() && HasValue(DecodeField(format, ToBytes(meant)))) {
-    return {"it writes decimal commas" + quoted, "set the device to a decimal point"};
+    return {"it sends decimal commas" + quoted, "set the device to a decimal point"};
   }
   const std::string correct = "correct the format of '" + element.name + "' in its profile";
   Format any = format;
@@ -91,20 +91,22 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
   any.precision = -1;
   any.point = any.sign = false;
   if (!HasValue(DecodeField(any, ToBytes(text)))) {
-    return {Shown(ToBytes(text)) + " stands where '" + element.name + "' has a number", correct};
+    return {
+        Shown(ToBytes(text)) + " is in the place of '" + element.name + "', which must be a number",
+        correct};
   }
   const std::size_t decimals = DecimalsOf(text);
   if (format.precision >= 0 && decimals != static_cast<std::size_t>(format.precision)) {
-    return {"it sends " + std::to_string(decimals) + " decimals, and " +
+    return {"it sends " + std::to_string(decimals) + " decimals, but " +
                 std::to_string(format.precision) + " are described" + quoted,
             correct};
   }
   if (AsText(part).ends_with(' ') && !format.left) {
-    return {"blanks stand behind the number of '" + element.name + "'" + quoted,
-            "if the device writes it so, show it in an example of its profile"};
+    return {"blanks follow the number of '" + element.name + "'" + quoted,
+            "if the device always sends them, add them to an example in its profile"};
   }
   if (!HasWrongWidth(format, part)) return {};
-  return {"it sends " + std::to_string(part.size()) + " characters, and " +
+  return {"it sends " + std::to_string(part.size()) + " characters, but " +
               std::to_string(format.width) + " are described" + quoted,
           correct};
 }
@@ -113,10 +115,11 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
 std::string RemedyOfUnknown(const Codes& codes) {
   const bool chosen = std::ranges::all_of(
       codes, [](const auto& code) { return code.second->quality == Quality::good; });
-  if (!chosen || codes.size() > kMostNamed) return "look at the device, or add it to its codes";
+  if (!chosen || codes.size() > kMostNamed)
+    return "check the device, or add the text to the codes of its profile";
   std::string names;
   for (const auto& [text, meaning] : codes) names += (names.empty() ? "'" : " or '") + text + "'";
-  return "set " + names + " at the device, or describe it anew";
+  return "set " + names + " at the device, or correct the description";
 }
 
 class Interpreter {
@@ -155,7 +158,7 @@ class Interpreter {
     }
     if (meaning != nullptr && meaning->busy) {
       reply_.outcome = Outcome::busy;
-      reply_.reason = "the device says that it is busy (" + Shown(part) + ")";
+      reply_.reason = "the device reports that it is busy (" + Shown(part) + ")";
     }
     reply_.fields.insert_or_assign(element.name, std::move(field));
   }
@@ -177,7 +180,7 @@ class Interpreter {
     if (unknown_code) return {{}, Quality::bad};
     if (telegram_.strict) {
       reply_.outcome = Outcome::corrupt;
-      reply_.reason = "'" + element.name + "' is no number: " + Shown(part);
+      reply_.reason = "'" + element.name + "' is not a number: " + Shown(part);
     } else if (reply_.reason.empty()) {
       std::tie(reply_.reason, reply_.remedy) = WhyNoNumber(element, part);
     }
@@ -189,8 +192,7 @@ class Interpreter {
     const Quality says = meaning != nullptr ? meaning->quality : Quality::bad;
     if (says < reply_.quality) reply_.quality = says;
     if (meaning == nullptr) {
-      reply_.reason =
-          "'" + element.name + "' says '" + text + "', which the description does not know";
+      reply_.reason = "'" + element.name + "' says '" + text + "', which is not in the description";
       reply_.remedy = RemedyOfUnknown(codes);
     }
   }
@@ -241,10 +243,11 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
   }
   if (other) {
     return Failed(Outcome::unexpected,
-                  "'" + Printable(frame) + "' names another device, or repeats what was not sent");
+                  "'" + Printable(frame) +
+                      "' is from another device, or repeats other values than were sent");
   }
   return Failed(Outcome::unexpected,
-                "'" + Printable(frame) + "' is no answer to " + telegram.name + " as described");
+                "'" + Printable(frame) + "' is not the described answer to " + telegram.name);
 }
 
 namespace {
@@ -255,11 +258,11 @@ using config::Type;
 
 constexpr std::array<DecoderSpec, 6> kDecoders = {
     {{"weight.value", "field 'value' of the answer to telegram 'weight'"},
-     {"input(channel=3).value", "the same, with 3 in the field {channel} of what is sent"},
+     {"input(channel=3).value", "the same, with 3 in the field {channel} of the request"},
      {"status.flags[b3]", "one bit of a whole number; type bool"},
-     {"status.flags[b4-b7]", "several bits of it as a number"},
-     {"weight.state=S", "true where the field says S; type bool"},
-     {"tare", "in 'write': the telegram that is sent, with the value in its field {value}"}}};
+     {"status.flags[b4-b7]", "several bits of a whole number, as a number"},
+     {"weight.state=S", "true if the field contains S; type bool"},
+     {"tare", "in 'write': the telegram to send, with the value in its field {value}"}}};
 
 bool IsName(std::string_view text) {
   return !text.empty() && std::ranges::all_of(text, [](char c) {
@@ -273,7 +276,7 @@ Result<Call> TakeCall(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of("(."), text.size());
   call.telegram = text.substr(0, end);
   text.remove_prefix(end);
-  if (!IsName(call.telegram)) return Error{Quoted(call.telegram) + " is no name of a telegram"};
+  if (!IsName(call.telegram)) return Error{Quoted(call.telegram) + " is not a telegram name"};
   if (!text.starts_with('(')) return call;
   const std::size_t close = text.find(')');
   if (close == std::string_view::npos) return Error{"'(' without ')'"};
@@ -281,7 +284,7 @@ Result<Call> TakeCall(std::string_view& text) {
     const std::string_view parameter = Trim(one);
     const std::size_t equal = parameter.find('=');
     if (equal == std::string_view::npos || !IsName(parameter.substr(0, equal))) {
-      return Error{Quoted(parameter) + " is no parameter; write channel=3"};
+      return Error{Quoted(parameter) + " is not a parameter; write for example channel=3"};
     }
     call.parameters.emplace_back(parameter.substr(0, equal), parameter.substr(equal + 1));
   }
@@ -296,10 +299,10 @@ Status TakeSelect(std::string_view text, ReadPlace& place) {
   if (text.front() == '=') {
     place.select = ReadPlace::Select::equal;
     place.equal = text.substr(1);
-    if (place.equal.empty()) return Error{"nothing stands behind '='"};
+    if (place.equal.empty()) return Error{"a value is missing after '='"};
     return {};
   }
-  const Error wrong = {Quoted(text) + " is no bit: write [b3] or [b4-b7]"};
+  const Error wrong = {Quoted(text) + " is not a bit; write [b3] or [b4-b7]"};
   if (!text.starts_with("[b") || !text.ends_with(']')) return wrong;
   text = text.substr(2, text.size() - 3);
   const std::size_t dash = text.find("-b");
@@ -318,11 +321,11 @@ Result<ReadPlace> ParseReadText(std::string_view text) {
   auto call = TakeCall(text);
   if (!call) return Error{call.error()};
   place.call = std::move(*call);
-  if (!text.starts_with('.')) return Error{"a telegram and a field are read: weight.value"};
+  if (!text.starts_with('.')) return Error{"write a telegram and a field, as in weight.value"};
   text.remove_prefix(1);
   const std::size_t end = std::min(text.find_first_of("[="), text.size());
   place.field = text.substr(0, end);
-  if (!IsName(place.field)) return Error{Quoted(place.field) + " is no name of a field"};
+  if (!IsName(place.field)) return Error{Quoted(place.field) + " is not a field name"};
   if (Status status = TakeSelect(text.substr(end), place); !status) return Error{status.error()};
   return place;
 }
@@ -392,8 +395,7 @@ Result<Call> ParseWrite(const Point& point) {
   if (!call) return Error{"write " + Quoted(point.write) + ": " + call.error()};
   if (!text.empty()) {
     return Error{"write " + Quoted(point.write) +
-                 ": a telegram is sent, with the value in its field "
-                 "{value}; write its name alone"};
+                 ": write only the name of a telegram; the value goes into its field {value}"};
   }
   return call;
 }
@@ -406,16 +408,16 @@ Status CheckPoint(const Point& point) {
     const auto place = ParseRead(point);
     if (!place) return Error{place.error()};
     if (SelectsBool(*place) && point.type != Type::boolean) {
-      return Error{"read " + Quoted(point.read) + " is true or false: it needs type bool"};
+      return Error{"read " + Quoted(point.read) + " is true or false; write type: bool"};
     }
     const bool number = place->select == ReadPlace::Select::bits && place->bits > 1;
     if (number && (point.type == Type::boolean || point.type == Type::string)) {
-      return Error{"read " + Quoted(point.read) + " is a number: it needs a type of numbers"};
+      return Error{"read " + Quoted(point.read) + " is a number; write a number type"};
     }
   }
   if (point.access == Access::read) return {};
   if (point.write.empty())
-    return Error{"a point that is written needs 'write': a telegram to send"};
+    return Error{"a writable point needs 'write' with the name of a telegram"};
   const auto call = ParseWrite(point);
   if (!call) return Error{call.error()};
   return {};

@@ -17,7 +17,7 @@ using namespace protocols::telegram;  // NOLINT
 const Protocol& TelegramProtocol() {
   static const Protocol kProtocol = {
       .name = "telegram",
-      .title = "Telegrams that a description in YAML says",
+      .title = "Devices whose telegrams are described in YAML",
       .also_called = "ascii nmea nmea0183 scpi mt-sics sics generic stream streamdevice",
       .options = OptionTable(),
       .decoders = DecoderTable(),

@@ -200,14 +200,14 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   }
   if (bad_checksum) return cut::BadChecksum();
   if (began && !idle) return Cut::Discard(1, Outcome::corrupt, "not as described");
-  return cut::Slide(held, began ? "stopped mid-frame" : "it begins as none of the awaited answers");
+  return cut::Slide(held, began ? "stopped mid-frame" : "not the beginning of an expected answer");
 }
 
 namespace {
 
 /// Returns the bytes as they were written, because the telegrams of a description are complete.
 Result<Bytes> Complete(View written, const Settings&) {
-  if (written.empty()) return Error{"a telegram has at least one byte, as in '53 0D 0A'"};
+  if (written.empty()) return Error{"a telegram needs at least one byte, as in '53 0D 0A'"};
   return Bytes(written.begin(), written.end());
 }
 
@@ -300,7 +300,7 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
   const bool adds = kind.starts_with("sum") || kind == "lrc";
   const std::uint32_t difference = adds ? said->value - *awaited : said->value ^ *awaited;
   return Recognised{Recognised::What::other_check, "a text",
-                    "it differs from " + std::string(kind) + " always by " +
+                    "the check value differs from " + std::string(kind) + " always by " +
                         Hex(difference, own.kind->bytes) +
                         ": does the profile fit the firmware of the device?"};
 }
@@ -312,7 +312,7 @@ constexpr std::size_t kShortest = 2;
 constexpr std::size_t kShortestUnasked = 8;
 constexpr std::size_t kQuoted = 24;
 constexpr const char* kOtherForm =
-    "does the profile fit the device, and the mode that is set in it?";
+    "does the profile fit the device and the mode that is set in the device?";
 
 /// Returns the first line of text that is not empty, with its end; nothing if there is none.
 /// `only`: nothing may stand behind the line.
@@ -433,24 +433,25 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
     if (match.bad_checksum && HasMarkedSum(*form)) return OtherChecksum(*form, match);
     if (asked && match.kind == Match::Kind::whole && match.other) {
       return Recognised{Recognised::What::other_device,
-                        "another device answers than the one that was asked" + quoted,
-                        "check the address that is set in it"};
+                        "another device answers instead of the one that was asked" + quoted,
+                        "check the address that is set in the device"};
     }
     if (LacksSum(*form, line, awaited->known)) {
-      return Recognised{Recognised::What::other_setting, what + " carry no check value" + quoted,
-                        "switch it on at the device, or take {checksum} out of its telegrams"};
+      return Recognised{
+          Recognised::What::other_setting, what + " carry no check value" + quoted,
+          "switch the check value on at the device, or remove {checksum} from its telegrams"};
     }
     if (match.bad_checksum && HasNumbers(*form, match)) return OtherChecksum(*form, match);
     if (const std::string unit = UnitBehind(*form, line, awaited->known); !unit.empty()) {
       return Recognised{
           Recognised::What::other_setting,
-          its + (asked ? " has" : " have") + " a unit behind the number ('" + unit + "')",
-          "switch the unit off at the device, or write it into the telegram in a "
-          "profile of its own"};
+          its + (asked ? " has" : " have") + " a unit after the number ('" + unit + "')",
+          "switch the unit off at the device, or add the unit to the telegram in your own profile"};
     }
     if (asked && LacksSign(*form, line, awaited->known)) {
-      return Recognised{Recognised::What::other_setting, its + " has no sign in front" + quoted,
-                        "correct the format in its profile, or a converter eats the first byte"};
+      return Recognised{
+          Recognised::What::other_setting, its + " has no sign in front" + quoted,
+          "correct the format in its profile, or look for a converter that removes the first byte"};
     }
     numbers = std::max(numbers, SignedNumbers(*form));
   }
@@ -458,7 +459,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   if (numbers > 1 && signs > 0 && signs < numbers) {
     return Recognised{Recognised::What::other_form,
                       std::to_string(signs) + " of the " + std::to_string(numbers) +
-                          " numbers that are described came" + quoted,
+                          " described numbers came" + quoted,
                       "does the profile fit the device?"};
   }
   return Recognised{Recognised::What::other_form,

@@ -111,7 +111,7 @@ TEST(PointEvents, AreStoredOnlyIfTheGatewayStoresEvents) {
   const auto none = LoadPoint("{ on: change }", "bool", "");
   EXPECT_FALSE(DeviceOf(none).point_events);
   EXPECT_THAT(Shown(none.problems),
-              HasSubstr("warning: events of 'a' are not kept: write 'events: {}'"));
+              HasSubstr("warning: events of 'a' are not stored; write 'events: {}'"));
 }
 
 TEST(EventTable, AlarmsAreReadWithTheirEndEvents) {
@@ -307,7 +307,7 @@ TEST(Records, ReportInvalidKeys) {
   EXPECT_THAT(LoadKeys("records: { trip: { points: [phases] } }\n"
                        "events: [{ code: 1, text: a, record: tripp }]\n")
                   .problems,
-              HasSubstr("record: 'records' of the profile has no 'tripp'; did you mean 'trip'?"));
+              HasSubstr("record: the profile has no record 'tripp'; did you mean 'trip'?"));
   EXPECT_THAT(LoadKeys("events: [{ code: 1, text: a, record: trip }]\n").problems,
               HasSubstr("it has: none"));
 }

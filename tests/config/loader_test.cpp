@@ -394,11 +394,12 @@ TEST(Pace, AWarningNamesKeysThatAProfileOverrides) {
   const auto loaded = Load(
       "lines: [{ name: l, port: /dev/l, protocol: fake, poll: 5s, timing: { reply: 500ms, quiet: "
       "1ms }, devices: [{ name: d, address: 1, profile: relay }] }]\n");
-  EXPECT_EQ(Shown(loaded.problems),
-            "t.yaml:1:108: warning: device 'd': poll 5s of the line or gateway does not count: its "
-            "profile says 2s; write it at the device to use it\n"
-            "t.yaml:1:108: warning: device 'd': timing.reply 500ms of the line does not count: its "
-            "profile says 700ms, which is longer; write it at the device to use it\n");
+  EXPECT_EQ(
+      Shown(loaded.problems),
+      "t.yaml:1:108: warning: device 'd': poll 5s of the line or gateway has no effect: the "
+      "device's profile sets 2s; set the key at the device to override the profile\nt.yaml:1:108: "
+      "warning: device 'd': timing.reply 500ms of the line has no effect: the device's profile "
+      "sets 700ms, which is longer; set the key at the device to override the profile\n");
 }
 
 TEST(Pace, RecheckFollowsTheMostSpecificLevel) {

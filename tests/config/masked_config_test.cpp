@@ -75,7 +75,7 @@ TEST(MaskedConfig, LeavesOtherKeysUnchanged) {
 }
 
 TEST(MaskedConfig, RefusesTextThatIsNotYaml) {
-  EXPECT_THAT(MaskedConfig("a: [", {"password"}).error(), HasSubstr("no YAML"));
+  EXPECT_THAT(MaskedConfig("a: [", {"password"}).error(), HasSubstr("not valid YAML"));
   EXPECT_FALSE(MaskedConfig("a: &a [*a]\n", {"password"}));
 }
 

@@ -149,7 +149,7 @@ TEST_F(Memory, AnotherMeterIsBadUntilItIsEnabledByHand) {
   Run("meter-b");
   ASSERT_TRUE(Becomes(kSwapped)) << daemon_->Errors();
   const Finished status = Ask({"status", "meters.meters-1"});
-  EXPECT_THAT(status.output, HasSubstr("meter 9020002 answers in place of 9020001"));
+  EXPECT_THAT(status.output, HasSubstr("meter 9020002 answers instead of 9020001"));
   End();
   Run("meter-b");
   ASSERT_TRUE(Becomes(kSwapped)) << "a restart takes nobody";

@@ -135,9 +135,9 @@ TEST(CompareRs485, EachKeyThatTheDriverDoesNotKeepIsNamed) {
   actual.delay_before_send = {};
   actual.rts_active_high = false;
   EXPECT_EQ(CompareRs485(asked, actual, "/dev/ttyS2").error(),
-            "the driver of /dev/ttyS2 cannot do this `rs485:`: with it rts_active_high is false, "
-            "delay_before_send is 0ms; write what it can do, or use an adapter that switches "
-            "direction by itself");
+            "the driver of /dev/ttyS2 does not support these `rs485:` settings: with them "
+            "rts_active_high is false, delay_before_send is 0ms; write values that the driver "
+            "supports, or use an adapter that switches direction by itself");
 }
 
 TEST(CompareSettings, EveryOtherDifferenceIsAnErrorWithAHint) {
@@ -147,11 +147,11 @@ TEST(CompareSettings, EveryOtherDifferenceIsAnErrorWithAHint) {
     return same.ok() ? std::string("none") : same.error();
   };
   EXPECT_EQ(error(k7E1, k8N1),
-            "the driver of /dev/ttyUSB1 was asked for 9600 7E1 and does 9600 8N1; "
+            "the driver of /dev/ttyUSB1 did not set 9600 7E1 but 9600 8N1; "
             "set `parity: software`");
   EXPECT_EQ(error(Settings(9600, 8, Parity::even, 1), k8N1),
-            "the driver of /dev/ttyUSB1 was asked for 9600 8E1 and does 9600 8N1; "
-            "this port cannot do that format");
+            "the driver of /dev/ttyUSB1 did not set 9600 8E1 but 9600 8N1; this port does "
+            "not support that format");
   EXPECT_NE(error(Settings(10400, 8, Parity::none, 1), k8N1).find("bit rate"), std::string::npos);
   EXPECT_NE(error(Settings(9600, 8, Parity::none, 2), k8N1).find("stop bits"), std::string::npos);
   EXPECT_NE(error(k7E1, Settings(9600, 7, Parity::odd, 1)).find("7O1"), std::string::npos);

@@ -175,13 +175,14 @@ void LoadSession::ForgetRefusals() {
 }
 
 std::string LoadSession::Shown() const {
-  if (blind_) return "no load profile: set meter_constant, voltage_ratio and current_ratio";
+  if (blind_)
+    return "load profiles cannot be read: set meter_constant, voltage_ratio and current_ratio";
   std::vector<std::string> shown;
   for (const State& state : states_) {
     const auto end = state.reader.end();
     const std::string name = NameOfLoad(state.reader.profile());
     if (state.refused) {
-      shown.push_back("no " + name + ": it refuses it");
+      shown.push_back("no " + name + ": the meter refuses it");
       continue;
     }
     if (!state.reader.trouble().empty()) shown.push_back(name + ": " + state.reader.trouble());
@@ -436,8 +437,8 @@ std::string BillingSession::Shown() const {
   std::vector<std::string> shown;
   for (const Period& period : periods_) {
     if (period.refused) {
-      shown.push_back(
-          fmt::format("no billing readings of each {}: it refuses them", NameOf(period.kind)));
+      shown.push_back(fmt::format("no billing readings of each {}: the meter refuses them",
+                                  NameOf(period.kind)));
     } else if (period.kept) {
       shown.push_back(fmt::format("billing readings of each {} to {}", NameOf(period.kind),
                                   DayText(*period.kept)));
@@ -524,7 +525,7 @@ Answer MeterArchive::TakeInBackground(View data, Instant now) {
 }
 
 std::string MeterArchive::Learned() const {
-  return Listed({events_ && journals_.has_refused() ? "no journals: it refuses them" : "",
+  return Listed({events_ && journals_.has_refused() ? "no journals: the meter refuses them" : "",
                  loads_.Shown(), billing_.Shown()});
 }
 

@@ -219,7 +219,7 @@ bool LoadReader::OnPointer(View data, const Manner& manner) {
   waits_ = false;
   trouble_.clear();
   const bool goes_on = GoOn(manner);
-  if (!current_) trouble_ = "its pointer (08 04: " + ToHex(data) + ") names no place of its memory";
+  if (!current_) trouble_ = "its pointer (08 04: " + ToHex(data) + ") is outside its memory";
   return goes_on;
 }
 
@@ -276,7 +276,7 @@ bool LoadReader::PlanScan(const Manner& manner) {
     scan_ = current;  // the header may have been written at the next look
     if (scanned_ && !waits_) {
       scan_.reset();
-      trouble_ = fmt::format("no hour stands in its memory before its pointer (08 04: {:04X})",
+      trouble_ = fmt::format("no hour was found in its memory before its pointer (08 04: {:04X})",
                              pointer_->address);
     }
     return false;

@@ -97,21 +97,21 @@ std::optional<double> ClockDrift::Latest(Instant now) const {
 Result<Bytes> ClockCorrection(const Value& value, const ClockDrift& drift, Instant now) {
   double seconds = ToDouble(value);
   if (const auto* by_drift = std::get_if<bool>(&value)) {
-    if (!*by_drift) return Error{"false corrects nothing; write true"};
+    if (!*by_drift) return Error{"false has no effect; write true to correct the clock"};
     const auto latest = drift.Latest(now);
     if (!latest) {
       return Error{
-          "the drift of the meter's clock is not known; it needs a point that reads "
-          "\"04 00 drift@0\" and is good, with this machine's clock synchronised"};
+          "the drift of the meter's clock is not known; add a point with read: \"04 00 drift@0\", "
+          "and synchronise this machine's clock"};
     }
     seconds = std::round(-*latest);
-    if (seconds == 0) return Error{"the meter's clock is right to a second"};
+    if (seconds == 0) return Error{"the meter's clock is already right to a second"};
   } else if (seconds == 0 || seconds != std::round(seconds)) {
-    return Error{"a meter's clock is corrected by whole seconds, from 1 to 120 or -1 to -120"};
+    return Error{"a meter's clock can be corrected by whole seconds, from 1 to 120 or -1 to -120"};
   }
   if (!(std::abs(seconds) <= kMostSeconds)) {
     return Error{"a meter's clock can be corrected by 120 s at most, once a day; this is " +
-                 std::to_string(std::lround(seconds)) + " s: set it by hand"};
+                 std::to_string(std::lround(seconds)) + " s: set the clock by hand"};
   }
   const auto bits = static_cast<std::uint16_t>(static_cast<std::int16_t>(std::lround(seconds)));
   return Bytes{kWrite, kCorrectClockCode, static_cast<std::uint8_t>(bits >> 8U),

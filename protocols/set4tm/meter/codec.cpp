@@ -125,18 +125,19 @@ Result<Bytes> ParseAddress(std::string_view text) {
   const auto number = ParseInteger<std::uint32_t>(serial ? text.substr(3) : text);
   if (!number) {
     return Error{"address \"" + std::string(text) +
-                 "\" is not a SET-4TM address: give 0 to 239, or the serial number (sn:9020001)"};
+                 "\" is not a SET-4TM address; write 0 to 239, or the serial number (sn:9020001)"};
   }
   if (serial || *number > 0xFF) return ExtendedAddress(*number);
   if (*number == kBroadcast) {
     return Error{
-        "address 254 is the broadcast: no meter answers it; give the meter's own, 1 to 239"};
+        "address 254 is the broadcast, which no meter answers; write the meter's own address, 1 to "
+        "239"};
   }
   // 255 is the address of a meter after its factory initialisation.
   if (*number > 239 && *number != 255) {
     return Error{
         "address " + std::string(text) +
-        " is reserved; give 0 to 239, or a serial number below 256 as sn:" + std::string(text)};
+        " is reserved; write 0 to 239, or a serial number below 256 as sn:" + std::string(text)};
   }
   return Bytes{static_cast<std::uint8_t>(*number)};
 }

@@ -160,14 +160,14 @@ void Identification::Judge() {
   trouble_ = {};
   if (settings_.types.empty() || std::ranges::count(settings_.types, *type_) != 0) return;
   const std::string what =
-      "type " + NameOfType(*type_) + ", the profile is for type " + Listed(settings_.types);
+      "type " + NameOfType(*type_) + ", but the profile is for type " + Listed(settings_.types);
   if (FindType(*type_) == nullptr) {
-    trouble_.text = "the meter is of " + what + "; its status word has no good value";
+    trouble_.text = "the meter has " + what + ", so its status word has no good value";
     return;
   }
   if (device_.identity.ignore) return;
   trouble_ = {Reason::other_module,
-              "the meter is of " + what + ": correct the profile or the address"};
+              "the meter has " + what + "; correct the profile or the address"};
 }
 
 /// Before the meter was asked (`baudgate decode`), the types of the profile decide.

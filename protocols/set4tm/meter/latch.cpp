@@ -129,9 +129,10 @@ void LatchedReads::Take(Reply& reply, const PointReads& reads) {
 }
 
 std::string LatchedReads::Learned() const {
-  if (meter_.refused()) return "does not tell when it latched: its latched values are not served";
+  if (meter_.refused())
+    return "does not report the time of its latch, so its latched values are not used";
   if (meter_.Missed(line_.number())) {
-    return "has not heard the latest latch: its latched values are not served";
+    return "missed the latest latch, so its latched values are not used";
   }
   return "";
 }

@@ -54,16 +54,17 @@ Reply ReplyReader::Read(View request, View frame) const {
   if (!Accepts(asked->address, got->address)) {
     const bool extended = got->address.size() > 1 && asked->address.size() == 1;
     return unexpected("reply of meter " + ToHex(got->address) + ", not " + ToHex(asked->address) +
-                      (extended ? "; if it is the right one, set `serial_number`" : ""));
+                      (extended ? "; if this is the right meter, set `serial_number`" : ""));
   }
   const View pdu = asked->body;
   // The request for a float is as long as its reply. Only the reply to a link test equals its
   // request.
   if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
-    return unexpected("the request came back; does the adapter echo? set `echo: strip`");
+    return unexpected(
+        "the request came back; if the adapter returns sent bytes, set `echo: strip`");
   }
   if (IsQuestionLike(pdu, got->body)) {
-    return unexpected("it is a request, not a reply: another master asks this meter");
+    return unexpected("a request came instead of a reply: another master asks this meter");
   }
   if (got->body.size() == 1) {
     reply.pdu = pdu;
@@ -96,7 +97,7 @@ void ReplyReader::ReadStatus(Reply& reply) const {
   reply.answer.wait = meaning.wait;
   if (meaning.outcome == Outcome::ok && !awaited) {
     reply.answer.outcome = Outcome::unexpected;
-    reply.answer.reason = "status 00 where data was asked for";
+    reply.answer.reason = "status 00 instead of data";
     return;
   }
   reply.answer.outcome = meaning.outcome;
@@ -223,7 +224,7 @@ bool PointReads::ForgetRefusals() {
 
 std::string PointReads::Learned() const {
   if (masked_) return "floats together (08 23)";
-  return integers_ ? "integers in place of floats, which its type does not have" : "";
+  return integers_ ? "integers instead of floats, which its type does not support" : "";
 }
 
 }  // namespace baudgate::protocols::set4tm

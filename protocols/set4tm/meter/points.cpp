@@ -56,12 +56,15 @@ constexpr DecoderSpec kSpecs[] = {
     {"u32_be@n", "unsigned 32 bit, high byte first"},
     {"bcd(b)@n", "binary coded decimal of b bytes (1 to 8), high byte first"},
     {"counts@n", "energy register as it is, 32 bit; FFFFFFFF is no value"},
-    {"energy@n", "energy register as kWh or kvarh: N / (2 A) * Kn * Kt, as meter or options tell"},
+    {"energy@n",
+     "energy register as kWh or kvarh: N / (2 A) * Kn * Kt, with A, Kn and Kt of the meter or the "
+     "options"},
     {"voltage_be@n", "08 11, 08 14, 08 16: V, with Kn"},
     {"current_be@n", "08 11, 08 14, 08 16: A, with Ci and Kt"},
     {"power_be@n", "08 11, 08 14, 08 16: W, with Kc, Kn, Kt; sign from the active direction"},
-    {"reactive_be@n", "the same in var; sign from the reactive direction"},
-    {"apparent_be@n", "the same in VA, no sign"},
+    {"reactive_be@n",
+     "08 11, 08 14, 08 16: var, with Kc, Kn, Kt; sign from the reactive direction"},
+    {"apparent_be@n", "08 11, 08 14, 08 16: VA, with Kc, Kn, Kt; no sign"},
     {"factor_be@n", "08 11, 08 14, 08 16: power factor, sign from the active direction"},
     {"hundredths_be@n", "08 11, 08 14, 08 16: hundredths without sign (frequency, distortion)"},
     {"text_cp1251(b)@n", "b bytes of Windows-1251 text"},
@@ -70,14 +73,13 @@ constexpr DecoderSpec kSpecs[] = {
     {"time@n", "BCD second, minute, hour, weekday, day, month, year as text: 2002-09-02T15:30:31"},
     {"time_min@n", "BCD minute, hour, weekday, day, month, year as text: 2002-09-02T15:30"},
     {"clock@n",
-     "the meter's clock (04 00, 09 00 00) as seconds since 1970, UTC by `time_zone`, without which "
-     "it is not good"},
+     "the meter's clock (04 00, 09 00 00) as seconds since 1970 UTC; needs `time_zone` to be good"},
     {"drift@n",
-     "the meter's clock (04 00, 09 00 00) minus this machine's, in seconds; good while the latter "
-     "is synchronised"},
+     "the meter's clock (04 00, 09 00 00) minus this machine's clock, in seconds; good while this "
+     "machine's clock is synchronised"},
     {"latched@n",
-     "when this machine sent the broadcast (`latch`) that the meter has heard (08 14 50), as "
-     "seconds since 1970"},
+     "time of the broadcast (`latch`) that the meter received last (08 14 50), in seconds since "
+     "1970"},
     {"flag@nn", "bit E-nn (1 to 40) of the status word, 08 0A"},
     {"alarm@n", "any bit of the status word except E-38, E-39, E-40"},
 };
@@ -107,7 +109,7 @@ Status ParseDecoder(std::string_view read, std::string_view text, Field& field) 
   const auto at = text.find('@');
   std::string_view name = text.substr(0, at);
   const auto offset = ParseInteger<std::size_t>(text.substr(at + 1));
-  if (!offset) return Wrong(read, "the offset behind @ must be a number");
+  if (!offset) return Wrong(read, "the offset after @ must be a number");
   std::optional<std::size_t> count;
   if (const auto open = name.find('('); open != std::string_view::npos) {
     if (name.back() != ')') return Wrong(read, "no closing parenthesis");
@@ -117,8 +119,8 @@ Status ParseDecoder(std::string_view read, std::string_view text, Field& field) 
   }
   const DecoderRow* row = FindDecoder(name);
   if (row == nullptr) {
-    return Wrong(
-        read, "no decoder \"" + std::string(name) + "\"; `baudgate protocols set4tm` lists them");
+    return Wrong(read, "no decoder \"" + std::string(name) +
+                           "\"; `baudgate protocols set4tm` lists the decoders");
   }
   if (count.has_value() != (row->size == 0)) {
     return Wrong(read, std::string(name) +
@@ -129,7 +131,7 @@ Status ParseDecoder(std::string_view read, std::string_view text, Field& field) 
   if (count && (*count == 0 || *count > most)) {
     return Wrong(read, "the length must be 1 to " + std::to_string(most));
   }
-  if (*offset > kMaxData) return Wrong(read, "the offset lies beyond every reply");
+  if (*offset > kMaxData) return Wrong(read, "the offset is beyond the end of every reply");
   field.decoder = row->decoder;
   field.offset = *offset;
   field.count = count.value_or(0);
@@ -139,21 +141,21 @@ Status ParseDecoder(std::string_view read, std::string_view text, Field& field) 
 Status CheckPdu(std::string_view read, const Field& field) {
   const Bytes& pdu = field.pdu;
   if (AnsweredByStatus(pdu)) {
-    return Wrong(read, "only reads may stand here (codes 04, 05, 06, 08, 09, 0A, 0C)");
+    return Wrong(read, "only read requests are allowed (codes 04, 05, 06, 08, 09, 0A, 0C)");
   }
   if (pdu.size() >= 2 && pdu[0] == kRead && pdu[1] == kFloatMask) {
     return Wrong(read,
-                 "08 23 is made by the planner: name the value as 08 1B 00 rr or 08 1B 02 rr "
+                 "the gateway sends 08 23 by itself; write the value as 08 1B 00 rr or 08 1B 02 rr "
                  "and set `snapshot: true`");
   }
   const bool asks_clock = pdu == Bytes{kJournal, 0} || pdu == Bytes{kJournalExtended, 0, 0};
   const bool of_clock = field.decoder == Decoder::clock || field.decoder == Decoder::drift;
   if (of_clock && (!asks_clock || field.offset != 0)) {
     const std::string name(RowOf(field.decoder).name);
-    return Wrong(read, name + " reads the meter's clock: write \"04 00 " + name + "@0\"");
+    return Wrong(read, name + " reads the meter's clock; write \"04 00 " + name + "@0\"");
   }
   if (field.decoder == Decoder::latched && (pdu != AskLatchTime() || field.offset != 0)) {
-    return Wrong(read, "latched goes with the time of the latch: write \"08 14 50 latched@0\"");
+    return Wrong(read, "latched reads the time of the latch; write \"08 14 50 latched@0\"");
   }
   const auto length = LengthOfData(pdu);
   if (!length) return Wrong(read, "no reply to this request is documented; check its length");
@@ -173,7 +175,7 @@ Result<Field> ParseField(std::string_view read) {
   const std::string_view text = Trim(read);
   const auto space = text.rfind(' ');
   if (space == std::string_view::npos || text.find('@', space) == std::string_view::npos) {
-    return Wrong(read, "give the request in hex and a decoder, as in \"08 1B 00 11 float_le@0\"");
+    return Wrong(read, "write the request in hex and a decoder, as in \"08 1B 00 11 float_le@0\"");
   }
   auto pdu = ParseHex(Trim(text.substr(0, space)));
   if (!pdu || pdu->empty()) return Wrong(read, "the request must be hex bytes, as in 08 1B 00 11");
@@ -204,7 +206,7 @@ Status CheckType(const Field& field, const config::Point& point) {
                  ", not " + std::string(Name(point.type))};
   }
   if ((point.table == config::Table::bits) && !truth) {
-    return Error{"only bool points can stand in the bit tables"};
+    return Error{"only bool points fit the bit tables; write table: input"};
   }
   return {};
 }
@@ -288,8 +290,8 @@ Status CheckPoint(const config::Point& point) {
   }
   if (point.access != config::Access::read || !point.write.empty()) {
     return Error{
-        "SET-4TM points can only be read, except one that can only be written: write: \"03 0B\" "
-        "corrects the clock"};
+        "SET-4TM points can only be read; the only writable point corrects the clock, with write: "
+        "\"03 0B\" and access: w"};
   }
   const auto field = ParseField(point.read);
   if (!field) return Error{field.error()};

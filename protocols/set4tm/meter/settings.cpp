@@ -16,7 +16,7 @@ Result<std::vector<std::uint8_t>> ParseTypes(const std::vector<std::string>& wor
   std::vector<std::uint8_t> types;
   for (const std::string& word : words) {
     const auto type = ParseType(word);
-    if (!type) return Error{"types: \"" + word + "\" is no type code; give 0 to F"};
+    if (!type) return Error{"types: \"" + word + "\" is not a type code; write 0 to F"};
     types.push_back(*type);
   }
   return types;
@@ -27,10 +27,10 @@ Result<std::vector<unsigned>> ParseLoads(const std::vector<std::string>& words) 
   for (const std::string& word : words) {
     const auto profile = ParseInteger<unsigned>(word);
     if (!profile || *profile < 1 || *profile > 3) {
-      return Error{"load_profile: \"" + word + "\" is no load profile; give 1, 2 or 3"};
+      return Error{"load_profile: \"" + word + "\" is not a load profile; write 1, 2 or 3"};
     }
     if (std::ranges::count(profiles, *profile) > 0) {
-      return Error{"load_profile: " + word + " stands twice"};
+      return Error{"load_profile: " + word + " occurs twice"};
     }
     profiles.push_back(*profile);
   }
@@ -41,11 +41,12 @@ Result<std::vector<BillingPeriod>> ParseBilling(const std::vector<std::string>& 
   std::vector<BillingPeriod> periods;
   for (const std::string& word : words) {
     if (word != "day" && word != "month") {
-      return Error{"billing: \"" + word + "\" is no period of readings; give day, month or both"};
+      return Error{"billing: \"" + word +
+                   "\" is not a period of readings; write day, month or both"};
     }
     periods.push_back(word == "day" ? BillingPeriod::day : BillingPeriod::month);
     if (std::ranges::count(periods, periods.back()) > 1) {
-      return Error{"billing: " + word + " stands twice"};
+      return Error{"billing: " + word + " occurs twice"};
     }
   }
   return periods;
@@ -62,73 +63,75 @@ constexpr auto kTable = SettingsTable(
     Bind<&Settings::password, ParsePassword>(option::Secret(
         option::Text("password", "000000",
                      "Password of the channel: 6 ASCII characters, or hex:01 02 03 04 05 06."))),
-    Bind<&Settings::checksum>(option::Choice(
-        "checksum", "crc", "crc,ks",
-        "What ends a frame: CRC-16, or the one byte KS of meters .01, and .02 with firmware below "
-        "23.")),
-    Bind<&Settings::serial_number>(option::Integer(
-        "serial_number", "0", 0, kLongNumber,
-        "The meter that must answer: checked after every reconnect, and accepted as "
-        "extended address of replies; 0: not checked.")),
-    Bind<&Settings::meter_constant>(option::Integer(
-        "meter_constant", "0", 0, 1'000'000, "Impulses per kWh (A) for energy; 0: ask the meter.")),
-    Bind<&Settings::voltage_ratio>(option::Real(
-        "voltage_ratio", "0", 0, 100'000,
-        "Voltage transformer ratio (Kn) in place of the meter's, for voltages, powers and "
-        "energy; 0: ask the meter.")),
-    Bind<&Settings::current_ratio>(option::Real(
-        "current_ratio", "0", 0, 100'000,
-        "Current transformer ratio (Kt) in place of the meter's, for currents, powers and "
-        "energy; 0: ask the meter.")),
-    Bind<&Settings::floats>(option::Choice("floats", "primary", "primary,secondary",
-                                           "Whether the meter's floats are already multiplied by "
-                                           "its ratios, as its description says.")),
+    Bind<&Settings::checksum>(
+        option::Choice("checksum", "crc", "crc,ks",
+                       "Check value at the end of a frame: CRC-16, or the one byte KS of meters "
+                       ".01, and of .02 with firmware below 23.")),
+    Bind<&Settings::serial_number>(
+        option::Integer("serial_number", "0", 0, kLongNumber,
+                        "Serial number of the meter: checked after every reconnect, and accepted "
+                        "as extended address of replies; 0: not checked.")),
+    Bind<&Settings::meter_constant>(
+        option::Integer("meter_constant", "0", 0, 1'000'000,
+                        "Impulses per kWh (A) for energy; 0: read from the meter.")),
+    Bind<&Settings::voltage_ratio>(
+        option::Real("voltage_ratio", "0", 0, 100'000,
+                     "Voltage transformer ratio (Kn) for voltages, powers and energy, instead of "
+                     "the meter's; 0: read from the meter.")),
+    Bind<&Settings::current_ratio>(
+        option::Real("current_ratio", "0", 0, 100'000,
+                     "Current transformer ratio (Kt) for currents, powers and energy, instead of "
+                     "the meter's; 0: read from the meter.")),
+    Bind<&Settings::floats>(
+        option::Choice("floats", "primary", "primary,secondary",
+                       "primary: the meter's floats are already multiplied by its ratios, as in "
+                       "its description; secondary: they are not.")),
     Bind<&Settings::power_coefficient>(
         option::Real("power_coefficient", "0", 0, 1000,
                      "Coefficient Kc of integer powers; 0: by the meter's build variant.")),
     Bind<&Settings::current_coefficient>(
         option::Real("current_coefficient", "0", 0, 1000,
                      "Coefficient Ci of integer currents; 0: by the meter's build variant.")),
-    Bind<&Settings::snapshot>(option::Choice(
-        "snapshot", "auto", "auto,true,false",
-        "Read float values together by mask (08 23). auto: tried once, 08 1B where the meter "
-        "refuses or is silent.")),
-    Bind<&Settings::time_zone, ParseZone>(option::Text(
-        "time_zone", "",
-        "Of the meter's clock: +03:00, or \"+01:00 eu\" if it follows summer time. For the times "
-        "of events; without it they have none of the meter's.")),
-    Bind<&Settings::correct_clock>(
-        option::Time(kCorrectClock, "0s",
-                     "The drift from which the gateway corrects the meter's clock by itself, once "
-                     "a day; 0s: never. Needs time_zone and the points clock_drift and "
-                     "clock_correction.")),
+    Bind<&Settings::snapshot>(
+        option::Choice("snapshot", "auto", "auto,true,false",
+                       "Read float values together by mask (08 23). auto: tried once; if the meter "
+                       "refuses or is silent, 08 1B is used.")),
+    Bind<&Settings::time_zone, ParseZone>(
+        option::Text("time_zone", "",
+                     "Time zone of the meter's clock: +03:00, or \"+01:00 eu\" if it follows "
+                     "summer time. Without it, events do not have the meter's time.")),
+    Bind<&Settings::correct_clock>(option::Time(
+        kCorrectClock, "0s",
+        "Drift at which the gateway corrects the meter's clock by itself, once a day; 0s: never. "
+        "Needs time_zone and the points clock_drift and clock_correction.")),
     Bind<&Settings::correct_clock_most>(
         option::Time(kCorrectClockMost, "60s",
-                     "A larger drift is only reported; at most 120s, the meter's own limit.")),
-    Bind<&Settings::latch>(option::Time(
-        "latch", "0s",
-        "How often the broadcast FE 03 08 tells all meters of the line to keep the values of that "
-        "moment (1min to 24h, at whole multiples of it); kept values are served only of meters "
-        "that have heard it. 0s: never.")),
+                     "Largest drift that is corrected; a larger drift is only reported. At most "
+                     "120s, the limit of the meter.")),
+    Bind<&Settings::latch>(
+        option::Time("latch", "0s",
+                     "Interval of the broadcast FE 03 08, with which all meters of the line latch "
+                     "their values (1min to 24h, at whole multiples); a meter that missed it has "
+                     "no latched values. 0s: never.")),
     Bind<&Settings::journal_records>(option::Integer(
-        "journal_records", "10", 1, 20, "Records that the meter keeps in each journal.")),
+        "journal_records", "10", 1, 20, "Records that the meter stores in each journal.")),
     Bind<&Settings::load_profiles, ParseLoads>(
         option::Texts("load_profile", "",
-                      "Load profiles (1 to 3) whose records are kept, for 'baudgate history'; "
-                      "needs time_zone and "
-                      "events.")),
-    Bind<&Settings::billing, ParseBilling>(option::Texts(
-        "billing", "",
-        "Billing readings that are kept: energies at the begin of each day, month, or both; needs "
-        "time_zone and events.")),
+                      "Load profiles (1 to 3) whose records are stored, for 'baudgate history'; "
+                      "needs time_zone and events.")),
+    Bind<&Settings::billing, ParseBilling>(
+        option::Texts("billing", "",
+                      "Billing readings that are stored: energies at the begin of each day, month, "
+                      "or both; needs time_zone and events.")),
     Bind<&Settings::billing_tariffs>(option::Integer(
-        "billing_tariffs", "4", 0, 8, "Tariffs of billing readings, beside the sum of all.")),
+        "billing_tariffs", "4", 0, 8, "Number of tariffs of billing readings, besides their sum.")),
     Bind<&Settings::load_records>(
         option::Integer("load_records", "8192", 64, 8192,
                         "Records of 8 bytes in the memory of each load profile.")),
-    Bind<&Settings::types, ParseTypes>(option::Texts(
-        "types", "",
-        "Type codes (08 12, 0 to B) that the meter may have; of another one no value is good.")));
+    Bind<&Settings::types, ParseTypes>(
+        option::Texts("types", "",
+                      "Type codes (08 12, 0 to B) that the meter may have; with another code, no "
+                      "value is good.")));
 
 }  // namespace
 

@@ -12,7 +12,7 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
       return {};
     case kNotAllowed:
       return {Outcome::unsupported,
-              "this meter does not know the request; it is not asked again",
+              "this meter does not know the request; the request is not repeated",
               Quality(Quality::bad_configuration, Reason::not_fitted),
               {}};
     case kInternalError:
@@ -23,31 +23,32 @@ StatusMeaning ByCode(std::uint8_t code, bool opening) {
         return {Outcome::refused, "the meter refuses the password", std::nullopt, {}};
       }
       return {Outcome::refused,
-              "access level too low for this request; it is not asked again",
+              "access level too low for this request; the request is not repeated",
               Quality(Quality::bad_communication, Reason::no_permission),
               {}};
     case kClockAlreadyCorrected:
-      return {Outcome::refused, "the clock was corrected already today", std::nullopt, {}};
+      return {Outcome::refused, "the clock was already corrected today", std::nullopt, {}};
     case kChannelClosed:
-      return {Outcome::refused,
-              "channel not open, although it was just opened; is another master on the line?",
-              std::nullopt, 10s};
+      return {
+          Outcome::refused,
+          "the channel is closed again right after it was opened; is another master on the line?",
+          std::nullopt, 10s};
     case kRepeat:
       return {Outcome::busy, "the meter asks for the request again", std::nullopt, {}};
     case kNotReady:
       return {Outcome::busy,
-              "result not ready yet; the last value stays",
+              "the result is not ready yet; the last value is kept",
               Quality(Quality::uncertain_last_usable, Reason::not_ready),
               {}};
     case kBusy:
-      return {Outcome::busy, "busy with a task of this kind", std::nullopt, 1s};
+      return {Outcome::busy, "the meter is busy with a task of this kind", std::nullopt, 1s};
     case 0x9:
       return {Outcome::refused, "payment register overflow", std::nullopt, {}};
     case 0xA:
       return {Outcome::refused, "the request cannot be executed", std::nullopt, {}};
     case kMeterSilent:
       return {Outcome::no_reply,
-              "the communicator says that the meter does not answer",
+              "the communicator reports that the meter does not answer",
               std::nullopt,
               {}};
     default:
@@ -60,20 +61,20 @@ std::string_view RemedyOf(std::uint8_t code) {
     case kNotAllowed:
       return "does the profile fit this type of meter?";
     case kInternalError:
-      return "the meter reports a fault of its own: look at its display, restart or replace it";
+      return "the meter reports a fault; check its display, restart or replace it";
     case kLevelTooLow:
-      return "set `password` to that of a higher level";
+      return "set `password` to the password of a higher level";
     case kChannelClosed:
-      return "keep other programs and masters off the meter";
+      return "stop other programs and masters that use the meter";
     case kNotReady:
-      return "wait: the meter has just started, or it has no voltage at its inputs";
+      return "wait; the meter has just started, or has no voltage at its inputs";
     case kRepeat:
     case kBusy:
       return {};
     case kMeterSilent:
       return "check the meter behind the communicator";
     default:
-      return "look it up in the manual of the meter";
+      return "look the status up in the manual of the meter";
   }
 }
 

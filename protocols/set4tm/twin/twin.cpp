@@ -111,7 +111,9 @@ MeterTwin::MeterTwin(const config::Device& device, TwinValues& values)
             if (field && !floats) *field = AsInteger(*field).value_or(*field);
             return field;
           },
-          [](const config::Point&) { return Result<Field>(Error{"a meter is not written to"}); }),
+          [](const config::Point&) {
+            return Result<Field>(Error{"a simulated meter cannot be written"});
+          }),
       journals_(clock_.zone(), static_cast<std::size_t>(settings_.journal_records)) {
   for (const auto& point : points_.all()) {
     if (!point.read || point.read->decoder != Decoder::float_le) continue;

@@ -85,8 +85,7 @@ TEST(Checks, TwoSpellingsOfOneAddressAreOneDevice) {
   addresses.Add(second, protocol, {"f", 4, 1}, problems);
   EXPECT_EQ(Sorted(problems),
             "f:2:1: warning: address: '07' is also the address of device 'first' on this line, "
-            "which writes it '7'\n"
-            "f:4:1: error: address: '700' is no address; allowed: 1…99\n");
+            "written there as '7'\nf:4:1: error: address: '700' is no address; allowed: 1…99\n");
 }
 
 TEST(Checks, ARouteNeedsExactlyOneTarget) {
@@ -98,8 +97,8 @@ TEST(Checks, ARouteNeedsExactlyOneTarget) {
   CheckTarget({mark, {{"line", {"f", 1, 5}}, {"server", {"f", 1, 9}}}}, problems);
   EXPECT_EQ(Sorted(problems),
             "f:1:1: error: a route needs 'line' or 'server'; for example line: drive or server: "
-            "\"10.0.0.9:502\"\n"
-            "f:1:9: error: server: the route has a line already; remove one of the two keys\n");
+            "\"10.0.0.9:502\"\nf:1:9: error: server: the route already has a line; remove line or "
+            "server\n");
 }
 
 }  // namespace

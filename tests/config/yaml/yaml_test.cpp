@@ -28,8 +28,8 @@ TEST(Yaml, UnquotedHashInABlockMapGetsAHint) {
       "  - name: d\n    address: 1\n    points:\n"
       "    - name: p\n      type: int16\n      read: #[0]\n");
   EXPECT_EQ(Shown(loaded.problems),
-            "t.yaml:11:7: error: read: has no value; what begins with '#' is a comment unless it "
-            "is quoted\n");
+            "t.yaml:11:7: error: read: has no value; text after '#' is a comment; put a value that "
+            "begins with '#' in quotes\n");
 }
 
 TEST(Yaml, AnUnquotedPasswordThatLooksLikeAnAliasIsNotShown) {
@@ -43,15 +43,15 @@ TEST(Yaml, EmptyTextsAndSeveralDocumentsAreRefused) {
   EXPECT_EQ(Shown(Load("").problems), "t.yaml:1:1: error: is empty\n");
   EXPECT_EQ(Shown(Load("# nothing\n").problems), "t.yaml:1:1: error: is empty\n");
   EXPECT_EQ(Shown(Load("lines: []\n---\ngateway: {}\n").problems),
-            "t.yaml:2:1: error: a second document begins here; one file holds one, remove the "
-            "'---'\n");
+            "t.yaml:2:1: error: a second document begins here, but a file can have only one; "
+            "remove the '---'\n");
   EXPECT_EQ(Shown(Load("- a\n").problems),
             "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
 }
 
 // The YAML library alone would return documents endlessly here.
 TEST(Yaml, ACommaAfterTheDocumentIsRefused) {
-  const std::string advice = " error: this comma stands outside of brackets; remove it\n";
+  const std::string advice = " error: this comma is outside of brackets; remove it\n";
   EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);
   EXPECT_EQ(Shown(Load("[1], 2\n").problems), "t.yaml:1:4:" + advice);
   EXPECT_EQ(Shown(Load("- a\n, b\n").problems), "t.yaml:2:1:" + advice);

@@ -64,7 +64,7 @@ TEST(DconChannelTypes, AreReadOnceAndGiveTheUnit) {
   EXPECT_DOUBLE_EQ(ToDouble(answer.readings[1].value), 0.15) << "mV";
   EXPECT_EQ(answer.readings[2].quality, kNotThis);
   EXPECT_EQ(talk->trouble().reason, Reason::none) << "the others are good";
-  EXPECT_NE(talk->trouble().text.find("input 2 has type 0D and measures in mA, the profile says V "
+  EXPECT_NE(talk->trouble().text.find("input 2 has type 0D and measures in mA, but the profile says V "
                                       "for input_2"),
             std::string::npos)
       << talk->trouble().text;

@@ -157,8 +157,9 @@ TEST(ModbusConversation, WritesEncodeEachKindOfPoint) {
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Write(2, 2500.0)), "06 01 2C 09 C4");
   EXPECT_EQ(Asked(talk, Write(2, 2499.9999999)), "06 01 2C 09 C4") << "what a scale leaves";
-  EXPECT_EQ(Asked(talk, Write(2, 2500.2)),
-            "error: point set: 2500.2 is no whole number, as the register holds");
+  EXPECT_EQ(
+      Asked(talk, Write(2, 2500.2)),
+      "error: point set: 2500.2 is not a whole number, but the register holds whole numbers only");
   EXPECT_EQ(Asked(talk, Write(3, std::uint64_t{2})), "06 00 08 00 02");
   EXPECT_EQ(Asked(talk, Write(4, true)), "16 01 36 FF F7 00 08");
   EXPECT_EQ(Asked(talk, Write(4, false)), "16 01 36 FF F7 00 00");

@@ -55,33 +55,33 @@ TEST(ModbusPlace, ParsesFormsAndOrders) {
 
 TEST(ModbusPlace, ErrorsSuggestValidPlaces) {
   const std::pair<config::Point, const char*> cases[] = {
-      {PointOf("40201", Type::uint16), "names no table"},
-      {PointOf("", Type::uint16), "names no table"},
+      {PointOf("40201", Type::uint16), "does not begin with a table"},
+      {PointOf("", Type::uint16), "does not begin with a table"},
       {PointOf("register 3", Type::uint16), "coil, discrete, holding or input"},
-      {PointOf("holding", Type::uint16), "has no address"},
-      {PointOf("holding 65536", Type::uint16), "has no address 0...65535"},
+      {PointOf("holding", Type::uint16), "needs an address"},
+      {PointOf("holding 65536", Type::uint16), "needs an address 0...65535"},
       {PointOf("holding 65535", Type::float32), "ends beyond address 65535"},
       {PointOf("holding 5 uint7", Type::uint16), "'uint7'"},
       {PointOf("holding 5 ABCD uint16", Type::uint16), "and then an order"},
       {PointOf("holding 5 uint16 int16", Type::uint16), "'int16'"},
-      {PointOf("holding 5 CDAB", Type::uint16), "BADC to swap them"},
-      {PointOf("holding 5", Type::boolean), "a bool needs one"},
-      {PointOf("holding 5[b3]", Type::uint16), "its type is bool"},
+      {PointOf("holding 5 CDAB", Type::uint16), "BADC to swap the bytes"},
+      {PointOf("holding 5", Type::boolean), "a bool point needs a bit"},
+      {PointOf("holding 5[b3]", Type::uint16), "write type: bool"},
       {PointOf("holding 5[b16]", Type::boolean), "[b0] (lowest) to [b15]"},
       {PointOf("holding 5[3]", Type::boolean), "[b0] (lowest) to [b15]"},
-      {PointOf("holding 5[b3] CDAB", Type::boolean), "no order"},
-      {PointOf("coil 5[b3]", Type::boolean), "one bit already"},
-      {PointOf("coil 5", Type::uint16), "its type is bool"},
+      {PointOf("holding 5[b3] CDAB", Type::boolean), "cannot have a byte order"},
+      {PointOf("coil 5[b3]", Type::boolean), "already one bit"},
+      {PointOf("coil 5", Type::uint16), "write type: bool"},
       {PointOf("coil 5 uint16", Type::boolean), "'uint16'"},
       {PointOf("holding 5 uint16", Type::string, 8), "write string(n)"},
-      {PointOf("holding 5 string(8)", Type::uint16), "its type is string(n)"},
+      {PointOf("holding 5 string(8)", Type::uint16), "write type: string(n)"},
       {PointOf("holding 5 string(0)", Type::string, 8), "string(16)"},
       {PointOf("holding 5 text()", Type::string, 8), "text(NAME)"},
       {WritePoint("p", "input 5"), "only coil and holding"},
       {WritePoint("p", "", "input 5"), "only coil and holding"},
       {WritePoint("p", "discrete 5", {}, Type::boolean), "only coil and holding"},
-      {WritePoint("p", "holding 5[b1]", "holding 6", Type::boolean), "a bool needs one"},
-      {WritePoint("p", "", "holding"), "has no address"},
+      {WritePoint("p", "holding 5[b1]", "holding 6", Type::boolean), "a bool point needs a bit"},
+      {WritePoint("p", "", "holding"), "needs an address"},
   };
   for (const auto& [point, part] : cases) {
     EXPECT_NE(ErrorOf(point).find(part), std::string::npos)
@@ -472,12 +472,11 @@ TEST(ModbusReplyTimes, ReportErrors) {
   EXPECT_EQ(error("200=5s"),
             "reply_times: '200=5s' has no function code 1...127; write "
             "\"FUNCTION=TIME\", as in \"16=5s\"");
-  EXPECT_EQ(error("16=5"),
-            "reply_times: '16=5' has no time of 20ms to 1min; write "
-            "\"FUNCTION=TIME\", as in \"16=5s\"");
+  EXPECT_EQ(
+      error("16=5"),
+      "reply_times: '16=5' needs a time of 20ms to 1min; write \"FUNCTION=TIME\", as in \"16=5s\"");
   EXPECT_EQ(error("22=3s"),
-            "reply_times: '22=3s' gives its function a second time; write "
-            "\"FUNCTION=TIME\", as in \"16=5s\"");
+            "reply_times: '22=3s' repeats a function; write \"FUNCTION=TIME\", as in \"16=5s\"");
 }
 
 }  // namespace

@@ -176,8 +176,7 @@ TEST_F(ReaderConversationTest, ATextGivesACodeAndANumber) {
             "sentences of NMEA 0183 come ('$GPGGA,063905.00,4717.1,N,0083')");
   EXPECT_EQ(HearText("ST,GS,+  12,35kg\r", 1h + 3s).reason,
             "a comma comes where a point is awaited in 'ST,GS,+  12,35kg'");
-  EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason,
-            "the sign stands behind the number in '12.35-kg'");
+  EXPECT_EQ(HearText("12.35-kg\r", 1h + 4s).reason, "the sign follows the number in '12.35-kg'");
 }
 
 TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {
@@ -223,7 +222,7 @@ TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
   } rows[] = {
       {"tag", "", "0x0D", "\n-06001259E3\n>", "its lines end in a line feed alone, not in CR LF"},
       {"tag", "", "0x0D", "4006381333931\r\n",
-       "it sends text ('4006381333931'), and tags are configured"},
+       "it sends text ('4006381333931'), but tags are configured"},
       {"tag", "", "0x0D", "\x07\x1b;h\x01", ""},
       {"text", "0x02", "0x03", "ST,+1.5kg\x03",
        "its messages do not begin with 0x02 ('ST,+1.5kg')"},
@@ -231,11 +230,11 @@ TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
        "its messages do not end with 0x03 ('ST,+1.5kg')"},
       {"text", "", "0x0D", "4006381333931", "its messages have no end character ('4006381333931')"},
       {"text", "0x02", "0x03", "\x02ST,+1.5kg\x03", ""},
-      {"text", "", "0x0D", "KJJJZk:", "bytes come that are no message ('KJJJZk:')"},
+      {"text", "", "0x0D", "KJJJZk:", "bytes come that are not a message ('KJJJZk:')"},
       {"text", "]", "0x0D", "]40121443\r",
-       "its messages have 8 characters (']40121443'), and length is 13", "13"},
+       "its messages have 8 characters (']40121443'), but length is 13", "13"},
       {"text", "4", "0x0D", "441230000162\r",
-       "its messages have 11 characters ('441230000162'), and length is 12", "12"},
+       "its messages have 11 characters ('441230000162'), but length is 12", "12"},
   };
   for (const auto& row : rows) {
     const config::Device device = Reader(

@@ -88,9 +88,9 @@ TEST(ReaderOptions, PolledPointsNeedCommands) {
   device.options.Set("commands", std::string("ask"));
   EXPECT_EQ(error(), "");
   device.records[0].points.push_back(0);
-  EXPECT_EQ(error(),
-            "record 'transponder': 'tag' is not renewed by reading; present, repeats, message and "
-            "number are");
+  EXPECT_EQ(
+      error(),
+      "record 'transponder': 'tag' cannot be read anew; use present, repeats, message or number");
 }
 
 TEST(ReaderTwins, AnswerCommandsIfConfigured) {
@@ -265,7 +265,7 @@ TEST(ReaderConfig, PointsDoNotAgeUnlessConfigured) {
   EXPECT_EQ(limits(", max_age: 5s").bad_after, 15s);
   EXPECT_EQ(limits(", max_age: 200ms").uncertain_after, 200ms) << "it is not polled every second";
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: weighing, dead_age: 5s }"),
-              HasSubstr("error: dead_age: give max_age too"));
+              HasSubstr("error: dead_age: set max_age too"));
 }
 
 TEST(ReaderConfig, TheEightTagsHaveAdjacentRegisters) {
@@ -290,24 +290,24 @@ TEST(ReaderConfig, ReadsAfterATagAreOneRecord) {
 
 TEST(ReaderConfig, AReaderNeedsALineOfItsOwn) {
   const std::string reader = "{ name: g, address: 1, profile: bar-code }";
-  EXPECT_THAT(
-      ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
-      HasSubstr(
-          "device 'g' speaks unasked and needs a line of its own; line 'gate' has 2 devices"));
+  EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: 2, profile: bar-code }"),
+              HasSubstr("device 'g' sends without requests, so it must be alone on its line; line "
+                        "'gate' has 2 devices"));
   EXPECT_THAT(ProblemsOf(reader + ", { name: h, address: A, protocol: toy, points: [] }"),
-              HasSubstr("needs a line of its own"));
+              HasSubstr("must be alone on its line"));
 }
 
 TEST(ReaderConfig, ErrorsInOptionsAreReportedWithTheirPlace) {
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: bar-code, start: STX }"),
-              HasSubstr("test.yaml:4:17: error: device 'g': 'STX' is no character; write it, as "
-                        "':', or its number"));
+              HasSubstr("test.yaml:4:17: error: device 'g': 'STX' is not a character; write "
+                        "one character, as ':', or its code"));
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: bar-code, idle: 3s, whole: 1s }"),
               HasSubstr("whole must not be shorter than idle"));
   EXPECT_THAT(ProblemsOf("{ name: g, address: 1, profile: olimex-mod-rfid125, form: text }"),
               HasSubstr("'high' needs form: tag"));
-  EXPECT_THAT(ProblemsOf("{ name: g, address: gate, profile: bar-code }"),
-              HasSubstr("a reader has none; leave it out, or give a number from 1 to 255"));
+  EXPECT_THAT(
+      ProblemsOf("{ name: g, address: gate, profile: bar-code }"),
+      HasSubstr("a reader needs no address, so remove the key, or write a number from 1 to 255"));
 }
 
 }  // namespace

@@ -185,13 +185,13 @@ TEST(Recognise, ReportsRepliesThatNearlyFitTheProtocol) {
       {"Spa9600", ">1RI1:17\r", "<1D:0.52:\r\n", "its replies carry no checksum"},
       {"Spa9600", ">1RI1:17\r", "<D:0.52:50\r\n", "its replies carry no slave number"},
       {"Spa9600", ">1RI1:17\r", "<1D:73\r\n",
-       "its replies have a right check value and another form ('<1D:73')"},
+       "its replies have a correct check value, but another form ('<1D:73')"},
       {"Spa9600", ">1RI1:17\r", "<1D:74\r\n", ""},
       {"Spa9600", ">1RI1:17\r", ">9RF:XX\r",
        "another master speaks on the line: it has asked slave 9"},
       {"Set4tm9600", set4tm("C8081B001177BB"), set4tm("05008066431234"), ""},
       {"Set4tm9600", set4tm("C8081B001177BB"), set4tm("FD0F0124"),
-       "the GSM communicator (253) says that the meter does not answer"},
+       "the GSM communicator (253) reports that the meter does not answer"},
   };
   for (const Words& row : rows) {
     const auto& setup = RealLine(row.line);
@@ -211,9 +211,8 @@ TEST(Recognise, ReportsAnUnconfiguredChecksum) {
                                                ParseOptions(*setup.protocol, device.options));
   ASSERT_TRUE(found);
   EXPECT_EQ(found->cause + ": " + found->remedy,
-            "its replies carry a checksum: set checksum: true in the configuration, or the other "
-            "way round "
-            "in the module");
+            "its replies carry a checksum: set checksum: true in the configuration, or change the "
+            "checksum in the module");
 }
 
 }  // namespace

@@ -210,9 +210,10 @@ TEST(BillingSession, AMeterThatRefusesAllIsNotAskedAgain) {
   bench.deaf = [](View pdu) { return pdu[0] == kEnergyExtended; };
   bench.Run(3h);
   EXPECT_FALSE(bench.session().due());
-  EXPECT_EQ(bench.session().Shown(),
-            "no billing readings of each day: it refuses them, no billing readings of each month: "
-            "it refuses them");
+  EXPECT_EQ(
+      bench.session().Shown(),
+      "no billing readings of each day: the meter refuses them, no billing readings of each month: "
+      "the meter refuses them");
 }
 
 TEST(BillingSession, EachReadingIsReportedOnceInSpiteOfDisturbances) {

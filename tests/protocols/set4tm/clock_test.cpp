@@ -165,9 +165,9 @@ TEST(ClockCare, RequiresItsPoints) {
     return [=](Device& its) { its.options.Set(name, std::int64_t{value.count()}); };
   };
   const Row rows[] = {
-      {time("correct_clock", 1s), "give 2s up to correct_clock_most"},
-      {time("correct_clock", 61s), "give 2s up to correct_clock_most"},
-      {time("correct_clock_most", 121s), "by 120s at most"},
+      {time("correct_clock", 1s), "write a time from 2s to correct_clock_most"},
+      {time("correct_clock", 61s), "write a time from 2s to correct_clock_most"},
+      {time("correct_clock_most", 121s), "by at most 120s"},
       {[](Device& its) { its.options.Set("time_zone", std::string()); }, "time_zone"},
       {[](Device& its) { its.points[0].name = "drift"; }, "a point clock_drift"},
       {[](Device& its) { its.points[0].read = "04 00 time@0"; }, "a point clock_drift"},

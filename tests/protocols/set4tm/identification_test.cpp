@@ -67,7 +67,7 @@ TEST(Set4tmType, AnotherTypeIsReportedAndOnlyIdentifiedUntilItIsRight) {
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_EQ(answer.wait, 1min);
   EXPECT_EQ(talk->trouble().reason, Reason::other_module);
-  EXPECT_THAT(talk->trouble().text, AllOf(HasSubstr("the meter is of type 1 (SET-4TM.03)"),
+  EXPECT_THAT(talk->trouble().text, AllOf(HasSubstr("the meter has type 1 (SET-4TM.03)"),
                                           HasSubstr("type 8 (SET-4TM.02M, .03M)"),
                                           HasSubstr("correct the profile or the address")));
   talk->OnReconnect();
@@ -151,7 +151,7 @@ TEST(Set4tmType, RefusesAnInvalidList) {
   options.Set("types", std::vector<std::string>{"8", "G"});
   const Status status = CheckSettings(options);
   ASSERT_FALSE(status);
-  EXPECT_THAT(status.error(), HasSubstr("\"G\" is no type code"));
+  EXPECT_THAT(status.error(), HasSubstr("\"G\" is not a type code"));
 }
 
 TEST(Set4tmDay, ANewDayOfTheMeterRestartsAllReads) {
@@ -172,7 +172,7 @@ TEST(Set4tmPace, TheMultiplierExtendsSilenceAndReplyTime) {
   const config::Timing times = talk->LeastTimes(character);
   EXPECT_EQ(times.quiet, 5 * 7 * character);
   EXPECT_EQ(times.reply, 2 * 5 * 7 * character + 5 * 100ms + 200ms);
-  EXPECT_EQ(talk->WhatIsLearned(), "times by its multiplier 5");
+  EXPECT_EQ(talk->WhatIsLearned(), "timeouts multiplied by its multiplier 5");
   talk.Run(Poll(0), Script({"00 00"}));
   EXPECT_FALSE(talk->LeastTimes(character).reply) << "0 counts as 1";
   talk.Run(Poll(0), Script({"00 05"}));

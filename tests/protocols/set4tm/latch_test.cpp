@@ -119,7 +119,7 @@ TEST(Latch, ConfigurationIsChecked) {
     return status ? std::string() : status.error();
   };
   EXPECT_EQ(says(15min), "");
-  EXPECT_NE(says(0s).find("'p' reads when the gateway has latched"), std::string::npos);
+  EXPECT_NE(says(0s).find("'p' reads the time of the latch"), std::string::npos);
   EXPECT_NE(says(59s).find("1min to 24h"), std::string::npos);
   EXPECT_NE(says(25h).find("1min to 24h"), std::string::npos);
   EXPECT_TRUE(Set4tmProtocol().doubts(device).empty());
@@ -246,7 +246,7 @@ TEST_F(LatchLine, AMeterThatMissedABroadcastShowsNoLatchedValue) {
   EXPECT_EQ(line->QualityOf(1, kLatched), Quality(Quality::bad_waiting, Reason::not_ready));
   EXPECT_TRUE(IsBad(line->QualityOf(1, kSentAt)));
   EXPECT_TRUE(Good(1, kLive));
-  EXPECT_NE(line->StatusOf(1).learned.find("has not heard"), std::string::npos);
+  EXPECT_NE(line->StatusOf(1).learned.find("missed the latest latch"), std::string::npos);
   deaf[1] = false;
   line->RunFor(60s);
   EXPECT_TRUE(Good(1, kLatched));
@@ -280,7 +280,7 @@ TEST_F(LatchLine, AMeterWithoutLatchTimeHasNoGoodLatchedValue) {
   EXPECT_TRUE(Good(0, kLatched));
   EXPECT_TRUE(IsBad(line->QualityOf(1, kLatched)));
   EXPECT_TRUE(Good(1, kLive));
-  EXPECT_NE(line->StatusOf(1).learned.find("does not tell when"), std::string::npos);
+  EXPECT_NE(line->StatusOf(1).learned.find("does not report the time"), std::string::npos);
 }
 
 /// No other reply is accepted for the missing one.

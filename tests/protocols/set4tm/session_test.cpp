@@ -38,7 +38,7 @@ TEST(Set4tmSession, ReopensOnceOnAClosedChannel) {
   EXPECT_THAT(TakeAsked(talk), ElementsAre("08 1B 00 11", "01", "08 1B 00 11"));
   answer = talk.Run(Poll(0), Script({"05", "00", "05"}));
   EXPECT_EQ(answer.outcome, Outcome::refused);
-  EXPECT_THAT(answer.reason, HasSubstr("channel not open"));
+  EXPECT_THAT(answer.reason, HasSubstr("the channel is closed again"));
   EXPECT_EQ(TakeAsked(talk).size(), 3U);
 }
 

@@ -352,8 +352,7 @@ TEST(SpaValue, RoundsToTheDecimalsOfThePoint) {
   EXPECT_EQ(EncodedWith(9, 0.123456789), "0.12345679") << "more a float32 does not hold";
   EXPECT_EQ(EncodedWith(2, 208.1 / 400, 400), "0.52") << "they are counted on the wire";
   EXPECT_EQ(EncodedWith(2, 0.004),
-            "error: 0.004, with the 2 decimals that 'p_S1' takes, is 0: too "
-            "small to be written");
+            "error: 0.004, rounded to the 2 decimals of 'p_S1', is 0: too small to be written");
 }
 
 TEST(SpaValue, RoundingStaysWithinTheLimits) {

@@ -174,7 +174,7 @@ TEST(SpaConversation, ReportsTheLearnedChecksums) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   Asked(talk, Poll(0));
   talk.Reply(Poll(0), Sealed("<1D:0.5:", "XX"));
-  EXPECT_EQ(talk->WhatIsLearned(), "XX in place of its checksums");
+  EXPECT_EQ(talk->WhatIsLearned(), "XX instead of its checksums");
   Asked(talk, Poll(0));
   Hear(talk, Poll(0), "<1D:0.5:");
   EXPECT_EQ(talk->WhatIsLearned(), "");

@@ -100,7 +100,7 @@ TEST(SpaWrite, ClosesAfterADeadlineBeforeTheValueWasSent) {
   EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV161:345");
   const Answer answer = Hear(talk, kWrite, "<1A:");
   EXPECT_EQ(answer.outcome, Outcome::busy) << "an answer, and no reason to wait for another";
-  EXPECT_EQ(answer.reason, "it was not sent");
+  EXPECT_EQ(answer.reason, "the write was not sent");
 }
 
 TEST(SpaWrite, ClosesAfterAReplyOfAnotherDevice) {
@@ -143,7 +143,7 @@ TEST(SpaWrite, ADeviceWithoutPasswordItemIsReportedAndRetried) {
     Asked(talk, kWrite);
     const Answer answer = Hear(talk, kWrite, reply);
     EXPECT_EQ(answer.outcome, Outcome::refused);
-    EXPECT_NE(answer.reason.find("leave `password` out"), std::string::npos) << answer.reason;
+    EXPECT_NE(answer.reason.find("remove `password`"), std::string::npos) << answer.reason;
     EXPECT_EQ(Body(Asked(talk, kWrite)), ">1WV160:345");
   }
 }

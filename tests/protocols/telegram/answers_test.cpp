@@ -130,7 +130,7 @@ points:
   EXPECT_EQ(said("42 4D 00 07 02 00 98"), "level bad; ok false good");
   const Answer unknown =
       AnswerTo(TelegramProtocol(), device, ToBytes("D"), *ParseHex("42 4D 00 07 02 00 98"));
-  EXPECT_EQ(unknown.reason, "'state' says '0x02', which the description does not know");
+  EXPECT_EQ(unknown.reason, "'state' says '0x02', which is not in the description");
   EXPECT_FALSE(unknown.remedy.empty()) << "status quotes it with that";
 }
 
@@ -169,7 +169,7 @@ TEST(TelegramAnswers, ARepeatedFieldMustHaveEqualValues) {
                                           "\x04"
                                           "1222PV\x05",
                                           "\x02PV10.5\x03\x1F")))
-      << "no telegram of the description";
+      << "not a telegram of the description";
 }
 
 TEST(TelegramAnswers, OfSimilarTelegramsTheLiteralOneMatches) {
@@ -228,11 +228,11 @@ TEST(TelegramAnswers, AnInvalidNumberIsExplained) {
     std::string came;
     std::string reason;
   } rows[] = {
-      {"decimal", "12,50", "it writes decimal commas ('12,50')"},
-      {"+07.3f", "+012.50", "it sends 2 decimals, and 3 are described ('+012.50')"},
+      {"decimal", "12,50", "it sends decimal commas ('12,50')"},
+      {"+07.3f", "+012.50", "it sends 2 decimals, but 3 are described ('+012.50')"},
       {"+07.3f", "+12.500", ""},
-      {"+07.3f", "+2.500", "it sends 6 characters, and 7 are described ('+2.500')"},
-      {"decimal", "12.5 m", "'12.5 m' stands where 'level' has a number"},
+      {"+07.3f", "+2.500", "it sends 6 characters, but 7 are described ('+2.500')"},
+      {"decimal", "12.5 m", "'12.5 m' is in the place of 'level', which must be a number"},
       {"decimal", "----", ""},
   };
   for (const auto& row : rows) {
@@ -362,7 +362,7 @@ TEST(TelegramCodes, AnImpossibleCodeIsAnError) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"decimal", "'999..900': over", "larger"},
       {"decimal", "'900..x': over", "is no range"},
-      {"int16_be", "'0x8000': over", "never stands there"},
+      {"int16_be", "'0x8000': over", "can never occur"},
       {"int16_be", "'OVL': over", "is no number"},
       {"int16_be", "'1..x': over", "is no range"},
   };
@@ -520,7 +520,7 @@ TEST(TelegramUnits, AnUncheckedTextNextToANumberIsWarnedAbout) {
         config::DeviceFromProfile(loaded.profile, TelegramProtocol(), "device", "1");
     const auto doubts = TelegramProtocol().doubts(device);
     const bool said = std::ranges::any_of(doubts, [](const ConfigRemark& doubt) {
-      return doubt.text.find("nothing judges") != std::string::npos;
+      return doubt.text.find("nothing checks this text") != std::string::npos;
     });
     EXPECT_EQ(said, doubted) << receive << " " << came;
   }

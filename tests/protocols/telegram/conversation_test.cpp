@@ -185,7 +185,9 @@ TEST(TelegramParameters, MissingParametersAreNamed) {
   std::string said;
   for (const ConfigRemark& fault : TelegramProtocol().faults(device)) said += fault.text + "\n";
   EXPECT_NE(said.find("needs a value for {user} of telegram 'login'"), std::string::npos) << said;
-  EXPECT_NE(said.find("has a parameter 'usr', which no telegram has"), std::string::npos) << said;
+  EXPECT_NE(said.find("has a parameter 'usr', which is not a field of any telegram"),
+            std::string::npos)
+      << said;
 }
 
 // ---------------------------------------------------------------- numbers at fixed columns

@@ -87,7 +87,7 @@ TEST(TelegramDescription, AReplyWithoutCheckValueNeedsPermission) {
         checksum + "\n    receive: '" + receive +
         "'\n    example: { send: 'R163', receive: '\\x061' }\npoints: []\n"));
   };
-  const std::string wrong = "has no {checksum}, and 'checksum' is xor8";
+  const std::string wrong = "has no {checksum}, but 'checksum' is xor8";
   EXPECT_NE(said("xor8", "\\x06{v:1d}").find(wrong), std::string::npos);
   EXPECT_EQ(said("xor8", "\\x061").find(wrong), std::string::npos);
   EXPECT_EQ(said("xor8", "\\x06{node:1text}").find(wrong), std::string::npos);
@@ -102,7 +102,7 @@ TEST(TelegramDoubts, WarnOfBadOrShiftedValues) {
       {"read: data(node=0111).flags, type: bool", "has type bool, which cannot hold all"},
       {"read: data(node=0111).flags, type: float32", ""},
       {"read: data(node=0111).flags, type: uint16, simulate: 200000",
-       "has 'simulate' 200000, and its field 'flags' cannot say it"},
+       "has 'simulate' 200000, but its field 'flags' cannot hold this value"},
       {"read: 'data(node=0111).flags[b0-b7]', type: int8", "up to 255 on the line"},
       {"read: 'data(node=0111).flags[b0-b7]', type: uint8", ""},
   };
@@ -122,10 +122,11 @@ TEST(TelegramDescription, AnErrorOfAllDevicesIsReportedOnceWithItsFile) {
   std::string text = kGood;
   text.replace(0, 10, "device: d\nparameters: { nod: 1 }\n");
   EXPECT_EQ(Sentences(LoadText(text)),
-            "p.yaml:1:1: error: a device of this type has a parameter 'nod', which no telegram "
-            "has\n");
-  EXPECT_EQ(Sentences(LoadText("device: d\ntelegram: {}\npoints: []\n")).find("'telegrams': they"),
-            std::string::npos);
+            "p.yaml:1:1: error: a device of this type has a parameter 'nod', which is not a field "
+            "of any telegram\n");
+  EXPECT_EQ(
+      Sentences(LoadText("device: d\ntelegram: {}\npoints: []\n")).find("'telegrams'; describe"),
+      std::string::npos);
 }
 
 TEST(TelegramDescription, AllErrorsAreReportedAtOnce) {
@@ -217,8 +218,8 @@ TEST(TelegramConfig, AnUnknownParameterIsReportedAtItsDevice) {
   std::string said;
   for (const auto& problem : loaded.problems) said += ToString(problem) + "\n";
   EXPECT_EQ(said,
-            "c.yaml:6:9: error: device 'meter' has a parameter 'qury', which no telegram has; "
-            "did you mean 'query'? fields that are sent: query\n");
+            "c.yaml:6:9: error: device 'meter' has a parameter 'qury', which is not a field of any "
+            "telegram; did you mean 'query'? fields that are sent: query\n");
 }
 
 TEST(TelegramConfig, OnlyAnAddressedDeviceNeedsAnAddress) {
@@ -227,7 +228,7 @@ TEST(TelegramConfig, OnlyAnAddressedDeviceNeedsAnAddress) {
   EXPECT_EQ(sics.config.lines[0].devices[0].address, kNoAddress);
   const config::Loaded owen = LoadConfig("name: tank, profile: owen-mv110-8a-telegrams");
   ASSERT_FALSE(owen.problems.empty());
-  EXPECT_NE(ToString(owen.problems[0]).find("give the device its 'address'"), std::string::npos)
+  EXPECT_NE(ToString(owen.problems[0]).find("set 'address' at the device"), std::string::npos)
       << ToString(owen.problems[0]);
 }
 

@@ -138,13 +138,13 @@ TEST(TelegramRecognise, ReportsUnexpectedReplies) {
        "its messages carry no check value ('$WIMWV,214.8,R,0.1,N,A')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*0A\r\n", bad_check, "a text"},
       {"owen-mv110-8a-telegrams", "#0386\r", ">+04.803+02.819F3\r", other_form,
-       "2 of the 8 numbers that are described came ('>+04.803+02.819F3')"},
+       "2 of the 8 described numbers came ('>+04.803+02.819F3')"},
       {"owen-mv110-8a-telegrams", "#0386\r",
        ">+04.800+02.810-00.720+00.350+09.000-09.300+03.200+07.100\r", other_setting,
        "its replies carry no check value ('>+04.800+02.810-00.720+0...')"},
       {"mt-sics", "SI\r\n", "\r\nplc7 login: ", text, "'\\r\\nplc7 login: '"},
       {"scpi-instrument", "READ?\n", "+1.22097243E-03 VDC\n", other_setting,
-       "its reply to reading has a unit behind the number ('VDC')"},
+       "its reply to reading has a unit after the number ('VDC')"},
       {"lauda-thermostat", "IN_PV_00\r\n", "PV 24.60 C\r\n", other_form,
        "its reply to value is not as described ('PV 24.60 C')"},
       {"nmea-0183-weather", "", "$WIMWV,214.8,R,0.1,N,A*09\r\n", bad_check,
@@ -163,7 +163,8 @@ TEST(TelegramRecognise, ReportsUnexpectedReplies) {
 /// Damage would give a different difference each time.
 TEST(TelegramRecognise, ReportsAConstantDifferenceOfACheckValue) {
   const std::string remedy =
-      "it differs from xor8 always by 27: does the profile fit the firmware of the device?";
+      "the check value differs from xor8 always by 27: does the profile fit the firmware of the "
+      "device?";
   for (const char* const heard :
        {"$WIMWV,214.8,R,0.1,N,A*0A\r\n", "$WIMWV,215.8,R,0.1,N,A*0B\r\n"}) {
     EXPECT_EQ(LookAtTelegram("nmea-0183-weather", "", heard).remedy, remedy);

@@ -35,8 +35,8 @@ TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
        "'0,52' is no number: set a decimal point at the device, or type: string in its profile"},
       {"-----", "'-----' stands for no measurement: look at its inputs and cards"},
       {"READY", "'READY' is no number: does the profile fit the device? type: string takes it"},
-      {"'unit' says 'kg', which the description does not know",
-       "'unit' says 'kg', which the description does not know: set that", "set that"},
+      {"'unit' says 'kg', which is not in the description",
+       "'unit' says 'kg', which is not in the description: set that", "set that"},
   };
   for (const auto& row : rows) {
     Looked(device(), Symptom::no_number, 1, {.cause = row.stands, .remedy = row.remedy});

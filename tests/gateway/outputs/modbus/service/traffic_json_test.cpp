@@ -402,9 +402,9 @@ TEST(DiagnoseMaster, AMasterOfAnotherFramingIsReported) {
   modbus::MasterStatus master = Open();
   master.other = modbus::Framing::ascii;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("the master is not understood: it speaks Modbus ASCII, and Modbus RTU is "
-                          "spoken here; set framing: ascii at the listener, or change the other "
-                          "side"));
+              ElementsAre("the master is not understood: it sends Modbus ASCII, but this listener "
+                          "expects Modbus RTU"
+                          "; set framing: ascii at the listener, or change the master"));
 }
 
 TEST(DiagnoseMaster, AClosedPortIsReportedWithReasonAndDuration) {

@@ -296,9 +296,10 @@ TEST(OtherFraming, ADamagedRequestIsNotAnotherFraming) {
 }
 
 TEST(OtherFraming, AdvisesHowToFixTheFraming) {
-  EXPECT_EQ(ExplainOther(Framing::ascii, Framing::tcp),
-            "it speaks Modbus ASCII, and Modbus TCP is spoken here; set framing: ascii at the "
-            "listener, or change the other side");
+  EXPECT_EQ(
+      ExplainOther(Framing::ascii, Framing::tcp),
+      "it sends Modbus ASCII, but this listener expects Modbus TCP; set framing: ascii at the "
+      "listener, or change the master");
 }
 
 // ---------------- Checks of requests: every function, count, limit and length.

@@ -202,12 +202,11 @@ TEST(MakeLine, TakesProtocolFromProfileAndSerialSettingsFromProtocol) {
 TEST(MakeLine, ReportsAllErrors) {
   EXPECT_EQ(
       ErrorOf(Make({.address = "100", .set = {"widht=7", "mode=fats", "width"}}, "fake", "9600")),
-      "serial: '9600' is not speed and character form; write for example 9600 8N1\n"
-      "--set: unknown key 'widht'; did you mean 'width'? allowed: checksum, width, ratio, "
-      "mode, password, pin, pause, tags\n"
-      "--set: mode: 'fats' is unknown; did you mean 'fast'? allowed: fast, slow, careful\n"
-      "--set: write key=value\n"
-      "address: '100' is no address; allowed: 1…99");
+      "serial: '9600' is not a bit rate with a character format; write for example 9600 "
+      "8N1\n--set: unknown key 'widht'; did you mean 'width'? allowed: checksum, width, ratio, "
+      "mode, password, pin, pause, tags\n--set: mode: 'fats' is unknown; did you mean 'fast'? "
+      "allowed: fast, slow, careful\n--set: write key=value\naddress: '100' is no address; "
+      "allowed: 1…99");
   EXPECT_EQ(ErrorOf(Make({.address = "1", .set = {"mode=slow", "width=20"}})),
             "device 'device': mode slow has no room for width 20");
 }

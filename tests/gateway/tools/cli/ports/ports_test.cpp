@@ -226,9 +226,10 @@ TEST(PortRights, FollowTheRulesOfTheKernel) {
 TEST(PortRights, AGroupWithoutPermissionsIsNotSuggested) {
   PortFile file{"/dev/ttyACM0", 0, 0, "root", 0600};
   EXPECT_FALSE(MayUse(kService, file));
-  EXPECT_EQ(HowToMend(kService, file),
-            "the service (user baudgate) may not open /dev/ttyACM0: sudo chgrp dialout "
-            "/dev/ttyACM0 && sudo chmod 660 /dev/ttyACM0; a udev rule makes it last");
+  EXPECT_EQ(
+      HowToMend(kService, file),
+      "the service (user baudgate) may not open /dev/ttyACM0: sudo chgrp dialout /dev/ttyACM0 && "
+      "sudo chmod 660 /dev/ttyACM0; to keep this after a restart, add a udev rule");
 }
 
 TEST(PortRights, TheServiceGetsAnotherGroupThroughItsUnit) {
