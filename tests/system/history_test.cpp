@@ -180,7 +180,8 @@ TEST_F(Memory, OneFolderServesOneGateway) {
       Write("second.yaml", yaml + Line("others", "set4tm", "address: 200, profile: meter"));
   const Finished second = Command({"run", "-c", file.string()});
   EXPECT_EQ(second.code, 4);
-  EXPECT_THAT(second.errors, HasSubstr("is in use: another baudgate of this gateway.name runs"));
+  EXPECT_THAT(second.errors,
+              HasSubstr("is in use: another baudgate with this gateway.name is running"));
 }
 
 }  // namespace

@@ -126,7 +126,7 @@ TEST_F(KeptFiles, AClockThatIsWrongForSecondsDeletesNothing) {
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 4U);
   EXPECT_EQ(news[0].text,
-            DayFileName(kBegin - 5 * kDay) + " is deleted: it ended longer ago than history.keep");
+            DayFileName(kBegin - 5 * kDay) + " was deleted: its day is older than history.keep");
   EXPECT_FALSE(news[0].trouble);
 }
 
@@ -177,7 +177,8 @@ TEST_F(KeptFiles, OneThatIsRemovedIsFoundOutAtTheNextCommit) {
   EXPECT_TRUE(store->TakeLost());
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
-  EXPECT_THAT(news[0].text, HasSubstr(DayFileName(kBegin) + ": it was removed, and all that"));
+  EXPECT_THAT(news[0].text,
+              HasSubstr(DayFileName(kBegin) + ": the file was removed, and its content"));
   // What the recorder had already handed over is of its old run still; then it begins anew.
   const Millis anew = next + 3 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, next + 2 * kSecond, anew, {}, kBegin), At(anew)));
@@ -295,7 +296,7 @@ TEST_F(KeptFiles, FilesThatWerePutAsideGoFirst) {
   EXPECT_FALSE(std::filesystem::exists(folder() / (bad + "-wal")));
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
-  EXPECT_THAT(news[0].text, HasSubstr(bad + " is deleted: history.limit of "));
+  EXPECT_THAT(news[0].text, HasSubstr(bad + " was deleted: history.limit of "));
   EXPECT_FALSE(news[0].trouble);
 }
 
@@ -318,8 +319,9 @@ TEST_F(KeptFiles, OneThatIsEmptyIsALoss) {
   const auto store = Open(kBegin);
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 2U);
-  EXPECT_THAT(news[0].text, HasSubstr("trends.db is damaged (it is empty: its content is lost); "
-                                      "it was renamed to trends.db.bad"));
+  EXPECT_THAT(news[0].text,
+              HasSubstr("trends.db is damaged (the file is empty: its content is lost); "
+                        "it was renamed to trends.db.bad"));
   EXPECT_THAT(news[1].text, HasSubstr(DayFileName(kBegin)));
 }
 
