@@ -130,7 +130,7 @@ class Handler(BaseHTTPRequestHandler):
         if url.path == "/login":
             given = json.loads(body).get("token") if body.startswith(b"{") else None
             if given != self.options.token:
-                return self.problem(401, "Unauthorized", "This is not the token of the gateway.")
+                return self.problem(401, "Unauthorized", "wrong token; enter the token of this gateway")
             return self.no_content({"Set-Cookie": "session=mock; HttpOnly; SameSite=Strict"})
         if url.path == "/logout":
             return self.no_content({"Set-Cookie": "session=; Max-Age=0"})

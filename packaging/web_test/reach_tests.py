@@ -113,7 +113,7 @@ def test_login(context):
         browser.open(f"device/{context.device}")
         browser.wait_text("Log in")
         browser.find("#token").send_keys("wrong", Keys.ENTER)
-        browser.wait_text("not the token of")
+        browser.wait_text("enter the token of")
         browser.find("#token").send_keys(TOKEN, Keys.ENTER)
         browser.wait_text(f"{context.device}: online")
         if context.axe:

@@ -102,7 +102,7 @@ TEST_F(History, IsOffUntilItIsAskedFor) {
   const auto daemon = StartDaemon(Yaml(""));
   const Finished history = Ask();
   EXPECT_EQ(history.code, 4);
-  EXPECT_THAT(history.errors, HasSubstr("this gateway keeps no values"));
+  EXPECT_THAT(history.errors, HasSubstr("this gateway records no history"));
   EXPECT_TRUE(Status()["history"].is_null());
 }
 

@@ -185,7 +185,7 @@ TEST_F(SecureTest, WithoutRightFilesThereIsNoParticipant) {
   EXPECT_THAT(error(files), HasSubstr("nobody/ca.pem cannot be read: No such file"));
   const PkiFolder old("old");
   ASSERT_TRUE(old.Make({}, 1, ReadClocks().wall - 48h, 24h).ok());
-  EXPECT_THAT(error(old.Of("subscriber-1")), HasSubstr("identity.pem has expired on "));
+  EXPECT_THAT(error(old.Of("subscriber-1")), HasSubstr("identity.pem expired on "));
   EXPECT_EQ(error({}), "there is one") << "open";
 }
 
