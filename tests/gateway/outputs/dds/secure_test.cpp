@@ -137,7 +137,7 @@ TEST_F(SecureTest, RightsAreKept) {
   const auto subscribing =
       DdsSubscriber::Create(With(folder_.Of("substation-8")), heard_.Callbacks());
   ASSERT_FALSE(subscribing.ok());
-  EXPECT_THAT(subscribing.error(), HasSubstr("no readers could be made; do "));
+  EXPECT_THAT(subscribing.error(), HasSubstr("cannot create readers; check that "));
   config_.dds.security = folder_.Of("subscriber-1");
   const auto publishing = CreateFastWriter(config_, store_);
   ASSERT_FALSE(publishing.ok());
