@@ -208,7 +208,7 @@ class Handler(BaseHTTPRequestHandler):
     def get_history(self, query):
         found = self.gateway.history(query["point"], int(query["since_ms"]), int(query["until_ms"]),
                                      int(query.get("pixels", 1200)))
-        return found or self.problem(404, "Not found", f"Values of {query['point']} are not kept.")
+        return found or self.problem(404, "Not found", f"Values of {query['point']} are not recorded.")
 
     def get_history_csv(self, query):
         self.answer(b"time,point,value,quality\n", "text/csv")
