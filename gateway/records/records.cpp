@@ -114,7 +114,7 @@ Status Records::Open(const config::Config& config, const Links& links) {
     return {};
   }
   log::Warn(
-      "state: {}: what is learned of devices is forgotten at the next start; give a folder with "
+      "state: {}: the data learned from devices is lost at the next start; set a folder in "
       "gateway.state",
       why_no_state_);
   return {};
@@ -136,7 +136,7 @@ void Records::MakeEvents(const config::Config& config, const Links& links, Event
 Status Records::OpenFolder(const config::Config& config) {
   const auto path = StateFolderOf(StatePlaces::Here(config.state), config.name);
   if (!state_ && path.empty()) {
-    why_no_state_ = "there is no place for it";
+    why_no_state_ = "neither gateway.state nor HOME is set";
     return {};
   }
   if (!state_) state_ = std::make_shared<StateFolder>(path);
@@ -157,7 +157,7 @@ Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
     const auto failure = StateFolder::OpenWithin(folder, kFolderPatience);
     if (failure && failure->in_use) return Error{failure->text};
   }
-  place.why_no_file = "there is no state folder for it: " + why_no_state_;
+  place.why_no_file = "no state folder: " + why_no_state_;
   if (!folder) return {};
   place.file = folder->path() / kEventsFile;
   place.writer->ready = ReadyOf(folder);
@@ -185,7 +185,7 @@ void Records::StartHistory(const std::shared_ptr<const config::Config>& config,
   history::HistoryLog::Options options;
   options.config = config.get();
   options.store = &store;
-  options.why_no_folder = "there is no folder for it: " + why_no_state_;
+  options.why_no_folder = "no folder for the history: " + why_no_state_;
   if (history_folder_) {
     options.folder = history_folder_->path();
     options.ready = ReadyOf(history_folder_);

@@ -130,7 +130,7 @@ class Handler(BaseHTTPRequestHandler):
         if url.path == "/login":
             given = json.loads(body).get("token") if body.startswith(b"{") else None
             if given != self.options.token:
-                return self.problem(401, "Unauthorized", "This is not the token of the gateway.")
+                return self.problem(401, "Unauthorized", "wrong token; enter the token of this gateway")
             return self.no_content({"Set-Cookie": "session=mock; HttpOnly; SameSite=Strict"})
         if url.path == "/logout":
             return self.no_content({"Set-Cookie": "session=; Max-Age=0"})
@@ -208,7 +208,7 @@ class Handler(BaseHTTPRequestHandler):
     def get_history(self, query):
         found = self.gateway.history(query["point"], int(query["since_ms"]), int(query["until_ms"]),
                                      int(query.get("pixels", 1200)))
-        return found or self.problem(404, "Not found", f"Values of {query['point']} are not kept.")
+        return found or self.problem(404, "Not found", f"Values of {query['point']} are not recorded.")
 
     def get_history_csv(self, query):
         self.answer(b"time,point,value,quality\n", "text/csv")

@@ -113,7 +113,7 @@ def test_login(context):
         browser.open(f"device/{context.device}")
         browser.wait_text("Log in")
         browser.find("#token").send_keys("wrong", Keys.ENTER)
-        browser.wait_text("not the token of")
+        browser.wait_text("enter the token of")
         browser.find("#token").send_keys(TOKEN, Keys.ENTER)
         browser.wait_text(f"{context.device}: online")
         if context.axe:
@@ -158,7 +158,7 @@ def test_without_history_and_acknowledging(context):
     browser = Browser(stage.url)
     try:
         browser.open(f"trends?points={context.stage.trends[0]}")
-        browser.wait_text("keeps no history")
+        browser.wait_text("records no history")
         rows = "return document.querySelector('.trend-table tbody .num:nth-child(8)')?.textContent"
         browser.wait("a last value", lambda: re.match(r"\d", browser.run(rows) or ""))
         browser.go("alarms")

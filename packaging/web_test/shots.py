@@ -14,7 +14,7 @@ VIEWS = {
     "overview": ("overview", "Good points"),
     "device": ("device/bay-1.feeder-1", "current_l1"),
     "device-silent": ("device/bay-1.feeder-2", "has never answered"),
-    "line": ("line/bay-1", "nobody"),
+    "line": ("line/bay-1", "idle"),
     "alarms": ("alarms", "baudgate 0.1.0 has started"),
     "trends": ("trends?range=6h&points=io.ai-4.input_1,io.ai-4.input_2,panel.incomer.voltage_l1,panel.incomer.voltage_l2,"
                "panel.incomer.current_l1", "Maximum"),

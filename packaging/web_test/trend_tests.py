@@ -30,7 +30,7 @@ def test_trend_zoom(context):
     browser.find("button[aria-label='Zoom out']").click()
     browser.wait("drawn anew", lambda: drawn() > before)
     browser.find("button[data-range='1h']").click()
-    browser.wait("follows the time", lambda: "range=1h" in browser.driver.current_url)
+    browser.wait("moves with the time", lambda: "range=1h" in browser.driver.current_url)
 
 
 def test_trend_of_a_point_that_is_not_kept(context):
@@ -38,7 +38,7 @@ def test_trend_of_a_point_that_is_not_kept(context):
     if not point:
         raise LeftOut("nobody knows which points are not kept")
     open_view(context, f"trends?points={point}", point)
-    browser.wait_text("not kept")
+    browser.wait_text("not recorded")
     browser.find(f"button[aria-label='Remove {point}']").click()
     browser.wait_text("No points are chosen")
 

@@ -138,7 +138,7 @@ TEST_F(Audit, AGatewayWithoutWritablePointsReportsIt) {
            "address: 1, unit: 1, points: [{ name: a, read: \"holding 4\", type: uint16 }]"));
   const Finished writes = Writes();
   EXPECT_EQ(writes.code, 4);
-  EXPECT_THAT(writes.errors, HasSubstr("nothing of this gateway can be written"));
+  EXPECT_THAT(writes.errors, HasSubstr("this gateway permits no writes"));
   EXPECT_FALSE(std::filesystem::exists(directory() / "state"));
 }
 

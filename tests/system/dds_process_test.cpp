@@ -113,7 +113,7 @@ TEST_F(DdsProcess, AKilledProcessIsRestartedWithAllPoints) {
     before = after;
   }
   EXPECT_THAT(daemon->Errors(),
-              HasSubstr("dds: the process was ended by signal 9; it is started "));
+              HasSubstr("dds: the process was ended by signal 9; the gateway starts it "));
   EXPECT_THAT(daemon->Errors(), HasSubstr("dds: the process was ended by signal 11; it is "));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
@@ -130,7 +130,8 @@ TEST_F(DdsProcess, AStoppedProcessIsReportedAndReplacedAndBlocksNoRead) {
   EXPECT_EQ(Process(), process);
   // Nothing continues the process: after ten seconds without a sign of life it is replaced.
   EXPECT_TRUE(ReadsAreRightUntil([&] { return Process() != 0 && Process() != process; }));
-  EXPECT_THAT(daemon->Errors(), HasSubstr("dds: the process did not read for 10s; it is started"));
+  EXPECT_THAT(daemon->Errors(),
+              HasSubstr("dds: the process did not read for 10s; the gateway starts it"));
   EXPECT_TRUE(Eventually([&] { return SeqOf("relay-1", "current_l3").has_value(); }));
 }
 

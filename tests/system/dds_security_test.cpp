@@ -70,7 +70,7 @@ TEST_F(DdsSecurity, NothingIsPublishedUntilTheSecurityFilesAreValid) {
   fs::rename(key, Pki("away"));
   StartTwins();
   daemon = StartDaemon(SecuredYaml());
-  ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process has not begun: dds: security: key: "));
+  ASSERT_TRUE(EventuallyLogged(*daemon, "dds: the process did not start: dds: security: key: "));
   EXPECT_TRUE(EventuallyFloat(client, kModuleUnit, 0, 100.25F)) << "lines and Modbus run";
   EXPECT_THAT(DdsStatus().dump(), HasSubstr(key.string() + " cannot be read: No such file"));
   const Finished check = Command({"check", "-c", (directory() / "baudgate.yaml").string()});
@@ -176,7 +176,7 @@ TEST_F(Discovery, TheServerReportsWhyItCannotStart) {
   const Finished second = Command({"discovery-server", "--listen", At()});
   EXPECT_EQ(second.code, 4);
   EXPECT_THAT(second.errors, HasSubstr("discovery-server: " + At() + " cannot be opened: "));
-  EXPECT_THAT(second.errors, HasSubstr("does another discovery server run here?"));
+  EXPECT_THAT(second.errors, HasSubstr("does another discovery server run on this machine?"));
   EXPECT_EQ(Command({"discovery-server", "--listen", "192.0.2.1:11811"}).code, 4);
   const Finished name = Command({"discovery-server", "--listen", "plant"});
   EXPECT_EQ(name.code, 2);

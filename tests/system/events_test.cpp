@@ -168,7 +168,7 @@ TEST_F(Events, AreNotRequestedByDefault) {
   const auto daemon = StartDaemon(Yaml(""));
   const Finished events = Ask();
   EXPECT_EQ(events.code, 4);
-  EXPECT_THAT(events.errors, HasSubstr("no device of this gateway is asked for events"));
+  EXPECT_THAT(events.errors, HasSubstr("this gateway records no events"));
   EXPECT_EQ(Status()["events"]["in_memory"], true) << "alarms of the gateway itself alone";
 }
 

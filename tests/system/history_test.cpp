@@ -102,7 +102,7 @@ TEST_F(History, IsOffByDefault) {
   const auto daemon = StartDaemon(Yaml(""));
   const Finished history = Ask();
   EXPECT_EQ(history.code, 4);
-  EXPECT_THAT(history.errors, HasSubstr("this gateway keeps no values"));
+  EXPECT_THAT(history.errors, HasSubstr("this gateway records no history"));
   EXPECT_TRUE(Status()["history"].is_null());
 }
 
@@ -180,7 +180,8 @@ TEST_F(Memory, AStateFolderServesOnlyOneGateway) {
       Write("second.yaml", yaml + Line("others", "set4tm", "address: 200, profile: meter"));
   const Finished second = Command({"run", "-c", file.string()});
   EXPECT_EQ(second.code, 4);
-  EXPECT_THAT(second.errors, HasSubstr("is in use: another baudgate of this gateway.name runs"));
+  EXPECT_THAT(second.errors,
+              HasSubstr("is in use: another baudgate with this gateway.name is running"));
 }
 
 }  // namespace

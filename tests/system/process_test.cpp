@@ -197,9 +197,9 @@ TEST_F(Process, ServesTheSocketThatSystemdHasOpened) {
   ASSERT_TRUE(Eventually([&] { return !PortRefuses(); })) << "somebody listens, if not we";
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F)) << daemon.Errors();
   EXPECT_THAT(daemon.Errors(), HasSubstr("127.0.0.1:" + std::to_string(port()) +
-                                         ": the socket is one that systemd has passed"));
+                                         ": the socket was passed by systemd"));
   EXPECT_THAT(daemon.Errors(), HasSubstr("a socket at 127.0.0.1:" + std::to_string(foreign) +
-                                         ", which is no address of modbus.listen; closed"));
+                                         ", which is not in modbus.listen; the gateway closes it"));
   EXPECT_FALSE(RawClient(foreign).connected());
   daemon.Signal(SIGTERM);
   EXPECT_EQ(daemon.WaitForEnd(10s), 0);

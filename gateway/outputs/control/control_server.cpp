@@ -47,8 +47,9 @@ std::uint64_t NextNumber() {
 }  // namespace
 
 std::string ControlSession::TooMany(const Limits& limits) {
-  return ErrorLine("busy", std::to_string(limits.clients) +
-                               " clients are connected already; end one, for example a trace");
+  return ErrorLine("busy",
+                   std::to_string(limits.clients) +
+                       " clients are already connected; end one of them, for example a trace");
 }
 
 ControlSession::ControlSession(Socket socket, RequestHandler& service, const Limits& limits,
@@ -86,7 +87,7 @@ void ControlSession::Close(const std::string& farewell) {
 
 void ControlSession::OnReload(const config::Config& config) {
   if (!trace_ || !config.lines[trace_->line()].name.empty()) return;
-  Close(R"({"end":"a reload has ended this line; one of its name may run anew"})");
+  Close(R"({"end":"a reload has removed or restarted this line; start the trace again"})");
 }
 
 void ControlSession::BePatient(Duration patience) {
@@ -227,14 +228,18 @@ asio::error_code Probe(asio::io_context& io, const std::string& path) {
 Status ClearStale(asio::io_context& io, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return {};
-  if (!S_ISSOCK(found.st_mode)) return Error{path + ": there is a file that is not a socket"};
+  if (!S_ISSOCK(found.st_mode))
+    return Error{
+        path +
+        ": this path is a file, not a socket; remove the file or set another gateway.socket"};
   const asio::error_code failed = Probe(io, path);
   if (failed == asio::error::connection_refused) {
     ::unlink(path.c_str());
     return {};
   }
   if (!failed || failed == asio::error::would_block || failed == asio::error::try_again) {
-    return Error{path + ": another process answers there; is this gateway running already?"};
+    return Error{path +
+                 ": another process answers at this socket; is this gateway running already?"};
   }
   return Error{path + ": " + failed.message()};
 }
@@ -276,8 +281,8 @@ Status ControlServer::BindAnywhere() {
 
 Status ControlServer::Bind(const std::string& path) {
   if (path.size() > kLongestPath) {
-    return Error{path + ": longer than the " + std::to_string(kLongestPath) +
-                 " bytes that a socket's path may have"};
+    return Error{path + ": the path is longer than the " + std::to_string(kLongestPath) +
+                 " bytes that the path of a socket may have"};
   }
   auto& io = static_cast<asio::io_context&>(acceptor_.get_executor().context());
   if (Status status = ClearStale(io, path); !status) return status;
@@ -328,11 +333,11 @@ void ControlServer::Rebind() {
   if (status) status = Bind(path);
   const std::string trouble = status ? std::string() : status.error();
   if (status) {
-    log::Warn("control socket {} was removed, and is made again", path);
+    log::Warn("control socket {} was removed; the gateway has created it again", path);
   } else if (trouble != trouble_) {
     log::Warn(
-        "control socket {} was removed and cannot be made again, so 'baudgate status' and "
-        "the like do not work: {}; it is tried every {}",
+        "control socket {} was removed and cannot be created again: {}; commands such as 'baudgate "
+        "status' do not work. The gateway tries again every {}",
         path, trouble, FormatDuration(limits_.look));
   }
   trouble_ = trouble;
@@ -419,8 +424,8 @@ ControlOutput::ControlOutput(const config::Config& config, const Links& links)
 Status ControlOutput::Begin(const Configuration& /*config*/) {
   if (const Status status = server_.Listen(); !status) {
     log::Warn(
-        "no control socket, so 'baudgate status' and the like will not work: {}; choose a "
-        "place with gateway.socket",
+        "no control socket, so commands such as 'baudgate status' do not work: {}; set another "
+        "path in gateway.socket",
         status.error());
     return {};
   }

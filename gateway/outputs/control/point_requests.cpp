@@ -39,10 +39,10 @@ Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   if (client.empty() && seq == request.end()) return std::optional<bus::RequestId>();
   if (client.empty() || seq == request.end()) {
     return Error{
-        "'client' and 'seq' of a write belong together: a name of your own, and a number "
-        "that counts its requests upwards"};
+        "a write has both 'client' and 'seq' or neither: the name of your client, and a number "
+        "that rises with each request"};
   }
-  if (!seq->is_number_unsigned()) return Error{"'seq' is a number from 0 on"};
+  if (!seq->is_number_unsigned()) return Error{"'seq' must be a whole number, 0 or more"};
   if (client.size() > kLongestClient) return Error{"'client' has 64 characters at most"};
   return std::optional(bus::RequestId{client, seq->get<std::uint64_t>(),
                                       TextOf(request, "target") + " " + TextOf(request, "value") +

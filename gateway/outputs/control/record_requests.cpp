@@ -19,7 +19,7 @@ Result<events::AckQuery> Named(const std::string& target) {
   const auto parts = Split(target, '.');
   if (parts.empty() || parts[0].empty() || parts.size() > 3) {
     return Error{Quoted(target) +
-                 " is no alarm: write LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number of an "
+                 " is not an alarm: write LINE, LINE.DEVICE, LINE.DEVICE.POINT or the number of an "
                  "event"};
   }
   events::AckQuery query;
@@ -67,7 +67,7 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   if (const auto seq = ParseInteger<std::int64_t>(target)) {
     query.seq = *seq;
     if (std::ranges::find(alarms, *seq, &events::Alarm::seq) != alarms.end()) return query;
-    return Error{"event " + target + " has raised no alarm that is still there; see 'alarms'"};
+    return Error{"event " + target + " has no alarm in the list; see 'alarms'"};
   }
   if (auto shown = Shown(alarms, target)) return *shown;
   const auto named = Named(target);
@@ -134,8 +134,8 @@ struct KeptValues {
 };
 
 constexpr std::string_view kNoHistory =
-    "this gateway keeps no values: write 'history: { points: [ \"*.*.*\" ] }' into its "
-    "configuration, or the points that are wanted";
+    "this gateway records no history: add 'history: { points: [ \"*.*.*\" ] }' to its "
+    "configuration, or list only the points that you need";
 
 constexpr std::int64_t kMostEvery = 31 * history::kDay;
 
@@ -156,7 +156,7 @@ Status KeepsPoint(const std::string& text, const config::Config& config) {
   });
   if (kept) return {};
   return Error{"the values of " + Quoted(text) +
-               " are not kept: it is not among history.points of the configuration"};
+               " are not recorded: add the point to history.points of the configuration"};
 }
 
 struct ReadPage {
@@ -192,7 +192,7 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   const std::string point = TextOf(request, "point");
   if (NumberOf(request, "every_ms").value_or(0) != 0) {
     return ErrorJson(
-        kUsage, Quoted(point) + " is kept in the spans of the meter, so --every does not apply");
+        kUsage, Quoted(point) + " is recorded in the periods of the meter: ask without --every");
   }
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
@@ -207,9 +207,9 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
     }
     return ErrorJson(
         kUnknown,
-        "nothing is kept of " + Quoted(point) +
-            ": a meter with load_profile: [1] keeps load profiles (load_1.active_import), and one "
-            "with billing: [month] keeps billing readings (month.active_import)");
+        "no values are stored of " + Quoted(point) +
+            ": set load_profile: [1] at the meter for load profiles (load_1.active_import), or "
+            "billing: [month] for billing readings (month.active_import)");
   }
   Json json = PageJson(*page, point);
   json["history"] = status::EventsJson(state);
@@ -225,7 +225,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   const std::string point = TextOf(request, "point");
   const std::int64_t every = NumberOf(request, "every_ms").value_or(0);
   if (every < 0 || every % history::kMinute != 0 || every > kMostEvery) {
-    return ErrorJson(kUsage, "'every' is a whole number of minutes, 31d at most");
+    return ErrorJson(kUsage, "'every' must be a whole number of minutes, at most 31d");
   }
   auto page = every > 0 ? ReadTrends(request, point, every, *kept.history)
                         : ReadSamples(request, point, *kept.history);
@@ -256,11 +256,12 @@ Json KeptPoints(const Json& request, const KeptValues& kept) {
     if (KeepsPoint(point, kept.config)) names.push_back(point);
   }
   if (!names.empty()) return {{"points", std::move(names)}};
-  return ErrorJson(kUnknown, points.empty()
-                                 ? "no point is like " + Quoted(pattern) +
-                                       ": write LINE.DEVICE.POINT, each with * for any text"
-                                 : "no value of a point like " + Quoted(pattern) +
-                                       " is kept: history.points of the configuration has none");
+  return ErrorJson(kUnknown,
+                   points.empty()
+                       ? "no point matches " + Quoted(pattern) +
+                             ": write LINE.DEVICE.POINT, each with * for any text"
+                       : "no point that matches " + Quoted(pattern) +
+                             " is recorded: add the point to history.points of the configuration");
 }
 
 /// On the disk.
@@ -280,8 +281,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (gateway.info.audit == nullptr) {
     return Refused(
         kUnavailable,
-        "nothing of this gateway can be written, so there are no records of writes: no "
-        "device has 'write: allow', no line has 'ask: write', and no route can be written through");
+        "there are no records of writes, because this gateway permits no writes: no device has "
+        "'write: allow', no line has 'ask: write', and no route permits writes");
   }
   audit::PageQuery query;
   if (TextOf(request.json, "order") == "settled") query.order = audit::PageQuery::Order::settled;

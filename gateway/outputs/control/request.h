@@ -24,8 +24,8 @@ inline constexpr std::string_view kUsage = "usage";
 inline constexpr std::string_view kUnknown = "unknown";
 inline constexpr std::string_view kUnavailable = "unavailable";
 inline constexpr std::string_view kNoEvents =
-    "no device of this gateway is asked for events: write 'events: {}' into its configuration, for "
-    "all whose profiles say what their events mean, or 'events: on' at one device";
+    "this gateway records no events: add 'events: {}' to its configuration for all devices whose "
+    "profiles describe events, or 'events: on' at one device";
 
 inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};

@@ -40,18 +40,18 @@ Result<Addressed> AddressOf(const config::Config& config, const status::Json& re
     if (wanted) return Addressed{&line, &device, *found->device};
   }
   return Error{"line '" + line.name +
-               "' has no device that speaks its protocol; add one, or release the line and ask on "
-               "its port"};
+               "' has no device with the protocol of the line; add a device, or release the line "
+               "and use 'ask' on its port"};
 }
 
 Status Allows(const Addressed& to, bool reads, bool confirmed) {
   if (reads) return {};
-  const std::string telegram = "nothing proves that this telegram only reads: ";
+  const std::string telegram = "this telegram may write: ";
   if (to.line->ask != config::Ask::write) {
     return Error{telegram + "line '" + to.line->name +
-                 "' lets it pass only where it says 'ask: write'"};
+                 "' passes it only with 'ask: write' in its configuration"};
   }
-  if (!confirmed) return Error{telegram + "say --write if you mean it"};
+  if (!confirmed) return Error{telegram + "add --write to send it"};
   return {};
 }
 
@@ -77,7 +77,8 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
     return Error{"telegrams by hand are not supported for " + to->device->protocol};
   }
   const auto written = ParseHex(TextOf(request, "telegram"));
-  if (!written || written->empty()) return Error{"'telegram' is bytes in hex: 3E 31 52 46 3A"};
+  if (!written || written->empty())
+    return Error{"'telegram' must be bytes in hex, for example 3E 31 52 46 3A"};
   const protocols::ParsedOptions options = ParseOptions(*protocol, to->device->options);
   const auto bytes = protocol->telegram->complete(*written, options);
   if (!bytes) return Error{bytes.error()};
@@ -123,8 +124,8 @@ status::Json Done(const config::Line& line) { return {{"ok", true}, {"line", lin
 /// Where clients may use the port of this line, as `release --tcp` requests it.
 Result<config::PortServer> OfferedAt(const status::Json& request, const config::Line& line) {
   if (line.serial_server) {
-    return Error{"clients have the port of line '" + line.name + "' at " +
-                 line.serial_server->Address() + " already (serial_server)"};
+    return Error{"the port of line '" + line.name + "' is already served to clients at " +
+                 line.serial_server->Address() + " (serial_server)"};
   }
   const std::string text = TextOf(request, "tcp");
   const std::string allow = TextOf(request, "allow");
@@ -139,7 +140,7 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
   server.at = *at;
   if (request.value("rfc2217", false)) server.mode = config::PortServer::Mode::rfc2217;
   if (line.lend && line.lend->at == server.at) {
-    return Error{"line '" + line.name + "' is lent at " + server.Address() + " already (lend)"};
+    return Error{"line '" + line.name + "' is already lent at " + server.Address() + " (lend)"};
   }
   for (const std::string_view range : Split(allow, ' ')) {
     if (range.empty()) continue;
@@ -148,9 +149,9 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
     server.allow.push_back(*std::move(network));
   }
   if (server.allow.empty() && !server.on_loopback()) {
-    return Error{"whoever reaches " + server.Address() +
-                 " from other machines could write to the devices of the line; say with --allow "
-                 "ADDRESS who may come in"};
+    return Error{
+        "any machine that reaches " + server.Address() +
+        " could write to the devices of the line; name the permitted clients with --allow ADDRESS"};
   }
   return server;
 }
@@ -161,7 +162,7 @@ std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
   for (const bus::PortService& service : status.services) {
     if (service.visit && service.visit->why.empty()) {
-      return "client " + service.visit->client + " has the port of line '" + line.name + "' at " +
+      return "client " + service.visit->client + " uses the port of line '" + line.name + "' at " +
              service.place + end;
     }
   }
@@ -180,7 +181,7 @@ Result<status::Target> LineOf(const Gateway& gateway, const Request& request) {
   if (!target || !target->device) return target;
   const std::string& line = gateway.config->lines[target->line].name;
   return Error{Quoted(TextOf(request.json, "target")) +
-               " is one device; this is done with a line as a whole: write " + line};
+               " is a device, and this command needs a whole line: write " + line};
 }
 
 Result<status::Target> DeviceOf(const Gateway& gateway, const Request& request) {
@@ -259,7 +260,7 @@ Reply Release(const Gateway& gateway, const Request& request) {
   const auto most = static_cast<std::uint64_t>(kMostRelease / 1ms);
   const std::uint64_t wanted = whole ? found->get<std::uint64_t>() : 0;
   if (wanted < 1000 || wanted > most) {
-    return Refused(kUsage, "a port is lent for a time from 1s to 24h");
+    return Refused(kUsage, "a port can be lent for 1s to 24h");
   }
   const Duration time = std::chrono::milliseconds(wanted);
   const config::Line& line = gateway.config->lines[target->line];
@@ -299,7 +300,7 @@ Reply Trace(const Gateway& gateway, const Request& request) {
 }
 
 constexpr std::string_view kNoFile =
-    "this gateway was not started with a file, which could be read";
+    "this gateway was started without a configuration file, so it cannot reload";
 constexpr Duration kMostConfirm = 24h;
 
 ReloadService::Answered Answer(const Request& request) {
@@ -321,7 +322,7 @@ Reply Reload(const Gateway& gateway, const Request& request) {
   const std::int64_t confirm_ms = NumberOf(request.json, "confirm_ms").value_or(0);
   const bool given = request.json.contains("confirm_ms");
   if (given && (confirm_ms < 1000 || confirm_ms > kMostConfirm / 1ms)) {
-    return Refused(kUsage, "a confirmation is awaited for a time from 1s to 24h");
+    return Refused(kUsage, "the time for the confirmation can be 1s to 24h");
   }
   ask.confirm = std::chrono::milliseconds(confirm_ms);
   ask.by = request.client.name;
@@ -443,8 +444,8 @@ std::string Shown(const status::Json& value) {
 /// Checks that a request has only members of its command, with their types. A misspelt member is
 /// refused, because the client would not notice that it is ignored.
 ///
-///   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' is true or false, and not "yes"
-///   {"command":"release","for":"10m"}      'for' is no member of 'release'; …
+///   {"command":"reload","dry_run":"yes"}   'dry_run' of 'reload' must be true or false, not "yes"
+///   {"command":"release","for":"10m"}      'for' is not a member of 'release'; …
 Status CheckShape(const Command& command, const status::Json& request) {
   std::vector<std::string_view> names;
   for (const Member& member : command.members) names.push_back(member.name);
@@ -452,13 +453,13 @@ Status CheckShape(const Command& command, const status::Json& request) {
     if (name == "command") continue;
     const auto member = std::ranges::find(command.members, name, &Member::name);
     if (member == command.members.end()) {
-      return Error{Quoted(name) + " is no member of " + Quoted(command.name) + ";" +
+      return Error{Quoted(name) + " is not a member of " + Quoted(command.name) + ";" +
                    DidYouMean(name, names) +
-                   (names.empty() ? " it has none" : " there are: " + Join(names))};
+                   (names.empty() ? " the command has no members" : " members: " + Join(names))};
     }
     if (Is(member->type, value)) continue;
-    return Error{Quoted(name) + " of " + Quoted(command.name) + " is " +
-                 std::string(Words(member->type)) + ", and not " + Shown(value)};
+    return Error{Quoted(name) + " of " + Quoted(command.name) + " must be " +
+                 std::string(Words(member->type)) + ", not " + Shown(value)};
   }
   return {};
 }
@@ -502,7 +503,8 @@ std::string NoCommand(const std::string& name) {
   for (const Command& command : Commands()) {
     if (command.name != kNotListed) names.push_back(command.name);
   }
-  return Quoted(name) + " is no command;" + DidYouMean(name, names) + " there are: " + Join(names);
+  return Quoted(name) + " is not a command;" + DidYouMean(name, names) +
+         " commands: " + Join(names);
 }
 
 }  // namespace

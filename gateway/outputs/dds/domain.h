@@ -107,14 +107,16 @@ inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
     {"parameters", "a broken parameter list", "broken parameter lists"},
     {"numbers", "impossible sequence numbers", "impossible sequence numbers"},
     {"window", "sequence numbers that jump too far", "sequence numbers that jump too far"},
-    {"security", "DDS Security, which is not used here", "of DDS Security, which is not used here"},
-    {"participants", "too many participants", "participants too many"},
-    {"address", "too many participants of one address", "participants too many of one address"},
-    {"endpoints", "too many readers and writers", "of too many readers and writers"},
-    {"secured", "broken DDS Security", "of broken DDS Security"},
+    {"security", "DDS Security, which is not used here",
+     "with DDS Security, which is not used here"},
+    {"participants", "too many participants", "participants beyond the limit"},
+    {"address", "too many participants of one address",
+     "participants beyond the limit of one address"},
+    {"endpoints", "too many readers and writers", "with too many readers and writers"},
+    {"secured", "broken DDS Security", "with broken DDS Security"},
     {"clear_text", "clear text, which the governance forbids",
      "in clear text, which the governance forbids"},
-    {"handshakes", "too many handshakes", "of handshakes too many"},
+    {"handshakes", "too many handshakes", "handshakes beyond the limit"},
 }};
 static_assert(!kRefusalWords.back().many.empty(), "every reason has words");
 

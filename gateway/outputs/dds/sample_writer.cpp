@@ -61,16 +61,16 @@ void PacedWriter::Note(Sent sent, std::string_view whose, const std::string& nam
   if (sent == Sent::yes) {
     ++written_;
     if (failing_ > 0 && log_) {
-      log_(log::Level::info,
-           "samples are taken again; " + std::to_string(failing_) + " were refused and repeated");
+      log_(log::Level::info, "DDS accepts samples again; " + std::to_string(failing_) +
+                                 " samples were refused and sent again");
     }
     failing_ = 0;
     return;
   }
   ++failed_;
   if (failing_++ == 0 && log_) {
-    log_(log::Level::warning,
-         "a sample of " + std::string(whose) + name + " was refused; it will be repeated");
+    log_(log::Level::warning, "DDS has refused a sample of " + std::string(whose) + name +
+                                  "; the gateway sends it again");
   }
 }
 

@@ -94,7 +94,7 @@ class Checker {
     const auto text = Read(key, file);
     if (!text) return {};
     auto found = ParseCertificates(*text);
-    if (found.empty()) Wrong(key, file, "holds no certificate in PEM form");
+    if (found.empty()) Wrong(key, file, "contains no certificate in PEM form");
     for (const Certificate& one : found) CheckTimes(key, file, one);
     return found;
   }
@@ -105,7 +105,7 @@ class Checker {
     if (now_ < from) {
       Wrong(key, file, "is not valid before " + FormatWallTime(from) + "; is the clock right?");
     } else if (now_ > until) {
-      Wrong(key, file, "has expired on " + Day(until) + "; have a new one issued");
+      Wrong(key, file, "expired on " + Day(until) + "; have a new one issued");
     } else if (until - now_ < kWarnBefore) {
       Warn(key, file, "expires on " + Day(until) + "; have a new one issued");
     }
@@ -139,14 +139,14 @@ class Checker {
     if (!text) return;
     struct ::stat about {};
     if (::stat(security_.key.c_str(), &about) == 0 && (about.st_mode & (S_IROTH | S_IWOTH)) != 0) {
-      Warn("key", security_.key, "can be read by everybody; mend that with chmod o=");
+      Warn("key", security_.key, "can be read by every user; run: chmod o= " + security_.key);
     }
     const PrivateKey key = ParseKey(*text, report_.password);
     if (!key) {
       const bool locked = text->find("ENCRYPTED") != std::string::npos;
       return Wrong("key", security_.key,
-                   locked ? "has a password, and password_file does not hold it"
-                          : "holds no private key in PEM form");
+                   locked ? "is encrypted, and password_file does not contain the right password"
+                          : "contains no private key in PEM form");
     }
     if (identities.empty()) return;
     if (X509_check_private_key(identities.front().get(), key.get()) != 1) {
@@ -184,7 +184,7 @@ class Checker {
     if (at == names.end()) {
       return Warn(
           "permissions", security_.permissions,
-          "grants nothing to " + report_.subject + ", whom " + security_.identity + " names");
+          "grants nothing to " + report_.subject + ", the subject of " + security_.identity);
     }
     const auto ends = Elements(*xml, "not_after");
     const auto index = static_cast<std::size_t>(at - names.begin());
@@ -194,7 +194,7 @@ class Checker {
     const WallTime until{std::chrono::seconds(::timegm(&parts))};
     if (now_ > until) {
       Wrong("permissions", security_.permissions,
-            "have expired on " + Day(until) + "; have new ones signed");
+            "expired on " + Day(until) + "; have new ones signed");
     } else if (until - now_ < kWarnBefore) {
       Warn("permissions", security_.permissions,
            "expire on " + Day(until) + "; have new ones signed");

@@ -18,14 +18,15 @@ Json AdviceOf(const audit::AuditState& state) {
   Json advice = Json::array();
   if (!state.trouble.empty()) {
     std::string text = state.trouble;
-    text += state.require ? "; writes to points are refused (audit: require)"
-                          : "; writes are sent all the same, their records wait in memory";
-    if (state.waiting > 0) text += ", " + Plural(state.waiting, "record");
+    text += state.require
+                ? "; writes to points are refused until the file can be written (audit: require)"
+                : "; writes are still sent, and their records wait in memory (audit: best_effort)";
+    if (state.waiting > 0) text += "; waiting: " + Plural(state.waiting, "record");
     advice.push_back(text);
   }
   if (state.lost > 0) {
-    advice.push_back(Plural(state.lost, "record") + " of writes lost since the start: there was " +
-                     "no room for more while the disk failed");
+    advice.push_back(Plural(state.lost, "record") + " of writes lost since the start: the queue " +
+                     "was full while the disk failed; look at the disk (dmesg)");
   }
   const std::filesystem::path folder = std::filesystem::path(state.file).parent_path();
   const std::string aside = PutAsideAdvice(folder, state.put_aside);
@@ -88,8 +89,9 @@ namespace {
 Json AdviceOf(const events::EventsState& state) {
   Json advice = Json::array();
   if (!state.trouble.empty()) {
-    std::string text = state.trouble + "; devices are not asked for events until it works again";
-    if (state.waiting > 0) text += ", and " + Plural(state.waiting, "message") + " of theirs wait";
+    std::string text =
+        state.trouble + "; devices are not polled for events until the file can be written";
+    if (state.waiting > 0) text += "; waiting in memory: " + Plural(state.waiting, "message");
     advice.push_back(text);
   }
   const std::filesystem::path folder = std::filesystem::path(state.file).parent_path();
@@ -198,17 +200,18 @@ Json AdviceOf(const history::HistoryState& state) {
   Json advice = Json::array();
   if (!state.trouble.empty()) {
     advice.push_back(state.trouble +
-                     "; values wait, and are dropped when there is no room for more");
+                     "; values wait in a queue, and are dropped when the queue is full");
   }
   for (const std::string& text : state.unread) {
-    advice.push_back(text + "; its values are missing in answers until it is mended or moved away");
+    advice.push_back(text +
+                     "; query results lack values of this file: repair the file or move it away");
   }
   const std::string aside = PutAsideAdvice(state.folder, state.put_aside);
   if (!aside.empty()) advice.push_back(aside);
   if (state.counters.dropped > 0) {
-    advice.push_back(Plural(state.counters.dropped, "value") +
-                     " were dropped since the start, because the disk did not take them; the "
-                     "history has a gap there");
+    advice.push_back(
+        Plural(state.counters.dropped, "value") +
+        " dropped since the start, because the disk did not take them: the history has a gap");
   }
   return advice;
 }
@@ -304,9 +307,9 @@ std::string GapText(const nlohmann::ordered_json& record) {
   const std::string why = FieldOf(record, "gap");
   const std::string until = FieldOf(record, "until");
   if (why == "clock") return "gap: the clock was set to " + until;
-  if (why == "standstill") return "gap: the gateway stood still until " + until;
-  if (why == "dropped") return "gap: the disk took no values until " + until;
-  if (why == "overwritten") return "gap: the meter has it no more, until " + until;
+  if (why == "standstill") return "gap: the gateway did not run until " + until;
+  if (why == "dropped") return "gap: the disk could not be written until " + until;
+  if (why == "overwritten") return "gap: the meter has overwritten its values until " + until;
   return "gap: the gateway was down until " + until;
 }
 

@@ -31,8 +31,7 @@ Json FilesJson(const FilesState& state) {
   Json advice = Json::array();
   if (state.limit != 0 && state.open + kFew > state.limit) {
     advice.push_back(
-        fmt::format("{} of the {} that this process may have open are open, and what needs another "
-                    "one fails: {}",
+        fmt::format("{} of at most {} files are open, and opening another file fails: {}",
                     state.open, state.limit, SystemTrouble(EMFILE)));
   }
   for (const std::string& trouble : state.troubles) advice.push_back(trouble);
@@ -47,8 +46,8 @@ std::string PutAsideAdvice(const std::filesystem::path& folder,
   const std::string first = (folder / files.front()).string();
   const std::string more = files.size() == 1 ? "" : fmt::format(" (and {} more)", files.size() - 1);
   return fmt::format(
-      "{}{} was damaged and put aside, and what it holds is missing here: save it with 'sqlite3 {} "
-      ".recover', then move it away",
+      "{}{} was damaged and put aside, and its data is missing here: save the data with 'sqlite3 "
+      "{} .recover', then move the file away",
       first, more, first);
 }
 
@@ -107,7 +106,7 @@ std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
 /// The only advice while a thread hangs, because everything else about its line is out of date.
 std::string ExplainHang(const config::Line& line, WallTime since) {
   return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
-         " does not come back from a call; unplug the adapter, or restart the gateway";
+         " does not return from a call; unplug the adapter, or restart the gateway";
 }
 
 Json ModemJson(const std::optional<ModemLines>& lines) {
@@ -180,14 +179,15 @@ Json LineJson(const config::Config& config, const bus::PointStore& store, Target
 Json ReloadJson(const ReloadState& state) {
   Json advice = Json::array();
   if (state.confirm_until) {
-    advice.push_back("is on trial, and taken back at " + FormatWallTime(*state.confirm_until) +
-                     " unless somebody writes 'baudgate confirm'");
+    advice.push_back("is on trial: the previous configuration comes back at " +
+                     FormatWallTime(*state.confirm_until) + " unless you run 'baudgate confirm'");
   }
   if (!state.not_the_file.empty()) advice.push_back(state.not_the_file);
   if (!state.file_changed.empty()) advice.push_back(state.file_changed);
   if (!state.not_kept.empty()) {
-    advice.push_back("what was confirmed is not kept, and a start may take another one: " +
-                     state.not_kept);
+    advice.push_back(
+        "the confirmed configuration could not be saved, so the next start may use another: " +
+        state.not_kept);
   }
   return {{"file", state.file},
           {"folder", state.folder},
@@ -316,9 +316,8 @@ Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& s
     if (IsSetting(device, device.points[i])) settings.push_back(SettingJson(record, i, now));
   }
   if (settings.empty()) {
-    return Error{
-        Quoted(device.name) +
-        " has no settings that the gateway knows of: its protocol or its profile has none"};
+    return Error{Quoted(device.name) +
+                 " has no settings: neither its protocol nor its profile defines any"};
   }
   Json json;
   json["gateway"] = config.name;

@@ -122,7 +122,7 @@ Status KnowsDevice(const config::Config& config, const std::string& line,
   }
   return Error{"there is no device " + Quoted(device) +
                (line.empty() ? "" : " on line " + Quoted(line)) + ";" + DidYouMean(device, names) +
-               " there are: " + Join(names)};
+               " devices: " + Join(names)};
 }
 
 }  // namespace baudgate::status

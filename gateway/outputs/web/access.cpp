@@ -45,15 +45,15 @@ Result<std::string> ReadToken(const std::string& file) {
   const OpenFile open(file);
   if (open.get() < 0) {
     return Error{name + " cannot be read: " + std::strerror(errno) +
-                 "; make it with: install -m 0600 -o baudgate /dev/null " + file +
+                 "; create it with: install -m 0600 -o baudgate /dev/null " + file +
                  " && openssl rand -hex 32 > " + file};
   }
   struct stat status {};
   if (::fstat(open.get(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    return Error{name + " is no regular file"};
+    return Error{name + " is not a regular file"};
   }
   if ((status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    return Error{name + " can be read by others than its owner; write: chmod 0600 " + file};
+    return Error{name + " can be read by other users than its owner; run: chmod 0600 " + file};
   }
   std::array<char, kLongestToken + 2> bytes{};
   const ssize_t got = ::read(open.get(), bytes.data(), bytes.size());
@@ -142,20 +142,21 @@ bool IsAllowed(const config::Web& web, const std::string& peer) {
 
 std::optional<Response> Refusal(const config::Web& web, const Request& request) {
   if (!IsAllowed(web, request.peer)) {
-    return Problem(403, request.peer + " is not in web.allow of the gateway");
+    return Problem(403, request.peer + " is not in web.allow of this gateway");
   }
   const std::string host = Lower(request.Header("host").value_or(""));
   if (!IsOurs(web, request, host)) {
-    return Problem(421, "this gateway is not known as " + Quoted(host) +
+    return Problem(421, "this gateway does not accept the host name " + Quoted(host) +
                             "; add the name to web.hosts of its configuration");
   }
   const auto origin = request.Header("origin");
   if (origin && !IsSameOrigin(*origin, host)) {
-    return Problem(403, "a page of " + Quoted(*origin) + " may not ask this gateway");
+    return Problem(403,
+                   "a page from " + Quoted(*origin) + " may not send requests to this gateway");
   }
   const auto site = request.Header("sec-fetch-site");
   if (site && *site != "same-origin" && *site != "none" && !OpensAPage(request)) {
-    return Problem(403, "another page may not ask this gateway");
+    return Problem(403, "a page of another site may not send requests to this gateway");
   }
   return std::nullopt;
 }
@@ -368,7 +369,7 @@ std::optional<Response> Access::Refuse(const Request& request, Instant now) {
   if (auto refused = Refusal(*web(), request)) return refused;
   const std::string_view method = IsPost(request.path) ? "POST" : "GET";
   if (request.method != method) {
-    Response wrong = Problem(405, std::string(method) + " is the method of " + request.path);
+    Response wrong = Problem(405, request.path + " needs the method " + std::string(method));
     wrong.headers.emplace_back("Allow", method);
     return wrong;
   }
@@ -405,9 +406,12 @@ std::optional<Response> Access::Answer(const Request& request, Instant now) {
 std::optional<Response> Access::MayNotAcknowledge(const Request& request) const {
   const auto its = web();
   if (web::MayAcknowledge(*its, request)) return std::nullopt;
-  return Problem(403, its->acknowledge ? "alarms are acknowledged from this machine, or by TLS "
-                                         "through a proxy that web.allow names"
-                                       : "alarms cannot be acknowledged here; see web.acknowledge");
+  return Problem(
+      403,
+      its->acknowledge
+          ? "alarms can be acknowledged only from the gateway's machine, or over TLS through a "
+            "proxy in web.allow"
+          : "alarms cannot be acknowledged on this page; see web.acknowledge in the configuration");
 }
 
 Response Access::Session(const Request& request, Instant now) {
@@ -429,7 +433,7 @@ Response Access::Login(const Request& request, Instant now) {
   if (opened.verdict == Logins::Verdict::wait) return WaitAMinute();
   if (opened.verdict == Logins::Verdict::no) {
     log::Warn("web: a wrong token from {}", request.peer);
-    return Problem(401, "that is not the token of this gateway");
+    return Problem(401, "wrong token; enter the token of this gateway");
   }
   Response response = Empty(204);
   if (!opened.cookie.empty()) response.headers.emplace_back("Set-Cookie", opened.cookie);

@@ -50,9 +50,9 @@ Result<Json> AskOf(const Request& request, std::string_view command,
   for (const auto& [name, value] : request.query) {
     const auto part = std::ranges::find(parts, name, &Part::query);
     if (part == parts.end()) {
-      return Error{Quoted(name) + " is no parameter of " + request.path + ";" +
-                   DidYouMean(name, names) +
-                   (names.empty() ? " it has none" : " there are: " + Join(names))};
+      return Error{
+          Quoted(name) + " is not a parameter of " + request.path + ";" + DidYouMean(name, names) +
+          (names.empty() ? " this path has no parameters" : " parameters: " + Join(names))};
     }
     const char* const member = part->member != nullptr ? part->member : part->query;
     if (!part->number) {
@@ -60,7 +60,7 @@ Result<Json> AskOf(const Request& request, std::string_view command,
       continue;
     }
     const auto number = ParseInteger<std::int64_t>(value);
-    if (!number) return Error{Quoted(name) + " is a whole number"};
+    if (!number) return Error{Quoted(name) + " must be a whole number"};
     ask[member] = *number;
   }
   return ask;
@@ -184,7 +184,8 @@ Response LiveApi::PointsStream(const Request& request, Now now) {
   }
   auto stream = points_.Join(only, now);
   if (!stream) {
-    return Problem(503, "too many devices are looked at one by one; take the stream of all points");
+    return Problem(503,
+                   "too many streams of single devices are open; use the stream of all points");
   }
   return StreamResponse(std::move(stream));
 }
@@ -201,7 +202,8 @@ Response LiveApi::TraceStream(const Request& request, Now) {
   const auto line = status::FindTarget(*config_, request.Query("line").value_or(""));
   if (!line) return Problem(404, line.error());
   std::erase_if(traces_, [](const auto& trace) { return trace.expired(); });
-  if (traces_.size() >= kMostTraces) return Problem(503, "too many traces are looked at");
+  if (traces_.size() >= kMostTraces)
+    return Problem(503, "too many traces are open; close one of them");
   auto trace = std::make_shared<LiveTrace>(DecodersFor(*line, ""));
   const std::weak_ptr<LiveTrace> weak = trace;
   auto queue = links_.lines.Trace(line->line, [weak, &io = io_] {
@@ -209,7 +211,7 @@ Response LiveApi::TraceStream(const Request& request, Now) {
       if (const auto self = weak.lock()) self->Wake();
     });
   });
-  if (!queue) return Problem(404, "the line has ended this moment");
+  if (!queue) return Problem(404, "a reload has removed this line");
   trace->SetQueue(std::move(queue));
   traces_.push_back(trace);
   return StreamResponse(std::move(trace));
@@ -217,7 +219,7 @@ Response LiveApi::TraceStream(const Request& request, Now) {
 
 Response LiveApi::Configuration(const Request&, Now) {
   if (!links_.configuration || !links_.info.reload) {
-    return Problem(503, "this gateway was not started with a file");
+    return Problem(503, "this gateway was started without a configuration file");
   }
   const auto text = links_.configuration();
   if (!text) return Problem(503, text.error());
@@ -389,11 +391,12 @@ Response PastApi::History(const Request& request, Now now) {
   query.since = ask->value("since_ms", query.until - history::kHour);
   query.pixels = ask->value("pixels", query.pixels);
   if (query.pixels < 1 || query.pixels > history::kMostPixels) {
-    return Problem(400, "'pixels' is a number from 1 to " + std::to_string(history::kMostPixels));
+    return Problem(400,
+                   "'pixels' must be a number from 1 to " + std::to_string(history::kMostPixels));
   }
   constexpr history::Millis kMost = 20 * 366 * history::kDay;
   if (query.since >= query.until || query.until - query.since > kMost || query.since < 0) {
-    return Problem(400, "'since_ms' is before 'until_ms', by twenty years at most");
+    return Problem(400, "'since_ms' must be before 'until_ms', by at most twenty years");
   }
   // The control socket's answer explains why a point has no history.
   const auto gateway = handler_.gateway();

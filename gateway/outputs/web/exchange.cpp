@@ -21,7 +21,7 @@ void Exchange::Resume() {
 std::optional<Response> Exchange::TakeOrSuspend() {
   const MutexLock lock(mutex_);
   if (response_) return std::exchange(response_, std::nullopt);
-  if (ended_) return Problem(503, "the gateway stops");
+  if (ended_) return Problem(503, "the gateway is stopping");
   suspended_ = true;
   MHD_suspend_connection(connection_);
   return std::nullopt;

@@ -126,12 +126,12 @@ std::string MetricsText(const config::Config& config, const bus::PointStore& sto
     }
   }
   append({"baudgate_log_dropped_total", "counter",
-          "Lines of the log that nobody took: neither the journal nor standard error."},
+          "Log lines that neither the journal nor standard error accepted."},
          static_cast<double>(log::Dropped()));
   if (info.events != nullptr) {
     const events::EventsState state = info.events->state();
-    outputs::Series alarms(
-        {"baudgate_alarms", "gauge", "Alarms that are active, and that wait for somebody."});
+    outputs::Series alarms({"baudgate_alarms", "gauge",
+                            "Alarms that are active, and alarms that are not acknowledged."});
     alarms.Add("state=\"active\"", static_cast<double>(state.alarms_active));
     alarms.Add("state=\"unacknowledged\"", static_cast<double>(state.alarms_unacknowledged));
     alarms.AppendTo(text);

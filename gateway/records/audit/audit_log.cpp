@@ -211,7 +211,7 @@ AuditLog::~AuditLog() {
   worker_.Stop();
   const MutexLock lock(mutex_);
   if (book_.unwritten() == 0) return;
-  options_.warn(fmt::format("audit: the gateway ends, and {} records of writes are lost: {}",
+  options_.warn(fmt::format("audit: the gateway stops, and {} records of writes are lost: {}",
                             book_.unwritten(), disk_.trouble()));
 }
 
@@ -397,9 +397,10 @@ void AuditLog::SetDisk(records::Disk disk, const std::string& trouble) {
 }
 
 std::string AuditLog::Consequence() const {
-  return options_.require ? "writes to points are refused (audit: require)"
-                          : "writes are sent all the same, and their records are kept in memory "
-                            "until it works again (audit: best_effort)";
+  return options_.require
+             ? "writes to points are refused until the file can be written (audit: require)"
+             : "writes are still sent, and their records wait in memory until the file can be "
+               "written (audit: best_effort)";
 }
 
 }  // namespace baudgate::audit

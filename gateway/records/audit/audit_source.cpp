@@ -86,7 +86,8 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
     const std::int64_t next = settled ? record.settled.value_or(page.next) : record.seq;
     // The order must advance, so that a client that reads page after page reaches an end even in a
     // damaged file.
-    if (next <= page.next) return Error{"its rows are out of order: it is damaged"};
+    if (next <= page.next)
+      return Error{"the rows of the file are out of order: the file is damaged"};
     page.next = next;
   }
 }

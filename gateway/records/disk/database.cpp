@@ -82,7 +82,7 @@ bool Database::Fail(int code) {
     error_ += "; look at the disk (dmesg)";
   }
   const bool other_tables = base == SQLITE_ERROR && NamesMissingTable(error_);
-  if (other_tables) error_ += ": another program has changed its tables";
+  if (other_tables) error_ += ": another program has changed the tables of the file";
   damaged_ = base == SQLITE_CORRUPT || base == SQLITE_NOTADB || other_tables;
   if (damaged_ && handle_) Abandon();
   return false;

@@ -73,20 +73,21 @@ class LogSum {
 /// "readonly" or "unsupported". Empty: the head is valid.
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
-    return std::optional<std::string>(fmt::format("its head is damaged: {}", what));
+    return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
   };
-  if (head.size() < kDatabaseHead) return damage("it ends there");
+  if (head.size() < kDatabaseHead) return damage("the file is too short");
   if (AsText(head.first(kFileMagic.size())) != kFileMagic) {
-    return damage("it is no SQLite database");
+    return damage("the file is not a SQLite database");
   }
   const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];
-  if (page != 1 && !IsPageSize(page)) return damage("the size of its pages");  // 1: 65536
+  if (page != 1 && !IsPageSize(page)) return damage("invalid page size");  // 1: 65536
   for (const std::size_t at : {18U, 19U}) {
-    if (head[at] != 1 && head[at] != 2) return damage("the version of its format");
+    if (head[at] != 1 && head[at] != 2) return damage("invalid format version");
   }
-  if (head[21] != 64 || head[22] != 32 || head[23] != 32) return damage("its payload fractions");
-  if (Big(&head[44]) > 4) return damage("the format of its schema");
-  if (Big(&head[56]) > 3) return damage("its text encoding");
+  if (head[21] != 64 || head[22] != 32 || head[23] != 32)
+    return damage("invalid payload fractions");
+  if (Big(&head[44]) > 4) return damage("invalid schema format");
+  if (Big(&head[56]) > 3) return damage("invalid text encoding");
   return std::nullopt;
 }
 
@@ -98,7 +99,7 @@ std::optional<std::string> WhyNoFile(const fs::path& file) {
     const std::string path = file.string() + part;
     const auto type = fs::status(path, none).type();
     if (none || type == fs::file_type::not_found || type == fs::file_type::regular) continue;
-    return fmt::format("{} is {}, and no regular file: remove it", path,
+    return fmt::format("{} is {}, not a regular file: remove it", path,
                        type == fs::file_type::fifo        ? "a FIFO"
                        : type == fs::file_type::directory ? "a folder"
                                                           : "a device or a socket");
@@ -112,13 +113,13 @@ std::optional<std::string> WhyNoAccess(const fs::path& file) {
     const std::string path = file.string() + part;
     if (::access(path.c_str(), R_OK) == 0 || errno != EACCES) continue;
     if (::stat(path.c_str(), &found) != 0) {
-      return fmt::format("permission denied: user {} may not enter its folder",
+      return fmt::format("permission denied: user {} cannot enter the folder of the file",
                          NameOfUser(::geteuid()));
     }
     const std::string user = NameOfUser(::geteuid());
     return fmt::format(
-        "permission denied: {} belongs to user {} and has mode {:04o}: sudo chown {} {} && sudo "
-        "chmod u+rw {}",
+        "permission denied: {} belongs to user {} and has mode {:04o}; run: sudo chown {} {} && "
+        "sudo chmod u+rw {}",
         path, NameOfUser(found.st_uid), found.st_mode & 07777U, user, path, path);
   }
   return std::nullopt;
@@ -127,12 +128,12 @@ std::optional<std::string> WhyNoAccess(const fs::path& file) {
 std::string WhyReadOnly(const fs::path& file) {
   struct stat found {};
   if (::stat(file.c_str(), &found) != 0 || ::access(file.c_str(), W_OK) == 0) {
-    return "it cannot be written";
+    return "the file cannot be written";
   }
   if (errno == EROFS) return "its file system is mounted read-only";
-  return fmt::format("it belongs to user {} and cannot be written by user {}: sudo chown {} {}",
-                     NameOfUser(found.st_uid), NameOfUser(::geteuid()), NameOfUser(::geteuid()),
-                     file.string());
+  return fmt::format(
+      "the file belongs to user {}, and user {} cannot write it; run: sudo chown {} {}",
+      NameOfUser(found.st_uid), NameOfUser(::geteuid()), NameOfUser(::geteuid()), file.string());
 }
 
 namespace {
@@ -180,8 +181,8 @@ std::optional<std::string> LogDamage(const fs::path& file) {
     Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
     const bool any = ReadSome(in, frame) == frame.size();
     return any ? std::optional<std::string>(
-                     "the head of its log is damaged: all changes in the "
-                     "log are lost")
+                     "the header of its write-ahead log (-wal) is damaged: all changes in the log "
+                     "are lost")
                : std::nullopt;
   }
   const std::size_t commits = LostCommits(in, head, page, sum);
@@ -191,8 +192,9 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   in.clear();
   in.seekg(0);
   if (ReadSome(in, now) != kLogHead || now != head) return std::nullopt;
-  return fmt::format("its log is damaged: {} committed changes behind the damage are lost",
-                     commits);
+  return fmt::format(
+      "its write-ahead log (-wal) is damaged: {} committed changes after the damage are lost",
+      commits);
 }
 
 namespace {
@@ -276,8 +278,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
     database.Abandon();
     RemoveOwn(kLog, log_);
     RemoveOwn(kIndex, index_);
-    return {Found::gone, id.inode == 0 ? "it was removed, and all that was in it"
-                                       : "another file is in its place"};
+    return {Found::gone, id.inode == 0 ? "the file was removed, and its content is lost"
+                                       : "the file was replaced by another file"};
   }
   if (std::string trouble = HeadTrouble(database); !trouble.empty()) {
     database.Abandon();
@@ -294,7 +296,7 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   RemoveOwn(kLog, log);
   return {Found::stale,
           fmt::format("its write-ahead log (-wal) was removed or replaced while it was in use; "
-                      "nothing is lost: what the log held was written to the file; {}",
+                      "no data was lost: the content of the log was written to the file; {}",
                       kAdvice)};
 }
 
@@ -312,7 +314,7 @@ std::string OpenFile::HeadTrouble(const Database& database) {
   const std::int64_t application = Big(head, kApplication);
   const bool foreign = application != 0 && application != application_;
   if (foreign || !std::equal(head.begin(), head.begin() + kFixed, head_.begin())) {
-    return "its head is damaged: it is not what it was when it was opened";
+    return "its header is damaged: another program has changed the header while the file was open";
   }
   const std::uint64_t page = Big(head, 14) & 0xFFFFU;
   const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
@@ -320,7 +322,7 @@ std::string OpenFile::HeadTrouble(const Database& database) {
   // counts them already. The file becomes shorter only by damage.
   longest_ = std::max(longest_, *size);
   if (*size >= whole || *size >= longest_) return {};
-  return fmt::format("it was shortened while it was in use: {} of {} bytes are there", *size,
+  return fmt::format("the file was truncated while it was in use: {} of {} bytes are left", *size,
                      whole);
 }
 
@@ -345,19 +347,20 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
     if (!database.EmptyLog()) return {};
     return {Found::stale,
             fmt::format("its write-ahead log (-wal) was shortened or damaged while it was in use; "
-                        "nothing is lost: the file has what the log held; {}",
+                        "no data was lost: the file already contains the content of the log; {}",
                         kAdvice)};
   }
   // A checkpoint would write the rest of the log to the file and leave a mixture. A checkpoint that
   // a reader has interrupted has done that already.
   database.Abandon();
   if (index.in_the_file() > 0) {
-    return {Found::damaged,
-            "a part of its write-ahead log (-wal) is lost, and another one is in the file already"};
+    return {
+        Found::damaged,
+        "a part of its write-ahead log (-wal) is lost; the rest of the log is in the file already"};
   }
   return {Found::lost,
           fmt::format("its write-ahead log (-wal) was shortened or damaged while it was in use: "
-                      "what was recorded last is lost, up to {} of its pages; {}",
+                      "the newest records are lost, up to {} pages of the log; {}",
                       frames - good, kAdvice)};
 }
 
@@ -409,16 +412,17 @@ Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::stri
   }
   const bool fresh = application == 0 && version == 0 && tables == 0;
   if (!fresh && application != kind.application) {
-    why = "it belongs to another program";
+    why = "the file belongs to another program";
     return Look::damaged;
   }
   if (version < 0) {
-    why = fmt::format("its version is {}", *version);
+    why = fmt::format("its version {} is invalid", *version);
     return Look::damaged;
   }
   if (version > kind.version()) {
-    why = fmt::format("a newer baudgate has made it (version {}, this one knows {})", *version,
-                      kind.version());
+    why = fmt::format(
+        "a newer baudgate has written the file (file version {}, this baudgate reads up to {})",
+        *version, kind.version());
     return Look::newer;
   }
   return Migrate(database, kind, *version) ? Look::fine : Broken(database, why);
@@ -436,7 +440,7 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return Broken(database, why);
   if (baudgate::ToText(mode) != "wal") {
-    why = "its folder cannot be written";
+    why = "the folder of the file cannot be written";
     return Look::failed;
   }
   if (!database.Execute(std::string(kind.pragmas))) return Broken(database, why);
@@ -463,7 +467,7 @@ fs::path PutAside(const fs::path& file) {
 }
 
 std::string RenamedText(const fs::path& file, const std::string& why, const fs::path& to) {
-  return fmt::format("{} is damaged ({}); it was renamed to {} and a new file was begun",
+  return fmt::format("{} is damaged ({}); it was renamed to {} and a new file was created",
                      file.string(), why, to.filename().string());
 }
 
@@ -489,7 +493,7 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
   if (!damage.empty() && fs::exists(file, none)) {
     const fs::path to = PutAside(file);
     if (to.empty()) {
-      opened.error = file.string() + " is damaged, and cannot be renamed";
+      opened.error = file.string() + " is damaged and cannot be renamed; move it away";
       return opened;
     }
     opened.put_aside = RenamedText(file, damage, to);
@@ -497,7 +501,7 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
   for (int tries = 0; tries < 2; ++tries) {
     const bool was_there = !vfs.empty() || fs::exists(file, none);
     std::unique_ptr<Database> database;
-    std::string why = "it is empty: its content is lost";
+    std::string why = "the file is empty: its content is lost";
     Look look = Look::damaged;
     if (!vfs.empty() || !IsEmpty(file)) {
       if (vfs.empty()) opened.lost = LogDamage(file);

@@ -48,10 +48,9 @@ std::vector<std::string> DeviceMemory::Read() {
   const auto devices = root.is_object() ? root.find("devices") : root.end();
   if (!root.is_object() || devices == root.end() || !devices->is_array()) {
     fs::rename(file_, file_.string() + ".bad", error);
-    warn_(
-        fmt::format("state: {} cannot be read and was renamed to {}.bad: what was remembered of "
-                    "devices is lost",
-                    file_.string(), file_.filename().string()));
+    warn_(fmt::format(
+        "state: {} cannot be read and was renamed to {}.bad: the data learned from devices is lost",
+        file_.string(), file_.filename().string()));
     return memories;
   }
   for (const Json& one : *devices) {
@@ -149,8 +148,8 @@ void DeviceMemory::Write(const std::string& text) {
   const bool failed = std::exchange(failing_, error != 0);
   if (error != 0) {
     trouble_(
-        fmt::format("cannot write {}: {}; what was learned of devices is forgotten at the next "
-                    "start unless this works again",
+        fmt::format("cannot write {}: {}; the data learned from devices is lost at the next start "
+                    "unless the file can be written before",
                     file_.string(), SystemTrouble(error)));
   } else if (failed) {
     trouble_({});

@@ -217,7 +217,8 @@ Status EventsConnection::Check(bool whole) {
       writer_->closing = {why, found == Found::lost};
       return Leave(std::move(why), found == Found::lost);
     case Found::gone:
-      if (times_put_aside_ != writer_->times_put_aside) why = "it was damaged, and put aside";
+      if (times_put_aside_ != writer_->times_put_aside)
+        why = "the file was damaged and was renamed";
       return Leave(std::move(why), true);
     case Found::damaged:
       damage_ = why;

@@ -80,8 +80,8 @@ std::int64_t DevicesVersionOf(const fs::path& file) {
 
 std::string Sentence(const fs::path& file, std::int64_t version, std::int64_t known) {
   return fmt::format(
-      "{} was written by a newer baudgate (version {} of the file, this one knows {}); nothing was "
-      "changed. Start the newer one, or give this one another gateway.state",
+      "{} was written by a newer baudgate (file version {}, this baudgate reads up to {}); the "
+      "file was not changed. Start the newer baudgate, or set another folder in gateway.state",
       file.string(), version, known);
 }
 
@@ -130,10 +130,10 @@ bool IsFile(int open, const fs::path& file) {
 /// Advice for an error of the system; empty: there is none.
 std::string HowToMake(const fs::path& folder, int error) {
   if (error == ENOTDIR || error == EEXIST)
-    return "; that is a file: name a folder in gateway.state";
+    return "; this path is a file: set a folder in gateway.state";
   if (error != EACCES && error != EPERM) return {};
   const std::string user = NameOfUser(::geteuid());
-  return fmt::format("; make it: sudo install -d -o {} {}", user, folder.string());
+  return fmt::format("; create the folder: sudo install -d -o {} {}", user, folder.string());
 }
 
 std::string Environment(const char* name) {
@@ -247,8 +247,8 @@ std::optional<StateFolder::Failure> StateFolder::Open() {
   if (::flock(lock, LOCK_EX | LOCK_NB) != 0) {
     ::close(lock);
     return Failure{true, "the state folder " + path_.string() +
-                             " is in use: another baudgate of this gateway.name runs; stop it, or "
-                             "give this one another gateway.name or gateway.state"};
+                             " is in use: another baudgate with this gateway.name is running; stop "
+                             "that baudgate, or set another gateway.name or gateway.state"};
   }
   if (std::string newer = NewerStateIn(path_); !newer.empty()) {
     ::close(lock);
@@ -266,7 +266,8 @@ std::optional<StateFolder::Failure> StateFolder::OpenWithin(
       StartDetached("state folder", [folder, opening] { opening->set_value(folder->Open()); });
   if (!begun) return folder->Open();
   if (opened.wait_for(patience) == std::future_status::ready) return opened.get();
-  return Failure{false, folder->path().string() + ": its disk does not answer"};
+  return Failure{false, folder->path().string() +
+                            ": the disk of this folder does not answer; look at the disk (dmesg)"};
 }
 
 StateFolder::~StateFolder() {

@@ -149,13 +149,13 @@ std::vector<std::string> EventRounds::LeftBehind() const {
   std::vector<std::string> lines;
   const MutexLock lock(pending_.mutex);
   if (pending_.book.waiting() > 0) {
-    lines.push_back(fmt::format(
-        "events: the gateway ends, and the last events of {} devices are not kept; it will ask for "
-        "them once more: {}",
-        pending_.book.waiting(), pending_.disk.trouble()));
+    lines.push_back(
+        fmt::format("events: the gateway stops without having saved the last events of {} devices: "
+                    "{}; it reads the events again after its next start",
+                    pending_.book.waiting(), pending_.disk.trouble()));
   }
   if (pending_.book.waiting_own() > 0) {
-    lines.push_back(fmt::format("events: the gateway ends with {} of its own not saved: {}",
+    lines.push_back(fmt::format("events: the gateway stops without having saved {} of its own: {}",
                                 Plural(pending_.book.waiting_own(), "event"),
                                 pending_.disk.trouble()));
   }
@@ -168,14 +168,14 @@ void EventRounds::SetDisk(records::Disk disk, const std::string& trouble) {
   const Now now = options_.clocks();
   const records::DiskCondition::News news = pending_.disk.Set(disk, trouble, now.wall);
   if (news.begun) {
-    options_.warn(fmt::format(
-        "events: {}; devices are not asked for events until it works again, and keep them as long "
-        "as they have room",
-        trouble));
+    options_.warn(
+        fmt::format("events: {}; devices are not polled for events until the file can be written. "
+                    "Devices keep their events as long as their memory lasts",
+                    trouble));
   }
   if (!news.ended) return;
   const std::string file = options_.file.string();
-  options_.inform("events: they are kept again in " + file);
+  options_.inform("events: events are recorded again in " + file);
   if (!options_.tells_own) return;
   pending_.book.Tell(DiskTroubleRecord(file, news.ended->trouble, news.ended->since, now.wall),
                      now.instant);

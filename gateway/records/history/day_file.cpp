@@ -297,7 +297,7 @@ void DayFile::BeginPacking() {
 }
 
 bool DayFile::NoMemory() {
-  error_ = path_.string() + ": there is no memory to compress values";
+  error_ = path_.string() + ": not enough memory to compress values";
   return false;
 }
 

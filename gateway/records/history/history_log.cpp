@@ -117,16 +117,17 @@ Status ValueStore::Clear(Millis now) {
        FindTooMuch(folder_files_, limits_.bytes, limits_.keep, today, sure_)) {
     if (file.day) files_.CloseDay(*file.day);
     RemoveFile(folder_, file.file);
-    news_.push_back({file.file + " is deleted: " + WhyItGoes(file), false});
+    news_.push_back({file.file + " was deleted: " + WhyItGoes(file), false});
   }
   folder_files_ = ListFiles(folder_);
   if (folder_files_.bytes() <= Ceiling(limits_.bytes)) return {};
-  return Error{fmt::format("history.limit of {} MB is reached: {}; raise it, or keep fewer points",
-                           limits_.bytes / config::kMegabyte, Largest(folder_files_))};
+  return Error{fmt::format(
+      "history.limit of {} MB is reached: {}; raise history.limit, or record fewer points",
+      limits_.bytes / config::kMegabyte, Largest(folder_files_))};
 }
 
 std::string ValueStore::WhyItGoes(const TooMuch& file) const {
-  if (file.old) return "it ended longer ago than history.keep";
+  if (file.old) return "its day is older than history.keep";
   return fmt::format("history.limit of {} MB is reached", limits_.bytes / config::kMegabyte);
 }
 
@@ -195,8 +196,8 @@ HistoryLog::~HistoryLog() {
   writing_.Stop();
   const HistoryState state = view_->state();
   if (state.trouble.empty() || state.waiting == 0) return;
-  options_.warn(fmt::format("history: the gateway ends, and {} values are not kept: {}",
-                            state.waiting, state.trouble));
+  options_.warn(fmt::format("history: the gateway stops, and {} values are lost: {}", state.waiting,
+                            state.trouble));
 }
 
 // ---------------------------------------------------------------- the recording thread
@@ -298,13 +299,13 @@ void HistoryLog::SetDisk(records::Disk disk, const std::string& trouble) {
   const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   view_->Update([its = disk_](HistoryState& state) { its.Fill(state); });
   if (news.begun) {
-    options_.warn(fmt::format(
-        "history: {}; values wait until it works again, and are dropped when there is no room for "
-        "more",
-        trouble));
+    options_.warn(
+        fmt::format("history: {}; values wait in a queue until the disk can be written, and are "
+                    "dropped when the queue is full",
+                    trouble));
   }
   if (news.ended) {
-    options_.inform(fmt::format("history: values are kept again in {}; {} were dropped",
+    options_.inform(fmt::format("history: values are recorded again in {}; {} values were dropped",
                                 options_.folder.string(), view_->state().counters.dropped));
   }
 }

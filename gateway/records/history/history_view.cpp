@@ -146,7 +146,7 @@ class PageReader {
       auto reader = std::make_unique<DayReader>(folder_, day.day, query_.point);
       if (reader->is_new()) {
         const bool is_latest = day.day == files.days.back().day;
-        if (!is_latest) NoteUnread(*reader, "it is empty: its content is lost");
+        if (!is_latest) NoteUnread(*reader, "the file is empty: its content is lost");
         continue;
       }
       // A damaged file does not hide other files. A file that is being removed is not reported.
@@ -393,7 +393,7 @@ void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
     if (file.damaged) doubts_.insert(DayFileName(file.day));
     if (!unread_.Note(file, query)) return;
   }
-  options_.warn("history: " + file.text + "; its values are missing in answers");
+  options_.warn("history: " + file.text + "; query results lack values of this file");
 }
 
 Result<TrendPage> HistoryView::ReadTrends(const TrendQuery& query) const {
@@ -425,7 +425,7 @@ void HistoryView::LookAgain() {
       const MutexLock lock(mutex_);
       unread_.Forget(entry.file);
     }
-    options_.inform("history: this is over: " + entry.file.text);
+    options_.inform("history: no longer a problem: " + entry.file.text);
   }
 }
 

@@ -341,8 +341,8 @@ void Recordings::Write(const File& file) {
   std::error_code ignored;
   fs::remove(part, ignored);
   trouble_(
-      fmt::format("recordings: cannot write to {}: {}; traces of failures are not kept until "
-                  "this works again",
+      fmt::format("recordings: cannot write to {}: {}; traces of failures are not saved until the "
+                  "folder can be written",
                   folder_.string(), SystemTrouble(error.value())));
   failed_ = file;
 }

@@ -156,8 +156,9 @@ sockaddr_in AddressOf(const UdpAddress& at) {
 Error CanNotOpen(const config::HostPort& at, int reason) {
   std::string text =
       at.host + ":" + std::to_string(at.port) + " cannot be opened: " + std::strerror(reason);
-  if (reason == EADDRINUSE) text += "; does another discovery server run here?";
-  if (reason == EADDRNOTAVAIL) text += "; list this machine's addresses with: ip -4 addr";
+  if (reason == EADDRINUSE) text += "; does another discovery server run on this machine?";
+  if (reason == EADDRNOTAVAIL)
+    text += "; choose an address of this machine, which ip -4 addr lists";
   return Error{text};
 }
 

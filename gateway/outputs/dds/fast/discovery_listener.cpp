@@ -100,7 +100,9 @@ std::string Unmet(const Reader& reader) {
   }
   if (asked.empty()) return {};
   return "a reader of " + reader.topicName().to_string() + " at " + HostOf(reader) + " asks for " +
-         asked + ", which is not offered, and gets nothing; docs/dds.md has what it may ask for";
+         asked +
+         ", which is not offered, and receives no samples; docs/dds.md lists what a reader may "
+         "request";
 }
 
 }  // namespace

@@ -289,16 +289,16 @@ Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions&
   if (!participant) return Error{participant.error()};
   auto writer = std::make_unique<FastWriter>(*participant, options, std::move(listener));
   if (!writer->Open(room)) {
-    return Error{"dds: no writer for " + std::to_string(room.points) + " points could be made" +
-                 (options.security.on() ? "; do " + options.security.permissions +
-                                              " let this gateway publish baudgate/*?"
+    return Error{"dds: cannot create a writer for " + std::to_string(room.points) + " points" +
+                 (options.security.on() ? "; check that " + options.security.permissions +
+                                              " let this gateway publish baudgate/*"
                                         : "")};
   }
   if (!requests_for.empty() && !writer->Listen(requests_for)) {
-    return Error{std::string("dds: write requests cannot be listened for") +
-                 (options.security.on() ? "; do " + options.security.permissions +
+    return Error{std::string("dds: cannot subscribe to write requests") +
+                 (options.security.on() ? "; check that " + options.security.permissions +
                                               " let this gateway subscribe baudgate/write and "
-                                              "publish baudgate/write_reply?"
+                                              "publish baudgate/write_reply"
                                         : "")};
   }
   return std::unique_ptr<SampleWriter>(std::move(writer));

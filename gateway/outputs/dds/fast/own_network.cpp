@@ -68,7 +68,7 @@ std::optional<std::string> InterfaceWatch::Look(const OwnAddresses& now) const {
     const auto was = own_.find(address);
     if (was == own_.end()) return "this machine has a new address, " + address;
     if (!was->second) return "the interface of " + address + " is up now";
-    if (was->second != index) return "the interface of " + address + " was made anew";
+    if (was->second != index) return "the interface of " + address + " was created again";
   }
   return Gone(now);
 }
@@ -163,8 +163,8 @@ bool CanBind(const std::string& address, std::uint16_t port) {
 
 std::string CutRemark(const char* which, const char* setting, int has) {
   return fmt::format(
-      "the system cuts the {} buffers of DDS to {} KiB of {} KiB, so that many values at once come "
-      "late; set it with: sysctl -w {}={}",
+      "the system limits the {} buffers of DDS to {} KiB instead of {} KiB, so a burst of values "
+      "arrives late; raise the limit with: sysctl -w {}={}",
       which, has / 1024, kSocketBuffer / 1024, setting, kSocketBuffer);
 }
 
@@ -208,16 +208,16 @@ std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOp
             ? fmt::format("reserve it, sysctl -w net.ipv4.ip_local_reserved_ports={},", port)
             : std::string("end that program");
     remarks.push_back(fmt::format(
-        "no new subscriber is heard: another program has UDP port {} ('ss -ulnp' names it); {} or "
-        "choose another domain; DDS begins anew when the port is free",
+        "no new subscriber is discovered: another program has UDP port {} ('ss -ulnp' names the "
+        "program); {} or choose another domain. DDS restarts when the port is free",
         port, remedy));
   } else {
     for (const std::string& interface : facts.unjoined) {
-      remarks.push_back(fmt::format(
-          "no new subscriber is heard on {}: the multicast group {} could not be joined there "
-          "(net.ipv4.igmp_max_memberships?); name the subscribers in dds.peers, or mend it and "
-          "restart the gateway",
-          interface, kGroup));
+      remarks.push_back(
+          fmt::format("no new subscriber is discovered on {}: the gateway could not join the "
+                      "multicast group {} there. Name the subscribers in dds.peers, or raise "
+                      "net.ipv4.igmp_max_memberships and restart the gateway",
+                      interface, kGroup));
     }
   }
   if (facts.receive_bytes > 0 && facts.receive_bytes < kSocketBuffer) {

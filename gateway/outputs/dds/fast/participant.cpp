@@ -114,20 +114,22 @@ std::string Missing(const std::string& host, const std::vector<std::string>& int
 std::string Cure(const std::string& host, bool on_this_machine,
                  const std::vector<std::string>& interfaces) {
   if (!on_this_machine) {
-    return "name the address of this machine in its network in dds.interfaces";
+    return "add the address of this machine in the network of that host to dds.interfaces";
   }
   const std::string missing = Missing(host, interfaces);
   if (!missing.empty()) {
-    return "it is on this machine, so name " + missing + " in dds.interfaces as well";
+    return "the participant is on this machine, so add " + missing + " to dds.interfaces";
   }
-  return "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
+  return "the participant is on this machine and must use an address of dds.interfaces beside "
+         "127.0.0.1";
 }
 
 }  // namespace
 
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces) {
-  return host + " was heard and cannot be answered: " + Cure(host, on_this_machine, interfaces);
+  return host +
+         " was discovered but cannot be answered: " + Cure(host, on_this_machine, interfaces);
 }
 
 namespace {
@@ -260,8 +262,8 @@ Result<std::vector<std::string>> Present(const std::vector<std::string>& interfa
                        [&own](const std::string& address) { return IsOwn(own, address); });
   if (!present.empty()) return present;
   return Error{
-      fmt::format("dds: this machine has no IPv4 address of interfaces [{}]; list its own with: ip "
-                  "-4 addr",
+      fmt::format("dds: this machine has none of the addresses in dds.interfaces [{}]; ip -4 addr "
+                  "lists the addresses of this machine",
                   fmt::join(interfaces, ", "))};
 }
 
@@ -332,14 +334,14 @@ Result<fast::DomainParticipant*> CreateParticipant(const ParticipantOptions& opt
         static_cast<fast::DomainId_t>(options.domain), qos, listener, fast::StatusMask::none());
     if (participant != nullptr) return participant;
     if (options.security.on()) {
-      return Error{"dds: security: no participant could be made in domain " +
-                   std::to_string(options.domain) + "; do " + options.security.governance +
+      return Error{"dds: security: cannot create a participant in domain " +
+                   std::to_string(options.domain) + "; check that " + options.security.governance +
                    " and " + options.security.permissions +
-                   " name this domain, and have the permissions begun, by local time?"};
+                   " name this domain, and that the permissions are already valid in local time"};
     }
-    return Error{"dds: no participant could be made in domain " + std::to_string(options.domain) +
-                 "; are UDP ports from " + std::to_string(MulticastPort(options.domain)) +
-                 " free?"};
+    return Error{"dds: cannot create a participant in domain " + std::to_string(options.domain) +
+                 "; check that UDP ports from " + std::to_string(MulticastPort(options.domain)) +
+                 " are free"};
   } catch (const std::exception& failure) {
     return Error{std::string("dds: ") + failure.what()};
   }
@@ -357,7 +359,8 @@ Neighbours NeighboursOf(const fast::DomainParticipant& participant,
   for (const std::string& address : options.interfaces) {
     const auto why = MeansAll(options.interfaces) ? std::nullopt : WhyUnused(own, address);
     if (!why) continue;
-    neighbours.remarks.push_back("nothing is sent from " + address + " (dds.interfaces): " + *why);
+    neighbours.remarks.push_back("DDS sends nothing from " + address +
+                                 " (dds.interfaces): " + *why);
   }
   const auto gate = GateOf(participant);
   if (!gate) return neighbours;

@@ -146,9 +146,10 @@ Result<std::unique_ptr<DdsSubscriber>> DdsSubscriber::Create(const SubscriberOpt
   auto impl = std::make_unique<Impl>(*participant, std::move(callbacks));
   if (!impl->Open(options.max_instances)) {
     const auto& security = options.participant.security;
-    return Error{
-        std::string("dds: no readers could be made") +
-        (security.on() ? "; do " + security.permissions + " let subscribe baudgate/*?" : "")};
+    return Error{std::string("dds: cannot create readers") +
+                 (security.on() ? "; check that " + security.permissions +
+                                      " let this subscriber subscribe baudgate/*"
+                                : "")};
   }
   return std::unique_ptr<DdsSubscriber>(new DdsSubscriber(std::move(impl)));
 }

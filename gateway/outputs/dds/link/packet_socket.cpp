@@ -85,9 +85,11 @@ Result<Descriptor> ListenAt(const std::string& path, const std::string& group) {
   if (!address) return TooLong(path);
   struct stat found {};
   if (::lstat(path.c_str(), &found) == 0) {
-    if (!S_ISSOCK(found.st_mode)) return Error{path + ": there is a file that is not a socket"};
+    if (!S_ISSOCK(found.st_mode))
+      return Error{path + ": this path is a file, not a socket; remove the file"};
     if (ConnectTo(path).ok()) {
-      return Error{path + ": another process answers there; is this gateway running already?"};
+      return Error{path +
+                   ": another process answers at this socket; is this gateway running already?"};
     }
     ::unlink(path.c_str());
   }

@@ -375,7 +375,7 @@ Status ProcessLink::Understand(View packet, Instant now) {
       writer_->Attach(socket_.get());
       return {};
     case LinkKind::failed:
-      return Error{"has not begun: " + DecodeFailed(message->body)};
+      return Error{"did not start: " + DecodeFailed(message->body)};
     case LinkKind::counts: {
       const auto counts = DecodeCounts(message->body);
       if (!counts) return Error{"sent " + counts.error()};
@@ -435,7 +435,8 @@ void ProcessLink::Publish(const LinkState& before) {
   }
   if (writer_->ending()) return;
   if (state.refused > before.refused) {
-    Tell(log::Level::warning, "samples were refused; they go again with the next heartbeat");
+    Tell(log::Level::warning,
+         "DDS has refused samples; the gateway sends them again with the next heartbeat");
   }
   for (const std::string& remark : state.remarks) {
     if (told_.size() < kMostTold && told_.insert(remark).second) {
@@ -448,16 +449,16 @@ void ProcessLink::Publish(const LinkState& before) {
   }
   switch (state.phase) {
     case Phase::up:
-      Tell(log::Level::info,
-           before.phase == Phase::silent ? "the process reads again" : "the process takes samples");
+      Tell(log::Level::info, before.phase == Phase::silent ? "the process reads samples again"
+                                                           : "the process takes samples");
       break;
     case Phase::silent:
-      Tell(log::Level::warning, "the process does not read");
+      Tell(log::Level::warning, "the process does not read its samples");
       break;
     // Without the time until the restart, so that the log can fold repeated lines.
     case Phase::waiting:
-      Tell(log::Level::warning,
-           "the process " + state.reason + (state.next_start ? "; it is started again" : ""));
+      Tell(log::Level::warning, "the process " + state.reason +
+                                    (state.next_start ? "; the gateway starts it again" : ""));
       break;
     case Phase::starting:
       break;

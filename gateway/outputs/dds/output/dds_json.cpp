@@ -35,23 +35,25 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
     const std::string since = FormatAge(now - state.heard) + times;
     if (state.opened) return "the process has not read for " + since;
     return "the process has been opening DDS for " + since +
-           "; the library asks the name service for its user: does 'getent passwd' answer at once?";
+           "; the DDS library asks the name service for its user: check that 'getent passwd' "
+           "answers at once";
   }
   if (state.phase != Phase::waiting) return {};
   if (state.reason.empty()) return "the process has not connected yet";
   std::string text = "the process " + state.reason;
   if (state.next_start) {
-    text += "; it is started again in " + FormatAge(std::max(Duration(0), *state.next_start - now));
+    text += "; the gateway starts it again in " +
+            FormatAge(std::max(Duration(0), *state.next_start - now));
   }
   return text + times;
 }
 
-/// Returns e.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists";
+/// Returns e.g. "accepted 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists";
 /// empty: no datagram came.
 std::string DatagramText(const dds::DatagramCounters& datagrams) {
   const std::uint64_t all = datagrams.AllRefused();
   if (datagrams.passed == 0 && all == 0) return {};
-  std::string text = "let in " + Plural(datagrams.passed, "datagram") + ", refused ";
+  std::string text = "accepted " + Plural(datagrams.passed, "datagram") + ", refused ";
   if (all == 0) return text + "none";
   text += std::to_string(all);
   const char* before = ": ";
@@ -78,22 +80,22 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
           {"text", DatagramText(datagrams)}};
 }
 
-/// "text" is e.g. "took 12 write requests, 3 more came too fast".
+/// "text" is e.g. "took 12 write requests, dropped 3 that came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");
   if (state.requests_dropped > 0) {
-    text += ", " + std::to_string(state.requests_dropped) + " more came too fast";
+    text += ", dropped " + std::to_string(state.requests_dropped) + " that came too fast";
   }
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// "text" is e.g. "published 30 events, 2 more were gone before they could be".
+/// "text" is e.g. "published 30 events, skipped 2 that were already deleted".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");
   if (state.events_skipped > 0) {
-    text += ", " + std::to_string(state.events_skipped) + " more were gone before they could be";
+    text += ", skipped " + std::to_string(state.events_skipped) + " that were already deleted";
   }
   return {{"published", *state.events}, {"skipped", state.events_skipped}, {"text", text}};
 }

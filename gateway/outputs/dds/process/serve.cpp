@@ -133,7 +133,8 @@ Status LimitMemory(std::uint64_t bytes) {
   const rlimit memory{bytes, bytes};
   const rlimit none{0, 0};
   if (::setrlimit(RLIMIT_AS, &memory) != 0 || ::setrlimit(RLIMIT_CORE, &none) != 0) {
-    return Error{std::string("memory cannot be limited: ") + std::strerror(errno)};
+    return Error{std::string("the memory limit of this process cannot be set: ") +
+                 std::strerror(errno)};
   }
   return {};
 }
@@ -154,7 +155,8 @@ Status DenyCalls() {
   JudgeArgument(filter, SYS_socket, AF_UNIX, false);
   filter.Return(SECCOMP_RET_ALLOW);
   if (::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 || !filter.Install()) {
-    return Error{std::string("calls cannot be denied: ") + std::strerror(errno)};
+    return Error{std::string("the system call filter cannot be installed: ") +
+                 std::strerror(errno)};
   }
   return {};
 }

@@ -82,7 +82,8 @@ Result<Found> Find(View datagram) {
   for (std::size_t at = kRtpsHeader; at < datagram.size();) {
     const auto submessage = Next(datagram, at);
     if (!submessage) return Error{submessage.error()};
-    if (submessage->id == kInfoSource) return Error{"an announcement on behalf of another"};
+    if (submessage->id == kInfoSource)
+      return Error{"an announcement on behalf of another participant"};
     if (found.data.id != 0) continue;
     if (IsWholeTime(*submessage)) found.time = *submessage;
     if (IsAnnouncement(*submessage)) found.data = *submessage;
@@ -169,7 +170,7 @@ Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender) {
   if (announcement.leaves) return announcement;
   const Parameters& said = content->said;
   if (said.participant != announcement.participant) {
-    return Error{"an announcement on behalf of another"};
+    return Error{"an announcement on behalf of another participant"};
   }
   const std::span named(said.metatraffic.data(), said.metatraffic_count);
   const auto own = std::ranges::find(named, sender.address, &UdpAddress::address);

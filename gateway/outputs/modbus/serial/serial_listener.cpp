@@ -79,7 +79,7 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
 void MasterSession::NameOther() {
   const auto other = OtherFraming(heard_, listener_.framing, frames_);
   if (!other || !book_.HeardOther(port_, *other)) return;
-  log::Warn("modbus: the master on {} is not answered: {}", listener_.path,
+  log::Warn("modbus: no reply to the master on {}: {}", listener_.path,
             ExplainOther(*other, listener_.framing));
 }
 
@@ -190,8 +190,10 @@ void SerialListener::OnDown(const std::string& reason, bool is_news) {
   timer_.cancel();
   session_.reset();
   if (!is_news) return;
-  log::Warn("modbus: no master is heard on {}: {}; trying again until it works", listener_.path,
-            reason);
+  log::Warn(
+      "modbus: cannot open {} to listen for a master: {}; the gateway tries again until the port "
+      "opens",
+      listener_.path, reason);
   book_.ShowPort(place_, false, reason, ReadClocks().wall);
 }
 

@@ -279,7 +279,7 @@ bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responde
       break;
     // The client has left the kernel's whole send buffer unread.
     case Responder::Sent::cut:
-      CloseStalled("its answers pile up unread");
+      CloseStalled("the client does not read its replies, and they pile up");
       break;
     case Responder::Sent::failed:
       Close();
@@ -316,7 +316,7 @@ void ClientSession::Flush(Instant now) {
 void ClientSession::Sweep(const Now& clocks) {
   const Instant now = clocks.instant;
   if (socket_.IsBlockedLonger(shared_.limits().stall, now)) {
-    return CloseStalled("it does not read its answers");
+    return CloseStalled("the client does not read its replies");
   }
   if (!socket_.is_blocked() && requests_.outstanding() == 0 &&
       now - last_frame_ > listener_.idle_timeout) {

@@ -91,7 +91,9 @@ PassedSockets::PassedSockets() {
       passed_.push_back({fd, *endpoint});
     } else {
       log::Warn(
-          "modbus: systemd has passed descriptor {}, which is no listening TCP socket; closed", fd);
+          "modbus: systemd has passed descriptor {}, which is not a listening TCP socket; the "
+          "gateway closes it",
+          fd);
       ::close(fd);
     }
   }
@@ -100,8 +102,8 @@ PassedSockets::PassedSockets() {
 PassedSockets::~PassedSockets() {
   for (const Passed& one : passed_) {
     log::Warn(
-        "modbus: systemd has passed a socket at {}, which is no address of modbus.listen; closed. "
-        "Give baudgate.socket and modbus.listen the same addresses",
+        "modbus: systemd has passed a socket at {}, which is not in modbus.listen; the gateway "
+        "closes it. Give baudgate.socket and modbus.listen the same addresses",
         TextOf(one.endpoint));
     ::close(one.descriptor);
   }
@@ -165,7 +167,7 @@ Status Listener::Open(PassedSockets* passed) {
   if (descriptor) {
     acceptor_.assign(endpoint.protocol(), *descriptor, failed);
     if (failed) return Error{failed.message()};
-    log::Info("modbus: {}: the socket is one that systemd has passed", listener_.Address());
+    log::Info("modbus: {}: the socket was passed by systemd", listener_.Address());
   } else if (Status bound = transports::Listen(acceptor_, endpoint, "modbus.listen"); !bound) {
     return bound;
   }
@@ -235,9 +237,11 @@ void Listener::Welcome(tcp::socket socket) {
     return Refuse(name, "its address is not in the allow list");
   }
   if (sessions_.size() >= MostClients()) {
-    return Refuse(name, shared_.limits().client_share < 1
-                            ? "there is no file descriptor for another client"
-                            : "max_clients are connected already");
+    return Refuse(
+        name,
+        shared_.limits().client_share < 1
+            ? "no file descriptor is left for another client; raise LimitNOFILE of the service"
+            : "max_clients are connected already");
   }
   asio::error_code failed;
   socket.set_option(tcp::no_delay(true), failed);

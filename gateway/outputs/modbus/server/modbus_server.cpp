@@ -92,14 +92,14 @@ void ModbusServer::Look() {
     const std::string before =
         std::exchange(place.why_not, looked ? std::string() : looked.error());
     if (looked) {
-      if (!before.empty()) log::Info("modbus: listener {}: is open now", place.listener.Address());
+      if (!before.empty()) log::Info("modbus: listener {}: is now open", place.listener.Address());
       continue;
     }
     const ClosedListener one{place.listener.Address(), place.why_not,
                              static_cast<bool>(place.port)};
     if (place.why_not != before) {
       log::Warn("modbus: listener {}: {}{}", one.place, one.why,
-                one.is_open ? "" : "; tried each second");
+                one.is_open ? "" : "; the gateway tries again each second");
     }
     closed.push_back(one);
   }

@@ -151,7 +151,7 @@ std::string SentenceOf(const ListenerChange& change) {
     case Action::added:
       return begin + "is new";
     case Action::restarted:
-      return begin + "differs in " + change.what + Lost(change);
+      return begin + "changed settings: " + change.what + Lost(change);
     case Action::removed:
       return begin + "ends" + Lost(change);
     case Action::same:
@@ -167,11 +167,11 @@ std::string SentenceOf(const RouteChange& change) {
     case Action::added:
       return begin + "is new";
     case Action::restarted:
-      return begin + "begins anew: " + change.what;
+      return begin + "restarts with changed " + change.what;
     case Action::removed:
       return begin + "ends";
     case Action::in_place:
-      return begin + "goes on, with other alarms";
+      return begin + "continues, with changed alarms";
     case Action::same:
       break;
   }

@@ -57,8 +57,8 @@ struct ModbusDifference {
 
 ModbusDifference CompareModbus(const config::Modbus& running, const config::Modbus& next);
 
-/// E.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected". Empty if
-/// nothing changed.
+/// E.g. "listener 127.0.0.1:1502: changed settings: write; its 3 clients are disconnected". Empty
+/// if nothing changed.
 std::string SentenceOf(const ListenerChange& change);
 /// E.g. "route 33-40 to drive: is new". Empty if nothing changed.
 std::string SentenceOf(const RouteChange& change);

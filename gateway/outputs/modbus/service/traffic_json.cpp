@@ -27,11 +27,11 @@ std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   if (!never)
     return fmt::format("no request for {}: does the master still poll?", FormatAge(silent));
   if (master.damaged == 0) {
-    return fmt::format("not a byte was heard for {}: does the master poll, are A and B swapped?",
+    return fmt::format("no byte received for {}: does the master poll, and are A and B swapped?",
                        FormatAge(silent));
   }
-  return fmt::format("bytes, but no whole request for {}: {} ({})", FormatAge(silent), kCheckWire,
-                     master.text);
+  return fmt::format("bytes arrive, but no complete request for {}: {} ({})", FormatAge(silent),
+                     kCheckWire, master.text);
 }
 
 std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
@@ -45,11 +45,10 @@ Sentences DeadUnits(const modbus::RouteStatus& route) {
     if (Answered(unit) > 0 || unit.no_reply == 0 || found.size() == kMostUnits) continue;
     const std::string right =
         good == route.by_unit.end()
-            ? "check what they share as well: port, wiring, bit rate and parity of " + route.target
-            : fmt::format("{} is right, unit {} answers", route.target, good->first);
+            ? "if no unit of " + route.target + " answers, check port, wiring, bit rate and parity"
+            : fmt::format("{} works, because unit {} answers", route.target, good->first);
     found.push_back(
-        fmt::format("unit {} has never answered its clients ({}: {}): check its power, its address "
-                    "and its wire; {}",
+        fmt::format("unit {} has never answered ({}: {}): check its power, address and wiring; {}",
                     number, Plural(unit.requests, "request"), route.last_trouble, right));
   }
   return found;
@@ -61,29 +60,30 @@ std::string Failures(const modbus::RouteStatus& route, WallTime now) {
       fmt::format("{} of {} requests had no good reply, the last {} ago: {}", failed,
                   route.requests, FormatAge(now - route.last_trouble_at), route.last_trouble);
   if (2 * route.busy > failed)
-    return text + "; clients ask faster than the line can: let them ask less";
+    return text +
+           "; clients send requests faster than the line can: let the clients poll less often";
   if (2 * route.expired > failed) {
     return text +
-           "; the line has no time for it: let clients ask less, or raise the route's deadline";
+           "; the line is too busy: let clients poll less often, or raise the route's deadline";
   }
-  return text + "; look at the power and the wire of its units";
+  return text + "; check power and wiring of the units";
 }
 
 }  // namespace
 
 Sentences DiagnoseMaster(const modbus::MasterStatus& master, WallTime now) {
   if (!master.is_open) {
-    return {fmt::format("port closed for {}: {}; it is tried again until it works",
+    return {fmt::format("port closed for {}: {}; the gateway tries again until the port opens",
                         FormatAge(now - master.since), master.text)};
   }
   if (master.other) {
-    return {"the master is not understood: " + ExplainOther(*master.other, master.expected)};
+    return {"the requests of the master are not understood: " +
+            ExplainOther(*master.other, master.expected)};
   }
   Sentences found;
   if (master.echoes > 0) {
-    found.push_back(
-        fmt::format("the adapter has given back {} of the gateway's own replies: set echo: strip",
-                    master.echoes));
+    found.push_back(fmt::format(
+        "the adapter has echoed {} of the gateway's own replies: set echo: strip", master.echoes));
   }
   const std::string silence = Silence(master, now);
   const auto heard = static_cast<double>(master.frames + master.damaged);
@@ -160,8 +160,8 @@ Json RouteJson(const modbus::RouteStatus& route, Now now) {
 }
 
 std::string SentenceOf(const modbus::ClosedListener& listener) {
-  if (listener.is_open) return "no client reaches it: " + listener.why;
-  return "is not open: " + listener.why + "; tried again each second";
+  if (listener.is_open) return "no client can reach this listener: " + listener.why;
+  return "is not open: " + listener.why + "; the gateway tries again each second";
 }
 
 }  // namespace

@@ -53,7 +53,7 @@ void Upstream::Link::Rest() {
 void Upstream::Link::CloseAtRest() {
   if (!resting_ || !connection_ || !queue_.empty() || !on_wire_.empty()) return;
   std::exchange(connection_, nullptr)->Close();
-  log::Info("modbus: {}: disconnected, as no route leads there any more", name_);
+  log::Info("modbus: {}: disconnected, because no route uses the server any more", name_);
 }
 
 void Upstream::Link::Stop() {

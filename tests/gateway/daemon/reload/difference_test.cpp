@@ -303,17 +303,18 @@ TEST(ModbusDifference, ReportsOneSentenceForEachListener) {
       {"the order", [](Modbus& its) { std::swap(its.listen[0], its.listen[2]); }, {}},
       {"what may be asked",
        [](Modbus& its) { its.listen[0].permit = config::Permit::read; },
-       {"listener 127.0.0.1:1502: differs in write; its clients are disconnected"}},
+       {"listener 127.0.0.1:1502: changed settings: write; its clients are disconnected"}},
       {"two settings, and another place",
        [](Modbus& its) {
          its.listen[1].allow.push_back({"10.0.0.0/8", {}, 104});
          its.listen[1].max_clients = 7;
          std::swap(its.listen[0], its.listen[1]);
        },
-       {"listener 10.0.0.1:502: differs in allow, max_clients; its clients are disconnected"}},
+       {"listener 10.0.0.1:502: changed settings: allow, max_clients; its clients are "
+        "disconnected"}},
       {"the rate of a serial port",
        [](Modbus& its) { its.listen[2].serial.baud = 1200; },
-       {"listener /dev/ttyS1: differs in serial; its clients are disconnected"}},
+       {"listener /dev/ttyS1: changed settings: serial; its clients are disconnected"}},
       {"one more",
        [](Modbus& its) { its.listen.push_back(ListenerAt("10.0.0.2", 502)); },
        {"listener 10.0.0.2:502: is new"}},
@@ -345,12 +346,12 @@ TEST(ModbusDifference, ReportsThePreviousIndexOfEachListener) {
 TEST(ModbusDifference, CountsTheClientsThatAListenerLoses) {
   ListenerChange change{"10.0.0.1:502", Action::restarted, "write", 0, 3};
   EXPECT_EQ(SentenceOf(change),
-            "listener 10.0.0.1:502: differs in write; its 3 clients are disconnected");
+            "listener 10.0.0.1:502: changed settings: write; its 3 clients are disconnected");
   change.clients = 1;
   EXPECT_EQ(SentenceOf(change),
-            "listener 10.0.0.1:502: differs in write; its client is disconnected");
+            "listener 10.0.0.1:502: changed settings: write; its client is disconnected");
   change.clients = 0;
-  EXPECT_EQ(SentenceOf(change), "listener 10.0.0.1:502: differs in write");
+  EXPECT_EQ(SentenceOf(change), "listener 10.0.0.1:502: changed settings: write");
 }
 
 TEST(ModbusDifference, ReportsOneSentenceForEachRoute) {
@@ -366,10 +367,10 @@ TEST(ModbusDifference, ReportsOneSentenceForEachRoute) {
          its.routes[0].remap = 1;
          its.routes[0].deadline = 5s;
        },
-       {"route 33-40 to drive: begins anew: remap, deadline"}},
+       {"route 33-40 to drive: restarts with changed remap, deadline"}},
       {"its alarms",
        [](Modbus& its) { its.routes[0].alarms.delay = 5s; },
-       {"route 33-40 to drive: goes on, with other alarms"}},
+       {"route 33-40 to drive: continues, with changed alarms"}},
       {"another server",
        [](Modbus& its) { its.routes[2].port = 503; },
        {"route 50 to 10.0.0.9:503: is new", "route 50 to 10.0.0.9:502: ends"}},

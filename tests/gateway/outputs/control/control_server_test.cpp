@@ -95,7 +95,7 @@ TEST_F(ControlTest, ASocketInUseAndForeignFilesAreNotReplaced) {
   ControlServer second(config_, store_, lines_, lines_, {"9", status::kStarted}, io);
   const Status taken = second.Listen();
   ASSERT_FALSE(taken);
-  EXPECT_THAT(taken.error(), HasSubstr("another process answers there"));
+  EXPECT_THAT(taken.error(), HasSubstr("another process answers at this socket"));
   second.Stop();
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("1.2.3")) << "the first still owns the file";
 

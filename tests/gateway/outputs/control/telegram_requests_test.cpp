@@ -87,12 +87,12 @@ TEST_F(TelegramRequestsTest, AReadGoesToTheNamedDevice) {
 TEST_F(TelegramRequestsTest, AWritingTelegramNeedsPermissionOfLineAndUser) {
   EXPECT_THAT(Ask("bay-1", "21 31", R"(,"write":true)"), HasSubstr("'ask: write'"));
   config_.lines[0].ask = config::Ask::write;
-  EXPECT_THAT(Ask("bay-1", "21 31"), HasSubstr("say --write"));
+  EXPECT_THAT(Ask("bay-1", "21 31"), HasSubstr("add --write"));
   EXPECT_THAT(Ask("bay-1", "21 31", R"(,"write":true)"), HasSubstr(R"("write":true)"));
   EXPECT_THAT(
       lines_.calls(),
       ElementsAre(AllOf(HasSubstr("user:anna may not write 21 ** 0D"), HasSubstr("'ask: write'")),
-                  AllOf(HasSubstr("user:anna may not write 21 ** 0D"), HasSubstr("say --write")),
+                  AllOf(HasSubstr("user:anna may not write 21 ** 0D"), HasSubstr("add --write")),
                   "user:anna reads of device 0"));
 }
 
@@ -167,7 +167,7 @@ TEST_F(ServiceTest, APortInUseIsNotReleasedToAnotherProgram) {
   };
   set("");
   for (const char* more : {"", R"(,"tcp":"127.0.0.1:4001")"}) {
-    EXPECT_THAT(release(more), HasSubstr("client 10.0.0.7:40000 has the port of line 'io'"));
+    EXPECT_THAT(release(more), HasSubstr("client 10.0.0.7:40000 uses the port of line 'io'"));
   }
   EXPECT_THAT(lines_.calls(), testing::SizeIs(3));
   set("it disconnected");
@@ -182,7 +182,7 @@ TEST_F(ServiceTest, NonsenseTimesAreRefused) {
     EXPECT_THAT(release(time), HasSubstr("from 1s to 24h")) << time;
   }
   for (const char* time : {"1e30", "1.5", "\"10min\"", "null", "18446744073709551615"}) {
-    EXPECT_THAT(release(time), HasSubstr("'for_ms' of 'release' is a whole number")) << time;
+    EXPECT_THAT(release(time), HasSubstr("'for_ms' of 'release' must be a whole number")) << time;
   }
   EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("from 1s to 24h"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
@@ -195,19 +195,20 @@ TEST_F(ServiceTest, AMemberOfAnotherTypeIsAnError) {
     const char* says;
   } wrong[] = {
       {R"("release","target":"io","for":"x")",
-       "'for' is no member of 'release'; there are: target, for_ms, tcp, rfc2217, allow"},
+       "'for' is not a member of 'release'; members: target, for_ms, tcp, rfc2217, allow"},
       {R"("release","target":7,"for_ms":1000)",
-       "'target' of 'release' is a text in quotation marks, and not 7"},
+       "'target' of 'release' must be a text in quotation marks, not 7"},
       {R"("write","target":"io.ai-1.setting","value":"7","confirm":7)",
-       "'confirm' of 'write' is true or false, and not 7"},
-      {R"("write","target":"io.ai-1.setting","value":7)", "'value' of 'write' is a text"},
-      {R"("may_write","target":"io.ai-1.setting","value":null)", "'value' of 'may_write' is"},
-      {R"("reload","dry_run":"yes")", "'dry_run' of 'reload' is true or false, and not"},
-      {R"("reload","confirm_ms":1.5)", "'confirm_ms' of 'reload' is a whole number, and not 1.5"},
-      {R"("confirm","by":"me")", "'by' is no member of 'confirm'; it has none"},
-      {R"("history","point":"a.b.c","after":[1])", "'after' of 'history' is two whole numbers"},
-      {R"("events","since_ms":"2h")", "'since_ms' of 'events' is a whole number"},
-      {R"("status","target":["io"])", "'target' of 'status' is a text"},
+       "'confirm' of 'write' must be true or false, not 7"},
+      {R"("write","target":"io.ai-1.setting","value":7)", "'value' of 'write' must be a text"},
+      {R"("may_write","target":"io.ai-1.setting","value":null)", "'value' of 'may_write' must be"},
+      {R"("reload","dry_run":"yes")", "'dry_run' of 'reload' must be true or false, not"},
+      {R"("reload","confirm_ms":1.5)", "'confirm_ms' of 'reload' must be a whole number, not 1.5"},
+      {R"("confirm","by":"me")", "'by' is not a member of 'confirm'; the command has no members"},
+      {R"("history","point":"a.b.c","after":[1])",
+       "'after' of 'history' must be two whole numbers"},
+      {R"("events","since_ms":"2h")", "'since_ms' of 'events' must be a whole number"},
+      {R"("status","target":["io"])", "'target' of 'status' must be a text"},
   };
   for (const auto& [request, says] : wrong) {
     const status::Json answer =
@@ -248,7 +249,7 @@ TEST_F(ServiceTest, AnUnknownNameIsAnsweredWithTheExistingNames) {
   EXPECT_THAT(ask("bay-1."), HasSubstr("has no device ''"));
   EXPECT_THAT(ask("io.feeder-1"), HasSubstr("its devices: ai-1"));
   EXPECT_THAT(Ask(R"({"command":"release","target":"io.ai-1","for_ms":5000})"),
-              HasSubstr("a line as a whole: write io"));
+              HasSubstr("a whole line: write io"));
   EXPECT_THAT(Ask(R"({"command":"trace","target":"io","device":"feeder-1"})"),
               HasSubstr("has no device 'feeder-1'"));
   EXPECT_FALSE(wish_);
@@ -328,8 +329,9 @@ TEST_F(PointRequestsTest, ARepeatedRequestIsNotWrittenTwice) {
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2"));
   EXPECT_THAT(Write("setting", "8", night), HasSubstr("this seq for another request"));
   EXPECT_THAT(Write("trip", "on", R"(,"client":"night","seq":8)"), HasSubstr("\"needs\""));
-  EXPECT_THAT(Write("setting", "7", R"(,"client":"night")"), HasSubstr("belong together"));
-  EXPECT_THAT(Write("setting", "7", R"(,"seq":9)"), HasSubstr("belong together"));
+  EXPECT_THAT(Write("setting", "7", R"(,"client":"night")"),
+              HasSubstr("'client' and 'seq' or neither"));
+  EXPECT_THAT(Write("setting", "7", R"(,"seq":9)"), HasSubstr("'client' and 'seq' or neither"));
   EXPECT_THAT(lines_.calls(), ElementsAre("user:anna writes 0=7 of device 2",
                                           HasSubstr("user:anna may not write true")));
 }

@@ -205,7 +205,7 @@ TEST_F(WritesTest, AnEmptyListIsReportedInASentence) {
 TEST_F(WritesTest, AGatewayWithoutWritesIsAnError) {
   StartServer();
   EXPECT_EQ(Run(), 4);
-  EXPECT_THAT(err_.str(), HasSubstr("nothing of this gateway can be written"));
+  EXPECT_THAT(err_.str(), HasSubstr("this gateway permits no writes"));
 }
 
 TEST_F(WritesTest, ADamagedAuditFileIsReported) {
@@ -375,7 +375,8 @@ TEST_F(AlarmsTest, AreServedWithoutAnEventsFile) {
 
 TEST_F(AlarmsTest, RefuseUnknownTargets) {
   EXPECT_EQ(Ack("77")["error"], "unknown");
-  EXPECT_THAT(Ack("77")["message"].get<std::string>(), HasSubstr("event 77 has raised no alarm"));
+  EXPECT_THAT(Ack("77")["message"].get<std::string>(),
+              HasSubstr("event 77 has no alarm in the list"));
   EXPECT_THAT(Ack("bay-7")["message"].get<std::string>(), HasSubstr("bay-7"));
   EXPECT_THAT(Ack("")["message"].get<std::string>(), HasSubstr("write LINE, LINE.DEVICE"));
   EXPECT_EQ(Ack("bay-1.nobody")["error"], "unknown");

@@ -39,15 +39,16 @@ TEST(SocketRemarks, ExplainEachSocketProblem) {
               ElementsAre(AllOf(HasSubstr("UDP port 8150"), Not(HasSubstr("reserve")))));
   facts.has_port = true;
   facts.unjoined = {"10.0.0.5", "10.1.0.5"};
-  EXPECT_THAT(RemarksOn(facts, options),
-              ElementsAre(HasSubstr("is heard on 10.0.0.5"), HasSubstr("is heard on 10.1.0.5")));
+  EXPECT_THAT(RemarksOn(facts, options), ElementsAre(HasSubstr("is discovered on 10.0.0.5"),
+                                                     HasSubstr("is discovered on 10.1.0.5")));
   facts = kFine;
   facts.receive_bytes = 212992;
   facts.send_bytes = 106496;
   EXPECT_THAT(
       RemarksOn(facts, options),
-      ElementsAre(AllOf(HasSubstr("208 KiB of 4096 KiB"), HasSubstr("net.core.rmem_max=")),
-                  AllOf(HasSubstr("104 KiB of 4096 KiB"), HasSubstr("net.core.wmem_max="))));
+      ElementsAre(
+          AllOf(HasSubstr("208 KiB instead of 4096 KiB"), HasSubstr("net.core.rmem_max=")),
+          AllOf(HasSubstr("104 KiB instead of 4096 KiB"), HasSubstr("net.core.wmem_max="))));
 }
 
 /// Stands for the socket of a participant or of another program.
@@ -141,16 +142,16 @@ TEST(InterfaceWatch, ReportsChangesThatTheLibraryCannotFollow) {
       {{"127.0.0.1", "10.2.0.5"}, begin, ""},  // the address was not there before
       {{"10.1.0.5", "10.0.0.5"}, {{"127.0.0.1", 1}}, ""},
       {{}, {{"127.0.0.1", 1}}, ""},
-      {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was made anew"},
+      {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was created again"},
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.1.0.5", 9}}, ""},  // the interface of another address
       {{"10.0.0.5"}, {{"10.0.0.5", 2}, {"10.2.0.5", 9}}, ""},
-      {{"127.0.0.1", "10.1.0.5"}, {{"10.1.0.5", 9}}, "the interface of 10.1.0.5 was made anew"},
+      {{"127.0.0.1", "10.1.0.5"}, {{"10.1.0.5", 9}}, "the interface of 10.1.0.5 was created again"},
       {{"10.0.0.5"}, {{"10.0.0.5", {}}}, ""},  // down
       {{"10.3.0.5"}, {{"10.3.0.5", 4}}, "the interface of 10.3.0.5 is up now"},
       {{"10.3.0.5"}, {{"10.3.0.5", {}}}, ""},
       {{}, {{"10.2.0.5", {}}}, ""},
       {{}, {{"10.2.0.5", 9}}, "this machine has a new address, 10.2.0.5"},
-      {{"0.0.0.0"}, {{"10.0.0.5", 9}}, "the interface of 10.0.0.5 was made anew"},
+      {{"0.0.0.0"}, {{"10.0.0.5", 9}}, "the interface of 10.0.0.5 was created again"},
       {{}, {}, ""},
   };
   for (const Row& row : rows) {

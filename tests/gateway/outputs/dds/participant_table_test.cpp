@@ -197,7 +197,8 @@ TEST_F(EndpointTableTest, EndpointsOfALeftParticipantAreForgotten) {
 
 TEST(Unanswered, TheAdviceDependsOnTheConfiguredInterfaces) {
   const std::string both_sides =
-      "it is on this machine and must use an address of dds.interfaces beside 127.0.0.1";
+      "the participant is on this machine and must use an address of dds.interfaces beside "
+      "127.0.0.1";
   const struct {
     std::string host;
     bool own;
@@ -207,23 +208,23 @@ TEST(Unanswered, TheAdviceDependsOnTheConfiguredInterfaces) {
       {"10.0.0.9",
        false,
        {"127.0.0.1"},
-       "name the address of this machine in its network in dds.interfaces"},
+       "add the address of this machine in the network of that host to dds.interfaces"},
       {"10.0.0.5",
        true,
        {"10.0.0.5"},
-       "it is on this machine, so name 127.0.0.1 in dds.interfaces as well"},
+       "the participant is on this machine, so add 127.0.0.1 to dds.interfaces"},
       {"10.0.0.5",
        true,
        {"127.0.0.1"},
-       "it is on this machine, so name 10.0.0.5 in dds.interfaces as well"},
+       "the participant is on this machine, so add 10.0.0.5 to dds.interfaces"},
       {"10.0.0.5",
        true,
        {"10.1.0.5"},
-       "it is on this machine, so name 127.0.0.1 and 10.0.0.5 in dds.interfaces as well"},
+       "the participant is on this machine, so add 127.0.0.1 and 10.0.0.5 to dds.interfaces"},
       {"127.0.0.1",
        true,
        {"10.0.0.5"},
-       "it is on this machine, so name 127.0.0.1 in dds.interfaces as well"},
+       "the participant is on this machine, so add 127.0.0.1 to dds.interfaces"},
       {"127.0.0.1", true, {"127.0.0.1", "10.0.0.5"}, both_sides},
       {"10.0.0.5", true, {"127.0.0.1", "10.0.0.5"}, both_sides},
       {"127.0.0.1", true, {}, both_sides},
@@ -231,7 +232,7 @@ TEST(Unanswered, TheAdviceDependsOnTheConfiguredInterfaces) {
   };
   for (const auto& row : rows) {
     EXPECT_EQ(UnansweredRemark(row.host, row.own, row.interfaces),
-              row.host + " was heard and cannot be answered: " + row.cure);
+              row.host + " was discovered but cannot be answered: " + row.cure);
   }
 }
 

@@ -243,9 +243,10 @@ TEST(SampleSender, RepeatsRefusedSamplesAndLogsThemOnce) {
   }
   EXPECT_THAT(
       run.lines,
-      ElementsAre(
-          Pair(log::Level::warning, "a sample of device feeder-0 was refused; it will be repeated"),
-          Pair(log::Level::info, "samples are taken again; 20 were refused and repeated")));
+      ElementsAre(Pair(log::Level::warning,
+                       "DDS has refused a sample of device feeder-0; the gateway sends it again"),
+                  Pair(log::Level::info,
+                       "DDS accepts samples again; 20 samples were refused and sent again")));
 }
 
 TEST(SampleSender, SendsTheLatestValueWhenTheWriterHasRoomAgain) {

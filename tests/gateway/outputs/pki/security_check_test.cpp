@@ -61,12 +61,11 @@ TEST_F(SecurityCheck, ReportsExpiredAndExpiringFiles) {
                           "issued",
                           "warning permissions: g/permissions.p7s expire on 2031-11-21; have new "
                           "ones signed"));
-  EXPECT_THAT(
-      Found(kNow + kDemoValidity + 1s),
-      ElementsAre("identity: g/identity.pem has expired on 2031-11-21; have a new one "
-                  "issued",
-                  "permissions: g/permissions.p7s have expired on 2031-11-21; have new ones "
-                  "signed"));
+  EXPECT_THAT(Found(kNow + kDemoValidity + 1s),
+              ElementsAre("identity: g/identity.pem expired on 2031-11-21; have a new one "
+                          "issued",
+                          "permissions: g/permissions.p7s expired on 2031-11-21; have new ones "
+                          "signed"));
   EXPECT_THAT(Found(kNow - 48h),
               ElementsAre(StartsWith("ca: g/ca.pem is not valid before 2026-11-21T00:00:00.000Z"),
                           StartsWith("identity: g/identity.pem is not valid before ")));
@@ -94,7 +93,7 @@ TEST_F(SecurityCheck, ReportsAWorldReadableKey) {
   fs::permissions(files_.key, fs::perms::others_read, fs::perm_options::add);
   EXPECT_THAT(
       Found(),
-      ElementsAre("warning key: g/key.pem can be read by everybody; mend that with chmod o="));
+      ElementsAre("warning key: g/key.pem can be read by every user; run: chmod o= g/key.pem"));
 }
 
 TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
@@ -105,8 +104,8 @@ TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
                                           nullptr, nullptr),
             1);
   WriteText(files_.key, Written(to));
-  EXPECT_THAT(Found(), ElementsAre("key: g/key.pem has a password, and password_file does not hold "
-                                   "it"));
+  EXPECT_THAT(Found(), ElementsAre("key: g/key.pem is encrypted, and password_file does not "
+                                   "contain the right password"));
   files_.password_file = folder_.In("password");
   WriteText(files_.password_file, "plinth-42\n");
   EXPECT_THAT(Found(), IsEmpty());
@@ -144,7 +143,7 @@ TEST_F(SecurityCheck, ReportsMissingAndDamagedFiles) {
 TEST_F(SecurityCheck, ReportsPermissionsOfAnotherSubject) {
   files_.permissions = folder_.In("subscriber-1/permissions.p7s");
   EXPECT_THAT(Found(), ElementsAre("warning permissions: subscriber-1/permissions.p7s grants "
-                                   "nothing to CN=g, whom g/identity.pem names"));
+                                   "nothing to CN=g, the subject of g/identity.pem"));
 }
 
 TEST_F(SecurityCheck, RecognisesAGovernanceWithUnprotectedMessages) {

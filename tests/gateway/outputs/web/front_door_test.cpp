@@ -248,7 +248,7 @@ TEST(TokenFile, MustBeReadableByItsOwnerOnly) {
       EXPECT_THAT(token.error(), HasSubstr(says));
     }
   }
-  EXPECT_THAT(ReadToken(form).error(), HasSubstr("no regular file"));
+  EXPECT_THAT(ReadToken(form).error(), HasSubstr("not a regular file"));
   std::filesystem::remove_all(form);
 }
 

@@ -112,7 +112,7 @@ TEST_F(AuditLogTest, AHangingDiskDelaysNoWrite) {
   EXPECT_EQ(log->WaitFor(*second, Ever()), Written::yes);
   ASSERT_EQ(heard().size(), 2U) << "its begin and its end";
   EXPECT_THAT(heard()[0],
-              HasSubstr("warn: audit: the disk does not answer in time; writes are sent"));
+              HasSubstr("warn: audit: the disk does not answer in time; writes are still sent"));
   EXPECT_THAT(heard()[1], HasSubstr("inform: audit: writes are recorded again"));
 }
 
@@ -212,7 +212,7 @@ TEST_F(AuditLogTest, ARemovedFileIsNoticedAndCreatedAgain) {
   ASSERT_TRUE(page) << page.error();
   ASSERT_FALSE(page->records.empty());
   EXPECT_EQ(page->records.back().client, "b");
-  EXPECT_THAT(heard(), ::testing::Contains(HasSubstr("it was removed")));
+  EXPECT_THAT(heard(), ::testing::Contains(HasSubstr("the file was removed")));
 }
 
 TEST_F(AuditLogTest, ARemovedFolderIsShownAsFailing) {

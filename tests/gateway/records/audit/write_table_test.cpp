@@ -253,7 +253,7 @@ TEST_F(WriteTableTest, AFileOfANewerVersionIsLeftUnchanged) {
   ASSERT_TRUE(database.Execute("PRAGMA user_version=99"));
   const auto opened = Open();
   EXPECT_FALSE(opened.ok);
-  EXPECT_THAT(opened.error, HasSubstr("a newer baudgate has made it"));
+  EXPECT_THAT(opened.error, HasSubstr("a newer baudgate has written the file"));
   EXPECT_TRUE(opened.put_aside.empty());
 }
 

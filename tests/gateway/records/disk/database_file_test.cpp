@@ -108,7 +108,7 @@ TEST_F(DatabaseFileTest, AFifoIsNotOpened) {
     ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
     const OpenedDatabase opened = OpenDatabase(file(), kKind);
     EXPECT_FALSE(opened.database);
-    EXPECT_NE(opened.error.find(path + " is a FIFO, and no regular file: remove it"),
+    EXPECT_NE(opened.error.find(path + " is a FIFO, not a regular file: remove it"),
               std::string::npos)
         << opened.error;
     fs::remove(path);
@@ -142,7 +142,7 @@ TEST_F(DatabaseFileTest, CommittedChangesBehindDamageAreReportedAsLost) {
     ASSERT_TRUE(opened.database) << opened.error;
     EXPECT_EQ(Rows(*opened.database), 1);
     ASSERT_TRUE(opened.lost) << damaged;
-    EXPECT_NE(opened.lost->find("committed changes behind the damage are lost"), std::string::npos)
+    EXPECT_NE(opened.lost->find("committed changes after the damage are lost"), std::string::npos)
         << *opened.lost;
   }
 }
@@ -150,7 +150,8 @@ TEST_F(DatabaseFileTest, CommittedChangesBehindDamageAreReportedAsLost) {
 TEST_F(DatabaseFileTest, ALogWithADamagedHeaderHasLostAll) {
   MakeKilled();
   Invert(log(), 26);
-  EXPECT_EQ(LogDamage(file()), "the head of its log is damaged: all changes in the log are lost");
+  EXPECT_EQ(LogDamage(file()),
+            "the header of its write-ahead log (-wal) is damaged: all changes in the log are lost");
 }
 
 TEST_F(DatabaseFileTest, FramesOfTheEarlierLogRoundAreNoLoss) {
@@ -249,8 +250,8 @@ class Versions : public ::testing::Test {
     EXPECT_TRUE(failure->in_use) << "it must not start without its state";
     EXPECT_EQ(failure->text, (folder_ / file).string() + " was written by a newer baudgate (" +
                                  versions +
-                                 "); nothing was changed. Start the newer one, or give this one "
-                                 "another gateway.state");
+                                 "); the file was not changed. Start the newer baudgate, or set "
+                                 "another folder in gateway.state");
     EXPECT_EQ(Files(), before);
   }
 
@@ -274,21 +275,21 @@ TEST_F(Versions, CurrentAndForeignFilesAreAccepted) {
 
 TEST_F(Versions, NewerEventFilesAreRefused) {
   MakeNewer("events.db", kEventsApplication);
-  ExpectRefused("events.db", "version " + kNextEvents + " of the file, this one knows " +
+  ExpectRefused("events.db", "file version " + kNextEvents + ", this baudgate reads up to " +
                                  std::to_string(kEventsVersion));
 }
 
 TEST_F(Versions, NewerValueAndTrendFilesAreRefused) {
   MakeNewer("values-20261123.db", 0x42477661);
-  ExpectRefused("values-20261123.db", "version 2 of the file, this one knows 1");
+  ExpectRefused("values-20261123.db", "file version 2, this baudgate reads up to 1");
   fs::remove(folder_ / "values-20261123.db");
   MakeNewer("trends.db", 0x42477472);
-  ExpectRefused("trends.db", "version 2 of the file, this one knows 1");
+  ExpectRefused("trends.db", "file version 2, this baudgate reads up to 1");
 }
 
 TEST_F(Versions, NewerDeviceFilesAreRefused) {
   std::ofstream(folder_ / "devices.json") << R"({"version": 2, "novel": []})";
-  ExpectRefused("devices.json", "version 2 of the file, this one knows 1");
+  ExpectRefused("devices.json", "file version 2, this baudgate reads up to 1");
 }
 
 /// After kill -9 the version is only in the log. The file itself still has version 0.

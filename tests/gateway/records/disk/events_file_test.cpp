@@ -120,8 +120,9 @@ TEST_F(EventsFileTest, TablesChangedByAnotherProgramAreDamage) {
     ASSERT_TRUE(stranger.Execute(change)) << stranger.error();
     EXPECT_FALSE(connection.database().Execute(
         "INSERT INTO event_sources (line, device, said) VALUES ('l', 'd', 's')"));
-    EXPECT_EQ(connection.Failed().message,
-              file().string() + ": " + why + ": another program has changed its tables");
+    EXPECT_EQ(
+        connection.Failed().message,
+        file().string() + ": " + why + ": another program has changed the tables of the file");
     const auto again = connection.Open();
     EXPECT_TRUE(again.ok) << again.error;
     EXPECT_NE(again.put_aside.find(why), std::string::npos) << again.put_aside;
@@ -137,10 +138,11 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   const auto opened = connection.Open();
   EXPECT_TRUE(opened.ok) << opened.error;
   EXPECT_TRUE(opened.new_file);
-  EXPECT_EQ(opened.put_aside,
-            file().string() +
-                " is damaged (it is empty: its content is lost); it was renamed to events.db.bad "
-                "and a new file was begun");
+  EXPECT_EQ(
+      opened.put_aside,
+      file().string() +
+          " is damaged (the file is empty: its content is lost); it was renamed to events.db.bad "
+          "and a new file was created");
   EXPECT_TRUE(std::filesystem::exists(file().string() + ".bad-wal"));
   EventsConnection second(file());
   EXPECT_EQ(second.Open().put_aside, "");
@@ -287,25 +289,25 @@ TEST_F(EventsFileTest, DamageToAFileInUseIsDetectedByACheck) {
   constexpr std::streamoff kFrame = 24 + 4096;
   const InUse rows[] = {
       {"schema format", [](const path& file, const path&) { Invert(file, 47); },
-       "the format of its schema", "", true},
+       "invalid schema format", "", true},
       {"write version", [](const path& file, const path&) { Invert(file, 18); },
-       "the version of its format", "", true},
+       "invalid format version", "", true},
       {"application", [](const path& file, const path&) { Invert(file, 68); },
-       "not what it was when it was opened", "", true},
-      {"page size", [](const path& file, const path&) { Invert(file, 16); }, "size of its pages",
+       "another program has changed the header", "", true},
+      {"page size", [](const path& file, const path&) { Invert(file, 16); }, "invalid page size",
        "", true},
       {"shortened", [](const path& file, const path&) { resize_file(file, 8192); },
-       "it was shortened while it was in use: 8192 of ", "", true},
-      {"emptied", [](const path& file, const path&) { resize_file(file, 0); }, "it ends there", "",
-       true},
+       "the file was truncated while it was in use: 8192 of ", "", true},
+      {"emptied", [](const path& file, const path&) { resize_file(file, 0); },
+       "the file is too short", "", true},
       {"log emptied", [](const path&, const path& log) { resize_file(log, 0); },
-       "what was recorded last is lost", "old"},
+       "the newest records are lost", "old"},
       {"log shortened", [](const path&, const path& log) { resize_file(log, 32 + kFrame - 1); },
-       "what was recorded last is lost", "old"},
+       "the newest records are lost", "old"},
       {"last frame", [](const path&, const path& log) { Invert(log, 8 - kFrame); },
-       "what was recorded last is lost", "old"},
+       "the newest records are lost", "old"},
       {"head of the log", [](const path&, const path& log) { Invert(log, 17); },
-       "nothing is lost: the file has what the log held", "old,new"},
+       "no data was lost: the file already contains", "old,new"},
   };
   for (const InUse& row : rows) {
     SCOPED_TRACE(row.name);
@@ -352,7 +354,8 @@ TEST_F(EventsFileTest, AFileWithAPartOfALostLogIsDamaged) {
   }
   EXPECT_TRUE(one_->Check());
   std::filesystem::resize_file(log(), 32 + 24 + 4096);
-  EXPECT_NE(one_->Check().error().find("another one is in the file already"), std::string::npos);
+  EXPECT_NE(one_->Check().error().find("the rest of the log is in the file already"),
+            std::string::npos);
   EXPECT_NE(one_->Open().put_aside.find("a part of its write-ahead log"), std::string::npos);
 }
 

@@ -53,8 +53,8 @@ TEST_F(EventLogTest, WaitsForADiskThatFails) {
   EXPECT_EQ(Fed(), (std::vector<std::string>{"a", "b"}));
   const auto lines = heard();
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_THAT(lines[0], HasSubstr("devices are not asked for events"));
-  EXPECT_THAT(lines[1], HasSubstr("inform: events: they are kept again"));
+  EXPECT_THAT(lines[0], HasSubstr("devices are not polled for events"));
+  EXPECT_THAT(lines[1], HasSubstr("inform: events: events are recorded again"));
 }
 
 TEST_F(EventLogTest, ReportsAMissingPlace) {

@@ -125,7 +125,7 @@ TEST_F(KeptFiles, AClockThatIsWrongForSecondsDeletesNothing) {
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 4U);
   EXPECT_EQ(news[0].text,
-            DayFileName(kBegin - 5 * kDay) + " is deleted: it ended longer ago than history.keep");
+            DayFileName(kBegin - 5 * kDay) + " was deleted: its day is older than history.keep");
   EXPECT_FALSE(news[0].trouble);
 }
 
@@ -176,7 +176,8 @@ TEST_F(KeptFiles, ARemovedFileIsNoticedAtTheNextCommit) {
   EXPECT_TRUE(store->TakeLost());
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
-  EXPECT_THAT(news[0].text, HasSubstr(DayFileName(kBegin) + ": it was removed, and all that"));
+  EXPECT_THAT(news[0].text,
+              HasSubstr(DayFileName(kBegin) + ": the file was removed, and its content"));
   // The recorder had already handed over a batch of the old run. Only then it begins a new run.
   const Millis anew = next + 3 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, next + 2 * kSecond, anew, {}, kBegin), At(anew)));
@@ -294,7 +295,7 @@ TEST_F(KeptFiles, FilesPutAsideAreDeletedFirst) {
   EXPECT_FALSE(std::filesystem::exists(folder() / (bad + "-wal")));
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
-  EXPECT_THAT(news[0].text, HasSubstr(bad + " is deleted: history.limit of "));
+  EXPECT_THAT(news[0].text, HasSubstr(bad + " was deleted: history.limit of "));
   EXPECT_FALSE(news[0].trouble);
 }
 
@@ -317,8 +318,9 @@ TEST_F(KeptFiles, AnEmptyFileIsReportedAsALoss) {
   const auto store = Open(kBegin);
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 2U);
-  EXPECT_THAT(news[0].text, HasSubstr("trends.db is damaged (it is empty: its content is lost); "
-                                      "it was renamed to trends.db.bad"));
+  EXPECT_THAT(news[0].text,
+              HasSubstr("trends.db is damaged (the file is empty: its content is lost); "
+                        "it was renamed to trends.db.bad"));
   EXPECT_THAT(news[1].text, HasSubstr(DayFileName(kBegin)));
 }
 

@@ -95,7 +95,7 @@ TEST_F(ValueStoreTest, AnEmptyDayFileIsNamedUnlessItIsTheLatest) {
   ASSERT_TRUE(page);
   ASSERT_EQ(page->unread.size(), 1U);
   EXPECT_EQ(page->unread[0].text,
-            DayFileName(kBegin - kDay) + ": it is empty: its content is lost");
+            DayFileName(kBegin - kDay) + ": the file is empty: its content is lost");
 }
 
 TEST_F(ValueStoreTest, PagesAndDaysJoin) {
@@ -331,8 +331,9 @@ TEST_F(HistoryLogTest, AnUnreadableFileIsReported) {
     EXPECT_EQ(page->unread[0].text, damaged + ": file is not a database");
   }
   EXPECT_EQ(log->view()->state().unread.size(), 1U);
-  EXPECT_THAT(heard(), Contains("warn: history: " + damaged +
-                                ": file is not a database; its values are missing in answers"));
+  EXPECT_THAT(heard(),
+              Contains("warn: history: " + damaged +
+                       ": file is not a database; query results lack values of this file"));
   EXPECT_EQ(heard().size(), 1U) << "once";
 }
 
@@ -380,7 +381,7 @@ TEST_F(HistoryLogTest, ARemovedFileIsCreatedAgain) {
   EXPECT_EQ(kept().back().entry.value, Value(std::int64_t{7}));
   ASSERT_EQ(heard().size(), 1U) << heard().back();
   EXPECT_THAT(heard()[0], HasSubstr("warn: history: "));
-  EXPECT_THAT(heard()[0], HasSubstr("it was removed, and all that was in it"));
+  EXPECT_THAT(heard()[0], HasSubstr("the file was removed, and its content is lost"));
 }
 
 TEST_F(HistoryLogTest, AFailingDiskDelaysNoReading) {
@@ -402,7 +403,7 @@ TEST_F(HistoryLogTest, AFailingDiskDelaysNoReading) {
   const auto lines = heard();
   ASSERT_EQ(lines.size(), 2U);
   EXPECT_THAT(lines[0], HasSubstr("warn: history: "));
-  EXPECT_THAT(lines[1], HasSubstr("inform: history: values are kept again"));
+  EXPECT_THAT(lines[1], HasSubstr("inform: history: values are recorded again"));
 }
 
 TEST_F(HistoryLogTest, AHangingDiskIsShown) {

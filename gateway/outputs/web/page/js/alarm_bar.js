@@ -44,7 +44,7 @@ export function startAlarmBar(bar) {
     setClass(bar, `alarm-bar ${alarm ? alarm.priority : 'quiet'}`);
     newest.hidden = !alarm;
     if (!alarm) return setText(spoken, '');
-    setText(priority, `${alarm.priority}${alarm.state === 'returned' ? ', over' : ''}`);
+    setText(priority, `${alarm.priority}${alarm.state === 'returned' ? ', no longer active' : ''}`);
     setText(source, alarmSource(alarm));
     source.href = sourceLink(alarm);
     setText(text, alarm.text);

@@ -13,7 +13,7 @@ import {session} from './session.js';
 
 const order = {high: 0, medium: 1, low: 2};
 const unseen = (alarm) => alarm.state !== 'acknowledged';
-const words = {active: 'active', acknowledged: 'active, acknowledged', returned: 'over, not acknowledged'};
+const words = {active: 'active', acknowledged: 'active, acknowledged', returned: 'no longer active, not acknowledged'};
 
 const columns = [
   marked('Priority', (alarm) => [unseen(alarm) ? priorityMark[alarm.priority] || 'bad' : 'off', alarm.priority]),
@@ -44,7 +44,7 @@ export function alarms(root, _, parameters) {
   const table = new DataTable({columns: session.acknowledge ? columns : columns.slice(0, -1), key: (a) => `${a.seq} ${a.name}`,
     caption: 'Alarms', empty: 'No alarms.', rowClass: (a) => `alarm-${unseen(a) ? a.priority : 'seen'}`});
   if (!session.events) {
-    headline.paint('info', 'No events and alarms are kept: `events:` is not in the configuration');
+    headline.paint('info', 'This gateway records no events or alarms: add `events:` to its configuration');
     root.append(headline.element);
     return () => {};
   }
@@ -53,7 +53,7 @@ export function alarms(root, _, parameters) {
   const refresh = () => allAlarms().then((list) => {
     const waiting = list.filter(unseen).length;
     headline.paint(list.some((a) => unseen(a) && a.priority === 'high') ? 'bad' : waiting ? 'warn' : 'fine',
-        waiting ? `${plural(waiting, 'alarm')} to acknowledge` : 'No alarm waits to be acknowledged');
+        waiting ? `${plural(waiting, 'alarm')} to acknowledge` : 'No alarms to acknowledge');
     problem.paint(null);
     table.paint(list);
   }, (error) => problem.paint(error));

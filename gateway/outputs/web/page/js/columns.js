@@ -81,7 +81,7 @@ export const pressed = (title, text, press, of) => ({
 export const counted = (title, of) => ({title, class: 'num', text: (item) => count(of(item))});
 
 /** A column with the gateway's sentences about the item, one per line. */
-export const said = (title = 'What is wrong') =>
+export const said = (title = 'Problem') =>
   ({title, class: 'said', text: (thing) => [...(thing.trouble ? [thing.trouble] : []), ...thing.advice].join('\n')});
 
 /** The time to which age_ms refers: `heard` is when the status arrived; null: never. */

@@ -35,7 +35,7 @@ function pointsPart(name, sought) {
   fetchPoints();
   const controls = h('div', {class: 'controls no-print'},
       h('label', {class: 'hidden', for: 'filter'}, 'Filter the points'), filter,
-      h('label', {class: 'check'}, marred, 'Only those that are not good'));
+      h('label', {class: 'check'}, marred, 'Only points that are not good'));
   return {element: section('Points', controls, problem.element, table.element), end: () => {
     end();
     table.end();
@@ -61,7 +61,7 @@ function mapPart(name) {
   let asked = null;
   const fetchMap = () => (asked ||= get('map', {device: name}).then((map) => {
     unit.textContent = map.unit === null ? 'Not on Modbus.'
-      : `Modbus unit ${map.unit}. Quality of the value at N: N + 20000. Age in tenths of a second: N + 40000.`;
+      : `Modbus unit ${map.unit}. Register N + 20000 has the quality of the value in register N, register N + 40000 its age in tenths of a second.`;
     table.paint(map.registers);
   }, (error) => {
     asked = null;
@@ -112,10 +112,10 @@ export function device(root, name, parameters) {
   const points = pointsPart(name, parameters.point);
   const map = mapPart(name);
   const exchanges = new DataTable({columns: exchangeColumns(false), key: (e) => e.key,
-    caption: `Last exchanges of ${name}`, empty: 'Nothing was exchanged yet.'});
+    caption: `Last exchanges of ${name}`, empty: 'No exchange yet.'});
   const last = section('Last exchanges', exchanges.element);
   root.append(crumbs(['Overview', '#/overview'], [line, lineLink(line)]), headline.element, about, problem.element,
-      advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Its events'),
+      advice.element, h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({device: name})}, 'Events of this device'),
           h('button', {type: 'button', onclick: () => last.scrollIntoView()}, 'Go to the last exchanges'), map.print),
       figures.element, points.element, last,
       section('Round trips', chart.element), map.element);

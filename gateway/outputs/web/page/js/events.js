@@ -15,7 +15,7 @@ const spans = {'1h': hour, '24h': 24 * hour, '7d': 168 * hour, '30d': 720 * hour
 const mostPages = 25;
 const step = 100;
 
-const clocks = ['no time of its own', 'gateway', 'device', 'minute guessed', 'out of step'];
+const clocks = ['no device time', 'gateway', 'device', 'minute guessed', 'out of step'];
 
 function record(cell, kept) {
   if (!kept) return cell.replaceChildren();
@@ -62,7 +62,7 @@ export function eventsPart(given) {
     table.paint(newest);
     more.hidden = newest.length === wanted.length;
     setText(more, `Show ${count(Math.min(step, wanted.length - newest.length))} older`);
-    setText(summary, `${count(wanted.length)} events${cut ? '; there are more than the page fetches: choose a shorter time' : ''}`);
+    setText(summary, `${count(wanted.length)} events${cut ? '; the page has not fetched all events: choose a shorter time' : ''}`);
   };
   const parameters = (after) => ({after, target: chosen.device,
     since_ms: spans[chosen.since] ? Math.round(now() - spans[chosen.since]) : undefined});

@@ -21,7 +21,7 @@ export function histogram() {
       {title: 'Time', class: 'num', text: (row) => row.upTo},
       barred('Exchanges', (row) => [row.share, count(row.n)]),
     ],
-    key: (row) => row.upTo, caption: 'Round trips', empty: 'No answer yet.',
+    key: (row) => row.upTo, caption: 'Round trips', empty: 'No reply yet.',
   });
   table.element.classList.add('histogram');
   return {element: table.element, paint: (trips) => table.paint(octaves(trips.histogram))};

@@ -26,7 +26,7 @@ function visit(v) {
 
 function service(s) {
   const who = s.client ? `${visit(s.client)}, since ${civilSeconds(s.client.since)}`
-    : s.last ? `nobody; the last was ${visit(s.last)}, until ${civilSeconds(s.last.until)}: ${s.last.why}` : 'nobody';
+    : s.last ? `none; last client: ${visit(s.last)}, until ${civilSeconds(s.last.until)}: ${s.last.why}` : 'none';
   return [`Clients at ${s.at} (${s.mode})`, s.trouble || who];
 }
 
@@ -50,7 +50,7 @@ function facts(line, labels) {
 }
 
 const useColumns = [
-  {title: 'Who', class: 'name', text: (row) => row.name},
+  {title: 'Used by', class: 'name', text: (row) => row.name},
   barred('Part of the time', (row) => [row.share, percent(row.share)]),
 ];
 
@@ -77,18 +77,18 @@ export function line(root, name) {
   const figures = new Facts();
   const chart = histogram();
   const use = new WireUse();
-  const useTable = new DataTable({columns: useColumns, key: (r) => r.name, caption: 'Who used the wire'});
-  const usePart = section('Who used the wire', useTable.element);
-  const minute = new DataTable({columns: minuteColumns, key: (r) => r.name, caption: 'What the last minute went to'});
+  const useTable = new DataTable({columns: useColumns, key: (r) => r.name, caption: 'Use of the wire'});
+  const usePart = section('Use of the wire', useTable.element);
+  const minute = new DataTable({columns: minuteColumns, key: (r) => r.name, caption: 'Use of the last minute'});
   const devices = new DataTable({columns: deviceColumns, key: (d) => d.name, caption: `Devices of ${name}`,
-    empty: 'This line has no devices: only routes lead to it.', rowClass: (d) => `rank-${deviceTrouble(d).shape}`});
+    empty: 'This line has no devices: only routes use it.', rowClass: (d) => `rank-${deviceTrouble(d).shape}`});
   const trace = new DataTable({columns: exchangeColumns(true), key: (e) => e.key, caption: `Exchanges of ${name}`,
-    empty: 'Nothing was exchanged yet.'});
+    empty: 'No exchange yet.'});
   const live = liveTrace(name, (list) => trace.paint(list));
   root.append(crumbs(['Overview', '#/overview']), headline.element, about, problem.element, advice.element,
-      h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({line: name})}, 'Its events')), figures.element,
+      h('p', {class: 'controls no-print'}, h('a', {href: alarmsLink({line: name})}, 'Events of this line')), figures.element,
       section('Devices', devices.element), h('div', {class: 'side-by-side'}, usePart,
-          section('What the last minute went to', minute.element), section('Round trips', chart.element)),
+          section('Use of the last minute', minute.element), section('Round trips', chart.element)),
       section('Trace', live.element, trace.element));
   get('recorded', {line: name}).then(({records}) => live.begin(exchangesOf(records)), () => {});
   const end = watchStatus(name, (status) => {
@@ -102,7 +102,7 @@ export function line(root, name) {
     chart.paint(mine.round_trips);
     useTable.paint(use.take(mine, status.uptime_ms));
     minute.paint(minuteOf(mine));
-    setText(usePart.firstChild, `Who used the wire (${use.span})`);
+    setText(usePart.firstChild, `Use of the wire (${use.span})`);
     devices.paint(mine.devices.map((d) => ({...d, line: name, advice: deviceAdvice(mine, d), heard}))
         .sort((a, b) => deviceTrouble(a).rank - deviceTrouble(b).rank));
   }, (error) => problem.paint(error));

@@ -11,8 +11,8 @@ export function showLink(word, banner) {
   const silent = age();
   // The age advances on the screen; a screen reader reads the sentence once.
   silent.setAttribute('aria-hidden', 'true');
-  banner.append(h('strong', {}, 'Connection to the gateway lost. '), 'What stands below is old: nothing was heard for ',
-      silent, '. The page tries again by itself.');
+  banner.append(h('strong', {}, 'Connection to the gateway lost. '), 'The values below are old: no data for ',
+      silent, '. The page reconnects by itself.');
   on('link', ({state, since}) => {
     document.body.dataset.link = state;
     setText(word, words[state]);

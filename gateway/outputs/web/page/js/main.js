@@ -47,7 +47,7 @@ async function show(moved) {
   } else {
     const module = await views[view][1]().catch(() => null);
     if (mine !== shown) return;
-    if (!module) return emit('notice', 'A part of the page cannot be loaded: load the page again.');
+    if (!module) return emit('notice', 'A part of the page cannot be loaded: reload the page.');
     endView = module[view](main, thing, parse(location.hash).parameters);
   }
   if (moved && document.activeElement !== byId('query')) main.querySelector('h1')?.focus();

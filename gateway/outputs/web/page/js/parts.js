@@ -78,7 +78,7 @@ export class Headline {
   }
 }
 
-export const crumbs = (...links) => h('nav', {class: 'crumbs', 'aria-label': 'Where this is'},
+export const crumbs = (...links) => h('nav', {class: 'crumbs', 'aria-label': 'You are here'},
     links.map(([text, href], i) => [i ? ' › ' : '', h('a', {href}, text)]));
 
 export const section = (title, ...content) => h('section', {'aria-label': title}, h('h2', {}, title), content);

@@ -30,5 +30,5 @@ export function set(given) {
 export function toggle(name) {
   if (has(name)) set(names.filter((n) => n !== name));
   else if (names.length < most) set([...names, name]);
-  else emit('notice', `Trends show ${most} points at most: take one off first.`);
+  else emit('notice', `Trends show at most ${most} points: remove a point first.`);
 }

@@ -65,11 +65,11 @@ function ddsFacts(dds) {
     ['Domain', dds.domain],
     ['Subscribers', count(dds.subscribers)],
     ['Samples', `${count(dds.samples)} published, ${count(dds.refused)} refused`],
-    ['Last sign of life', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this status`],
+    ['Last message', dds.heard_ms === null ? 'never' : `${ageText(dds.heard_ms)} before this status`],
     ['Process lost', `${count(dds.times_lost)} times${dds.last_end ? `, last: ${dds.last_end}` : ''}`],
     ['Events', dds.events ? dds.events.text : '–'],
     ['Datagrams', dds.datagrams.text],
-    ['Write requests', dds.requests ? dds.requests.text : 'not taken'],
+    ['Write requests', dds.requests ? dds.requests.text : 'not accepted'],
   ];
 }
 
@@ -102,8 +102,8 @@ function configurationPart() {
       figures.paint([['File', configuration.file], ['Applied', civilSeconds(configuration.applied)], ['In force since', left],
         ['On trial', configuration.confirm_until ? `until ${civilSeconds(configuration.confirm_until)}` : 'no']]);
       trial.paint([
-        ...(configuration.confirm_until ? [{kind: 'warn', text: 'This configuration is on trial: it is taken back '
-          + `at ${civilSeconds(configuration.confirm_until)} unless \`baudgate confirm\` is called.`}] : []),
+        ...(configuration.confirm_until ? [{kind: 'warn', text: 'This configuration is on trial: the previous configuration comes back '
+          + `at ${civilSeconds(configuration.confirm_until)} unless you run \`baudgate confirm\`.`}] : []),
         ...(configuration.not_the_file ? [configuration.not_the_file] : []), ...configuration.advice]);
     },
   };
@@ -125,14 +125,14 @@ export function system(root) {
   const configuration = configurationPart();
   root.append(headline.element, problem.element, advice.element, figures.element, section('Modbus clients', clients.element),
       routesPart, section('Serial masters', masters.element),
-      h('div', {class: 'side-by-side'}, section('DDS', dds.element), section('Kept on the disk', kept.element)),
+      h('div', {class: 'side-by-side'}, section('DDS', dds.element), section('Records on the disk', kept.element)),
       configuration.element);
   return watchStatus('', (status) => {
     const heard = now();
     problem.paint(null);
     advice.paint(gatewayAdvice(status));
     headline.paint(gatewayAdvice(status).length ? 'warn' : 'fine', `${status.gateway}: baudgate ${status.version}`);
-    figures.paint([['Up for', ageText(status.uptime_ms)], ['Its clock', civilSeconds(status.time)],
+    figures.paint([['Running for', ageText(status.uptime_ms)], ['Clock of the gateway', civilSeconds(status.time)],
       ['Lines', count(status.lines.length)], ['Devices', count(status.lines.reduce((n, l) => n + l.devices.length, 0))]]);
     clients.paint(status.modbus.clients.map((c) => ({...c, heard})));
     if (!routes) {

@@ -22,7 +22,7 @@ export function liveTrace(line, show) {
   const say = () => {
     setText(button, source ? 'Stop the live trace' : 'Start the live trace');
     button.setAttribute('aria-pressed', String(Boolean(source)));
-    setText(state, source ? 'Live.' : 'What the recorder of the line holds.');
+    setText(state, source ? 'Live.' : 'The last recorded exchanges of the line.');
   };
   function stop() {
     source?.close();

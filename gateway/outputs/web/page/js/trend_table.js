@@ -42,14 +42,14 @@ export function trendTable() {
       a.href = csvLink(one.series.point, one.from, one.until);
       a.setAttribute('aria-label', `CSV of ${one.series.point}`);
     }},
-    pressed('Take off', 'Remove', picked.toggle, (one) => ({value: one.series.point, label: `Remove ${one.series.point}`})),
+    pressed('Remove', 'Remove', picked.toggle, (one) => ({value: one.series.point, label: `Remove ${one.series.point}`})),
   ];
   const table = new DataTable({columns, key: (one) => one.series.point, caption: 'Points of the chart',
     empty: 'No points are chosen: add some above, or with “+ Trend” beside a point.'});
   const cursor = h('p', {class: 'about'});
   return {
     element: h('div', {class: 'trend-table'}, cursor, table.element,
-        h('p', {class: 'about'}, 'Band: minimum to maximum. Hatched: not every value was good. A hole: no values.')),
+        h('p', {class: 'about'}, 'Band: minimum to maximum. Hatched: not every value was good. Gap: no values.')),
     paint(list, from, until) {
       shown = list.map((one) => ({...one, from, until, sum: summary(one.series)}));
       table.paint(shown);

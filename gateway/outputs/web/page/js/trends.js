@@ -91,8 +91,8 @@ export function trends(root, _, parameters) {
       button.setAttribute('aria-pressed', String(!span.fixed && button.dataset.range === span.range));
     }
     const text = `${civilSeconds(Math.round(from))} to ${civilSeconds(Math.round(until))} (${ageText(until - from)})`;
-    setText(about, `${text}${span.fixed ? '' : ', follows the time'}${session.history ? ''
-      : '; the gateway keeps no history: values since they were chosen on this page'}`);
+    setText(about, `${text}${span.fixed ? '' : ', moves with the time'}${session.history ? ''
+      : '; this gateway records no history: values begin when a point is chosen on this page'}`);
   }
 
   function paint([from, until]) {

@@ -22,8 +22,8 @@ export class WireUse {
     const ofDevices = rows.reduce((sum, row) => sum + row.share, 0);
     const busy = Math.max(ofDevices, (line.busy_ms - from.busy) / elapsed);
     rows.sort((a, b) => b.share - a.share);
-    rows.push({name: 'routes and drains', share: busy - ofDevices});
-    rows.push({name: 'nobody', share: Math.max(0, 1 - busy)});
+    rows.push({name: 'routes, and waiting after exchanges', share: busy - ofDevices});
+    rows.push({name: 'idle', share: Math.max(0, 1 - busy)});
     return rows;
   }
 }
@@ -32,9 +32,9 @@ const kinds = [
   ['polls', 'polls'],
   ['probes', 'probes'],
   ['routes', 'requests of clients'],
-  ['writes', 'writes, with the reads behind them'],
-  ['silence', 'exchanges without an answer'],
-  ['drains', 'silence behind exchanges'],
+  ['writes', 'writes, with their read-backs'],
+  ['silence', 'exchanges without a reply'],
+  ['drains', 'waiting for silence after exchanges'],
 ];
 
 // The use of the wire in the last minute.

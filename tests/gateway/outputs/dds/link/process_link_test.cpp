@@ -111,7 +111,7 @@ TEST(ProcessLink, AnEndedProgramIsRestarted) {
   auto link = std::move(*ProcessLink::Create(options, lines.Log()));
   EXPECT_EQ(lines.WaitFor("process: "), "process: started with --link 3");
   EXPECT_EQ(lines.WaitFor("the process "),
-            "the process was ended by signal 11; it is started again");
+            "the process was ended by signal 11; the gateway starts it again");
   EXPECT_EQ(lines.WaitFor("process: "), "process: started with --link 3");
 }
 
@@ -166,7 +166,7 @@ TEST_F(ProcessLinkAtASocket, AMalformedMessageEndsTheLinkAndANewProcessMayConnec
       {{0x42, kLinkVersion, 1, 0, 0}, "sent damaged counts"},
       {*ParseHex("40 01 00 00"), "sent a message of version 1"},
       {EncodeRequest({}), "sent a write request, and writing is denied"},
-      {EncodeFailed("dds: interface 192.0.2.1 is not ours"), "has not begun: dds: interface"},
+      {EncodeFailed("dds: interface 192.0.2.1 is not ours"), "did not start: dds: interface"},
   };
   for (const auto& wrong : kWrong) {
     Played process(path_);

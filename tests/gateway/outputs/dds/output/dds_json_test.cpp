@@ -76,10 +76,10 @@ TEST(DdsJson, IsShownAsOneLineWhileTheLinkIsUp) {
 
 TEST(DdsJson, NamesUnreachableSubscribers) {
   LinkState state = Up();
-  state.remarks = {"10.0.0.9 was heard and cannot be answered"};
+  state.remarks = {"10.0.0.9 was discovered but cannot be answered"};
   EXPECT_EQ(DdsJson(7, state, status::kNow.instant)["advice"].dump(),
-            R"(["10.0.0.9 was heard and cannot be answered"])");
-  EXPECT_THAT(Shown(state), HasSubstr("10.0.0.9 was heard and cannot be answered"));
+            R"(["10.0.0.9 was discovered but cannot be answered"])");
+  EXPECT_THAT(Shown(state), HasSubstr("10.0.0.9 was discovered but cannot be answered"));
 }
 
 LinkState Attacked(LinkState state) {
@@ -96,14 +96,15 @@ TEST(DdsJson, CountsRefusedDatagramsByReason) {
   EXPECT_EQ(json["participants"], 4);
   EXPECT_EQ(json["refused"]["fragment"], 38);
   EXPECT_EQ(json["refused"]["parameters"], 1);
-  EXPECT_THAT(Shown(Attacked(Up())),
-              HasSubstr(" samples\nDDS let in 12345 datagrams, refused 39: 38 fragments, a broken "
-                        "parameter list\n\n"));
-  EXPECT_THAT(Shown(Attacked(Lost())), HasSubstr("\n\nDDS let in 12345 datagrams, refused 39: "));
-  EXPECT_THAT(Shown(Up()), Not(HasSubstr("let in")));
+  EXPECT_THAT(
+      Shown(Attacked(Up())),
+      HasSubstr(" samples\nDDS accepted 12345 datagrams, refused 39: 38 fragments, a broken "
+                "parameter list\n\n"));
+  EXPECT_THAT(Shown(Attacked(Lost())), HasSubstr("\n\nDDS accepted 12345 datagrams, refused 39: "));
+  EXPECT_THAT(Shown(Up()), Not(HasSubstr("accepted")));
   LinkState peaceful = Up();
   peaceful.datagrams.passed = 1;
-  EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS let in 1 datagram, refused none\n"));
+  EXPECT_THAT(Shown(peaceful), HasSubstr("\nDDS accepted 1 datagram, refused none\n"));
 }
 
 TEST(DdsJson, CountsWriteRequestsWhereWritingIsAllowed) {
@@ -116,8 +117,9 @@ TEST(DdsJson, CountsWriteRequestsWhereWritingIsAllowed) {
   const auto json = DdsJson(7, state, status::kNow.instant)["requests"];
   EXPECT_EQ(json["taken"], 12);
   EXPECT_EQ(json["dropped"], 3);
-  EXPECT_THAT(Shown(Attacked(state)),
-              HasSubstr("\nDDS took 12 write requests, 3 more came too fast\nDDS let in 12345 "));
+  EXPECT_THAT(
+      Shown(Attacked(state)),
+      HasSubstr("\nDDS took 12 write requests, dropped 3 that came too fast\nDDS accepted 12345 "));
 }
 
 TEST(DdsJson, CountsSamplesThatTheLibraryRefused) {
@@ -127,8 +129,9 @@ TEST(DdsJson, CountsSamplesThatTheLibraryRefused) {
 }
 
 TEST(DdsJson, IsShownAsASentenceWhileTheLinkIsDown) {
-  EXPECT_THAT(Shown(Lost()), HasSubstr("\nDDS: the process was ended by signal 6; it is started "
-                                       "again in 2.0 s (lost 3 times)\n"));
+  EXPECT_THAT(Shown(Lost()),
+              HasSubstr("\nDDS: the process was ended by signal 6; the gateway starts it "
+                        "again in 2.0 s (lost 3 times)\n"));
   EXPECT_THAT(Shown(Lost()), Not(HasSubstr("DDS domain")));
   LinkState silent = Up();
   silent.phase = LinkState::Phase::silent;

@@ -130,11 +130,10 @@ TEST(Traffic, IsPartOfTheStatus) {
   EXPECT_EQ(all.at("modbus").at("clients").size(), 2U);
   EXPECT_EQ(all.at("modbus").at("routes").at(0).at("mean_wait_us"), 12'000);
   const std::string shown = tools::RenderStatus(all, {}, {});
-  EXPECT_THAT(
-      shown,
-      HasSubstr("route 20 to line bay-1: 3 of 120000 requests had no good reply, the "
-                "last 12 s ago: no reply within 500ms; look at the power and the wire of its "
-                "units\n"));
+  EXPECT_THAT(shown,
+              HasSubstr("route 20 to line bay-1: 3 of 120000 requests had no good reply, the "
+                        "last 12 s ago: no reply within 500ms; check power and wiring of the "
+                        "units\n"));
   EXPECT_THAT(shown, HasSubstr("master on /dev/ttyS1: 20 of 1000 frames were damaged"));
 }
 
@@ -401,10 +400,11 @@ TEST(DiagnoseMaster, DamagedFramesAreReportedWithTheSerialSettings) {
 TEST(DiagnoseMaster, AMasterOfAnotherFramingIsReported) {
   modbus::MasterStatus master = Open();
   master.other = modbus::Framing::ascii;
-  EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("the master is not understood: it sends Modbus ASCII, but this listener "
-                          "expects Modbus RTU"
-                          "; set framing: ascii at the listener, or change the master"));
+  EXPECT_THAT(
+      DiagnoseMaster(master, kToday),
+      ElementsAre("the requests of the master are not understood: it sends Modbus ASCII, but "
+                  "this listener expects Modbus RTU; set framing: ascii at the listener, or "
+                  "change the master"));
 }
 
 TEST(DiagnoseMaster, AClosedPortIsReportedWithReasonAndDuration) {
@@ -413,14 +413,14 @@ TEST(DiagnoseMaster, AClosedPortIsReportedWithReasonAndDuration) {
   master.text = "No such file or directory";
   master.since = kToday - 5min;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("port closed for 5 min: No such file or directory; it is tried again "
-                          "until it works"));
+              ElementsAre("port closed for 5 min: No such file or directory; the gateway tries "
+                          "again until the port opens"));
 }
 
 TEST(DiagnoseMaster, AnEchoIsReportedInEveryState) {
   modbus::MasterStatus master = Open();
   master.echoes = 7;
-  const char* kEcho = "the adapter has given back 7 of the gateway's own replies: set echo: strip";
+  const char* kEcho = "the adapter has echoed 7 of the gateway's own replies: set echo: strip";
   EXPECT_THAT(DiagnoseMaster(master, kToday), ElementsAre(kEcho));
   master.last_frame = kToday - 2min;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
@@ -435,12 +435,14 @@ TEST(DiagnoseMaster, TheAdviceOnSilenceDependsOnEarlierFrames) {
   master.last_frame = {};
   master.frames = 0;
   EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("not a byte was heard for 3 h: does the master poll, are A and B "
+              ElementsAre("no byte received for 3 h: does the master poll, and are A and B "
                           "swapped?"));
   master.damaged = 7;
-  EXPECT_THAT(DiagnoseMaster(master, kToday),
-              ElementsAre("bytes, but no whole request for 3 h: check bit rate, parity and wiring "
-                          "(19200 8E1)"));
+  EXPECT_THAT(
+      DiagnoseMaster(master, kToday),
+      ElementsAre(
+          "bytes arrive, but no complete request for 3 h: check bit rate, parity and wiring "
+          "(19200 8E1)"));
   master.since = kToday - 30s;
   master.damaged = 0;
   EXPECT_THAT(DiagnoseMaster(master, kToday), IsEmpty()) << "the port is open for a moment only";
@@ -465,16 +467,19 @@ TEST(DiagnoseRoute, FailuresAndLateRepliesAreReported) {
   const std::string late =
       "2 replies came after their deadline and were dropped: raise the route's deadline";
   EXPECT_THAT(DiagnoseRoute(route, kToday),
-              ElementsAre(failed + "look at the power and the wire of its units", late));
+              ElementsAre(failed + "check power and wiring of the units", late));
   route.no_reply = 0;
   route.busy = 2;
   EXPECT_THAT(
       DiagnoseRoute(route, kToday),
-      ElementsAre(failed + "clients ask faster than the line can: let them ask less", late));
+      ElementsAre(
+          failed +
+              "clients send requests faster than the line can: let the clients poll less often",
+          late));
   route.busy = 0;
   route.expired = 3;
   EXPECT_THAT(DiagnoseRoute(route, kToday),
-              ElementsAre(failed + "the line has no time for it: let clients ask less, or raise "
+              ElementsAre(failed + "the line is too busy: let clients poll less often, or raise "
                                    "the route's deadline",
                           late));
   route.last_trouble_at = kToday - 11min;
@@ -489,14 +494,14 @@ TEST(DiagnoseRoute, AUnitThatHasNeverAnsweredIsNamed) {
   route.last_trouble = "no_reply";
   route.last_trouble_at = kToday - 1s;
   const std::string unit =
-      "unit 51 has never answered its clients (40 requests: no_reply): check "
-      "its power, its address and its wire; ";
+      "unit 51 has never answered (40 requests: no_reply): check "
+      "its power, address and wiring; ";
   EXPECT_THAT(DiagnoseRoute(route, kToday),
-              ElementsAre(unit + "check what they share as well: port, wiring, bit rate and parity "
-                                 "of line drive"));
+              ElementsAre(unit + "if no unit of line drive answers, check port, wiring, bit rate "
+                                 "and parity"));
   route.by_unit[52].requests = route.by_unit[52].ok = 3;
   EXPECT_THAT(DiagnoseRoute(route, kToday),
-              ElementsAre(unit + "line drive is right, unit 52 answers"));
+              ElementsAre(unit + "line drive works, because unit 52 answers"));
 }
 
 }  // namespace

@@ -385,9 +385,9 @@ TEST_F(HistoryClient, PatternsMatchTheStoredPoints) {
 
 TEST_F(HistoryClient, PatternsWithoutAMatchAreExplained) {
   EXPECT_EQ(Run({"bay-1.*.power"}), 2);
-  EXPECT_THAT(err_.str(), HasSubstr("no point is like 'bay-1.*.power'"));
+  EXPECT_THAT(err_.str(), HasSubstr("no point matches 'bay-1.*.power'"));
   EXPECT_EQ(Run({"*.*.voltage"}), 2);
-  EXPECT_THAT(err_.str(), HasSubstr("no value of a point like '*.*.voltage' is kept"));
+  EXPECT_THAT(err_.str(), HasSubstr("no point that matches '*.*.voltage' is recorded"));
 }
 
 TEST_F(HistoryClient, FitsATerminal) {
