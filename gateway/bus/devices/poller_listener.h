@@ -52,7 +52,7 @@ struct News {
 };
 
 /// Why a request that is unsent has got no answer.
-inline constexpr const char* kNotConnected = "its connection was not made in time";
+inline constexpr const char* kNotConnected = "the connection was not made in time";
 
 class RequestPort {
  public:
