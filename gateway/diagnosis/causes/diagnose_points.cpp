@@ -163,8 +163,8 @@ std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now
            ", and its max_age is shorter. Check its power and its wire";
   }
   return fmt::format(
-      "{} of {} points are older than their max_age, as its polls fail or come too seldom. Correct "
-      "that, or raise max_age",
+      "{} of {} points are older than their max_age, as its polls fail or come too seldom. Follow "
+      "its other sentences, or raise max_age",
       stale, record.points.size());
 }
 

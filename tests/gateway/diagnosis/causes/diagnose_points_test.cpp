@@ -21,7 +21,7 @@ TEST_F(DiagnoseTest, PointsThatAreNotGood) {
   record_.points[1].reported = Quality::bad_sensor_failure;
   EXPECT_THAT(Say(),
               ElementsAre("1 of 2 points are older than their max_age, as its polls fail or come "
-                          "too seldom. Correct that, or raise max_age",
+                          "too seldom. Follow its other sentences, or raise max_age",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
                               "): it sends no number for them. Check what it measures (NaN), or "
                               "look for a decimal comma with 'baudgate trace'"));
