@@ -312,7 +312,7 @@ Finding Overheard::Look() const {
     if (HasParity(heard_)) return {.symptom = Symptom::eighth_bit};
     return {.symptom = Symptom::other_setting,
             .cause = "characters beyond ASCII come (" + Quote(heard_) + ")",
-            .remedy = "let it send ASCII alone, without letters such as umlauts"};
+            .remedy = "set the device to send only ASCII, without letters such as umlauts"};
   }
   Finding finding = Examine(hearing);
   const bool unsaid = finding.symptom == Symptom::odd && finding.cause.empty();

@@ -108,7 +108,7 @@ TEST_F(Control, ADeviceIsTakenOutOfUseAndBack) {
   StartRelay();
   EXPECT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kOutOfService));
-  EXPECT_THAT(Ask({"status", "relay"}).output, HasSubstr("taken out of use at run time"));
+  EXPECT_THAT(Ask({"status", "relay"}).output, HasSubstr("disabled at run time"));
   EXPECT_EQ(Ask({"enable", "relay.relay-1"}).code, 0);
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
   EXPECT_EQ(Ask({"disable", "relay"}).code, 2);

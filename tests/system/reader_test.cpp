@@ -86,7 +86,7 @@ TEST_F(ReaderOnAPty, SilenceIsNoOutageButALostPortIs) {
   const auto daemon = StartDaemon(Yaml());
   auto twin = StartReader("every:1h");
   ASSERT_TRUE(EventuallyLogged(*daemon, "open ("));
-  EXPECT_THAT(Device().dump(), HasSubstr("has not spoken yet: normal"));
+  EXPECT_THAT(Device().dump(), HasSubstr("has sent nothing yet, which is normal"));
   twin->Signal(SIGTERM);
   EXPECT_EQ(twin->WaitForEnd(10s), 0);
   ASSERT_TRUE(EventuallyLogged(*daemon, "down: "));

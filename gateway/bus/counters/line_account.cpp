@@ -89,7 +89,7 @@ void LineAccount::OnRing(const Member& member, bool cut) {
   listener_.OnNews({News::What::ring_open, !cut}, now_);
   listener_.OnWarning(member.index,
                       cut ? "the line does not echo any more: its ring is open, or a device on it "
-                            "has no power; until it is mended no device of the line can answer"
+                            "has no power; no device of the line can answer until it is closed"
                           : "the line echoes again: its ring is closed");
 }
 

@@ -51,7 +51,7 @@ struct News {
 };
 
 /// The reason for the client if a request was never sent.
-inline constexpr const char* kNotConnected = "its connection was not made in time";
+inline constexpr const char* kNotConnected = "the connection was not made in time";
 
 class RequestPort {
  public:

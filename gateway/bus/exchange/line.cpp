@@ -125,8 +125,8 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
       damaged_ = false;
       heard.messages.push_back({std::move(*message), now - last_byte_});
     } else {
-      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of it"
-                                             : "it may be the rest of one that broke off");
+      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of the message"
+                                             : "the message may be the rest of a broken one");
     }
   }
 }
@@ -150,7 +150,7 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
     Align(now);
     return;
   }
-  Damage(heard, "longer under way than any message");
+  Damage(heard, "the message takes longer than any message can");
   assembler_.Begin(what_.rule, what_.expect);
   aligned_ = what_.marked;
 }
@@ -316,7 +316,7 @@ LineNews Line::OnCollision(Instant now) {
 
 LineNews Line::OnEnded(Instant now) {
   if (IsAwaited(state_)) {
-    Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
+    Finish(Outcome::no_reply, "the server closed the connection instead of answering", now);
     news_.end->ended = true;
   }
   return TakeNews();
@@ -559,8 +559,8 @@ EchoWatch::Received EchoWatch::OnReceived(View bytes, const protocols::Request* 
   heard.collision = result.collision;
   if (heard.collision && asked != nullptr && !std::exchange(told_collision_, true)) {
     heard.warning =
-        "the echo is missing or differs from what was sent: two talkers at once, or a bus that "
-        "does not echo (echo: off)";
+        "the echo is missing or differs from what was sent: two masters send at once, or the bus "
+        "does not echo (then set 'echo: off')";
   }
   return heard;
 }

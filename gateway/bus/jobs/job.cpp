@@ -88,7 +88,7 @@ NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
     judges_member = false;
     unplanned = true;
     return NextStep::Finish(
-        Outcome::busy, "the query no longer exists: the points of the device were planned again");
+        Outcome::busy, "this poll no longer exists: the points of the device were grouped anew");
   }
   auto request = conversation.Ask(task, now);
   if (!request) {
@@ -227,8 +227,8 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
   protocols::Answer& answer = attempt.answer;
   if (echo.MayBeEcho(step.request, frame)) {
     answer.reason =
-        "a good reply to this request equals the request, and this bus echoes requests, so perhaps "
-        "no device has answered; set 'echo: strip' in the configuration";
+        "the reply equals the request, and this bus echoes requests, so perhaps no device has "
+        "answered; set 'echo: strip' in the configuration";
     return answer.outcome = Outcome::unexpected;
   }
   FollowPlan();
@@ -259,7 +259,7 @@ Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/)
 Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
   answer.reason =
-      "the reply may belong to an earlier request; it is asked again until that is certain";
+      "the reply may belong to an earlier request; the request is repeated until that is certain";
   attempt.unproven = Unproven{};
   if (outcome != Outcome::ok && !is_routed()) {
     protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);
@@ -292,8 +292,8 @@ Outcome Job::Refuse(View frame, Outcome outcome) {
   answer.reason = std::move(said.reason);
   answer.remedy = std::move(said.remedy);
   if (answer.reason.empty()) {
-    answer.reason = Quoted(step.request, frame) + "not the form that was asked for";
-    answer.reason += "; does the profile fit?";
+    answer.reason = Quoted(step.request, frame) + "not the requested form";
+    answer.reason += "; check that the profile fits";
   }
   return answer.outcome = outcome;
 }

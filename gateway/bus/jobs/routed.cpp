@@ -70,7 +70,7 @@ NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*
     return Repeat();
   }
   return NextStep::Finish(Outcome::unexpected,
-                          "the reply may belong to an earlier request that got none");
+                          "the reply may belong to an earlier request without a reply");
 }
 
 /// A routed read whose reply was damaged waits for its turn again, because a repeated read does no

@@ -51,7 +51,8 @@ void Speaker::Keep(protocols::EventBatch batch, Said& said) {
     said.lost = events;
     if (std::exchange(told_lost_, true)) return;
     said.warning = fmt::format(
-        "{} of its events wait for the disk: further ones are lost and counted until some are kept",
+        "{} of its events wait for the disk: further events are lost until the disk has stored "
+        "some",
         EventBacklog::kMost);
     return;
   }

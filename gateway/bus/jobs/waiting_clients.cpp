@@ -126,7 +126,8 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
     reply.outcome = Outcome::no_reply;
     reply.sent = request.tries > 0;
     if (reply.sent) {
-      reply.reason = "its reply was damaged, and its deadline passed before it was sent again";
+      reply.reason =
+          "the reply was damaged, and the deadline passed before the request was sent again";
     } else {
       reply.reason = offline ? DoesNotAnswer(request.slave) : kTooLate;
     }

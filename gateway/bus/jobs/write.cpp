@@ -156,7 +156,8 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
     effects.result.unfit = points.outcome == Outcome::unsupported && !was_sent && first_ == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  const char* const open = points.open ? "; what was opened for it may still be open" : "";
+  const char* const open =
+      points.open ? "; the access that was opened for the write may still be open" : "";
   if (withheld_) {
     answer(points.how, withheld_->why + open);
     if (!sent()) effects.result.tried = first_;

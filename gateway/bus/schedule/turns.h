@@ -90,8 +90,9 @@ class TurnLimit {
   static constexpr Duration kRest = 1s;
   static constexpr Duration kTellAgain = 1h;
   static constexpr const char* kWarning =
-      "its line takes turns without end and without time, and rests for 1 s after each 20000: this "
-      "is an error of the gateway or of a protocol's plugin";
+      "its line took 20000 turns in no time and now rests for 1 s after each 20000: report this "
+      "error "
+      "of the gateway or of a protocol's plugin";
 
   /// Counts a turn. rest_and_tell: the line rests, and kWarning is due.
   enum class Turn : std::uint8_t { take, rest, rest_and_tell };

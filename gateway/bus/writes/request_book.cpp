@@ -22,14 +22,16 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   }
   Client* const client = PlaceFor(request.client, now);
   if (client == nullptr) {
-    return Refused(WriteEnd::busy, "too many clients have asked within the last ten minutes");
+    return Refused(WriteEnd::busy,
+                   "too many clients have sent requests within the last ten minutes; try again");
   }
   client->last = now;
   const auto known = client->entries.find(request.seq);
   if (known != client->entries.end()) {
     const Entry& entry = known->second;
     if (entry.content != request.content) {
-      return Refused(WriteEnd::denied, "this client has used this seq for another request");
+      return Refused(WriteEnd::denied,
+                     "this client has used this seq for another request; use a higher seq");
     }
     return entry.answer ? Verdict{What::answered, *entry.answer} : Verdict{What::under_way, {}};
   }

@@ -68,7 +68,7 @@ struct RoutedRequest {
 inline RoutedReply Abandoned(bool sent) {
   RoutedReply reply;
   reply.outcome = Outcome::no_reply;
-  reply.reason = "its client is not connected any more";
+  reply.reason = "the client is no longer connected";
   reply.sent = sent;
   return reply;
 }

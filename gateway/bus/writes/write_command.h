@@ -89,8 +89,9 @@ constexpr bool MayEnd(WriteState state, WriteEnd end) {
 
 constexpr WriteEnd EndUnheard(bool sent) { return sent ? WriteEnd::unknown : WriteEnd::not_sent; }
 
-inline constexpr const char* kClientLeft = "its client has left";
-inline constexpr const char* kTooLate = "its deadline passed while it waited for the line";
+inline constexpr const char* kClientLeft = "the client has disconnected";
+inline constexpr const char* kTooLate =
+    "the deadline of the request passed while it waited for the line";
 
 /// How long the command of a user waits for its device.
 inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);

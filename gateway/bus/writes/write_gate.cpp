@@ -82,7 +82,8 @@ Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, cons
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const PointWrite& write) {
   if (!HasValue(write.shown))
-    return ToText(value) + " is a code that has another meaning for this device";
+    return ToText(value) +
+           " is a code with another meaning for this device, so it cannot be written";
   auto number = Decimal::Of(value);
   if (!number) return std::nullopt;  // a text
   if (point.type == config::Type::float32) number = Decimal(NearestSingle(number->ToDouble()));
@@ -96,8 +97,8 @@ std::optional<std::string> WhyInexact(const config::Point& point, const Value& v
   if (IsMultiple(write.raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) {
     return std::nullopt;
   }
-  return number->ToText() + " has more digits than the device takes, " +
-         std::to_string(*point.writing.decimals) + " behind its decimal point";
+  return number->ToText() + " has more digits than the device takes (" +
+         std::to_string(*point.writing.decimals) + " after the decimal point)";
 }
 
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value) {
@@ -105,12 +106,12 @@ std::optional<std::string> WhyOutside(const config::Point& point, const Value& v
   const auto number = Decimal::Of(value);
   if (!number) {
     if (std::holds_alternative<std::string>(value)) return std::nullopt;
-    return "it is not a number";
+    return "the value is not a number";
   }
   const bool single = point.type == config::Type::float32;
   const double size = Abs(*number).ToDouble();
   if (single && size != 0 && size < std::numeric_limits<float>::min()) {
-    return number->ToText() + " is almost zero: is the word order of the float right?";
+    return number->ToText() + " is almost zero: check the word order of the float";
   }
   if (writing.min && *number < *writing.min) {
     return number->ToText() + " is below the minimum, " + WithUnit(point, *writing.min);
@@ -226,7 +227,7 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
   }
 }
 
-WriteDenial Gone() { return {Why::locked, "a reload has removed its device"}; }
+WriteDenial Gone() { return {Why::locked, "a reload has removed the device"}; }
 
 /// Returns the first limit or interlock that forbids one of the parts now.
 std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,

@@ -187,42 +187,41 @@ std::string SayHeadLost(const Evidence& evidence) {
   const bool one = how.empty() && evidence.Count({noise, damaged}) == 0;
   const bool steals = !one && how != kGarbled && evidence.answered && !evidence.alike.empty() &&
                       !evidence.line->is_network();
-  return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
+  return std::string(how == kGarbled ? "the first byte of its replies is garbled"
                      : one           ? "the first byte of its replies is missing"
                                      : "the first bytes of its replies are missing") +
-         ": a converter switches too late: use automatic direction, or raise the device's answer "
-         "delay" +
+         ". Use a converter with automatic direction, or raise the device's answer delay" +
          (steals ? "; or " + OtherReader(evidence) : "");
 }
 
 std::string SayEndLost(const Evidence& evidence) {
   if (evidence.Last(end_lost).cause == kGarbled && evidence.answered) {
-    return "the last byte of its replies comes garbled: a driver lets go of the bus too early (use "
-           "one with automatic direction), or its replies come damaged: noise, a bad wire";
+    return "the last byte of its replies is garbled. Use a converter with automatic direction, and "
+           "check for noise and a bad wire";
   }
   if (evidence.Last(end_lost).cause == kGarbled) {
-    return "the last byte of its replies comes garbled: it computes another check value, or a "
-           "driver lets go of the bus too early (use a converter with automatic direction)";
+    return "the last byte of its replies is garbled. Use a converter with automatic direction, or "
+           "check how the device computes its check value";
   }
   if (evidence.line->is_network() && evidence.healthy.empty()) {
-    return "the last byte of its replies is missing: the serial server takes it for a delimiter: "
+    return "the last byte of its replies is missing. The serial server takes it for a delimiter: "
            "set its port to raw, without delimiters";
   }
-  return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
-         "converter with automatic direction";
+  return "the last byte of its replies is missing. Use a converter with automatic direction, as a "
+         "driver releases the bus too early";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(tail_lost);
   if (!finding.cause.empty() && !finding.remedy.empty()) {
     const bool never = !evidence.answered && IsNearlyAll(evidence.Count(tail_lost), evidence);
-    return never ? "its replies carry no check value: " + finding.remedy
-                 : "its replies break off before their check value: a driver lets go of the bus "
-                   "too early; use a converter with automatic direction";
+    return never ? "its replies carry no check value" + NextSentence(finding.remedy)
+                 : "its replies break off before their check value. Use a converter with automatic "
+                   "direction, as a driver releases the bus too early";
   }
   if (!finding.cause.empty()) {
-    return "its replies break off before their line end, the last byte or two: a converter takes "
-           "it out (set it to raw), or a driver lets go of the bus too early";
+    return "its replies break off before their line end. Set the converter to raw, or use one with "
+           "automatic direction";
   }
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
@@ -231,17 +230,17 @@ std::string SayTailLost(const Evidence& evidence) {
   // Neighbours answer well, so the cause is not something that the devices share.
   if (few && !evidence.healthy.empty() && !evidence.line->is_network()) {
     return fmt::format(
-        "its replies break off ({}{} bytes came): its driver lets go of the bus too "
-        "early, or {}",
-        finding.bytes, of, TwoDevices(*evidence.first().device));
+        "its replies break off ({}{} bytes came). Check its driver, which releases the bus too "
+        "early, and {}",
+        finding.bytes, of, CheckAddress(*evidence.first().device));
   }
   // The expected length of a text is not known.
   const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
-  return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
-                     end ? "a driver lets go of the bus too early, or the buffer of a converter is "
-                           "too small"
-                         : "the buffer of a serial server or converter is too small, or a wire is "
-                           "bad");
+  return fmt::format(
+      "its replies break off ({}{} bytes came). {}", finding.bytes, of,
+      end ? "Use a converter with automatic direction or a larger buffer, or ask for less at once"
+          : "Use a serial server or converter with a larger buffer, ask for less at once, or check "
+            "the wires");
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
@@ -249,44 +248,47 @@ std::string SayBytesLost(const Evidence& evidence) {
   if (evidence.first().status.unasked) {
     // If no message was ever good, the length may be wrong in the configuration.
     if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
-    return "characters are missing in some of its messages: a bad wire or plug, a buffer that runs "
-           "over, or flow control at one end alone";
+    return "characters are missing in some of its messages. Check for a bad wire or plug, a buffer "
+           "that overflows, and flow control at only one end";
   }
   if (!evidence.healthy.empty()) {
-    return "bytes are missing inside its replies: a bad wire, plug or fibre at its end, or a "
-           "converter there loses them (set it to raw)";
+    return "bytes are missing inside its replies. A wire, plug or fibre at its end is bad, or a "
+           "converter there loses bytes (set it to raw)";
   }
-  return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+  return "bytes are missing inside its replies. A converter removes them (set it to raw) or is "
          "overrun (replace it)";
 }
 
 std::string SayBytesAdded(const Evidence& evidence) {
   const Finding& finding = evidence.Last(bytes_added);
   const bool known = finding.expected > 0 && finding.bytes > finding.expected;
-  return "its replies have bytes too many" +
+  return "its replies have too many bytes" +
          (known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string()) +
-         (evidence.healthy.empty() ? ": "
-                                   : ": two devices have its address and answer at once; or ") +
-         kSetRaw;
+         (evidence.healthy.empty()
+              ? NextSentence(kSetRaw)
+              : ". Check whether two devices have its address, or set the converter or serial "
+                "server to raw");
 }
 
 std::string SaySpecials(const Evidence& evidence) {
-  return "replies fail that contain " + NamesOf(Suspects(evidence)) + ", and no others: " + kSetRaw;
+  return "only replies that contain " + NamesOf(Suspects(evidence)) + " fail" +
+         NextSentence(kSetRaw);
 }
 
 std::string SayEatenRequests(const Evidence& evidence) {
-  return "requests fail that contain " + NamesOf(evidence.eaten) +
-         ", and no others: switch XON/XOFF off at the converter or serial server";
+  return "only requests that contain " + NamesOf(evidence.eaten) +
+         " fail. Switch XON/XOFF off at the converter or serial server";
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
   if (const Finding* const check = evidence.first().status.findings.Check()) {
     const bool fits = check->cause != kText;
-    return fits ? WithRemedy(*check) : "its check value is computed otherwise: " + check->remedy;
+    return fits ? WithRemedy(*check)
+                : "its check value is computed in another way" + NextSentence(check->remedy);
   }
   if (evidence.first().status.unasked) {
-    return "its messages have a wrong check value: something in between changes them, as a "
-           "multiplexer, or noise";
+    return "its messages have a wrong check value. Check for noise, and for a device in between "
+           "that changes them, such as a multiplexer";
   }
   const std::string cause = "its replies have a wrong check value";
   // A converter that loses bytes would damage the replies of the neighbours as well.
@@ -294,23 +296,23 @@ std::string SayBadCheck(const Evidence& evidence) {
       IsNearlyAll(evidence.Count(bad_check), evidence)) {
     const std::string check = CheckOf(evidence.first());
     return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
-           ": it computes another one (see its manual and options), or two devices have its "
-           "address";
+           ". Check how it computes its check value (see its manual and options), and whether two "
+           "devices have its address";
   }
   if (!evidence.Last(bad_check).cause.empty()) {
     return cause +
-           ": two devices have its address, it computes another one, or a converter loses bytes "
-           "(use raw)";
+           ". Check whether two devices have its address and how it computes its check value, and "
+           "set the converter to raw";
   }
   const std::string check = CheckOf(evidence.first());
   return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
-         ": two devices have its address, or it computes another one";
+         ". Check whether two devices have its address, and how it computes its check value";
 }
 
 std::string SayTooLong(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "it does not answer requests for long replies ({} bytes; up to {} are fine): ask for less at "
+      "it does not answer requests for long replies ({} bytes; up to {} are fine). Ask for less at "
       "once (block, max_items)",
       findings.lengths().silent().shortest, findings.lengths().longest_good());
 }
@@ -318,8 +320,8 @@ std::string SayTooLong(const Evidence& evidence) {
 std::string SayLongDamaged(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
-      "max_items): a buffer is small",
+      "long replies come damaged ({} bytes; up to {} are fine), as a buffer is too small. Ask for "
+      "less at once (block, max_items)",
       findings.lengths().damaged().shortest, findings.lengths().longest_good());
 }
 

@@ -27,9 +27,9 @@ constexpr std::uint32_t kManyBehind = 16;
 constexpr Duration kStart = 5min;
 
 std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status) {
-  if (status.unasked) return "its next message is waited for";
-  if (!line.notice_bound) return "it is asked again and again";
-  return "its return is noticed within " + FormatAge(*line.notice_bound);
+  if (status.unasked) return "the gateway waits for its next message";
+  if (!line.notice_bound) return "the gateway polls it again and again";
+  return "the gateway notices its return within " + FormatAge(*line.notice_bound);
 }
 
 /// "3 outages in the last hour". Empty: fewer than `from` outages, or they were short.
@@ -78,8 +78,7 @@ Sentences Patience(const bus::DeviceStatus& status) {
                             : reply + std::min(status.patience, status.lateness);
   return {
       fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
-                  "ms: set timing: "
-                  "{{ reply: {}ms }} in the configuration",
+                  "ms. Set timing: {{ reply: {}ms }} in the configuration",
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
@@ -124,14 +123,14 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
                     status.findings.Count(Symptom::text) > 0;
   if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
-    return Sentences{status.unasked
-                         ? "has not spoken since the port was opened: normal where nothing has "
-                           "happened"
-                         : "not asked since the port was opened"};
+    return Sentences{
+        status.unasked
+            ? "has sent nothing since the port was opened, which is normal if nothing has happened"
+            : "not asked since the port was opened"};
   }
   if (line.cut_since && IsAbsent(status)) {
-    return Sentences{"cannot be reached: the ring of line '" + device.line->name +
-                     "' is open; this says nothing about the device"};
+    return Sentences{"cannot be reached, because the ring of line '" + device.line->name +
+                     "' is open. Close the ring first: the device itself may be well"};
   }
   return std::nullopt;
 }
@@ -148,9 +147,10 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
     const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
                                      Symptom::bytes_added}) > 0.5;
     found.push_back("no value is good: " + device.status.trouble +
-                    (other != all.end() ? "; or are it and " + other->device->name + " swapped?"
-                     : two              ? "; or both answer: " + TwoDevices(*device.device)
-                                        : ""));
+                    (other != all.end()
+                         ? ". Check whether it and " + other->device->name + " are swapped"
+                     : two ? NextSentence(CheckAddress(*device.device))
+                           : ""));
   } else if (!FailsByEchoes(evidence)) {
     found = Failures(device, evidence);
   }
@@ -169,8 +169,8 @@ Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
   return {fmt::format(
-      "{} of its readings changed when they were read again: replies come damaged, and no check "
-      "value shows it: switch its checksum on, here too, and look for noise",
+      "{} of its readings changed when they were read again. Replies come damaged without a check "
+      "value: switch a checksum on at the device and here, and look for noise",
       status.unconfirmed)};
 }
 
@@ -181,12 +181,11 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     if (!IsGood(QualityAt(device, i, now.instant))) continue;
     return {
-        "its replies answer the request before, so that each request is sent twice: restart the "
-        "serial server or radio in between, and switch its cache off"};
+        "its replies answer the previous request, so the gateway sends each request twice. Restart "
+        "the serial server or radio in between, and switch its cache off"};
   }
-  const std::string& remedy = status.findings.Last(Symptom::odd).remedy;
-  return {"its replies do not fit (" + Shortened(status.last_reason) +
-          "): " + (remedy.empty() ? "does the profile fit the device and its options?" : remedy)};
+  return {"its replies do not fit (" + Shortened(status.last_reason) + ")" +
+          NextSentence(RemedyOf({.remedy = status.findings.Last(Symptom::odd).remedy}))};
 }
 
 /// Reports second, different replies that come now and then.
@@ -195,10 +194,11 @@ Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
   const bool told = evidence.master != nullptr || evidence.Count(Symptom::others_beside) > 0;
   if (!again || told || FailsByEchoes(evidence)) return {};
-  return {fmt::format(
-      "doubled: a second, different reply came behind one {}: look at the serial server, radio or "
-      "repeater in between, which sends twice or one request late",
-      Times(status.doubled))};
+  return {
+      fmt::format("a second, different reply to one request came {}. Check the serial server, "
+                  "radio or repeater "
+                  "in between: it sends replies twice, or one request late",
+                  Times(status.doubled))};
 }
 
 }  // namespace
@@ -210,8 +210,7 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   const bus::DeviceStatus& status = device.status;
   if (status.state == bus::DeviceState::disabled) {
     if (!device.device->enabled) return {"disabled in the configuration (enabled: false)"};
-    return {"taken out of use at run time; 'baudgate enable " + NameOf(device) +
-            "' brings it back"};
+    return {"disabled at run time. Run 'baudgate enable " + NameOf(device) + "' to use it again"};
   }
   if (line.port != bus::LineStatus::Port::open) return {};
   const Evidence evidence = Gather(line, device, all, now);
@@ -233,8 +232,8 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   add(Doubled(device, evidence));
   if (status.lacks_time) {
     found.push_back(
-        "its clock is not set, as this machine's clock is not known to be "
-        "synchronised: set up NTP (chrony) here");
+        "its clock is not set, because the clock of this machine may be wrong. Set up NTP (chrony) "
+        "on this machine");
   }
   const double missed = MissedShare(device, now, started);
   const std::string why = missed > 0 ? WhyNoTime(line, all, &device, now, started) : std::string();
@@ -247,7 +246,7 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty() && !Echoes(line)) {
     found.push_back(outages + ", and it " + AnsweredShare(device, now) +
-                    ": look at its power and its wire");
+                    ". Check its power and its wire");
   }
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
   if (found.empty() && status.state == bus::DeviceState::degraded && !Echoes(line)) {

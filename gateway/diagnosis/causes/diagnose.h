@@ -22,7 +22,7 @@ namespace baudgate::diagnosis {
 /// Fewer failures of a device that answers are not reported.
 inline constexpr std::size_t kNotableFailures = 2;
 
-/// Returns the likeliest cause of the failures as `before` + "cause: remedy", then one sentence for
+/// Returns the likeliest cause of the failures as `before` + "cause. Remedy", then one sentence for
 /// each additional observation about that cause.
 std::vector<std::string> Said(const std::string& before, const Evidence& evidence);
 /// True if the exchanges of the device fail because its requests come back (echo). The line has a
@@ -110,9 +110,9 @@ std::vector<std::string> AboutLosses(const config::Line& line, const bus::LineSt
 std::string SayEndsEach(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now);
 
-/// Cause and remedy of the connections that ended after `since`; if no cause is recognised, what to
-/// check. `in_use`: these connections ended while they were in use, so an inactivity limit is not
-/// the cause.
+/// Why the connections after `since` ended, and the remedy, in one sentence; if no cause is
+/// recognised, what to check. `in_use`: these connections ended while they were in use, so an
+/// inactivity limit is not the cause.
 std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use);
 
 // ---------------- diagnose_line.cpp: the use of a line's time in the last minutes
@@ -121,7 +121,7 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use);
 double MissedShare(const bus::DeviceRecord& device, Now now, Instant started);
 
 /// Why the line has no time, and what to do: "feeder-1 takes 62 % of the line's time, 350 ms an
-/// exchange: raise its poll, …". Empty: the cause is unknown, or another sentence names it (for
+/// exchange. Raise its poll, …". Empty: the cause is unknown, or another sentence names it (for
 /// example failing exchanges of a device). `device`: the text calls this device "it"; null: the
 /// text names every device.
 std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices,

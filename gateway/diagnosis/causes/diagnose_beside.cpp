@@ -29,18 +29,18 @@ bool IsNearlyAlways(std::size_t count, const bus::Findings& findings) {
 /// Noise comes now and then. Equipment in between, or a bus without bias, adds bytes to each reply.
 const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
-    return always ? "the server appends bytes to its replies, such as a CRC: set it to Modbus TCP, "
-                    "without RTU, or update its firmware; values are right"
-                  : "the server sends unasked; let one client use it, or update its firmware";
+    return always
+               ? "values are right, but the server appends bytes such as a CRC: set it to Modbus "
+                 "TCP, without RTU, or update its firmware"
+               : "the server sends unasked: limit it to one client, or update its firmware";
   }
   if (record.line->is_network()) {
-    return always
-               ? "the modem, radio or serial server adds them: set it to raw"
-               : "noise behind the serial server, or packets of its own (heartbeat): switch them "
-                 "off";
+    return always ? "the modem, radio or serial server adds them: set it to raw"
+                  : "look for noise behind the serial server, and switch off packets of its own "
+                    "(heartbeat)";
   }
   return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias"
-                : "noise while nobody drives the bus; check bias, termination and ground";
+                : "noise comes while no device drives the bus: check bias, termination and ground";
 }
 
 /// Reports bytes around nearly all replies, which equipment in between adds.
@@ -57,15 +57,15 @@ std::string Wrapped(const bus::DeviceRecord& record) {
   const bool prompt = same && around.starts_with("... '");
   if (prompt && network) {
     return "the same text stands behind its replies (" + around.substr(4) +
-           "): the prompt of a console or terminal server: set it to raw";
+           "). Set the console or terminal server that sends this prompt to raw";
   }
   const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
   return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
-         " around its replies (" + shown + "): " +
-         (network         ? "set the modem, radio or serial server in between to raw"
-          : text && !same ? "switch its automatic output off, or that of a modem in between"
-          : idle          ? "noise while nobody drives the bus; fit bias resistors and termination"
-                 : "set the modem, radio or serial server in between to raw, or terminate the bus");
+         " around its replies (" + shown + "). " +
+         (network         ? "Set the modem, radio or serial server in between to raw"
+          : text && !same ? "Switch its automatic output off, or that of a modem in between"
+          : idle ? "Noise comes while no device drives the bus: fit bias resistors and termination"
+                 : "Set the modem, radio or serial server in between to raw, or terminate the bus");
 }
 
 }  // namespace
@@ -94,20 +94,21 @@ Sentences Beside(const bus::DeviceRecord& record, bool alone) {
   const bus::Findings& findings = record.status.findings;
   Sentences found;
   const auto say = [&](std::size_t count, const char* what, const std::string& remedy) {
-    found.push_back(
-        fmt::format("{} in {} of {} exchanges: {}", what, count, findings.size(), remedy));
+    found.push_back(fmt::format("{} in {} of {} exchanges{}", what, count, findings.size(),
+                                NextSentence(remedy)));
   };
   const std::size_t copies = findings.Count(Symptom::copies);
   if (AreTwo(findings)) {
     say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
-        TwoDevices(*record.device) + ", or " + AnotherAsksIt(record.line->is_network()));
+        CheckAddress(*record.device) + ", or " + RemoveOther(record.line->is_network()));
   } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
-    say(copies, "its replies come twice, and differ",
-        TwoDevices(*record.device) + ", or a serial server, radio or repeater repeats");
+    say(copies, "its replies come twice and differ",
+        CheckAddress(*record.device) +
+            ", or switch off what sends them twice (a serial server, radio or repeater)");
   } else if (copies >= kNotableNoise) {
     say(copies, "its replies come twice",
-        "a serial server, radio or repeater sends twice (switch that off), or two devices have its "
-        "address");
+        "switch off what sends them twice (a serial server, radio or repeater), or check whether "
+        "two devices have its address");
   }
   if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
     found.push_back(std::move(wrapped));
@@ -122,7 +123,7 @@ Sentences Beside(const bus::DeviceRecord& record, bool alone) {
   if (before + behind >= kNotableNoise) {
     say(before + behind, where,
         alone && !record.line->is_network() && before + behind >= kOfItsOwn
-            ? "look at the device and its converter, as no neighbour has them"
+            ? "check the device and its converter, as no other device has stray bytes"
             : WhyStray(record, always));
   }
   return found;
@@ -170,8 +171,8 @@ Sentences AnswersNothing(const bus::DeviceRecord& record, const Evidence& eviden
   // A message that the device sends unasked may be counted as an answer.
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
   return {
-      "speaks by itself, and does not answer its commands: check the wire that carries them to it "
-      "(TX), its power, and whether it knows them (else take commands out of its options)"};
+      "sends unasked, but does not answer commands. Check its power and the wire that carries data "
+      "to it (TX), or take commands out of its options if it has none"};
 }
 
 Sentences Unreadable(const bus::DeviceRecord& record, const Evidence& evidence) {
@@ -186,25 +187,26 @@ Sentences Silence(const bus::DeviceRecord& record, Now now) {
   const auto& max_age = record.device->max_age;
   const auto must = MustSpeakWithin(record);
   if (!status.last_ok && must) {
-    return {"has not spoken yet, and its values are old after " + FormatDuration(*must) +
-            ": check its power and wire, then bit rate and parity (" +
+    return {"has sent nothing yet, and its values are old after " + FormatDuration(*must) +
+            ". Check its power and wire, then bit rate and parity (" +
             record.line->serial.ToString() + ") and its options"};
   }
   if (!status.last_ok) {
     return {
-        "has not spoken yet: normal where nothing has happened; if something has, check power, "
-        "bit rate, parity and wiring (" +
+        "has sent nothing yet, which is normal if nothing has happened. Otherwise check power, bit "
+        "rate, parity and wiring (" +
         record.line->serial.ToString() + ") and its options"};
   }
   Sentences found;
   if (const Duration silent = now.instant - *status.last_ok;
       silent >= kNotableSilence && !max_age && !must) {
     found.push_back("silent for " + FormatAge(silent) +
-                    ": normal, it speaks only when it has something to say");
+                    ", which is normal: it sends only when something happens");
   }
   if (status.lost_events > 0) {
     found.push_back(Plural(status.lost_events, "event") +
-                    " lost: it went on while the disk failed; see the events in 'baudgate status'");
+                    " lost, because it kept sending while the disk failed. See the sentence "
+                    "'events: ...' of 'baudgate status'");
   }
   return found;
 }

@@ -79,9 +79,9 @@ bool FailsWithRepeats(const Evidence& evidence) {
 }
 
 const char* TakeThemOut(const bus::DeviceRecord& record) {
-  return record.device->traits->has_modes
-             ? "is it in the mode for it (remote)? Else take them out of the profile"
-             : "take these points out of the profile";
+  return record.device->traits->has_modes ? ". Set the device to the mode for this request "
+                                            "(remote), or take these points out of the profile"
+                                          : ". Take these points out of the profile";
 }
 
 /// The device is silent, or the server ends the connection instead.
@@ -111,7 +111,7 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
     return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
   });
   if (points.empty()) return {};
-  return {NotAnswered(evidence) + points + ", and answers the others: " + TakeThemOut(record)};
+  return {NotAnswered(evidence) + points + ", but answers the others" + TakeThemOut(record)};
 }
 
 /// True if the device answers requests other than the failing ones: other polls, or (if no failing
@@ -149,8 +149,8 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
   if (silent) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
-    return {NotAnswered(evidence) + points + " (" + place + ")" +
-            ", and answers the others: " + TakeThemOut(record)};
+    return {NotAnswered(evidence) + points + " (" + place + ")" + ", but answers the others" +
+            TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);
@@ -162,16 +162,16 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
     return !fails(query) || query.symptom == Symptom::tail_lost;
   });
   if (damaged && status.findings.specials().Suspects() == 0 && (!broken || judged.empty())) {
-    return {"the replies for " + points +
-            " come damaged, and no others: take these points out of the profile, or set the "
-            "converter in between to raw"};
+    return {"only the replies for " + points +
+            " come damaged. Take these points out of the profile, or set the converter in between "
+            "to raw"};
   }
   // Replies one behind would affect all requests.
   const bool shifted = evidence.Count(Symptom::one_behind) > 0;
   const std::string before = "only the request for " + points + " fails: ";
   if (!shifted && !judged.empty()) return Said(before, evidence);
   return {before + "its reply does not fit (" + Shortened(status.last_reason) +
-          "): does the profile fit the device?"};
+          "). Check that the profile fits the device"};
 }
 
 /// "3 of 32 exchanges failed: ". Empty: the failures are too rare to report. If the latest
@@ -219,19 +219,18 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
   if (last.outcome == Outcome::busy && last.remedy.empty() && (always || mostly)) {
     remedy = always ? "end its programming, local or test mode, or restart it"
                     : "end its programming, local or test mode, or raise its poll";
-  } else if (remedy.starts_with(kProfileFits) &&
+  } else if (DoubtsProfile(remedy) &&
              ((always && HasWorked(record)) || RefusesWhatItGave(record))) {
     remedy = kHasWorked;
   }
   if (record.status.unasked) {
     const bool seldom = 2 * count < evidence.looked;
     return fmt::format(
-        "{} ({} of its last {} messages): {}{}", reason, count, evidence.looked, remedy,
-        seldom ? "; or another device, or a header, stands between its messages: switch it off"
-               : "");
+        "{} ({} of its last {} messages){}{}", reason, count, evidence.looked, NextSentence(remedy),
+        seldom ? "; or switch off the header or other device between its messages" : "");
   }
-  return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
-                     points.empty() || always ? "" : " (" + points + ")", remedy);
+  return fmt::format("it says '{}' to {} of {} requests{}{}", reason, count, evidence.looked,
+                     points.empty() || always ? "" : " (" + points + ")", NextSentence(remedy));
 }
 
 }  // namespace
@@ -241,7 +240,7 @@ Sentences Said(const std::string& before, const Evidence& evidence) {
   if (judged.empty()) {
     const std::string looks = Looks(evidence);
     return {before + "no cause stands out" + (looks.empty() ? "" : " (" + looks + ")") +
-            ": look at 'baudgate trace " + evidence.line->name + "'"};
+            ". Run 'baudgate trace " + evidence.line->name + "' to see the bytes"};
   }
   Sentences said = Besides(evidence, judged);
   said.insert(said.begin(), before + judged.front()->say(evidence));
@@ -271,7 +270,7 @@ Sentences Failures(const bus::DeviceRecord& record, const Evidence& evidence) {
       });
   // Probes may be answered well and outnumber the polls.
   if (found.empty() && none && evidence.failed > 0) {
-    found = Said("it answers, and its polls fail: ", evidence);
+    found = Said("it answers, but its polls fail: ", evidence);
   }
   if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
     const bool away = !found.empty() && FindAbsences(record.status.failures).has_value();

@@ -29,22 +29,23 @@ Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, 
   const std::uint32_t errors = status.parity_errors + status.framing_errors;
   if (Share(errors, static_cast<double>(status.exchanges)) >= kNotableErrors) {
     found.push_back(fmt::format(
-        "the driver has counted {} parity and {} framing errors since the port was opened: {}",
+        "the driver has counted {} parity and {} framing errors since the port was opened. {}",
         status.parity_errors, status.framing_errors,
-        nobody ? "bit rate, parity or data bits differ (" + line.serial.ToString() + ")"
-               : std::string("noise, bad termination, or a device with settings of its own")));
+        nobody ? "Compare bit rate, parity and data bits (" + line.serial.ToString() +
+                     ") with the devices"
+               : std::string("Check for noise, bad termination, or a device with other settings")));
   }
   if (status.restored >= kFacts) {
-    found.push_back(fmt::format(
-        "another program ({}) has changed the settings of the port {} (they were set again): keep "
-        "it away from {}",
-        NameHolders(line.port), Times(status.restored), line.port));
+    found.push_back(
+        fmt::format("another program ({}) has changed the settings of the port {}, and the gateway "
+                    "has restored them. Keep that program away from {}",
+                    NameHolders(line.port), Times(status.restored), line.port));
   }
   if (status.overruns > 0) {
-    found.push_back(fmt::format(
-        "the driver lost bytes {}: the machine is too busy, or the adapter needs flow control "
-        "(rtscts)",
-        Times(status.overruns)));
+    found.push_back(
+        fmt::format("the driver lost bytes {}. The machine is too busy, or the adapter needs flow "
+                    "control (rtscts)",
+                    Times(status.overruns)));
   }
   return found;
 }
@@ -60,11 +61,11 @@ Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::Devi
                         Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
   if (evidence.failed == 0) return {};
-  const std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
+  const std::string text = fmt::format("none of its {} devices answers", InUse(devices));
   const auto judged = Judge(evidence);
-  if (judged.empty()) return {text + "look at what they share: port, wiring, bit rate"};
+  if (judged.empty()) return {text + ". Check port, wiring and bit rate"};
   Sentences said = Besides(evidence, judged);
-  said.insert(said.begin(), text + judged.front()->say(evidence));
+  said.insert(said.begin(), text + ": " + judged.front()->say(evidence));
   return said;
 }
 
@@ -88,17 +89,19 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   if (const Finding* master = seen({Symptom::master_beside, Symptom::other_master})) {
     said.push_back(WithRemedy(*master));
   } else if (const Finding* device = seen({Symptom::device_beside})) {
-    said.push_back(device->cause + ", beside good replies: " + AnotherAsksIt(line.is_network()) +
-                   ", or two devices have its address");
+    said.push_back(device->cause + ", beside good replies" +
+                   NextSentence(RemoveOther(line.is_network())) +
+                   ", or check whether two devices have its address");
   }
   if (const Finding* text = seen({Symptom::text_beside})) {
     said.push_back(
         line.is_network()
-            ? "text comes by itself (" + text->cause +
-                  "): a heartbeat or registration packet of the radio or serial server, or a "
-                  "device: switch it off"
-            : "something on the line sends text by itself (" + text->cause +
-                  "): take it off this line, or switch its automatic output (heartbeat) off");
+            ? "text comes unasked (" + text->cause +
+                  "). Switch off the heartbeat or registration packet of the radio or serial "
+                  "server, or the automatic output of a device"
+            : "text comes unasked on the line (" + text->cause +
+                  "). Take the device that sends it off this line, or switch its automatic output "
+                  "(heartbeat) off");
   }
   return said;
 }
@@ -145,31 +148,31 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   const bool nobody = AbsentTogether(devices);
   const bool echoless = status.collisions > 0 && 2 * status.collisions >= status.exchanges;
   if (status.cut_since) {
-    found.push_back(fmt::format(
-        "the ring is open since {}, as requests come back no more: look for a loose or broken "
-        "fibre, or a device on it without power",
-        ClockText(*status.cut_since)));
+    found.push_back(
+        fmt::format("the ring has been open since {}, because requests no longer come back. Look "
+                    "for a loose or "
+                    "broken fibre, or a device on the ring without power",
+                    ClockText(*status.cut_since)));
   } else if (nobody && echoless) {
     found.push_back(fmt::format(
-        "none of its {} devices answers, and requests do not come back ({}, echo: verify): is the "
-        "ring open (a loose fibre, a device without power)? If the bus has no echo, set 'echo: "
-        "off' in the configuration",
+        "none of its {} devices answers, and requests do not come back ({}, echo: verify). Close "
+        "the ring (a loose fibre, a device without power), or set 'echo: off' for a bus without "
+        "echo",
         InUse(devices), Times(status.collisions)));
   } else if (nobody) {
     found = NobodyAnswers(status, devices, now);
   }
   if (Echoes(status) && AnyAnswers(devices, now)) {
     found.push_back(
-        fmt::format("the request itself came back {}: set 'echo: strip' in the configuration",
+        fmt::format("the request itself came back {}. Set 'echo: strip' in the configuration",
                     Times(status.echoes)));
   }
   if (status.collisions > 0 && !status.cut_since && !(nobody && echoless)) {
     found.push_back(fmt::format(
-        "the echo was missing or different {}: two talkers at once, or {}",
+        "the echo was missing or different {}. Two masters send at once, or {}",
         Times(status.collisions),
-        echoless
-            ? "a bus that does not echo (set 'echo: off')"
-            : "a ring or bus that opens now and then: a loose plug, or a device that restarts"));
+        echoless ? "the bus does not echo (set 'echo: off')"
+                 : "the ring opens now and then (a loose plug, or a device that restarts)"));
   }
   return found;
 }
@@ -182,12 +185,13 @@ std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
   if (stray < kNotableStray || status.stray_bytes < kFewStray) return {};
   if (IsExplained(status, devices) || Echoes(status)) return {};
   return fmt::format(
-      "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
-      line.is_network() && line.serial.on_wire()
-          ? "packets of the serial server itself (heartbeat), or noise behind it"
-      : line.serial.on_wire()
-          ? "noise between the replies (check bias resistors and termination), or a second master"
-          : "the server answers twice, or does not keep to Modbus TCP; update its firmware");
+      "{} of {} bytes came when nothing was asked. {}", status.stray_bytes, status.bytes_in,
+      line.is_network() && line.serial.on_wire() ? "Switch off packets of the serial server itself "
+                                                   "(heartbeat), or look for noise behind it"
+      : line.serial.on_wire() ? "Look for noise between the replies (bias resistors, termination), "
+                                "or for a second master"
+                              : "Update the firmware of the server, which answers twice or does "
+                                "not keep to Modbus TCP");
 }
 
 /// Why polls are missed. Empty: no poll is missed, or a sentence of a device explains it.
@@ -220,8 +224,9 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
   };
   for (const bus::PortService& service : status.services) {
     if (service.trouble.empty()) continue;
-    found.push_back(fmt::format("no client can come in for its port at {}: {}; it is tried again",
-                                service.place, service.trouble));
+    found.push_back(
+        fmt::format("no client can connect to its port at {}: {}; the gateway tries again",
+                    service.place, service.trouble));
   }
   if (status.port != bus::LineStatus::Port::open) {
     found.insert(found.begin(), SayClosed(line, status, devices, now));
@@ -230,15 +235,15 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
   add(AboutEchoes(status, devices, now));
   if (status.negotiations > 0 && AnyAnswers(devices, now)) {
     found.push_back(
-        "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
+        "the server speaks Telnet when a connection begins, and doubles each FF. Set its port to "
         "raw TCP, without Telnet or RFC 2217");
   }
   add(Strangers(line, devices));
   add(DriverErrors(line, status, AbsentTogether(devices)));
   if (IsEndless(status, devices)) {
     found.push_back(
-        "bytes come without an end, also when nothing was asked: a device or converter keeps "
-        "sending; unplug them one by one");
+        "bytes come without an end, also when nothing was asked. A device or converter keeps "
+        "sending: unplug them one by one");
   }
   add_one(StrayBytes(line, status, devices));
   add(AboutLosses(line, status, devices, now));
@@ -334,8 +339,9 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   // Stray bytes beside good replies also waste time, but there is no failure to correct.
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
-    return fmt::format("{} takes {} of the line's time with exchanges that fail: mend that first",
-                       name(*wasteful), Percent(waste));
+    return fmt::format(
+        "{} takes {} of the line's time with exchanges that fail. Follow its sentence first",
+        name(*wasteful), Percent(waste));
   }
   // A late device has a sentence with its own remedy.
   if (device == nullptr && busiest != nullptr && busiest->status.patience > Duration()) return {};
@@ -345,22 +351,23 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   const bool stands_out = most * static_cast<double>(devices.size()) > kMoreThanOthers * served;
   if (most >= kMuchOfOne && devices.size() > 1 && stands_out) {
     const auto each = busiest->status.round_trips.mean();
-    return fmt::format("{} takes {} of the line's time, {} ms an exchange: raise its poll, or {}",
+    return fmt::format("{} takes {} of the line's time, {} ms an exchange. Raise its poll, or {}",
                        name(*busiest), Percent(most), Milliseconds(each), ask_less);
   }
   if (served >= kFull && IsQuietTime(devices)) {
     return fmt::format(
-        "more is asked than fits, half of the time is silence before requests: "
-        "lower timing.quiet ({}), or raise poll",
+        "the polls need more time than the line has, and half of the time is silence before "
+        "requests. Lower timing.quiet ({}), or raise poll",
         FormatDuration(*devices.front().status.timing.quiet));
   }
   if (served >= kFull) {
     return fmt::format(
-        "more is asked than fits, good exchanges take {} of the time: raise poll, {}",
+        "the polls need more time than the line has, as good exchanges take {} of it. Raise poll, "
+        "{}",
         Percent(served), ask_less);
   }
   if (served < kBusy || waste >= kSomeWaste) return {};
-  return fmt::format("a round takes longer than its period: raise poll, {}", ask_less);
+  return fmt::format("a round of polls takes longer than its period. Raise poll, {}", ask_less);
 }
 
 }  // namespace baudgate::diagnosis

@@ -29,19 +29,19 @@ const char* RemedyFor(Reason reason) {
   switch (reason) {
     case Reason::over_range:
     case Reason::under_range:
-      return "look at the sensor, its wire and its range (a balance: its load)";
+      return "check the sensor, its wire and its range (at a balance the load)";
     case Reason::open_sensor:
-      return "look at the sensor and its wire";
+      return "check the sensor and its wire";
     case Reason::sentinel:
-      return "no measurement: look at what is connected to that input";
+      return "nothing was measured: check what is connected to that input";
     case Reason::no_permission:
-      return "its access level is too low for them: set the password of a higher one at the device";
+      return "the access level is too low: set the password of a higher level at the device";
     case Reason::device_fault:
-      return "a fault of its own: look at it, restart or replace it";
+      return "the device reports a fault: check, restart or replace it";
     case Reason::channel_disabled:
-      return "switch them on in the device, or take these points out of the profile";
+      return "switch these channels on in the device, or take the points out of the profile";
     case Reason::not_ready:
-      return "it has measured nothing there since its start, or not yet: wait, then look at it";
+      return "it has not measured since its start: wait, then check the device";
     default:
       return nullptr;
   }
@@ -62,14 +62,16 @@ std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& poin
 std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
   const std::string& text = finding.cause;
-  if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
+  if (text.empty()) {
+    return ": it sends nothing for them. Check that the profile fits the device";
+  }
   if (text.find_first_not_of("*- ") == std::string::npos) {
-    return ": '" + Shortened(text) + "' stands for no measurement: look at its inputs and cards";
+    return ": '" + Shortened(text) + "' stands for no measurement. Check its inputs and cards";
   }
   const bool comma = ParseDecimal(WithDecimalPoint(text)).has_value();
-  return ": '" + Shortened(text) + "' is no number: " +
-         (comma ? "set a decimal point at the device, or type: string in its profile"
-                : "does the profile fit the device? type: string takes it");
+  return ": '" + Shortened(text) + "' is no number. " +
+         (comma ? "Set a decimal point at the device, or type: string in its profile"
+                : "Check that the profile fits the device, or set type: string in it");
 }
 
 /// Values are expected within this time even if their poll period is longer.
@@ -98,9 +100,9 @@ struct Doubts {
     ++reported;
     if (first.empty()) first = point.name;
     if (const auto limit = LimitOf(point, quality.reason); limit && ++limited == 1) {
-      limit_remedy = fmt::format(
-          "beyond its range or the configured {0} ({1}): correct {0}, or look at the sensor",
-          limit->first, limit->second.ToText());
+      limit_remedy =
+          fmt::format("correct the configured {0} ({1}), or check the sensor and its range",
+                      limit->first, limit->second.ToText());
     }
     if (quality.reason != Reason::none) {
       ++reasons[quality.reason];
@@ -153,16 +155,17 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
 std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now) {
   if (const auto every = ComesEvery(record, now.instant)) {
     return "comes every " + FormatAge(*every) +
-           ", and its max_age is shorter: raise its poll (or max_age) above that, or let it send "
-           "more often";
+           ", and its max_age is shorter. Raise its poll or max_age above that, or let the device "
+           "send more often";
   }
   if (record.status.unasked && record.status.last_ok) {
     return "nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
-           ", and its max_age is shorter: check its power and its wire";
+           ", and its max_age is shorter. Check its power and its wire";
   }
   return fmt::format(
-      "{} of {} points are older than their max_age: its polls fail or come too seldom", stale,
-      record.points.size());
+      "{} of {} points are older than their max_age, as its polls fail or come too seldom. Follow "
+      "its other sentences, or raise max_age",
+      stale, record.points.size());
 }
 
 /// The reasons and the first point: "2 over range, 1 open sensor; level, ...".
@@ -177,11 +180,11 @@ std::string WhichAre(const Doubts& doubts) {
 /// Why readings without a reason are not good. Empty: there are several reasons.
 std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.jumping == doubts.reported && record.status.rechecks > 0) {
-    return ": each reading is far from the one before, also when it is read again at once: if it "
-           "really changes so fast, set recheck: off at it";
+    return ": each reading is far from the one before, also when it is read again at once. Look "
+           "for noise; if the value really changes so fast, set recheck: off at the point";
   }
   if (doubts.unsure == doubts.reported) {
-    return ": it says itself that they are not certain (not stable): look at what it measures";
+    return ": the device reports them as uncertain (not stable). Check what it measures";
   }
   const bus::Findings& findings = record.status.findings;
   const bool numbers = findings.Count(Symptom::no_number) > 0;
@@ -189,28 +192,29 @@ std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts)
     return NoNumber(findings.Last(Symptom::no_number));
   }
   if (doubts.unreadable == doubts.reported) {
-    return ": it says that they are not valid, or sends another form: look at its sensors";
+    return ": the device reports them as invalid, or sends another form. Check its sensors";
   }
   if (doubts.empty == doubts.reported) {
-    return ": it sends no number for them (NaN: look at what it measures; or a decimal comma: see "
-           "trace)";
+    return ": it sends no number for them. Check what it measures (NaN), or look for a decimal "
+           "comma with 'baudgate trace'";
   }
   return {};
 }
 
 /// The remedy if all reported points have one reason, or all have a configured limit; else empty.
 std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) {
-  if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
+  if (doubts.limited == doubts.reported) return NextSentence(doubts.limit_remedy);
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
   const Reason reason = doubts.reasons.begin()->first;
   const char* const remedy = RemedyFor(reason);
   if (remedy == nullptr) return {};
   const bool inputs = reason != Reason::device_fault && reason != Reason::no_permission;
   const bool all = inputs && doubts.reported == record.points.size() && doubts.reported > 1;
-  return all ? ": nothing measures: look at what is behind the device" : ": " + std::string(remedy);
+  return all ? ". Nothing is measured: check what is connected to the device"
+             : NextSentence(remedy);
 }
 
-/// ": " with cause and remedy of the reported points. Empty: the reasons are clear by name.
+/// ": cause. Remedy" or ". Remedy" of the reported points. Empty: the reasons are clear by name.
 std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   std::string why = WhyUnreadable(record, doubts) + RemedyForAll(record, doubts);
   const auto refused = doubts.reasons.find(Reason::not_fitted);
@@ -218,10 +222,9 @@ std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
   why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
   const bool all = refused->second == record.points.size();
-  return why + "; " +
-         (RefusesWhatItGave(record) ? kHasWorked
-          : all                     ? "does the profile fit?"
-                                    : "correct them, or take them out of the profile");
+  return why + NextSentence(RefusesWhatItGave(record) ? kHasWorked
+                            : all                     ? "check that the profile fits the device"
+                                  : "correct these points, or take them out of the profile");
 }
 
 }  // namespace
@@ -260,10 +263,10 @@ Sentences DiagnosePoints(const bus::LineStatus& line, const bus::DeviceRecord& r
   Sentences found;
   if (doubts.stale > 0) found.push_back(SayStale(record, doubts.stale, now));
   if (doubts.doubted > 0) {
-    found.push_back(
-        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
-                    "anew, the device was away, or a reply may have belonged to another request",
-                    doubts.doubted, points));
+    found.push_back(fmt::format(
+        "{} of {} points are in doubt until the next read, because the port was reopened, "
+        "the device was away, or a reply may belong to another request",
+        doubts.doubted, points));
   }
   if (doubts.reported > 0) {
     found.push_back(fmt::format("{} of {} points have no good value ({}){}", doubts.reported,
@@ -280,11 +283,11 @@ Sentences NoteAbsent(const bus::LineStatus& line, const bus::DeviceRecord& recor
   if (IsForeign(record) || doubts.reported == 0 || !OffByOne(record).empty()) return {};
   const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
   return {fmt::format(
-      "note: {} of {} points have no value ({}): usual {}", doubts.reported, record.points.size(),
-      WhichAre(doubts),
+      "note: {} of {} points have no value ({}), which is usual {}", doubts.reported,
+      record.points.size(), WhichAre(doubts),
       doubts.reasons.contains(Reason::not_fitted)
           ? "for what is not fitted" + (said.empty() ? "" : " (it says '" + said + "')") +
-                ": take them out of the profile, or correct them"
+                ". Take these points out of the profile, or correct them"
           : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
 
@@ -312,15 +315,15 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
     return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
                         record.points.size(), first, waiting > 1 ? ", ..." : "",
                         missing.empty()
-                            ? "nothing that it sends has them: does the profile fit, and its "
-                              "parameters (unit)?"
+                            ? "none of its messages has them. Check that the profile fits, and its "
+                              "parameters (unit)"
                             : missing)};
   }
   return {fmt::format(
-      "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,
+      "{} of {} points have no value yet ({}{}): {}{}", waiting, record.points.size(), first,
       waiting > 1 ? ", ..." : "",
       said.cause.empty() ? "the device does not give them" : "it says '" + Brief(said) + "'",
-      RemedyOf(said))};
+      NextSentence(RemedyOf(said)))};
 }
 
 namespace {
@@ -412,10 +415,10 @@ std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   const double values = is_short ? 0x1p16 : 0x1p32;
   const bool ones = !is_signed && raw == values - 1 && (!is_short || !point.unit.empty());
   if (raw == values / 2 - 1 || (is_signed && raw == -values / 2) || ones) {
-    return "it stands for no measurement: look at what is measured, and add it to its sentinels";
+    return "this number stands for no measurement: check what is measured, and add it to sentinels";
   }
   if (is_signed || raw < values - kSmall || raw == values - 1 || !small) return {};
-  return fmt::format("it is {:.0f} as a signed number: set type: {} in the profile", raw - values,
+  return fmt::format("as a signed number it is {:.0f}: set type: {} in the profile", raw - values,
                      is_short ? "int16" : "int32");
 }
 
@@ -440,9 +443,9 @@ std::string OffByOne(const bus::DeviceRecord& record, std::size_t least) {
     if (std::abs(next->first - end->first) > kNextTo) continue;
     const config::Point& point = record.device->points[end->second];
     return fmt::format(
-        "only the {} address is refused ({}, {}): its addresses are off by one: {} each by one in "
+        "only the {} address is refused ({}, {}), so all are off by one. {} each address by one in "
         "the profile",
-        last ? "last" : "first", point.name, point.read, last ? "lower" : "raise");
+        last ? "last" : "first", point.name, point.read, last ? "Lower" : "Raise");
   }
   return {};
 }
@@ -489,16 +492,16 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   if (why.empty() && either) {
     // Both cures change the same registers, so the wrong one gives wrong numbers that look right.
     why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
-          ", or correct their addresses by one register: both make usual numbers, so compare with "
-          "its display";
+          ", or correct their addresses by one register; compare with its display, as both give "
+          "usual numbers";
   } else if (why.empty()) {
-    why = shifted ? "read one register lower (or higher) they fit: correct their addresses"
+    why = shifted ? "correct their addresses: one register lower (or higher) they fit"
           : order.empty()
               ? "check the order of their bytes (order), their type and their register"
-              : "their bytes come in another order: set order: " + order + " in the configuration";
+              : "set order: " + order + " in the configuration, as their bytes come in that order";
   }
-  return {fmt::format("{} of {} numbers cannot be true ({}{}): {}", absurd, numbers.size(), first,
-                      absurd > 1 ? ", ..." : "", why)};
+  return {fmt::format("{} of {} numbers cannot be true ({}{}){}", absurd, numbers.size(), first,
+                      absurd > 1 ? ", ..." : "", NextSentence(why))};
 }
 
 }  // namespace baudgate::diagnosis

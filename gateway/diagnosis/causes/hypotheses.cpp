@@ -272,41 +272,41 @@ const std::vector<Hypothesis>& Hypotheses() {
   // ones.
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
-      {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},
+      {"another setting would make its replies right", OtherSetting, AsFound<other_setting>, true},
       {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
-      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
+      {"slave N answers in place of slave N", OtherDevice, SayOtherDevice, true},
       {"its reply to TELEGRAM is not as described", OtherForm, AsFound<other_form>},
       {"it restarts", Restarts, SayRestarts},
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
-      {"requests fail that contain", EatenRequests, SayEatenRequests, true, true},
-      {"replies fail that contain", NotTransparent, SaySpecials},
+      {"only requests that contain", EatenRequests, SayEatenRequests, true, true},
+      {"only replies that contain", NotTransparent, SaySpecials},
       {"its replies come in pieces", InPieces, SaySplit, true},
       {"its replies come up to", Late, SayLate, true},
       {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
-      {"right once the eighth bit is taken away", EighthBit, SayEighthBit},
-      {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
+      {"its characters are right without the eighth bit", EighthBit, SayEighthBit},
+      {"the eighth bit of its replies is always 0", SevenBits, SaySevenBits},
       {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
       {"only characters of one parity come", OtherParity, SayOtherParity},
       {"the first byte of its replies is missing", HeadLost, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", EndLost, SayEndLost},
       {"bytes are missing inside its replies", BytesLost, SayBytesLost},
-      {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
+      {"its replies have too many bytes", Always<bytes_added>, SayBytesAdded},
       {"its replies have a wrong check value", BadCheck, SayBadCheck},
       {"nothing but 00 or FF comes", Zeros, SayZeros},
       {"bytes come without an end", Endless, SayEndless},
-      {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
-      {"its replies answer the request before", OneBehind, SayOneBehind},
+      {"the same reply comes to every request", SameAgain, SaySameAgain, true},
+      {"its replies answer the previous request", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
-      {"requests get no answer that come soon", TooFast, SayTooFast},
-      {"requests get no answer behind a rest", Asleep, SayAsleep},
+      {"requests soon after a telegram get no answer", TooFast, SayTooFast},
+      {"requests after a pause get no answer", Asleep, SayAsleep},
       {"a gateway or server speaks in its place", InItsPlace, SaySaid},
-      {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
-      {"bytes come, and not one good frame", WrongSettings, SaySettings},
+      {"its replies are not Modbus TCP", NoTcp, SayNoTcp},
+      {"bytes come, but no good frame", WrongSettings, SaySettings},
       {"its replies come damaged", Noise, SayNoise},
       {"its replies do not fit", Odd, SayOdd},
       {"not a byte came", Silent, SaySilent},
@@ -348,15 +348,16 @@ std::vector<std::string> Besides(const Evidence& evidence,
     if (hypothesis != judged.front()) besides.push_back("or " + hypothesis->say(evidence));
   }
   if (evidence.absent && judged.front()->support == TooFast) {
-    besides.push_back("or it is off: check its power and its wire");
+    besides.push_back("or it is off. Check its power and its wire");
   }
   const std::string counterpart(evidence.traits().counterpart);
   const bool never = !evidence.answered && evidence.healthy.empty() && !OnWire(evidence);
   if (never && !counterpart.empty() && judged.front()->support == Silent) {
-    besides.push_back("or that is a plain serial server: set protocol: " + counterpart);
+    besides.push_back("or the port belongs to a plain serial server. Set protocol: " + counterpart);
   }
   if (!evidence.alike.empty() && evidence.fell.empty()) {
-    besides.push_back(evidence.alike + " fails alike: look first at what both share");
+    besides.push_back(evidence.alike +
+                      " fails in the same way. Check first what these two devices share");
   }
   if (evidence.absent && !evidence.healthy.empty()) {
     besides.push_back(evidence.healthy + " answers on the same line");

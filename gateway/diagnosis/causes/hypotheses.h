@@ -25,7 +25,7 @@ struct Hypothesis {
   const char* cause;  ///< as in docs/status.md
   /// 0: excluded; 1: explains all failures.
   double (*support)(const Evidence&);
-  /// Returns cause and remedy without a subject: "answers later than timing.reply (100 ms): …".
+  /// Returns cause and remedy without a subject: "its replies break off. Check …".
   std::string (*say)(const Evidence&);
   bool proven = false;  ///< the evidence leaves no doubt, so no alternative is shown
   bool whole = false;   ///< also explains why only some requests fail

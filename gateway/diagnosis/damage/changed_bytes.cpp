@@ -34,8 +34,8 @@ bool HasStopBitInside(std::uint8_t byte) { return (byte & 0b00001000U) != 0; }
 Finding Says(const std::string& rate, bool connection) {
   return {.symptom = Symptom::other_setting,
           .cause = "its characters come at " + rate + " the bit rate that is set here",
-          .remedy = connection ? "set that of the device at the port of the serial server"
-                               : "set both alike"};
+          .remedy = connection ? "set the bit rate of the device at the port of the serial server"
+                               : "set the same bit rate at the device and here"};
 }
 
 }  // namespace
@@ -77,7 +77,8 @@ struct Taker {
   const char* remedy;
 };
 constexpr const char* kNoFlowControl = "switch XON/XOFF off at the converter or serial server";
-constexpr const char* kSetRaw = "a converter or serial server takes them out: set it to raw";
+constexpr const char* kSetRaw =
+    "set the converter or serial server that removes these bytes to raw";
 constexpr Taker kTakers[] = {{0x11, kNoFlowControl}, {0x13, kNoFlowControl}, {0x00, kSetRaw},
                              {0x0A, kSetRaw},        {0x0D, kSetRaw},        {0x03, kSetRaw},
                              {0x1A, kSetRaw},        {0x7F, kSetRaw},        {0xFF, kSetRaw}};
@@ -128,9 +129,9 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
       {Shrunk(heard, 0x0D, 0x00, 0x0D), "a 00 is put behind each 0D of its replies, as in Telnet",
        "set the serial server to raw TCP, without Telnet"},
       {Shrunk(heard, 0x0D, 0x0A, 0x0A), "a 0D is put before each 0A of its replies",
-       "a converter or serial server changes line ends: set it to raw"},
+       "set the converter or serial server that changes line ends to raw"},
       {Shrunk(heard, 0x0D, 0x0A, 0x0D), "a 0A is put behind each 0D of its replies",
-       "a converter or serial server changes line ends: set it to raw"},
+       "set the converter or serial server that changes line ends to raw"},
   };
   for (const auto& one : all) {
     const bool whole = one.clean.size() < heard.size() && IsWhole(hearing, one.clean);
@@ -243,7 +244,7 @@ std::optional<Finding> Translated(const Hearing& hearing, View heard) {
     if (!IsWholeWithout(hearing, heard, is, was)) continue;
     return Finding{.symptom = Symptom::other_setting,
                    .cause = "a " + HexByte(is) + " comes where a " + HexByte(was) + " belongs",
-                   .remedy = "a converter or serial server changes line ends: set it to raw"};
+                   .remedy = "set the converter or serial server that changes line ends to raw"};
   }
   return std::nullopt;
 }
@@ -252,9 +253,10 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
   Bytes turned(heard.begin(), heard.end());
   for (std::uint8_t& byte : turned) byte = static_cast<std::uint8_t>(~byte);
   if (!IsWhole(hearing, turned)) return std::nullopt;
-  return Finding{.symptom = Symptom::other_setting,
-                 .cause = "its replies are right once every bit is inverted",
-                 .remedy = "swap A and B at it, or switch the inversion of its converter off"};
+  return Finding{
+      .symptom = Symptom::other_setting,
+      .cause = "its replies are right with every bit inverted",
+      .remedy = "swap A and B at the device, or switch the inversion of its converter off"};
 }
 
 /// Between marks for wrong parity (FF, or 00, which no text contains) all characters have the same
@@ -277,7 +279,7 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "only characters of one parity come, and " +
                           std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
-                 .remedy = "its parity is another one; set both alike"};
+                 .remedy = "set the same parity at the device and here"};
 }
 
 View Core(View bytes) {
@@ -315,7 +317,7 @@ std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (std::ranges::equal(changed, heard)) return std::nullopt;
   if (!IsWhole(hearing, heard) && !IsWhole(hearing, changed)) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
-                 .cause = "a comma comes where a point is awaited (" + Quote(heard) + ")",
+                 .cause = "a comma comes in place of a decimal point (" + Quote(heard) + ")",
                  .remedy = "set the device to a decimal point"};
 }
 

@@ -83,15 +83,18 @@ constexpr std::string_view kHungUp[] = {"no carrier", "no answer", "no dialtone"
 
 std::string RemedyFor(View heard) {
   if (IsModem(heard) && Has(heard, kHungUp)) {
-    return "the modem has no connection: dial again, look at it and at its line";
+    return "the modem has no connection: dial again, and check the modem and its line";
   }
   if (Has(heard, kLogins)) {
-    return "a login prompt: switch the console (getty) off at the other end, or check the port";
+    return "switch the console (getty) that asks for a login off at the other end, or check the "
+           "port";
   }
   if (Repeats(heard)) {
-    return "it sends by itself, asked or not: switch its automatic (continuous) output off";
+    return "it sends unasked: switch its automatic (continuous) output off";
   }
-  return Has(heard, kInUse) ? "end its other client, or raise its limit of connections" : "";
+  return Has(heard, kInUse)
+             ? "end the other client of the server, or raise its limit of connections"
+             : "";
 }
 
 Finding Text(const Hearing& hearing, View heard) {
@@ -99,7 +102,7 @@ Finding Text(const Hearing& hearing, View heard) {
   const bool secret = !hearing.expect->secrets.empty();
   return {.symptom = Symptom::text,
           .bytes = heard.size(),
-          .cause = secret           ? std::string("behind a password, and so not shown")
+          .cause = secret           ? std::string("not shown, as a password was sent before")
                    : IsModem(heard) ? Quote(ToBytes(Trim(AsText(heard))))
                                     : Quote(heard),
           .remedy = RemedyFor(heard)};
@@ -160,8 +163,8 @@ std::optional<Finding> OtherFrame(const Hearing& hearing, View heard) {
                    .bytes = heard.size(),
                    .cause = std::move(*cause),
                    .remedy =
-                       "another master and its devices are on this line: give each protocol "
-                       "a line of its own"};
+                       "another master and its devices are on this line: use a separate line for "
+                       "each protocol"};
   }
   return std::nullopt;
 }
@@ -522,7 +525,7 @@ std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
   return Finding{
       .symptom = Symptom::other_protocol,
       .bytes = heard.size(),
-      .cause = "the server speaks first, as no Modbus TCP server does (" + Quote(heard) + ")",
+      .cause = "the server sends first, which no Modbus TCP server does (" + Quote(heard) + ")",
       .remedy = "check the host and the port number of the line"};
 }
 

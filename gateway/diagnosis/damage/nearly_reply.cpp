@@ -95,8 +95,8 @@ std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
         .symptom = Symptom::other_setting,
         .cause = std::string("its replies end in ") + came->name + ", not in " + end.name,
         .remedy =
-            "set that at it, or set the converter or serial server in between to "
-            "raw"};
+            "correct the line end at the device, or set the converter or serial server in between "
+            "to raw"};
   }
   return std::nullopt;
 }

@@ -113,13 +113,14 @@ TEST(Examine, ATextIsReportedWithItsProbableSource) {
     std::string remedy;
   } rows[] = {
       {"\r\nDebian GNU/Linux 11 plc7 ttyS0\r\n\r\nplc7 login: ",
-       "a login prompt: switch the console (getty) off at the other end, or check the port"},
+       "switch the console (getty) that asks for a login off at the other end, or check the port"},
       {"\r\nPassword: ",
-       "a login prompt: switch the console (getty) off at the other end, or check the port"},
+       "switch the console (getty) that asks for a login off at the other end, or check the port"},
       {"\r\n\r\nMain menu\r\n", ""},
       {"S S 100.01 g\r\nS S 100.02 g\r\n",
-       "it sends by itself, asked or not: switch its automatic (continuous) output off"},
-      {"Port is in use\r\n", "end its other client, or raise its limit of connections"},
+       "it sends unasked: switch its automatic (continuous) output off"},
+      {"Port is in use\r\n",
+       "end the other client of the server, or raise its limit of connections"},
   };
   for (const auto& row : rows) {
     const Finding finding =

@@ -156,7 +156,7 @@ points:
                                               .expect = &expect,
                                               .outcome = Outcome::corrupt,
                                               .heard = heard});
-  EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('+1,25E+01\\r')");
+  EXPECT_EQ(finding.cause, "a comma comes in place of a decimal point ('+1,25E+01\\r')");
 }
 
 TEST(TelegramAnswers, ARepeatedFieldMustHaveEqualValues) {

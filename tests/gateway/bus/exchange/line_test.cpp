@@ -72,7 +72,7 @@ TEST_F(LineTest, AClosedConnectionInPlaceOfAReplyIsNoReplyAtOnce) {
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
   EXPECT_TRUE(ends_[0].ended);
-  EXPECT_EQ(ends_[0].reason, "the server closed the connection in place of an answer");
+  EXPECT_EQ(ends_[0].reason, "the server closed the connection instead of answering");
   EXPECT_EQ(DeadlineIn(), 1010ms + kTimes.drain);
   line_.OnEnded(At(1020ms));
   EXPECT_EQ(ends_.size(), 1U) << "nothing is under way any more";

@@ -109,7 +109,7 @@ TEST_F(JobTest, ADisabledDeviceAcceptsRoutedRequestsButNoPolls) {
 TEST_F(JobTest, AnAbandonedWriteIsSentOnlyIfItHasBegun) {
   WriteCommand command = Until(kStart + 1s);
   command.abandoned = std::make_shared<std::atomic<bool>>(true);
-  EXPECT_EQ(Write(command)->WhyNotSend(kStart)->why, "its client has left");
+  EXPECT_EQ(Write(command)->WhyNotSend(kStart)->why, "the client has disconnected");
   command.state = WriteState::sent;
   EXPECT_FALSE(Write(command)->WhyNotSend(kStart)) << "it has been sent";
 }

@@ -129,7 +129,7 @@ TEST(WriteLimits, DecimalsAreCountedInTheUnscaledValue) {
   point.writing.decimals = 1;
   EXPECT_EQ(Inexact(point, 0.9), "");
   EXPECT_EQ(Inexact(point, 0.96),
-            "0.96 has more digits than the device takes, 1 behind its decimal point");
+            "0.96 has more digits than the device takes (1 after the decimal point)");
   point.scale = 400;
   EXPECT_EQ(Inexact(point, 360.0), "") << "0.9";
   EXPECT_NE(Inexact(point, 361.0), "");
@@ -140,7 +140,7 @@ TEST(WriteLimits, ASentinelCannotBeWritten) {
   point.sentinels = {{999, Quality::bad_sensor_failure}};
   EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
   EXPECT_EQ(Inexact(point, std::int64_t{999}),
-            "999 is a code that has another meaning for this device");
+            "999 is a code with another meaning for this device, so it cannot be written");
 }
 
 TEST(WriteLimits, StepsAreCountedFromZero) {
@@ -170,7 +170,7 @@ TEST(WriteLimits, LimitsApplyToWholeNumbers) {
 TEST(WriteLimits, AFloat32InTheWrongWordOrderIsRefused) {
   const config::Point point = SettingOf(Type::float32);
   EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41).value_or(""),
-              HasSubstr("is the word order of the float"));
+              HasSubstr("check the word order of the float"));
   EXPECT_EQ(WhyOutside(point, 0.0), std::nullopt);
   EXPECT_EQ(WhyOutside(point, -1e-30), std::nullopt);
 }

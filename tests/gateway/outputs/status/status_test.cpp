@@ -72,9 +72,9 @@ bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0   
 bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 io.ai-1         never seen  none             -       -      -      -        0       0
 
-bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire, or whether its settings were changed
+bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
-bay-1.feeder-2: its return is noticed within 9.0 s
+bay-1.feeder-2: the gateway notices its return within 9.0 s
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
 )");
 }
@@ -92,10 +92,10 @@ bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0
 bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
-bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power
-  and its wire, or whether its settings were changed
+bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power
+  and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
-bay-1.feeder-2: its return is noticed within 9.0 s
+bay-1.feeder-2: the gateway notices its return within 9.0 s
 )");
   EXPECT_EQ(Frame(60, 12), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3,
   online: 1
@@ -142,9 +142,9 @@ device          state    last      answered      ok   mean    p99  retries  miss
 bay-1.feeder-1  online   ok           0.3 s  99.8 %  25 ms  28 ms        0       0
 bay-1.feeder-2  offline  no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 
-bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire, or whether its settings were changed
+bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
-bay-1.feeder-2: its return is noticed within 9.0 s
+bay-1.feeder-2: the gateway notices its return within 9.0 s
 )");
 }
 
