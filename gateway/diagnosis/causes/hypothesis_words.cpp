@@ -1,4 +1,5 @@
-// The sentences of the hypotheses, except those about damaged replies (see hypotheses.h).
+// The sentences of the hypotheses (hypotheses.h), except those about damaged replies
+// (damage_words.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -19,7 +20,8 @@ namespace {
 
 using enum Symptom;
 
-/// True if each request is answered well at other times: most points have had a value.
+/// True if each request is answered at other times: most points have had a value, at least a third
+/// of the exchanges were answered, and no poll always fails.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
@@ -38,7 +40,7 @@ bool OneNeverFits(const Evidence& evidence) {
   });
 }
 
-/// Returns the quotation in the cause of the finding: " ('+02.51')".
+/// Returns the quotation in the cause of the finding, such as " ('+02.51')".
 std::string QuotedIn(const Finding& finding) {
   const std::string text = Brief(finding);
   const std::size_t begin = text.find('\'');
@@ -47,14 +49,14 @@ std::string QuotedIn(const Finding& finding) {
   return " (" + text.substr(begin, end + 1 - begin) + ")";
 }
 
-/// True if the reply is whole but answers a request for more or fewer registers.
+/// True if the reply is complete but answers a request for more or fewer registers.
 bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.traits().register_reply.each > 0;
 }
 
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
-/// The number of registers in the longest good reply.
+/// Returns the number of registers in the longest good reply.
 std::size_t RegistersGiven(const Evidence& evidence) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
   const std::size_t good = evidence.device->status.findings.lengths().longest_good();
@@ -134,17 +136,18 @@ std::string SayNoise(const Evidence& evidence) {
            others +
            ": a bad contact or noise in what they share: check cable, termination and ground";
   }
-  // If several devices have the trouble, a shared address is not the cause.
+  // If several devices have this trouble, a shared address is not the cause.
   const std::string noise = "noise on the line";
   const std::string remedy = "check termination, ground and shield";
   if (!evidence.alike.empty() || evidence.noisy) return cause + ": " + noise + ": " + remedy;
-  // A new device that still uses the address of another device is missing at its own.
+  // A new device whose address was not changed answers at the address of another device, and its
+  // own address never answers.
   if (!evidence.missing.empty()) {
     return cause + ": " + evidence.missing + ", which never answers, may have its address (" +
            evidence.first().device->address + ") as well: unplug one; or " + noise + " (" + remedy +
            ")";
   }
-  // Noise does not damage nearly all replies of one device and none of a neighbour.
+  // Noise on the line would also damage replies of the neighbour.
   if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
     return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";
   }
@@ -236,14 +239,14 @@ std::string SayOtherReply(const Evidence& evidence) {
          ": another master on the line, or a serial server that answers one request late";
 }
 
-// The sentences about silence: all devices, one device, or now and then.
+// The sentences about silence of all devices, of one device, or now and then.
 
 namespace {
 
-/// Addresses that are XON and XOFF characters.
+/// Addresses that are the characters XON and XOFF.
 constexpr const char* kFlowControl[] = {"17", "19"};
 
-/// What to check if no device of the line answers: everything that the devices share.
+/// Returns what to check if no device of the line answers: everything that the devices share.
 std::string Shared(const Evidence& evidence) {
   if (!OnWire(evidence)) {
     const std::string counterpart(evidence.traits().counterpart);
@@ -264,7 +267,7 @@ std::string Shared(const Evidence& evidence) {
          ", direction control of the converter; or " + OtherReader(evidence);
 }
 
-/// What to check if neither a neighbour nor the past of the device proves that it works.
+/// Returns what to check if neither a neighbour nor the past of the device shows what works.
 std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
   const bus::DeviceRecord& record = evidence.first();
@@ -378,7 +381,8 @@ namespace {
 
 using enum Symptom;
 
-/// A reply has at least this many characters. If each comes as 00 or FF, the parity is wrong.
+/// Every reply has at least this many characters. If each of them comes as 00 or FF, the parity is
+/// wrong.
 constexpr std::size_t kWholeReply = 6;
 
 }  // namespace
@@ -484,18 +488,18 @@ namespace {
 
 using enum Symptom;
 
-/// Devices that need a pause before requests need at least this one.
+/// A device that needs a pause before requests needs at least this pause.
 constexpr Duration kPause = 100ms;
-/// A device that needs more loses every other request, or is a radio.
+/// A device that seems to need a longer pause loses every second request, or is a radio.
 constexpr Duration kUsualPause = 200ms;
-/// A longer pause is not a reasonable setting.
+/// A longer pause than this is not a reasonable setting.
 constexpr Duration kLongestQuiet = 3s;
-/// A suggested time is this many times longer than the measured one.
+/// A suggested time is this many times the measured time.
 constexpr double kMargin = 1.25;
-/// For the idle time, where a longer time does no harm.
+/// As kMargin, for the idle time, where a longer time does no harm.
 constexpr double kWideMargin = 1.5;
 
-/// Rounds a time for the configuration: "150ms".
+/// Returns the time with a margin, rounded for the configuration, such as "150ms".
 std::string Suggest(Duration seen, double margin = kMargin) {
   const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
   const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
@@ -503,7 +507,7 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
+/// Returns text such as "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
   return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
@@ -515,7 +519,7 @@ std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
-  // Without this condition a device that is always slow would be blamed on the network.
+  // Only if the device is not always slow: then the network is not the cause.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
@@ -549,7 +553,7 @@ std::string SayTooFast(const Evidence& evidence) {
   };
   if (!known || *known > kLongestQuiet)
     return cause + "try " + set(probable, kMargin) + ", then more";
-  // The device has answered after this pause, and after no shorter one.
+  // The device has answered after this pause, and after no shorter pause.
   const Duration enough = std::max<Duration>(kPause, *known);
   if (pause >= kUsualPause) return cause + "it loses every other one, or needs " + set(enough, 1);
   if (enough <= kMargin * kWideMargin * probable) return cause + "set " + set(enough, 1);
