@@ -42,8 +42,8 @@ class DeviceStates {
  private:
   struct Entry {
     DeviceState shown = DeviceState::never_seen;
-    protocols::DeviceTrouble
-        trouble;  // the trouble that was published last; a remark has a text without a reason
+    // The trouble that was published last; a remark has a text without a reason.
+    protocols::DeviceTrouble trouble;
   };
 
   void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;

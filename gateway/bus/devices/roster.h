@@ -30,16 +30,16 @@ struct Member {
   Device* device = nullptr;  // this member as a device; null: it is a slave that only routes reach
   std::size_t place = 0;     // index in the roster; for a device also its number in the schedule
   std::uint32_t index = 0;   // number for stores and taps: see Tap in gateway/bus/exchange/line.h
-  std::uint8_t slave =
-      0;  // Modbus address at which routes reach the member; 0: routes cannot reach it
+  // Modbus address at which routes reach the member; 0: routes cannot reach it.
+  std::uint8_t slave = 0;
   bool in_use = true;
   int max_retries = 0;
   const protocols::Protocol* protocol = nullptr;
-  protocols::ParsedOptions
-      options;  ///< for a slave that only routes reach: the options of the line
+  /// For a slave that only routes reach: the options of the line.
+  protocols::ParsedOptions options;
   config::SerialSettings serial;
-  config::Timing
-      timing;  ///< the times, each with its source; unused for a slave that only routes reach
+  /// The times, each with its source; unused for a slave that only routes reach.
+  config::Timing timing;
   LineTimes times;
   DeviceHealth health;
   /// The address in the replies of the member. Empty: its replies contain no address, or the
@@ -66,8 +66,8 @@ struct Device : Member {
   HeardPoints heard;
   std::string memory;         // memory of the conversation that was reported last
   config::Timing configured;  // `timing` before LearnTimes made it longer
-  std::vector<protocols::Query>
-      planned_queries;  // queries of the conversation that the schedule contains
+  // Queries of the conversation that the schedule contains.
+  std::vector<protocols::Query> planned_queries;
 
   /// Sets the times to those that the conversation has learned. Returns true if they have changed.
   bool LearnTimes();

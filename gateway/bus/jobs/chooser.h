@@ -50,8 +50,8 @@ class Chooser {
 
  private:
   struct Source {
-    std::optional<Turns::Choice>
-        turn;  // empty: this source is asked only if no other source has a job
+    // Empty: this source is asked only if no other source has a job.
+    std::optional<Turns::Choice> turn;
     std::unique_ptr<JobSource> jobs;
   };
 

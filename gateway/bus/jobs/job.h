@@ -320,8 +320,8 @@ class Job {
   bool was_sent = false;
   bool unplanned = false;       ///< the query no longer existed when its reply came
   bool has_no_request = false;  ///< the conversation could not make a request for the job
-  bool had_failure =
-      false;  ///< an exchange of the job has failed, so another device may answer now
+  /// An exchange of the job has failed, so another device may answer now.
+  bool had_failure = false;
   bool judges_member = true;  ///< the end of the job shows whether the member answers
   /// True if the request got no answer because the device does not have its points: it answers
   /// other queries, but has never answered this one.

@@ -223,8 +223,8 @@ struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
   std::string last_reason;  ///< reason of the last outcome that was not ok
-  std::string
-      trouble;  ///< why no value is good, such as "type 0D, the profile says 08"; or a remark
+  /// Why no value is good, such as "type 0D, the profile says 08"; or a remark.
+  std::string trouble;
   std::optional<Instant> last_ok;
   WallTime last_ok_wall{};
   std::uint32_t exchanges = 0;

@@ -127,21 +127,21 @@ struct ConnectionEnds {
 
 struct LineStatus : LineCounters {
   enum class Port : std::uint8_t { closed, open, released } port = Port::closed;
-  std::string
-      port_text;  ///< if open, such as "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
+  /// If open, such as "serial /dev/ttyUSB0 9600 7E1"; else why it is closed.
+  std::string port_text;
   WallTime port_since{};  ///< when `port` last changed
   WallTime released_until{};
   /// A release of the port was requested by hand until this time, and a write under way ends first.
   /// The epoch: no release is requested.
   WallTime release_asked_until{};
-  bool silent =
-      false;  ///< the port was closed, and is opened again, because no device behind it answered
+  /// The port was closed, and is opened again, because no device behind it answered.
+  bool silent = false;
   bool lent_to_client = false;   ///< the port is released to a network client, not by hand
   std::uint32_t times_lost = 0;  ///< how often the open port was lost
   RecentTimes losses;
   bool takes_no_data = false;  ///< the port was last lost because it accepted no data
-  std::uint32_t restored =
-      0;  ///< how often the settings were restored after another program had changed them
+  /// How often the settings were restored after another program had changed them.
+  std::uint32_t restored = 0;
   /// When a serial server ended a connection that was in use, so that it was opened again.
   RecentTimes drops;
   ConnectionEnds ends;
@@ -156,8 +156,8 @@ struct LineStatus : LineCounters {
 
   /// With `echo: verify`: since when the bus no longer echoes. Empty: it echoes, or is not checked.
   std::optional<WallTime> cut_since;
-  double use =
-      0;  ///< busy part of the last full minute, 0 to 1; in the first minute, of the time so far
+  /// Busy part of the last full minute, 0 to 1; in the first minute, of the time so far.
+  double use = 0;
   LineShares minute{};  ///< `use` divided by the use of the line time
   /// The longest time until it is noticed that an offline device answers again (formula:
   /// docs/timeouts.md). Empty: no device is offline.

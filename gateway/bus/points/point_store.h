@@ -76,8 +76,8 @@ class ChangeFeed {
 // the status of the device, and the age limits of its values.
 struct PointRecord {
   Value value;  ///< the last value that was not bad; empty before the first
-  Quality reported =
-      Quality::bad_waiting;  ///< quality of the last reading; age and device state do not change it
+  /// Quality of the last reading; age and device state do not change it.
+  Quality reported = Quality::bad_waiting;
   /// Limit of the quality until the next reading. It is lowered when the value becomes doubtful or
   /// too old.
   Quality at_best = Quality::good;
@@ -236,8 +236,8 @@ class PointStore {
         : first_device(its_first), line(std::move(its_line)) {}
     const std::uint32_t first_device;
     mutable Mutex mutex;
-    std::shared_ptr<const config::Line> line
-        BAUDGATE_GUARDED_BY(mutex);  // null: a reload has removed the line
+    // Null: a reload has removed the line.
+    std::shared_ptr<const config::Line> line BAUDGATE_GUARDED_BY(mutex);
     std::unique_ptr<LineStatus> status BAUDGATE_GUARDED_BY(mutex) =  // null after Forget
         std::make_unique<LineStatus>();
   };

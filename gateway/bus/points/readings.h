@@ -82,8 +82,8 @@ class JumpCheck {
     std::vector<std::size_t> doubtful;
     bool ask_again = false;    ///< the points have to be read again now
     bool unconfirmed = false;  ///< a value jumped, and the second reading was the last value again
-    std::optional<config::Group>
-        spoils;  ///< group of a seldom point (once, daily) that stays uncertain
+    /// Group of a seldom point (once, daily) that stays uncertain.
+    std::optional<config::Group> spoils;
   };
   /// Removes the samples that a second reading must confirm first. Samples whose quality is not
   /// good are never removed.

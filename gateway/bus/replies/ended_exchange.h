@@ -40,8 +40,8 @@ namespace baudgate::bus {
 
 /// A reply that was not accepted, because it may answer an earlier request.
 struct Unproven {
-  std::string
-      refusal{};  ///< why the device refused the request, in words; empty: the reply is no refusal
+  /// Why the device refused the request, in words; empty: the reply is no refusal.
+  std::string refusal{};
   Outcome refused_as = Outcome::none;
 };
 

@@ -48,9 +48,9 @@ struct Asked {
   bool probe = false;
   /// A probe behind which no job waits: it finds out whether an offline device is back.
   bool lone_probe = false;
-  bool renews_proof_early =
-      false;            ///< a probe renews the proof of the device early, because the line has time
-  bool proved = false;  ///< the device has answered a probe before this task
+  /// A probe renews the proof of the device early, because the line has time.
+  bool renews_proof_early = false;
+  bool proved = false;      ///< the device has answered a probe before this task
   bool unprovable = false;  ///< a probe before this task was necessary, but is not possible
   bool writes = false;
 
@@ -194,9 +194,9 @@ class LateReplies {
     std::size_t after = 0;  // bytes received since the end of the exchange
     // When the reply to the first try was due. Empty if no try met silence.
     std::optional<Instant> due{};
-    std::optional<Instant>
-        late_from{};     // if the awaited late reply comes, it comes at this time or later
-    Duration retried{};  // if a retry was answered: the time from `due` to that answer
+    // If the awaited late reply comes, it comes at this time or later.
+    std::optional<Instant> late_from{};
+    Duration retried{};            // if a retry was answered: the time from `due` to that answer
     protocols::Request request{};  // the request, if its late reply can be recognised by an address
   };
   struct Entry {

@@ -393,8 +393,8 @@ class WhoseReply {
 
   struct Verdict {
     bool elsewhere = false;  ///< the reply belongs to another request
-    bool proven =
-        true;  ///< the reply belongs to this request, or to an earlier one with the same bytes
+    /// The reply belongs to this request, or to an earlier one with the same bytes.
+    bool proven = true;
     Duration older{};       ///< greatest age of the reply: time from the oldest request that it may
                             ///< answer to this request
     bool replaced = false;  ///< another device answers in place of the member

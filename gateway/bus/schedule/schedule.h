@@ -300,8 +300,8 @@ class Turns {
     std::size_t high_clients = 0;  ///< number of clients with waiting requests of high priority
   };
 
-  static constexpr int kUrgentInRow =
-      4;  ///< after this many urgent jobs in a row, other jobs are first
+  /// After this many urgent jobs in a row, other jobs are first.
+  static constexpr int kUrgentInRow = 4;
   /// The same limit for short writes of clients, which belong together: a start and its set points.
   static constexpr int kRoutedWritesInRow = 16;
   /// Failing devices get at most half of the line time. Their time beyond half is a debt to the

@@ -62,8 +62,8 @@ class RequestBook {
  public:
   static constexpr std::size_t kClients = 128;
   static constexpr std::size_t kRemembered = 32;  ///< number of remembered requests of a client
-  static constexpr std::size_t kUnderWay =
-      8;  ///< greatest number of requests of a client at a time
+  /// Greatest number of requests of a client at a time.
+  static constexpr std::size_t kUnderWay = 8;
   /// A client that has sent nothing for this time can be forgotten if another client needs its
   /// place.
   static constexpr Duration kKept = 10min;

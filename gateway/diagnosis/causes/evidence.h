@@ -41,8 +41,8 @@ FailureTally TallyOf(const bus::FailureRuns& failures);
 struct Absences {
   std::size_t times = 0;  ///< number of outages that have ended
   Duration length{};      ///< estimated average length of an outage
-  std::optional<Duration>
-      period{};  ///< from the beginning of one to that of the next; nothing: irregular
+  /// From the beginning of one to that of the next; nothing: irregular.
+  std::optional<Duration> period{};
 };
 
 /// Returns the outages of a device. Nothing: its failures are single losses, or its first outage

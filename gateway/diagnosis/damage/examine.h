@@ -47,8 +47,8 @@ struct Hearing {
   Duration reply{};                     ///< reply time: the longest time until the first byte
   Duration gap{};                       ///< longest pause inside a reply
   bool connection = false;              ///< the line is a TCP connection
-  std::span<const protocols::ForeignRule>
-      foreign{};  ///< rules to recognise the messages of all protocols
+  /// Rules to recognise the messages of all protocols.
+  std::span<const protocols::ForeignRule> foreign{};
 };
 
 Finding Examine(const Hearing& hearing);

@@ -110,9 +110,7 @@ bool ReplyHabits::IsCopy(const HeardExchange& exchange) const {
   assembler.Begin(exchange.member()->protocol->reply_rule, exchange.request().expect);
   assembler.Feed(exchange.heard());
   int copies = 0;
-  int others = exchange.frame().empty()
-                   ? 0
-                   : 1;  // counts the reply to this request, which a copy may follow
+  int others = exchange.frame().empty() ? 0 : 1;  // includes the reply to this request
   while (const auto frame = assembler.Next(true)) {
     if (*frame == exchange.frame()) continue;
     ++(taken_.WasForOther(exchange.request().bytes, *frame) ? copies : others);
