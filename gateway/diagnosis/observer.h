@@ -52,7 +52,6 @@ class ServerGreeting {
     first_ = true;
     text_.clear();
   }
-  /// Stores bytes that came before the first request.
   void Keep(View bytes) {
     Append(text_, bytes.first(std::min(bytes.size(), kMost - text_.size())));
   }

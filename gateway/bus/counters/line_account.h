@@ -107,7 +107,7 @@ class LineMinute {
 
   TimeByUse spent_{};
   TimeByUse before_{};  // spent_ at the beginning of the minute
-  Duration busy_{};     // busy time of the present minute
+  Duration busy_{};
   Duration exchange_{};
   Instant began_{};
   std::optional<Use> full_;

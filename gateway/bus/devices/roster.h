@@ -94,7 +94,6 @@ class Roster {
   /// `index`: number of the device in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
 
-  /// Sets the rules by which messages of other protocols are recognised on this line.
   void SetForeign(std::vector<protocols::ForeignRule> foreign) { foreign_ = std::move(foreign); }
   const std::vector<protocols::ForeignRule>& foreign() const { return foreign_; }
 

@@ -150,9 +150,9 @@ class UnaskedReceiver {
   protocols::Assembler assembler_;
   /// True if the next byte begins a message, or if messages are recognised by a marked beginning.
   bool aligned_ = true;
-  bool damaged_ = false;  // the latest bytes were damaged
+  bool damaged_ = false;
   Instant torn_until_{};  // bytes that begin earlier may be the rest of a message that broke off
-  Instant began_{};       // when the message that is being received began
+  Instant began_{};       // when the present message began
   Instant last_byte_{};   // when the last byte came, or the port opened
 };
 

@@ -64,8 +64,8 @@ struct JobEnd {
 // `NextStep` is what a job has to do next. JobRunner carries it out.
 struct NextStep {
   enum class What : std::uint8_t {
-    wait,  ///< the request is ready and waits for the line
-    send,  ///< the request is sent now
+    wait,
+    send,
     hold,  ///< the line stays idle until no late reply can come; then the request is sent
     ask,   ///< the job needs its next request, or the present one again, from the conversation
     probe_first,    ///< a probe of the device is sent before this job continues
@@ -150,10 +150,10 @@ struct EndEffects {
   std::optional<Poll> poll;
   std::optional<Repeat> repeat;
   std::vector<std::size_t> read_again;  ///< points of a read-back whose query no longer exists
-  std::vector<std::size_t> doubt;       ///< points that become uncertain
-  bool polls_first = false;             ///< polls of the device go before the next write to it
-  bool judges_member = true;            ///< the end shows whether the member answers
-  bool wrote = false;                   ///< the request may have changed the device
+  std::vector<std::size_t> doubt;
+  bool polls_first = false;   ///< polls of the device go before the next write to it
+  bool judges_member = true;  ///< the end shows whether the member answers
+  bool wrote = false;         ///< the request may have changed the device
   /// The points that the request wrote. Empty: the points are unknown, or there are none.
   std::span<const PointWrite> written;
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
@@ -162,7 +162,6 @@ struct EndEffects {
 
 class Job {
  public:
-  /// The present request of the job, and its retries.
   struct Step {
     protocols::Request request{};
     bool waiting = false;  ///< the request waits for the line to be idle
@@ -171,7 +170,7 @@ class Job {
   /// The latest try of the request, and its reply. Start replaces the attempt.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};          ///< see Asked::sent
+    Instant sent_at{};          ///< as Asked::sent
     bool job_was_sent = false;  ///< `was_sent` of the job before this try
     protocols::Answer answer{};
     WhoseReply::Verdict verdict{};
@@ -306,8 +305,8 @@ class Job {
   Asked asked() const;
 
   Member* member;
-  protocols::Task task;             ///< for the conversation
-  std::vector<std::size_t> points;  ///< points of the query of a poll or read-back
+  protocols::Task task;
+  std::vector<std::size_t> points;
   Instant began;
   /// The budget of probes that pays for this job; empty: the member is not offline.
   std::optional<Probes::Kind> probe_budget;
@@ -322,7 +321,7 @@ class Job {
   bool has_no_request = false;  ///< the conversation could not make a request for the job
   /// An exchange of the job has failed, so another device may answer now.
   bool had_failure = false;
-  bool judges_member = true;  ///< the end of the job shows whether the member answers
+  bool judges_member = true;
   /// True if the request got no answer because the device does not have its points: it answers
   /// other queries, but has never answered this one.
   bool blames_query = false;
@@ -335,10 +334,8 @@ class Job {
   /// Conclude calls Answer after an answered exchange, else Fail. Both return the next step.
   virtual NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now);
   virtual NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now);
-  /// Adds the consequences of the end of this kind of job to `effects`.
   virtual void End(const JobEnd& /*end*/, Instant /*now*/, EndEffects& /*effects*/) {}
 
-  /// ProbeJob continues the job that waits behind it.
   friend class ProbeJob;
 
   /// Returns the outcome of the frame from its form, as the conversation or the carrier decides.

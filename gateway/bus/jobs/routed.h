@@ -53,11 +53,10 @@ class RoutedJob final : public Job {
   NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now) override;
   NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now) override;
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
-  /// The request of the client is sent as it is; the line is waited for again.
+  /// Called after the probe: the request of the client is unchanged and waits for the line again.
   NextStep GoOn() override { return NextStep::Wait(); }
 
  private:
-  /// Returns the first request of the batch, or null if all clients have left.
   const RoutedRequest* first() const { return batch_.empty() ? nullptr : &batch_.front(); }
   bool IsDeclined(const JobEnd& end) const;
 

@@ -80,8 +80,8 @@ class Speaker {
     std::string remedy;
     Now received{};  ///< when the last byte of the message came
     std::vector<Sample> samples;
-    std::optional<ReportedEvents> events;  ///< events to save
-    std::size_t lost = 0;                  ///< number of lost events
+    std::optional<ReportedEvents> events;
+    std::size_t lost = 0;
     std::string warning;  ///< a warning for the user, at the first lost event; else empty
   };
   /// Returns the content of a message. Call only while in_use().

@@ -10,7 +10,6 @@
 namespace baudgate::bus {
 namespace {
 
-/// True if the conversation has a query that reads at least one of the points.
 bool IsAsked(const protocols::Conversation& conversation,
              const std::vector<std::uint32_t>& points) {
   return std::ranges::any_of(conversation.Queries(), [&](const protocols::Query& query) {

@@ -42,7 +42,6 @@ class WaitingClients {
   /// carry such requests.
   bool Take(RoutedRequest& request);
   void Abandon(std::uint64_t client) { line_.agenda.route_queue.Abandon(client); }
-  /// Returns the earliest deadline of all waiting requests.
   std::optional<Instant> Deadline() const;
 
   /// Answers commands whose deadline has passed, whose client has left, or whose device cannot be

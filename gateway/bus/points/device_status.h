@@ -32,8 +32,8 @@ namespace baudgate::bus {
 class FailureRuns {
  public:
   struct Run {
-    std::uint32_t answered = 0;       ///< number of answered exchanges in a row before the run
-    std::uint32_t failed = 0;         ///< number of failed exchanges in this run
+    std::uint32_t answered = 0;  ///< number of answered exchanges in a row before the run
+    std::uint32_t failed = 0;
     std::optional<Instant> before{};  ///< when the last answer before the run came
     Instant first{};                  ///< when the first failed exchange ended
     Instant last{};                   ///< when the last failed exchange ended
@@ -89,10 +89,10 @@ class FailureRuns {
 // how the line time was used. `LastHour` contains the last 60 of them.
 
 struct MinuteCounts {
-  std::uint32_t answered = 0;  ///< answered exchanges
-  std::uint32_t failed = 0;    ///< failed exchanges
-  std::uint32_t repeats = 0;   ///< failed exchanges after which the request was sent again
-  std::uint32_t missed = 0;    ///< poll periods for which there was no time
+  std::uint32_t answered = 0;
+  std::uint32_t failed = 0;
+  std::uint32_t repeats = 0;  ///< failed exchanges after which the request was sent again
+  std::uint32_t missed = 0;   ///< poll periods for which there was no time
   /// Number of outages that began. An outage is a failed request with all its retries failed.
   std::uint32_t outages = 0;
   Duration up{};      ///< time in which the device answered

@@ -102,7 +102,7 @@ struct PortService {
     /// If the port is lent to the client: when the client will lose the port. After the client has
     /// left: when it left.
     WallTime until{};
-    std::uint64_t to_port = 0;  ///< bytes to the port
+    std::uint64_t to_port = 0;
     std::uint64_t from_port = 0;
     std::string why;  ///< why the client lost the port; empty: it has the port
   };
@@ -136,8 +136,8 @@ struct LineStatus : LineCounters {
   WallTime release_asked_until{};
   /// The port was closed, and is opened again, because no device behind it answered.
   bool silent = false;
-  bool lent_to_client = false;   ///< the port is released to a network client, not by hand
-  std::uint32_t times_lost = 0;  ///< how often the open port was lost
+  bool lent_to_client = false;  ///< the port is released to a network client, not by hand
+  std::uint32_t times_lost = 0;
   RecentTimes losses;
   bool takes_no_data = false;  ///< the port was last lost because it accepted no data
   /// How often the settings were restored after another program had changed them.

@@ -78,7 +78,6 @@ class JobRunner final : private LineClient {
   /// Returns the device of the exchange under way, or of the latest exchange. Null: there was none
   /// yet.
   const Member* member() const { return asks() ? job_->member : last_; }
-  /// Returns the job under way, or null.
   Job* job() const { return job_.get(); }
   std::optional<Instant> Deadline() const;
 

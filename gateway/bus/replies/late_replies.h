@@ -83,14 +83,13 @@ class Patience {
   void OnAnswered(const Member& member, Duration lateness);
   void OnOffline(const Member& member) { entries_[member] = {}; }
 
-  /// Returns the extra time beyond the configured reply time.
   Duration More(const Member& member) const;
 
  private:
   struct Entry {
     int late_count = 0;  // number of late replies; reset after many replies in time
-    int in_time = 0;     // number of replies in time, in a row
-    Duration most{};     // longest lateness of the counted late replies
+    int in_time = 0;
+    Duration most{};  // longest lateness of the counted late replies
     Duration more{};
   };
 

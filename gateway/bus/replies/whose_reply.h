@@ -98,7 +98,6 @@ class AnswerOrder {
 
   /// Returns how many of the latest requests may still be answered.
   std::size_t Owed() const { return static_cast<std::size_t>(std::bit_width(answered_)) - 1; }
-  /// True if `is_one` returns true for a request that may still be answered.
   bool Owes(const std::function<bool(const SentRequest&)>& is_one) const;
   /// True if `is_one` returns true for any stored request.
   bool Remembers(const MayAnswer& is_one) const;
@@ -285,7 +284,7 @@ class LostReplies {
  private:
   struct Entry {
     std::optional<Instant> lost_at;  // when the latest request without a reply ended
-    std::vector<Bytes> requests;     // the latest requests without a reply
+    std::vector<Bytes> requests;
   };
   /// No slave is expected to take longer for a reply, even if its ceiling is longer. Needed by
   /// PollerRoutedFaults.ALateReplyOfAnotherFormIsNoOddReply.

@@ -339,9 +339,9 @@ class Turns {
   bool HealthyFirst() const { return debt_ > Duration::zero(); }
 
  private:
-  int urgent_in_row_ = 0;        // urgent jobs in a row
-  std::size_t high_in_row_ = 0;  // requests of clients of high priority in a row
-  bool poll_next_ = false;       // polls and requests of clients of normal priority take turns
+  int urgent_in_row_ = 0;
+  std::size_t high_in_row_ = 0;
+  bool poll_next_ = false;  // polls and requests of clients of normal priority take turns
   // Line time that failing devices have used beyond half.
   Duration debt_{};
 };

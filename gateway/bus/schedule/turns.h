@@ -106,7 +106,6 @@ class TurnLimit {
     told_until_ = now + kTellAgain;
     return Turn::rest_and_tell;
   }
-  /// Returns until when the line rests; empty: the line does not rest.
   std::optional<Instant> RestsUntil(Instant now) const {
     return now < rests_until_ ? std::optional(rests_until_) : std::nullopt;
   }

@@ -61,7 +61,7 @@ struct RequestAnswer {
 class RequestBook {
  public:
   static constexpr std::size_t kClients = 128;
-  static constexpr std::size_t kRemembered = 32;  ///< number of remembered requests of a client
+  static constexpr std::size_t kRemembered = 32;
   /// Greatest number of requests of a client at a time.
   static constexpr std::size_t kUnderWay = 8;
   /// A client that has sent nothing for this time can be forgotten if another client needs its
@@ -86,7 +86,6 @@ class RequestBook {
   /// Returns what to do with a request. While the requests of earlier runs are not read, a request
   /// is refused as busy.
   Verdict Begin(const RequestId& request, Instant now);
-  /// Stores the answer to a fresh request.
   void End(const std::string& client, std::uint64_t seq, RequestAnswer answer);
 
   std::size_t clients() const { return clients_.size(); }

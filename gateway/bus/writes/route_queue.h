@@ -62,7 +62,6 @@ struct RoutedRequest {
   std::function<void(RoutedReply)> done;
 };
 
-/// Returns the reply to a request whose client has left.
 inline RoutedReply Abandoned(bool sent) {
   RoutedReply reply;
   reply.outcome = Outcome::no_reply;
@@ -139,7 +138,6 @@ class RouteQueue {
   /// empty: none waits.
   std::optional<std::uint64_t> FirstWrite(std::uint8_t slave) const;
   std::size_t Clients(config::Priority priority) const;
-  /// Returns the slaves for which requests wait, each once.
   std::vector<std::uint8_t> Slaves() const;
   std::optional<Instant> Deadline() const;
 

@@ -140,19 +140,16 @@ struct WriteCommand {
   std::vector<Ended> observers{};
   Ended done;
 
-  /// Returns the points to write; empty if this is another kind of command.
   const Writes& writes() const {
     static const Writes kNone;
     const auto* const writes = std::get_if<Writes>(&kind);
     return writes != nullptr ? *writes : kNone;
   }
-  /// Returns the points to read; empty if this is another kind of command.
   const std::vector<std::uint32_t>& reads() const {
     static const Reads kNone;
     const auto* const reads = std::get_if<Reads>(&kind);
     return reads != nullptr ? reads->points : kNone.points;
   }
-  /// Returns the telegram; null if this is another kind of command.
   Telegram* telegram() const {
     const auto* const telegram = std::get_if<std::shared_ptr<Telegram>>(&kind);
     return telegram != nullptr ? telegram->get() : nullptr;

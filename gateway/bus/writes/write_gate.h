@@ -138,8 +138,8 @@ class Selections {
 };
 
 struct Writer {
-  std::string name;          ///< WriteCommand::client
-  std::uint64_t number = 0;  ///< number of its connection
+  std::string name;          ///< see WriteCommand::client
+  std::uint64_t number = 0;  ///< number of the client's connection
   /// Contains true when the client has left. Null: this is not known.
   std::shared_ptr<const std::atomic<bool>> left{};
 };

@@ -28,7 +28,6 @@ struct QueryRef {
 
 class WriteQueue {
  public:
-  /// Greatest number of waiting commands.
   static constexpr std::size_t kLimit = 32;
 
   using MayGo = std::function<bool(const WriteCommand& command)>;
@@ -49,7 +48,6 @@ class WriteQueue {
   /// Requests a read of this query as soon as possible, because its points are being written or are
   /// uncertain. Several requests for a query lead to one read.
   void AddReadBack(QueryRef query);
-  /// Calls AddReadBack for each query of the device that reads one of these points.
   void AddReadBacks(std::size_t device, std::span<const protocols::Query> queries,
                     std::span<const std::size_t> points);
   /// Removes the waiting read-backs of the device and returns the points of their queries.

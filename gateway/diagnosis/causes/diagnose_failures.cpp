@@ -190,7 +190,6 @@ std::string HowOften(const bus::DeviceRecord& record, const Evidence& evidence) 
   return fmt::format("{:.0f} of {:.0f} exchanges failed: ", tally.failed, all);
 }
 
-/// True if polls of the device have been answered for some time.
 bool HasWorked(const bus::DeviceRecord& record) {
   return record.status.Count(Outcome::ok) >= kAlways &&
          std::ranges::any_of(record.points,

@@ -477,7 +477,6 @@ Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
     const bool alike = own && own == MostOften(other.status);
     if (alike) evidence.alike = other.device->name;
     const bool damaged = ComesDamaged(device.status) && ComesDamaged(other.status);
-    // At least a quarter as often as the device.
     const bool as_often =
         (alike || damaged) && kOftenAlike * FailedOf(other.status) >= evidence.failed;
     evidence.noisy = evidence.noisy || (damaged && as_often);

@@ -56,7 +56,6 @@ bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
 
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
-/// Returns the number of registers in the longest good reply.
 std::size_t RegistersGiven(const Evidence& evidence) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
   const std::size_t good = evidence.device->status.findings.lengths().longest_good();
@@ -519,7 +518,8 @@ std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
-  // Only if the device is not always slow: then the network is not the cause.
+  // If more than half of the exchanges fail, the device is always slow, so the network is not
+  // blamed.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +

@@ -215,7 +215,6 @@ bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
 EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const Open& whose) {
   const std::vector<Arrival>& arrivals = exchange.arrivals();
   const Duration reply = ReplyTime(whose.request, whose.member->times);
-  // True if the bytes came before the accepted reply.
   const bool in_front = !exchange.BesideReply().first.empty();
   const Duration behind = (in_front ? arrivals.front() : arrivals.back()).after;
   Came came;
@@ -277,7 +276,6 @@ Finding EarlierReplies::Attribute(const HeardExchange& exchange, Finding finding
              : AttributeToAnother(exchange, *whose, came, std::move(finding));
 }
 
-/// Handles a late or repeated reply of the device that is asked in this exchange.
 Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const Open& whose,
                                           const Came& came, Finding finding) {
   if (IsAnswered(finding.symptom)) {

@@ -52,7 +52,6 @@ class BrokenReply {
   std::optional<Duration> FindRest(const HeardExchange& exchange) const;
 
   const bus::Member& member() const { return *member_; }
-  /// Returns when the last stored byte came.
   Instant last() const { return last_; }
   /// Returns how many exchanges of the member have begun since.
   std::size_t began() const { return began_; }

@@ -298,7 +298,6 @@ Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
   return after;
 }
 
-/// Returns the longest pause between two pieces of the received bytes [begin, end).
 Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end) {
   Duration longest{};
   for (std::size_t i = 1; i < hearing.arrivals.size(); ++i) {
