@@ -341,7 +341,7 @@ class Tap {
 struct EchoResult {
   Bytes bytes;             ///< all bytes that are no echo, in order
   bool complete = false;   ///< this input contained the last byte of the echo
-  bool collision = false;  ///< `verify` only: the echo differs from the request, or is missing
+  bool collision = false;  ///< with `verify`: the echo differs from the request, or is missing
 };
 
 /// The modes (config::Echo):
@@ -378,8 +378,8 @@ class EchoWatch {
  public:
   struct Received {
     Bytes bytes;                    ///< all bytes that are no echo; with `off` all received bytes
-    bool echo = false;              ///< `off`: the request under way has come back completely
-    bool collision = false;         ///< `verify`: the echo differs from the request
+    bool echo = false;              ///< with `off`: the request under way has come back completely
+    bool collision = false;         ///< with `verify`: the echo differs from the request
     const char* warning = nullptr;  ///< for the user; each warning comes once
   };
 
@@ -398,13 +398,13 @@ class EchoWatch {
   /// Ends the exchange of `request`. Returns true if the echo was missing with `verify`, and then
   /// writes the reason into `end`.
   bool OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end);
-  /// `off`: the latest request has come back.
+  /// With `echo: off`: returns true if the latest request has come back.
   bool echoed() const { return echoed_; }
   /// True if the latest answered request has not come back. Requests whose reply equals them
   /// (`mirrors`) do not count.
   bool is_free() const { return free_; }
-  /// `verify`: the bus echoed earlier, and none of the latest requests came back. A fibre ring is
-  /// open, so the silence of the devices is not their fault.
+  /// With `echo: verify`: the bus echoed earlier, and none of the latest requests came back. A
+  /// fibre ring is open, so the silence of the devices is not their fault.
   bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }
 
  private:
@@ -412,11 +412,12 @@ class EchoWatch {
 
   config::Echo mode_;
   EchoFilter filter_;
-  // `off`: requests have come back nevertheless, and no reply has come since without an echo.
+  // With `echo: off`: requests have come back nevertheless, and no reply has come since without
+  // echo.
   bool echoes_ = false;
   bool echoed_ = false;
   bool free_ = false;
-  bool has_echoed_ = false;  // `verify`: an echo has been complete at least once
+  bool has_echoed_ = false;  // with `verify`: an echo was complete at least once
   int unechoed_ = 0;         // number of requests in a row of which no byte came back
   bool told_echo_ = false;
   bool told_collision_ = false;

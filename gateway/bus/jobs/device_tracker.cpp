@@ -54,7 +54,7 @@ void DeviceTracker::OnOpened(Instant now) {
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
     if (!device->health.absent()) agenda_.schedule.Restart(device->place, now);
-    // A reply to a request from before may still come, so polls of this device wait. Other devices
+    // A reply to an earlier request may still come, so polls of this device wait. Other devices
     // are polled at once.
     if (!owed_.late_replies.IsClear(*device, now))
       agenda_.schedule.Hold(device->place, owed_.late_replies.LateUntil(*device));

@@ -310,9 +310,9 @@ class Job {
   Instant began;
   /// The budget of probes that pays for this job; empty: the member is not offline.
   std::optional<Probes::Kind> probe_budget;
-  bool renews_proof_early = false;  ///< see `Asked`
+  bool renews_proof_early = false;  ///< as in `Asked`: a proof is renewed early
   bool proved = false;              ///< a probe before this job was answered
-  bool unprovable = false;          ///< see `Asked`
+  bool unprovable = false;          ///< as in `Asked`: no probe is possible before the job
   int requests = 0;                 ///< number of requests of the task, without retries
   int broadcasts = 0;               ///< how many of these requests were broadcasts
   int parkings = 0;                 ///< how often the job was parked because the device was busy

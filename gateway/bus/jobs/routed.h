@@ -76,7 +76,7 @@ class RoutedJobs {
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// True if a waiting request of a client can be sent now. See MayGo.
+  /// True if a waiting request of a client can be sent now.
   bool AnyMayGo(Instant now) const;
   bool ShortWriteMayGo(Instant now) const;
   /// True if a short write (a start or stop) waits for a slave that is not offline. Short writes

@@ -69,7 +69,7 @@ class WriteJob : public Job {
   /// The latest failure, refusal, or answer to a request that may write, except to requests that
   /// close a session.
   std::optional<JobEnd> told_;
-  bool may_have_acted_ = false;           // see protocols::Answer
+  bool may_have_acted_ = false;           // the write was refused, but may have changed something
   bool may_have_written_before_ = false;  // the value of sent() before the latest try
   // Why a request was not sent; the job then only closes what it has opened.
   std::optional<Withheld> withheld_;
@@ -87,7 +87,7 @@ class WriteSource final : public JobSource {
 };
 
 /// Returns the result of a write. `sent`: a request was sent that may have written the point.
-/// `may_have_acted`: see protocols::Answer.
+/// `may_have_acted`: the write was refused, but may have changed something.
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
 /// The value that a point shows after a confirmed write, compared with the written value.

@@ -211,7 +211,7 @@ struct QueryCount {
   std::uint8_t failures = 0;
   std::uint32_t refused = 0;  ///< exchanges in a row that the device refused
   Symptom symptom = Symptom::clean;
-  std::uint8_t asked = 0;  ///< see Finding::asked
+  std::uint8_t asked = 0;  ///< which of kSpecialBytes the request contains, one bit each
 };
 
 struct WriteCounts {
@@ -253,9 +253,9 @@ struct DeviceStatus {
   LastHour hour;
   /// The queries of the polls, in the order in which they are asked.
   std::vector<QueryCount> queries;
-  bool lacks_time = false;  ///< see Conversation::LacksTime
-  std::string learned;      ///< see Conversation::WhatIsLearned
-  std::string missing;      ///< see Conversation::WhatIsMissing
+  bool lacks_time = false;  ///< the device's clock cannot be set: this machine's is wrong
+  std::string learned;      ///< what was learned about how to ask the device; or empty
+  std::string missing;      ///< items that never came, with a remedy; empty: none
   Duration busy{};          ///< line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 

@@ -84,7 +84,7 @@ class JobRunner final : private LineClient {
   // ---- inputs
   /// Call before each of the functions below, with the present time.
   void OnTime(Now now);
-  /// `keeps_bit_rate`: see Line::OnOpened.
+  /// `keeps_bit_rate`: the port sends and receives at its bit rate; see Line::OnOpened.
   void OnOpened(bool keeps_bit_rate);
   /// The port was closed, so the job under way ends. `reason`: why it was closed, as text.
   void OnClosed(const std::string& reason);

@@ -51,7 +51,7 @@ class Poller {
   /// PollerListener::OnMemory reported last before the restart.
   void Recall(std::uint32_t device, std::string memory, Now now);
 
-  /// `keeps_bit_rate`: see Line::OnOpened.
+  /// `keeps_bit_rate`: the port sends and receives at its bit rate; see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate = false);
   /// The port has closed. `why`: the quality of all points until it opens; bad_out_of_service if
   /// the port was lent to another program.
@@ -76,7 +76,7 @@ class Poller {
   /// The events that PollerListener::OnEvents reported are saved on disk, so the device can delete
   /// them. `said`: see Conversation::OnEventsKept.
   void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
-  /// See Conversation::OnHostClock.
+  /// Reports whether the clock of this machine is synchronised (`right`).
   void OnHostClock(bool right);
   void OnUnsettledWrite(std::uint32_t device);
   /// The client has left: its routed requests are answered, and those that were not sent yet are

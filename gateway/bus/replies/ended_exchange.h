@@ -60,7 +60,7 @@ struct EndedExchange {
   /// Set if a reply came that may answer an earlier request; else null.
   const Unproven* unproven = nullptr;
   bool no_echo = false;  ///< with `echo: verify`: the echo was missing
-  bool cut = false;      ///< see EchoWatch::is_cut
+  bool cut = false;      ///< the bus has stopped echoing requests (EchoWatch::is_cut)
   // DeviceTracker::OnExchange sets these:
   Duration patience{};  ///< extra reply time of the member, because its replies came late
   bool lags = false;    ///< the member's replies come one or more requests late

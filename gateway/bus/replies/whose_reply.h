@@ -48,7 +48,7 @@ struct SentRequest {
   Bytes bytes;                  ///< the request without its sequence number (Asked::question)
   Instant at{};
   bool proof = false;  ///< the reply to this request differs from the replies to all polls
-  Bytes context{};     ///< see protocols::Request
+  Bytes context{};     ///< earlier bytes of the task that decide what the reply means
 
   static constexpr std::size_t kNobody = ~std::size_t{0};
   /// A request of another master, with unknown content.
@@ -334,7 +334,7 @@ class WhoseReply {
   /// lifetime of this object.
   WhoseReply(const Roster& roster, ReplyOrders& orders) : roster_(roster), orders_(orders) {}
 
-  /// See ReplyOrders.
+  /// Stores the address in the replies of the member: see ReplyOrders.
   void Recognise(Member& member, const Bytes& sender) { orders_.Recognise(member, sender); }
   bool MayBeInStep(const Asked& asked) const { return orders_.MayBeInStep(asked); }
   bool IsOfLatest(const Asked& asked) const { return orders_.IsOfLatest(asked); }

@@ -152,9 +152,9 @@ struct WriteAsk {
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
   bool without_selection = false;  ///< the client has confirmed twice, so no selection is needed
-  std::optional<RequestId> request{};  ///< see WriteCommand
+  std::optional<RequestId> request{};  ///< empty: the client gave no number
   Instant deadline{};
-  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< see WriteCommand
+  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< true: do not start it
   std::function<void(const WriteResult&)> done{};
 };
 

@@ -72,8 +72,8 @@ bool Fits(const bus::Member& member, const protocols::Request& request, View fra
   return device == nullptr || ProvesLife(device->conversation->Check(request.bytes, frame));
 }
 
-/// If the frame is the message of a gateway that its device does not answer, returns a finding with
-/// this reason.
+/// A gateway in front of a device can report in a frame that the device does not answer. Returns a
+/// finding with the reason if the frame is such a report.
 std::optional<Finding> InItsPlace(const bus::Member& member, const protocols::Request& request,
                                   View frame) {
   const bus::Device* const device = member.device;

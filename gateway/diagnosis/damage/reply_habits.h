@@ -232,7 +232,7 @@ class ReplyHabits {
   /// Nothing: no request was lost, so the device sends two replies.
   std::optional<LostTry> TakeLostTry(const bus::Member& member, Instant came);
 
-  /// Returns true if the device lags: see ReplyLag.
+  /// A late reply came, with the times of ReplyLag::OnLate. Returns true if the device lags.
   bool OnLate(const bus::Member& member, Duration after, std::optional<Duration> next) {
     return of_[member].lag.OnLate(after, next);
   }
