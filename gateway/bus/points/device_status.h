@@ -254,7 +254,7 @@ struct DeviceStatus {
   /// The queries of the polls, in the order in which they are asked.
   std::vector<QueryCount> queries;
   bool lacks_time = false;  ///< the device's clock cannot be set: this machine's is wrong
-  std::string learned;      ///< what was learned about how to ask the device; or empty
+  std::string learned;      ///< rules for requests that were learned; empty: none
   std::string missing;      ///< items that never came, with a remedy; empty: none
   Duration busy{};          ///< line time of its exchanges and of the silences after them
   RoundTrips round_trips;
