@@ -182,7 +182,6 @@ bool HasTimer(Line::State state) {
 /// counts (kHeldUp).
 bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
-/// Returns the silence that the line keeps after an exchange that ended with `outcome`.
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
   if (!NeedsDrain(outcome)) return exchange.aftermath;
   const Duration drain = exchange.times.drain;

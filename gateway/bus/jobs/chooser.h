@@ -1,5 +1,5 @@
 // `Chooser` picks the next job of a line. It asks the sources of jobs (polls, writes, probes ...)
-// in the order of Turns (gateway/bus/schedule/turns.h), and takes the first job that a source
+// in the order of Turns (gateway/bus/schedule/schedule.h), and takes the first job that a source
 // offers. The poller calls it whenever the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once

@@ -196,7 +196,6 @@ bool HasWorked(const bus::DeviceRecord& record) {
                              [](const bus::PointRecord& point) { return HasValue(point.value); });
 }
 
-/// Returns a sentence about the requests that the device refuses, with the reason that it gives.
 std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::size_t count = evidence.Count(Symptom::refusal);
   if (count < kNotableFailures || LacksOptions(record)) return {};
