@@ -131,7 +131,7 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
   }
 }
 
-/// Called after a silence.
+/// Called after a silence: the next byte begins a message, unless it may belong to a broken one.
 void UnaskedReceiver::Align(Instant now) { aligned_ = now >= torn_until_; }
 
 /// Counts a damaged message. Further damage counts as the same message until a whole message or a
@@ -182,7 +182,6 @@ bool HasTimer(Line::State state) {
 /// counts (kHeldUp).
 bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
-/// Returns the silence that the line keeps after an exchange that ended with `outcome`.
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
   if (!NeedsDrain(outcome)) return exchange.aftermath;
   const Duration drain = exchange.times.drain;
@@ -252,7 +251,7 @@ LineNews Line::OnTimer(Instant now) {
 /// or a network accepts the whole request at once, so the reply may come before the computed end of
 /// its transmission.
 void Line::Hear(UnaskedInput heard, Instant now) {
-  // The timer is late.
+  // The transmission has ended, but its timer is late.
   if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
   const bool early = state_ == State::sending && !transmission_.keeps_bit_rate();
   const bool awaited = exchange_.request.expect.reply == protocols::Expectation::Reply::standing &&

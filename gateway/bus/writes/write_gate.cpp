@@ -47,8 +47,8 @@ Result<Value> ParseValue(const config::Point& point, std::string_view text) {
 
 namespace {
 
-/// Returns how far a number that a client has computed may be from the intended number: 0.1 + 0.2
-/// is 0.30000000000000004. Whole numbers are exact.
+/// Returns the tolerance for rounding errors in a number that a client has computed: 0.1 + 0.2 is
+/// 0.30000000000000004. `size`: the largest number in the computation. Zero for whole numbers.
 Decimal SlackOf(const Value& value, const Decimal& size) {
   constexpr int kDigits = 9;
   return std::holds_alternative<double>(value) ? Abs(size).Shifted(-kDigits) : Decimal();
@@ -229,7 +229,7 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
 
 WriteDenial Gone() { return {Why::locked, "a reload has removed the device"}; }
 
-/// Returns the first limit or interlock that forbids one of the parts now.
+/// Returns the first limit or interlock that forbids one of the parts now; empty: none does.
 std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,
                                      const std::vector<WriteAsk::Part>& parts, Instant now) {
   const auto its = store.device(device);
@@ -306,14 +306,14 @@ std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer,
                                                       const config::Device& device,
                                                       const WriteAsk& ask, Instant now,
                                                       Writes& writes) {
-  // The first try uses up a selection, even if it is denied.
+  // Checked first, because the first try uses up a selection even if another rule denies the write.
   const std::optional<std::string> not_selected = WhyNotSelected(writer, device, ask, now);
   if (auto denial = ConvertValues(device, ask, writes)) return denial;
   if (not_selected) return WriteDenial{Why::not_selected, *not_selected};
   return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
-/// Checks permission and limits, and converts each value to what the device can represent.
+/// Checks that each point can be written and its value is allowed, and converts the values.
 std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device,
                                                     const WriteAsk& ask, Writes& writes) {
   for (const WriteAsk::Part& part : ask.parts) {
@@ -334,7 +334,8 @@ std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device
   return std::nullopt;
 }
 
-/// Uses up the selection of each point, even if an earlier point was denied.
+/// Checks and removes the selection of each point. Returns the first reason why one is not
+/// selected; empty: all are selected.
 std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer,
                                                      const config::Device& device,
                                                      const WriteAsk& ask, Instant now) {

@@ -14,16 +14,19 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Unconfirmed readings are reported from this number and this share (1/25) of exchanges on.
+/// Readings whose jump was not confirmed are reported if there are kUnconfirmed of them, and at
+/// least one in kUnconfirmedShare exchanges.
 constexpr std::uint32_t kUnconfirmed = 4;
 constexpr std::uint32_t kUnconfirmedShare = 25;
-/// More failures in a row than an outage of the port causes.
+/// From this number of failures in a row on, they come from the device, not from a short loss of
+/// the port.
 constexpr std::size_t kManyFailures = 8;
-/// A device that was unavailable for a smaller share of the last hour is not reported.
+/// Outages are reported from this share of the last hour on.
 constexpr double kNotableOutage = 0.01;
-/// More late replies in a row than a short disturbance causes.
+/// From this number of late replies in a row on, they are no short disturbance.
 constexpr std::uint32_t kManyBehind = 16;
-/// A single outage is not reported this soon after the start, because it may have begun before.
+/// This soon after the start of the program a single outage is not reported, because it may have
+/// begun before.
 constexpr Duration kStart = 5min;
 
 std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status) {
@@ -32,7 +35,8 @@ std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status
   return "the gateway notices its return within " + FormatAge(*line.notice_bound);
 }
 
-/// "3 outages in the last hour". Empty: fewer than `from` outages, or they were short.
+/// Returns text such as "3 outages in the last hour". Empty: there were fewer than `from` outages,
+/// or they were short.
 std::string Outages(const bus::DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
   const bus::MinuteCounts hour = record.status.hour.Sum(now.instant);
   if (now.instant - started < kStart) from = std::max<std::uint32_t>(from, 2);
@@ -68,8 +72,8 @@ Sentences Absence(const bus::LineStatus& line, const bus::DeviceRecord& record,
   return said;
 }
 
-/// Reports a device whose replies are late but are still received, because the gateway waits longer
-/// than configured. A single late reply is ignored.
+/// Reports a device whose replies come late, but are received because the line waits longer than
+/// configured. A single late reply is not reported.
 Sentences Patience(const bus::DeviceStatus& status) {
   if (status.patience <= Duration() || status.late < 2) return {};
   const Duration reply = status.timing.reply.value_or(Duration{});
@@ -82,7 +86,8 @@ Sentences Patience(const bus::DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// True if a neighbour is asked as often and no neighbour has stray bytes beside its replies.
+/// True if another device is asked as often as this one, and no answering device has stray bytes
+/// beside its replies (in more than one exchange).
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
   for (const bus::DeviceRecord& one : all) {
@@ -95,7 +100,8 @@ bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::Devi
   return asked;
 }
 
-/// Late parts of a neighbour's replies may come beside the replies of this device.
+/// True if replies of another device come in parts: the late parts can come beside replies of this
+/// device.
 bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   return std::ranges::any_of(all, [&](const bus::DeviceRecord& one) {
     return one.device != device.device &&
@@ -103,7 +109,8 @@ bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::De
   });
 }
 
-/// True if the device has always failed, including before the port was reopened.
+/// True if all stored exchanges of the device failed, or it is offline and many in a row failed.
+/// The failures are then from before the port was opened as well.
 bool FailsAlways(const bus::DeviceStatus& status) {
   const bus::Findings& findings = status.findings;
   const std::size_t run = findings.LongestRun();
@@ -111,7 +118,8 @@ bool FailsAlways(const bus::DeviceStatus& status) {
          (IsAbsent(status) && run >= kManyFailures);
 }
 
-/// Why the device is not judged, for example because it was not asked yet. Nothing: it is judged.
+/// Returns a sentence if the device cannot be judged, for example because it was not asked yet.
+/// Nothing: it can be judged.
 std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::DeviceRecord& device,
                                    const Evidence& evidence, Now now) {
   const bus::DeviceStatus& status = device.status;
@@ -119,7 +127,7 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
   if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
   if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
   if (status.exchanges == 0 && status.findings.size() == 0) return Sentences{"not asked yet"};
-  // A server that ends the connection may have sent a text that names its service.
+  // A server that closes the connection may first have sent a text that names its service.
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
                     status.findings.Count(Symptom::text) > 0;
   if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
@@ -135,7 +143,8 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
   return std::nullopt;
 }
 
-/// Sentences about failed exchanges and about bytes beside replies; the cause comes first.
+/// Returns sentences about failed exchanges and about bytes beside replies. If the bytes are the
+/// cause of the failures, they come first.
 Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
                     std::span<const bus::DeviceRecord> all) {
   Sentences found;
@@ -143,7 +152,7 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
     const auto other = std::ranges::find_if(all, [&](const bus::DeviceRecord& one) {
       return one.device != device.device && IsForeign(one);
     });
-    // If two devices with one address answer, they damage each other's replies.
+    // Two devices with one address damage each other's replies.
     const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
                                      Symptom::bytes_added}) > 0.5;
     found.push_back("no value is good: " + device.status.trouble +
@@ -156,7 +165,7 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   }
   const bool late = ComesLateElsewhere(device, all);
   const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
-  // If such bytes are frequent and failures are few, the bytes are the cause.
+  // If exchanges often have such bytes and few fail, the bytes are the cause.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
                         evidence.Count(Symptom::silence) < evidence.seen;
   const bool first = AreTwo(device.status.findings) || explains;
@@ -164,7 +173,8 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   return found;
 }
 
-/// Readings that changed when they were read again. Empty: rare, or most jumps were confirmed.
+/// Reports readings that changed when they were read again. Empty: they are rare, or most jumps
+/// were confirmed.
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
@@ -174,7 +184,7 @@ Sentences Unconfirmed(const bus::DeviceStatus& status) {
       status.unconfirmed)};
 }
 
-/// Reports that the replies of the device belong to earlier requests.
+/// Reports a device whose replies answer earlier requests.
 Sentences Behind(const bus::DeviceRecord& device, Now now) {
   const bus::DeviceStatus& status = device.status;
   if (status.behind < kManyBehind) return {};
@@ -188,7 +198,8 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
           NextSentence(RemedyOf({.remedy = status.findings.Last(Symptom::odd).remedy}))};
 }
 
-/// Reports second, different replies that come now and then.
+/// Reports second, different replies, if there was more than one and the last is less than an hour
+/// ago.
 Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
@@ -215,7 +226,7 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   if (line.port != bus::LineStatus::Port::open) return {};
   const Evidence evidence = Gather(line, device, all, now);
   if (auto only = NotJudged(line, device, evidence, now)) return *std::move(only);
-  // The sentence of the line reports the echo.
+  // A sentence of the line reports the echo, so none is made here.
   const bool echoes = FailsByEchoes(evidence);
   if (IsAbsent(status)) {
     return echoes ? Sentences() : Absence(line, device, all, now, started);

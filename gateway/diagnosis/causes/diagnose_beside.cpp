@@ -1,4 +1,5 @@
-// Sentences about bytes beside good replies, and about devices that send unasked (see diagnose.h).
+// Sentences about bytes beside good replies, and about devices that send unasked. diagnose.h
+// describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,18 +16,19 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// One different reply among this many identical second replies means two devices.
+/// One different second reply among this many equal ones shows that two devices answer.
 constexpr std::size_t kMostlyAlike = 8;
-/// Bytes that were the same around this many replies are not noise.
+/// Bytes that were equal around this many replies are not noise.
 constexpr std::size_t kConstant = 4;
-/// If no neighbour has stray bytes, this many are caused by the device and not by the line.
+/// If only one device has stray bytes, and in this many exchanges, the device is the cause.
 constexpr std::size_t kOfItsOwn = 16;
 
 bool IsNearlyAlways(std::size_t count, const bus::Findings& findings) {
   return 10 * count >= 9 * findings.size();
 }
 
-/// Noise comes now and then. Equipment in between, or a bus without bias, adds bytes to each reply.
+/// Returns the cause and remedy of stray bytes. `always`: they come with nearly every reply, so
+/// equipment in between or a bus without bias adds them; noise comes now and then.
 const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
     return always
@@ -43,7 +45,7 @@ const char* WhyStray(const bus::DeviceRecord& record, bool always) {
                 : "noise comes while no device drives the bus: check bias, termination and ground";
 }
 
-/// Reports bytes around nearly all replies, which equipment in between adds.
+/// Reports bytes around nearly all replies: equipment in between adds them.
 std::string Wrapped(const bus::DeviceRecord& record) {
   if (!IsWrapped(record)) return {};
   const bus::Findings& findings = record.status.findings;
@@ -53,7 +55,7 @@ std::string Wrapped(const bus::DeviceRecord& record) {
   const bool network = record.line->is_network();
   const bool same = findings.SameAround() >= kConstant;
   const bool text = findings.Count(Symptom::text_beside) > 0;
-  // A prompt in Findings::Around: "... '> '".
+  // Findings::Around has this form if the bytes are a prompt: "... '> '".
   const bool prompt = same && around.starts_with("... '");
   if (prompt && network) {
     return "the same text stands behind its replies (" + around.substr(4) +
@@ -77,10 +79,10 @@ bool IsWrapped(const bus::DeviceRecord& record) {
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
   const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
   if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
-  // A text may differ from one reply to the next, because it may contain a value.
+  // Texts may differ from reply to reply, because they may contain a value.
   if (findings.Count(Symptom::text_beside) == beside) return true;
   if (findings.SameAround() < kConstant) return false;
-  // 00, FF and pieces of characters come from a bus without bias, not from equipment.
+  // Bytes 00 and FF and pieces of characters come from a bus without bias, not from equipment.
   const std::string& around = findings.Around();
   return around.find_first_not_of("0F .") != std::string::npos;
 }
@@ -133,9 +135,9 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// A shorter silence is not mentioned.
+/// A silence of a device that sends unasked is mentioned from this time on.
 constexpr Duration kNotableSilence = 1min;
-/// A device with a longer age limit is read only now and then, so its silence is normal.
+/// If the age limit of the values is longer than this, the device may be silent for any time.
 constexpr Duration kLongestAge = 24h;
 
 }  // namespace
@@ -168,7 +170,7 @@ Sentences AnswersNothing(const bus::DeviceRecord& record, const Evidence& eviden
   if (!status.unasked || !status.last_ok) return {};
   if (2 * evidence.Count(Symptom::silence) < evidence.seen) return {};
   const bus::MinuteCounts asked = status.hour.Sum(evidence.now);
-  // A message that the device sends unasked may be counted as an answer.
+  // A few answers are allowed: a message sent unasked may have been taken for an answer.
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
   return {
       "sends unasked, but does not answer commands. Check its power and the wire that carries data "

@@ -1,4 +1,4 @@
-// Sentences about a line and the use of its time (see diagnose.h).
+// Sentences about a line and the use of its time. diagnose.h describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -18,10 +18,10 @@ using Sentences = std::vector<std::string>;
 
 /// Stray bytes are reported from this share of all received bytes on.
 constexpr double kNotableStray = 0.05;
-/// Fewer stray bytes may be the greeting of a server.
+/// Fewer stray bytes than this are not reported: they may be the greeting of a server.
 constexpr std::uint64_t kFewStray = 32;
 constexpr std::uint64_t kManyStray = 2048;
-/// Driver errors are reported from this number per exchange on.
+/// Errors that the driver counts are reported from this number per exchange on.
 constexpr double kNotableErrors = 0.02;
 
 Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, bool nobody) {
@@ -56,7 +56,8 @@ std::size_t InUse(std::span<const bus::DeviceRecord> devices) {
   }));
 }
 
-/// Reports that no device answers. Empty: no request has failed yet, as after a loan of the port.
+/// Reports that no device of the line answers. Empty: no request has failed since the port was
+/// opened.
 Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
@@ -69,7 +70,7 @@ Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::Devi
   return said;
 }
 
-/// Reports text and other foreign messages on the line, whichever device was asked at that time.
+/// Reports text and other foreign messages on the line, whichever device was asked when they came.
 Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto seen = [&](std::initializer_list<Symptom> symptoms) -> const Finding* {
     const Finding* found = nullptr;
@@ -106,7 +107,8 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   return said;
 }
 
-/// Nearly all replies of a device have bytes around them, and over half of all bytes are stray.
+/// True if bytes come without end: nearly all replies of a device have bytes around them, and over
+/// half of all received bytes are stray.
 bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
          std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
@@ -117,7 +119,7 @@ bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord>
          });
 }
 
-/// True if late replies or a sentence of a device explain the stray bytes.
+/// True if late replies, or a sentence about a device, explain the stray bytes of the line.
 bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices) {
   constexpr std::uint64_t kLongReply = 300;
   std::uint64_t late = 0;
@@ -134,14 +136,15 @@ bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord>
   });
 }
 
-/// If no device answers, the sentence about the devices mentions the echo.
+/// True if a device answers, now or a short time ago.
 bool AnyAnswers(std::span<const bus::DeviceRecord> devices, Now now) {
   return std::ranges::any_of(devices, [&](const bus::DeviceRecord& one) {
     return Answers(one.status.state) || HasAnsweredLately(one.status, now.instant);
   });
 }
 
-/// Reports echoes that are missing or not configured, and a line on which no device answers.
+/// Reports echoes that are missing, or that come but are not configured. Also reports a line on
+/// which no device answers.
 Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                       Now now) {
   Sentences found;
@@ -177,7 +180,7 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   return found;
 }
 
-/// Reports stray bytes. Empty: they are few, or another sentence explains them.
+/// Returns a sentence about stray bytes. Empty: they are few, or another sentence explains them.
 std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                        std::span<const bus::DeviceRecord> devices) {
   const double stray =
@@ -194,11 +197,12 @@ std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                                 "not keep to Modbus TCP");
 }
 
-/// Why polls are missed. Empty: no poll is missed, or a sentence of a device explains it.
+/// Returns a sentence that explains missed polls. Empty: none are missed, or a sentence about a
+/// device explains them.
 std::string MissedPolls(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now, Instant started) {
   const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
-    // A device that refuses most requests, or that no longer answers, has a sentence of its own.
+    // There is a sentence about each device that refuses most requests, or that is offline.
     const bool refuses = 2 * one.status.findings.Count(Symptom::refusal) >= bus::Findings::kKept;
     return refuses || (one.status.last_ok && IsAbsent(one.status));
   });
@@ -254,35 +258,37 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
 namespace {
 
 constexpr int kMinutes = 5;
-/// Fewer missed periods are ignored; some are normal after a start.
+/// Fewer missed periods than this are not reported; some are normal after a start.
 constexpr std::uint32_t kNotableMisses = 3;
 constexpr double kNotableMissed = 0.02;
-/// Failures that take this share of the line's time are the cause of missed polls.
+/// Failed exchanges of a device that take this share of the line's time are the cause of missed
+/// polls.
 constexpr double kMuchWaste = 0.2;
-/// Failures that take this share may cause some missed polls.
+/// Failed exchanges that take this share may cause some missed polls.
 constexpr double kSomeWaste = 0.03;
-/// Good exchanges that take this share are the cause of missed polls.
+/// Good exchanges that take this share of the line's time are the cause of missed polls.
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
-/// Protocols need a shorter silence before a request.
+/// A configured silence before requests that is longer than any protocol needs.
 constexpr Duration kLongQuiet = 50ms;
-/// A device stands out if it takes this many times the average time per device.
+/// A device stands out if it takes more than this multiple of the average time per device.
 constexpr double kMoreThanOthers = 1.25;
 
-/// The seconds, at most five minutes, for which counts exist.
+/// Returns how many seconds the counts of the last five minutes cover, because the program may have
+/// started later.
 double Watched(Now now, Instant started) {
   const Duration of_minute = now.instant.time_since_epoch() % 1min;
   return Seconds(std::min<Duration>(now.instant - started, of_minute + (kMinutes - 1) * 1min));
 }
 
-/// True if characters on the wire take most of the time, and not the reply times of the devices.
+/// True if the characters on the wire take more than half of the time of exchanges.
 bool IsWireTime(const bus::LineStatus& status, const config::Line& line) {
   const auto characters = static_cast<std::int64_t>(status.bytes_in + status.bytes_out);
   return 2 * characters * line.serial.CharacterTime() > status.busy;
 }
 
-/// True if the configured silence takes longer than the exchanges.
+/// True if, at all devices, the configured silence before a request is longer than the exchange.
 bool IsQuietTime(std::span<const bus::DeviceRecord> devices) {
   return std::ranges::all_of(devices, [](const bus::DeviceRecord& one) {
     const std::optional<Duration>& quiet = one.status.timing.quiet;
@@ -332,18 +338,18 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
     return findings.Count(Symptom::other_master) + findings.Count(Symptom::master_beside) > 1;
   });
   if (disturbed) return {};  // the line has a sentence about the other master
-  // The device has a sentence about its own failures.
+  // A sentence about this device reports its failures.
   if (device != nullptr && FailsOften(*device)) return {};
-  // The wasteful device has a sentence about its failures.
+  // A sentence about the wasteful device reports its failures.
   if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
-  // Stray bytes beside good replies also waste time, but there is no failure to correct.
+  // The time was lost to stray bytes beside good replies, so there are no failures to correct.
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
     return fmt::format(
         "{} takes {} of the line's time with exchanges that fail. Follow its sentence first",
         name(*wasteful), Percent(waste));
   }
-  // A late device has a sentence with its own remedy.
+  // A sentence about the late device names its remedy.
   if (device == nullptr && busiest != nullptr && busiest->status.patience > Duration()) return {};
   const bool wire = !devices.empty() && IsWireTime(line, *devices.front().line);
   const char* const ask_less =

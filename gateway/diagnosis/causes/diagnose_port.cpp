@@ -1,4 +1,5 @@
-// Sentences about a port or connection: closed, lost, or ended by the server (see diagnose.h).
+// Sentences about a port or connection that is closed, was lost, or was ended by the server.
+// diagnose.h describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,16 +17,16 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Fewer lost connections are not reported.
+/// Lost connections are reported from this number on.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 constexpr int kLastMinutes = 4;
-/// Losses within this time count as one restart of the server.
+/// Losses less than this time apart count as one restart of the server.
 constexpr Duration kRestart = 10s;
-/// A port that was closed for a shorter time is probably about to be reopened.
+/// A port that was closed for less than this time will probably open soon.
 constexpr Duration kMoment = 15s;
 
-/// The finding about a service that answers in place of a device; null: none is recognised.
+/// Returns the finding about a service that answers in place of a device; null: there is none.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -35,7 +36,7 @@ const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   return nullptr;
 }
 
-/// Empty: no other service was recognised.
+/// Returns a sentence about another service that answers at the port; empty: none does.
 std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
@@ -45,7 +46,8 @@ std::string SayOtherService(const config::Line& line, std::span<const bus::Devic
          NextSentence(other->remedy.empty() ? "check the port" : other->remedy);
 }
 
-/// Reports a server that ends the connection inside replies, so that a device never answers.
+/// Reports a server that closes the connection inside replies, if a device has never answered
+/// because of this.
 std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto breaks_off = [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
@@ -79,12 +81,14 @@ std::string Lost(const config::Line& line, const bus::LineStatus& status, std::s
                                           : ". Check plug, hub and power; the log has the times");
 }
 
-/// Losses in the last hour. Several connections that end while a server restarts are one loss.
+/// Returns the number of losses in the last hour. Connections that end while a server restarts
+/// count as one loss.
 std::size_t LossesOf(const config::Line& line, const bus::LineStatus& status, Now now) {
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
-/// An update ends one or two connections; disappearing twice in two minutes is a fault.
+/// True if the losses are to be reported. At a server a few are normal: an update ends one or two
+/// connections. To refuse or disappear twice in two minutes is a fault.
 bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::size_t lost,
                  Now now) {
   if (!line.is_network()) return lost > 0;
@@ -94,7 +98,7 @@ bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::s
   return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
 }
 
-/// Reports a server that ends connections while they are in use.
+/// Reports a server that often ends connections while they are in use.
 std::string Dropped(const bus::LineStatus& status, Now now) {
   const std::size_t times = status.drops.Since(now.instant - kRecently);
   if (times < kDrops) return {};
@@ -127,7 +131,8 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return "no host answered for a while: check the power of the server and the network (cable, "
            "switch, radio)";
   }
-  // By chance, the share of ends during a request equals the share of time in use.
+  // If the ends have nothing to do with requests, a share of them equal to `use` happens during
+  // one.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
     return "a request was under way each time: check load, log and firmware of the server";
@@ -162,7 +167,7 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
-  // The gateway reopens the port because no device answers, so this is the trouble to name.
+  // The port is opened again and again because no device answers, so this cause is reported.
   const auto absent = [](const bus::DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);
@@ -172,7 +177,7 @@ std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
   const Duration closed = now.wall - status.port_since;
   const std::size_t lost = LossesOf(line, status, now);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
-  // If no device has ever answered, the reason for the closed port is more useful than the losses.
+  // If no device has ever answered, the text why the port is closed helps more than the losses.
   const auto answered = [](const bus::DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
   const bool often =
@@ -191,7 +196,8 @@ Sentences AboutLosses(const config::Line& line, const bus::LineStatus& status,
   if (IsLostOften(line, status, lost, now)) {
     found.push_back(Lost(line, status, lost, devices, now.instant));
   }
-  // A unit to which the server answers by ending the connection has a sentence of its own.
+  // If the server ends the connection in place of an answer of one device, a sentence about this
+  // device reports it.
   const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
   });

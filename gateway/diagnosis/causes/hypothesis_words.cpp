@@ -1,4 +1,5 @@
-// The sentences of the hypotheses, except those about damaged replies (see hypotheses.h).
+// The sentences of the hypotheses (hypotheses.h), except those about damaged replies
+// (damage_words.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -19,7 +20,8 @@ namespace {
 
 using enum Symptom;
 
-/// True if each request is answered well at other times: most points have had a value.
+/// True if each request is answered at other times: most points have had a value, at least a third
+/// of the exchanges were answered, and no poll always fails.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
@@ -38,7 +40,7 @@ bool OneNeverFits(const Evidence& evidence) {
   });
 }
 
-/// Returns the quotation in the cause of the finding: " ('+02.51')".
+/// Returns the quotation in the cause of the finding, such as " ('+02.51')".
 std::string QuotedIn(const Finding& finding) {
   const std::string text = Brief(finding);
   const std::size_t begin = text.find('\'');
@@ -47,14 +49,13 @@ std::string QuotedIn(const Finding& finding) {
   return " (" + text.substr(begin, end + 1 - begin) + ")";
 }
 
-/// True if the reply is whole but answers a request for more or fewer registers.
+/// True if the reply is complete but answers a request for more or fewer registers.
 bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.traits().register_reply.each > 0;
 }
 
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
-/// The number of registers in the longest good reply.
 std::size_t RegistersGiven(const Evidence& evidence) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
   const std::size_t good = evidence.device->status.findings.lengths().longest_good();
@@ -230,14 +231,14 @@ std::string SayOtherReply(const Evidence& evidence) {
          ". Look for another master on the line, or a serial server that answers one request late";
 }
 
-// The sentences about silence: all devices, one device, or now and then.
+// The sentences about silence of all devices, of one device, or now and then.
 
 namespace {
 
-/// Addresses that are XON and XOFF characters.
+/// Addresses that are the characters XON and XOFF.
 constexpr const char* kFlowControl[] = {"17", "19"};
 
-/// What to check if no device of the line answers: everything that the devices share.
+/// Returns what to check if no device of the line answers: everything that the devices share.
 std::string Shared(const Evidence& evidence) {
   if (!OnWire(evidence)) {
     const std::string counterpart(evidence.traits().counterpart);
@@ -258,7 +259,7 @@ std::string Shared(const Evidence& evidence) {
          ", direction control of the converter; or " + OtherReader(evidence);
 }
 
-/// What to check if neither a neighbour nor the past of the device proves that it works.
+/// Returns what to check if neither a neighbour nor the past of the device shows what works.
 std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
   const bus::DeviceRecord& record = evidence.first();
@@ -376,7 +377,8 @@ namespace {
 
 using enum Symptom;
 
-/// A reply has at least this many characters. If each comes as 00 or FF, the parity is wrong.
+/// Every reply has at least this many characters. If each of them comes as 00 or FF, the parity is
+/// wrong.
 constexpr std::size_t kWholeReply = 6;
 
 }  // namespace
@@ -481,18 +483,18 @@ namespace {
 
 using enum Symptom;
 
-/// Devices that need a pause before requests need at least this one.
+/// A device that needs a pause before requests needs at least this pause.
 constexpr Duration kPause = 100ms;
-/// A device that needs more loses every other request, or is a radio.
+/// A device that seems to need a longer pause loses every second request, or is a radio.
 constexpr Duration kUsualPause = 200ms;
-/// A longer pause is not a reasonable setting.
+/// A longer pause than this is not a reasonable setting.
 constexpr Duration kLongestQuiet = 3s;
-/// A suggested time is this many times longer than the measured one.
+/// A suggested time is this many times the measured time.
 constexpr double kMargin = 1.25;
-/// For the idle time, where a longer time does no harm.
+/// As kMargin, for the idle time, where a longer time does no harm.
 constexpr double kWideMargin = 1.5;
 
-/// Rounds a time for the configuration: "150ms".
+/// Returns the time with a margin, rounded for the configuration, such as "150ms".
 std::string Suggest(Duration seen, double margin = kMargin) {
   const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
   const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
@@ -500,7 +502,7 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// "and timing.gap is 50 ms. Set timing: { gap: 150ms } in the configuration".
+/// Returns text such as "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
   return fmt::format("and timing.{} is {} ms. Set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
@@ -512,7 +514,8 @@ std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
-  // Without this condition a device that is always slow would be blamed on the network.
+  // If more than half of the exchanges fail, the device is always slow, so the network is not
+  // blamed.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +

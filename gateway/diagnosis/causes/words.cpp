@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::size_t kLongestQuoted = 18;
 constexpr std::size_t kQuoted = 12;
-/// A longer reason is cut at the end of its first sentence, a colon or a comma.
+/// A reason that is longer than this is cut at a colon or comma.
 constexpr std::size_t kLongest = 70;
-/// The length of an escape such as "\x00".
+/// Length of an escape sequence such as "\x00".
 constexpr std::size_t kEscape = 4;
 
 }  // namespace
@@ -27,7 +27,7 @@ std::string Shortened(const std::string& reason) {
   const std::size_t end = text.rfind('\'');
   if (begin == std::string::npos || end - begin <= kLongestQuoted + 1) return text;
   std::size_t cut = begin + 1 + kQuoted;
-  // An escape is not cut in the middle.
+  // The quotation is not cut inside an escape sequence.
   const std::size_t escape = text.rfind('\\', cut - 1);
   if (escape != std::string::npos && escape > begin && cut - escape < kEscape) cut = escape;
   return text.replace(cut, end - cut, "...");

@@ -1,5 +1,5 @@
-// Phrases and numbers for the sentences of `baudgate status`. Reasons that devices and protocols
-// give are shortened to fit into a sentence. All functions are pure.
+// Phrases and number formats for the sentences of `baudgate status`. Reasons from devices and
+// protocols are shortened to fit into a sentence. No function does I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,8 @@
 
 namespace baudgate::diagnosis {
 
-/// The device refuses requests that it has answered before, so its profile still fits.
+/// Remedy for a device that refuses requests that it has answered before, so that its profile must
+/// fit.
 inline constexpr const char* kHasWorked =
     "it has answered before: check whether the device or its settings were changed, or restart it";
 inline constexpr const char* kHearsItself =
@@ -28,7 +29,7 @@ inline const char* RemoveOther(bool network) {
   return network ? "limit the server to one client" : "remove another master from the line";
 }
 
-/// True if the device uses the address to which every device of its protocol answers.
+/// True if the device is configured with the address to which every device of its protocol answers.
 inline bool HasCommonAddress(const config::Device& device) {
   const std::string_view common = device.traits->common_address;
   return !common.empty() && device.address == common;
@@ -59,12 +60,12 @@ inline std::int64_t Milliseconds(Duration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration).count();
 }
 
-/// Cuts a reason at its first semicolon, a long one at the end of its first sentence, a colon or a
-/// comma, a long quotation inside.
+/// Cuts a reason at its first semicolon; a long reason also at a colon or comma, or in a long
+/// quotation.
 std::string Shortened(const std::string& reason);
-/// The shortened cause, without the remedy.
+/// Returns the shortened cause of the finding, without its remedy.
 std::string Brief(const Finding& finding);
-/// The remedy, or a general one if the finding has none.
+/// Returns the remedy of the finding; if it has none, a general remedy.
 std::string RemedyOf(const Finding& finding);
 /// "cause. Remedy", or the cause alone.
 std::string WithRemedy(const Finding& finding);
