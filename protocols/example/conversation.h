@@ -1,5 +1,4 @@
 // `ExampleConversation` makes the requests to one example device and interprets its replies.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>
