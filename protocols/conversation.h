@@ -116,12 +116,12 @@ struct Request {
 
 /// One value from a reply. It is raw: the gateway applies scale, offset and sentinels later.
 struct Reading {
-  std::size_t point =
-      kNoPoint;   ///< index into the device's points; kNoPoint: the value belongs to no point
+  /// Index into the device's points; kNoPoint: the value belongs to no point.
+  std::size_t point = kNoPoint;
   Value value{};  ///< empty: the reading has a quality, but no value
   Quality quality = Quality::good;
-  std::string
-      label{};  ///< if there is no point (`baudgate decode`): the item's name in the protocol
+  /// If there is no point (`baudgate decode`): the item's name in the protocol.
+  std::string label{};
 };
 
 /// A time as a device reports it. The device's clock may be wrong. Examples: "12.345" within a
@@ -133,10 +133,10 @@ struct SaidTime {
 
 /// An event that a device has recorded and reports.
 struct DeviceEvent {
-  std::uint32_t channel =
-      0;  ///< channel of the device; 0: the event concerns the device as a whole
-  std::uint32_t code =
-      0;  ///< the device's event number; 0: the number is unreadable, only `text` is available
+  /// Channel of the device; 0: the event concerns the device as a whole.
+  std::uint32_t channel = 0;
+  /// The device's event number; 0: the number is unreadable, only `text` is available.
+  std::uint32_t code = 0;
   std::optional<SaidTime> time{};
   std::string text{};  ///< further text from the device; mostly empty
 };
@@ -151,10 +151,10 @@ struct PastValue {
 /// Values that a device has measured and stored by its own clock: half an hour of a load profile,
 /// or the energies at the beginning of a month.
 struct PastRecord {
-  std::string series{};  ///< series of the record: "load_1", with values such as
-                         ///< "load_1.active_import", or "month"
-  Duration begin{};      ///< begin of the interval, since 1970
-  Duration span{};  ///< length of the interval; zero: a snapshot, all values belong to one moment
+  /// Series of the record: "load_1", with values such as "load_1.active_import", or "month".
+  std::string series{};
+  Duration begin{};  ///< begin of the interval, since 1970
+  Duration span{};   ///< length of the interval; zero: a snapshot, all values belong to one moment
   std::vector<PastValue> values{};  ///< empty: the device has lost the values of this interval
 };
 
@@ -195,8 +195,9 @@ struct Answer {
   /// True: the write was refused, but may have changed something. Example: an analog output that
   /// went to its limit.
   bool may_have_acted = false;
-  Duration wait{};  ///< no request must be sent to the device for this time. Example: it answered
-                    ///< "busy, ask me in 2 s"
+  /// No request must be sent to the device for this time. Example: it answered "busy, ask me in 2
+  /// s".
+  Duration wait{};
   /// For tasks of events and background tasks: the events and records of the reply. An answer with
   /// a batch ends the task.
   std::optional<EventBatch> batch{};
@@ -205,10 +206,10 @@ struct Answer {
 /// A fault of the whole device that its own replies show. During the fault none of the device's
 /// values is good, even if replies to polls look correct.
 struct DeviceTrouble {
-  Reason reason = Reason::none;  ///< a reason for which ConcernsDevice is true; Reason::none: the
-                                 ///< device has no fault
-  std::string
-      text{};  ///< "type 0D, the profile says 08"; with Reason::none the text is only a remark
+  /// A reason for which ConcernsDevice is true; Reason::none: the device has no fault.
+  Reason reason = Reason::none;
+  /// "type 0D, the profile says 08"; with Reason::none the text is only a remark.
+  std::string text{};
 
   explicit operator bool() const { return reason != Reason::none; }
 };
@@ -219,8 +220,8 @@ struct DeviceTrouble {
 struct Standing {
   FrameRule rule = nullptr;
   Expectation expect{};  ///< Expectation::reply must be `standing`
-  Duration idle{};   ///< a silence of this length ends a message: the rule is then called with idle
-                     ///< = true
+  /// A silence of this length ends a message: the rule is then called with idle = true.
+  Duration idle{};
   Duration whole{};  ///< the maximum duration of a message; a longer message is damaged
   /// True: a message begins with a certain byte. False: a message begins where the previous one
   /// ended, or after a silence of the line.

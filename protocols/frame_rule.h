@@ -40,11 +40,12 @@ struct Expectation {
   enum class Reply : std::uint8_t {
     none,  ///< the request is a broadcast: the exchange is over when the request was sent
     one,
-    standing,  ///< the device sends messages unasked (Conversation::Listens); the next message
-               ///< answers the request
+    /// The device sends messages unasked (Conversation::Listens); the next message answers the
+    /// request.
+    standing,
   } reply = Reply::one;
-  std::vector<Shape>
-      shapes{};  ///< the forms of the reply; empty: every frame that the rule accepts
+  /// The forms of the reply; empty: every frame that the rule accepts.
+  std::vector<Shape> shapes{};
   std::size_t max_bytes = 256;  ///< the maximum length of a frame, and of the buffered bytes
   /// The kind of checksum, by a number of the protocol, if it has several kinds.
   int checksum = 0;
@@ -80,8 +81,8 @@ struct Cut {
   /// frame that answers another request), or none (harmless noise, such as 00 when a driver is
   /// switched on).
   Outcome blame = Outcome::none;
-  std::string_view
-      why{};  ///< the reason for discarding, for the log: "checksum"; points to static text
+  /// The reason for discarding, for the log: "checksum"; points to static text.
+  std::string_view why{};
 
   static constexpr Cut NeedMore() { return {}; }
   static constexpr Cut Frame(std::size_t size) { return {Kind::frame, size, Outcome::none, {}}; }

@@ -24,15 +24,16 @@ struct OptionSpec {
     description,
   };
   enum class Scope : std::uint8_t {
-    device,  ///< the option is allowed at devices and in profiles; at a line, it is the default of
-             ///< all devices of the line
-    line,    ///< the option is allowed at lines only
+    /// The option is allowed at devices and in profiles; at a line, it is the default of all
+    /// devices of the line.
+    device,
+    line,  ///< the option is allowed at lines only
   };
   std::string_view name{};
   Kind kind = Kind::text;
-  std::string_view fallback{};  ///< the default, as a user would write it; for texts and pairs:
-                                ///< separated by commas
-  std::string_view help{};      ///< one sentence that explains the option
+  /// The default, as a user would write it; for texts and pairs: separated by commas.
+  std::string_view fallback{};
+  std::string_view help{};  ///< one sentence that explains the option
   Scope scope = Scope::device;
   double minimum = 0;  ///< bounds of an integer or a real; equal bounds: any number is allowed
   double maximum = 0;

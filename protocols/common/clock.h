@@ -33,10 +33,12 @@ class CivilZone {
 
   enum class Fit : std::uint8_t {
     once,
-    twice,  ///< the civil time occurs twice, because the clock was set back; `utc` is the second of
-            ///< the two moments, an hour after the first
-    never,  ///< the civil time does not occur, because the clock was set forward past it; `utc` is
-            ///< computed as if the clock had not been set forward
+    /// The civil time occurs twice, because the clock was set back; `utc` is the second of the two
+    /// moments, an hour after the first.
+    twice,
+    /// The civil time does not occur, because the clock was set forward past it; `utc` is computed
+    /// as if the clock had not been set forward.
+    never,
   };
   struct Moment {
     Utc utc{};

@@ -59,11 +59,11 @@ class ProbeChoice {
   bool GivenUp() const;
 
   Own own_;
-  std::size_t failed_ =
-      0;  // how many probes have failed since the own probe or a poll was answered
+  // How many probes have failed since the own probe or a poll was answered.
+  std::size_t failed_ = 0;
   bool own_unanswered_ = false;  // true: the last own probe failed, and no probe was answered since
-  int silences_ =
-      0;  // how many own probes in a row were unanswered and followed by an answered read
+  // How many own probes in a row were unanswered and followed by an answered read.
+  int silences_ = 0;
   bool own_answered_ = false;  // true: the own probe was answered at least once
 };
 

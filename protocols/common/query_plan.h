@@ -85,11 +85,13 @@ struct Block {
 /// this rule at once. A point that was answered before is first asked every few seconds
 /// (config::Group::again) for an hour, and by this rule after that hour.
 enum class WhenRefused : std::uint8_t {
-  ask_rarely,  ///< refused points are asked with the slow group, so a channel that is enabled later
-               ///< returns by itself
-  ask_daily,   ///< like ask_rarely, but points that were never answered are asked only daily after
-               ///< Rules::refusals refusals
-  drop,        ///< points that were never answered are not asked again until OnReconnect
+  /// Refused points are asked with the slow group, so a channel that is enabled later returns by
+  /// itself.
+  ask_rarely,
+  /// Like ask_rarely, but points that were never answered are asked only daily after
+  /// Rules::refusals refusals.
+  ask_daily,
+  drop,  ///< points that were never answered are not asked again until OnReconnect
 };
 
 using Often = std::function<bool(config::Group)>;
@@ -202,15 +204,15 @@ class QueryPlan {
     std::uint32_t key = 0;  // index into keys_
     std::uint32_t begin = 0;
     std::uint32_t end = 1;
-    std::uint32_t refusal =
-        0;  // number of the refusal that set the item apart from its group; 0: not set apart
+    // Number of the refusal that set the item apart from its group; 0: not set apart.
+    std::uint32_t refusal = 0;
     std::uint32_t row = 0;  // value of QueryPlan::row_ when the item was set apart
-    int silences =
-        0;  // how many requests in a row the device did not answer, while `heard` is false
+    // How many requests in a row the device did not answer, while `heard` is false.
+    int silences = 0;
     int refusals = 0;  // how many refusals in a row
     config::Group group = config::Group::fast;
-    bool waits =
-        false;  // true: the device has put the item off with a message such as "busy", see OnHeard
+    // True: the device has put the item off with a message such as "busy", see OnHeard.
+    bool waits = false;
     bool silent = false;   // true: the item was set apart because the device was silent
     bool heard = false;    // true: the item was answered since OnReconnect
     bool proven = false;   // true: the item was answered at least once
@@ -219,8 +221,8 @@ class QueryPlan {
     std::optional<Instant> refused_since{};
   };
   struct CutMade {
-    bool silent =
-        false;  // true: the cut was made because the device did not answer the whole block
+    // True: the cut was made because the device did not answer the whole block.
+    bool silent = false;
     std::size_t answers = 0;  // value of QueryPlan::answers_ when the cut was made
   };
 
@@ -292,8 +294,8 @@ class QueryPlan {
   std::vector<Item> items_;
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
-  std::vector<std::vector<std::uint32_t>>
-      members_;                          // for each query: the items that it reads, sorted by place
+  // For each query: the items that it reads, sorted by place.
+  std::vector<std::vector<std::uint32_t>> members_;
   std::vector<std::uint32_t> by_place_;  // indices into items_, sorted by key and begin
   std::vector<std::size_t> silent_;  // points that are set apart for silence, see SilentlyRefused
   std::size_t teller_ = 0;  // SilentlyRefused returns silent_ only for queries up to this index
@@ -302,8 +304,9 @@ class QueryPlan {
   std::uint32_t refusals_ = 0;
   std::size_t refusals_in_row_ = 0;  // refusals of proven queries since the last answer
   std::uint32_t row_ = 0;            // how many runs of refusals there were; an answer ends a run
-  TryAgain whole_;  // when a split block is read as a whole again; if everything is refused: when
-                    // parts are tried again
+  // When a split block is read as a whole again; if everything is refused: when parts are tried
+  // again.
+  TryAgain whole_;
   bool mended_ = false;  // true: blocks were joined again and have not been answered yet
   bool heard_ = false;   // true: the device has replied since OnReconnect
 };

@@ -8,8 +8,8 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-constexpr std::size_t kCounterLine =
-    11;  // length of a counter reply: '>', 2 checksum digits, 8 data digits
+// Length of a counter reply: '>', 2 checksum digits, 8 data digits.
+constexpr std::size_t kCounterLine = 11;
 
 View Raw(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};

@@ -13,15 +13,15 @@
 
 namespace baudgate::protocols::dcon {
 
-inline constexpr std::size_t kMaxFrame =
-    268;  ///< delimiter 1, address 2, command 5, data 256, checksum 2, and CR
+/// Delimiter 1, address 2, command 5, data 256, checksum 2, and CR.
+inline constexpr std::size_t kMaxFrame = 268;
 
 /// Position of the checksum in a DCON frame; values of Expectation::checksum.
 enum ChecksumVariant : int {
   kNoChecksum = 0,
   kChecksum = 1,  ///< two hex digits before CR
-  kChecksumEither =
-      2,               ///< two hex digits before CR, or right after '>' of a counter reply (I-7080)
+  /// Two hex digits before CR, or right after '>' of a counter reply (I-7080).
+  kChecksumEither = 2,
   kChecksumFront = 3,  ///< right after '>' of a counter reply, before CR in all other replies
 };
 
@@ -32,8 +32,8 @@ Result<std::uint8_t> ParseAddress(std::string_view text);
 /// "$6" for `$016`.
 struct Command {
   std::uint8_t address = 0;
-  bool broadcast =
-      false;         ///< true: the request has "**" in place of the address, and no module answers
+  /// True: the request has "**" in place of the address, and no module answers.
+  bool broadcast = false;
   std::string text;  ///< delimiter and characters after the address, without the checksum
 };
 
@@ -55,8 +55,8 @@ bool IsDecimalText(std::string_view text);
 struct Reply {
   char lead = 0;     ///< '>', '!' or '?'
   std::string body;  ///< the characters between the lead and the checksum
-  bool ambiguous =
-      false;  ///< true: the checksum is correct in front and at the end, so `body` is uncertain
+  /// True: the checksum is correct in front and at the end, so `body` is uncertain.
+  bool ambiguous = false;
 };
 
 Bytes BuildReply(std::string_view text, bool checksum);

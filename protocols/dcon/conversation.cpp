@@ -471,8 +471,8 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now) {
-  std::size_t query = 0;  // index of the first query that sends the command; the number of queries
-                          // if no query sends it
+  // Index of the first query that sends the command; the number of queries if no query sends it.
+  std::size_t query = 0;
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;

@@ -103,8 +103,8 @@ class WriteJob {
 
   struct Step {
     std::string command;
-    bool prepares = false;  ///< true: the command only reads the states of the other outputs;
-                            ///< nothing is written yet
+    /// True: the command only reads the states of the other outputs; nothing is written yet.
+    bool prepares = false;
   };
   Result<Step> Next(const Task& task, Instant now);
   /// Takes the reply to the command that Next returned. `answer`: the readings of that reply.
@@ -129,11 +129,11 @@ class WriteJob {
 
   const config::Device& device_;
   const Places& places_;
-  std::map<std::string, std::uint64_t>
-      words_;  ///< key: the command; value: the digital word that it returned last
+  std::map<std::string, std::uint64_t> words_;  ///< by command: the word it returned last
   std::optional<Certain> certain_;
-  bool alone_ = false;  ///< true: the module does not accept the command for several outputs, so
-                        ///< outputs are written one by one
+  /// True: the module does not accept the command for several outputs, so outputs are written one
+  /// by one.
+  bool alone_ = false;
 };
 
 // Broadcasts that no module answers: `~**` (the host is alive) and `#**` (take a sample now).
@@ -196,10 +196,10 @@ class Sampling {
   DconBus::Group& group_;
   Duration period_;
   std::uint64_t asked_ = 0;
-  std::optional<std::uint64_t> fetched_;  ///< number of the latest sample when the module last
-                                          ///< answered; empty: it has not answered yet
-  int overtaken_ =
-      0;  ///< how many polls in a row found that other modules had taken samples in between
+  /// Number of the latest sample when the module last answered; empty: it has not answered yet.
+  std::optional<std::uint64_t> fetched_;
+  /// How many polls in a row found that other modules had taken samples in between.
+  int overtaken_ = 0;
 };
 
 class DconConversation : public Conversation {
@@ -257,8 +257,8 @@ class DconConversation : public Conversation {
   const ReplyReader reader_;
   WriteJob writes_;
   Sampling sampling_;
-  bool withheld_ = false;  ///< true: the next write must not be sent, because the checksum mode of
-                           ///< the module is unknown
+  /// True: the next write must not be sent, because the checksum mode of the module is unknown.
+  bool withheld_ = false;
   int counted_again_ = 0;
 };
 

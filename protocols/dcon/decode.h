@@ -21,14 +21,14 @@ struct DecodedReply {
   /// One field for each channel of joined numbers, one field for any other reply, and no field for
   /// a confirmed write.
   std::vector<Field> fields;
-  bool ignored =
-      false;  ///< true: the module has ignored the write, because its host watchdog has tripped
+  /// True: the module has ignored the write, because its host watchdog has tripped.
+  bool ignored = false;
   /// True: the module has refused the write, but the output may have moved.
   bool may_have_acted = false;
-  bool first_fetch =
-      false;  ///< for a reply with a sample: true if this sample was fetched for the first time
-  bool more_enabled =
-      false;  ///< true: the reply contains channels that are disabled in the settings
+  /// For a reply with a sample: true if this sample was fetched for the first time.
+  bool first_fetch = false;
+  /// True: the reply contains channels that are disabled in the settings.
+  bool more_enabled = false;
 };
 
 /// Decodes the reply `frame`. `form`: the form that the points expect; empty: the form is guessed

@@ -247,8 +247,8 @@ namespace {
 
 constexpr std::array<Identification::Question, 4> kRound = {
     {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
-constexpr int kOwnMode =
-    2;  // number of questions in the configured checksum mode; they are the first in kRound
+// Number of questions in the configured checksum mode; they are the first in kRound.
+constexpr int kOwnMode = 2;
 
 constexpr std::string_view kAdvice = ": correct the profile, the address or the module";
 

@@ -98,8 +98,8 @@ class ChannelTypes {
   std::optional<std::uint8_t> TypeOf(std::size_t point) const;
 
   const config::Device& device_;
-  std::vector<std::optional<unsigned>>
-      inputs_of_points_;       // index: point; empty: the point's unit is not judged
+  // Index: point; empty: the point's unit is not judged.
+  std::vector<std::optional<unsigned>> inputs_of_points_;
   std::vector<Input> inputs_;  // in the order of the points that read them
   Duration period_;
   std::size_t turn_ = 0;         // index in inputs_ of the next input to ask again
@@ -116,8 +116,8 @@ class Identification {
 
   struct Question {
     std::string_view command;
-    bool other_mode =
-        false;  ///< true: the question is sent in the checksum mode that is not configured
+    /// True: the question is sent in the checksum mode that is not configured.
+    bool other_mode = false;
 
     bool operator==(const Question&) const = default;
   };
@@ -178,8 +178,8 @@ class Identification {
 
   const config::Device& device_;
   const Settings& settings_;
-  bool joined_ =
-      false;  ///< true: `#` is polled, so the position of a number in the reply defines its channel
+  /// True: `#` is polled, so the position of a number in the reply defines its channel.
+  bool joined_ = false;
   bool only_others_ = true;  ///< true: no point is read with a harmless command (IsHarmless)
   bool sure_ = false;        ///< true: the module has answered in the configured checksum mode
 
@@ -195,8 +195,8 @@ class Identification {
   DeviceTrouble kind_;  ///< trouble: wrong type or format byte
   DeviceTrouble name_;
   ChannelTypes channels_;
-  DeviceTrouble trouble_;  ///< the most serious of these three troubles; without a trouble its text
-                           ///< has the remarks
+  /// The most serious of these three troubles; without a trouble its text has the remarks.
+  DeviceTrouble trouble_;
 };
 
 // Questions decides when the questions of Identification are asked: before the first command of a

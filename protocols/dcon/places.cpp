@@ -9,8 +9,8 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr const char* kReadAll = "#";
-constexpr std::size_t kProbesOfOwnMode =
-    3;  // after so many unanswered probes one probe is sent in the other checksum mode
+// After so many unanswered probes one probe is sent in the other checksum mode.
+constexpr std::size_t kProbesOfOwnMode = 3;
 
 /// Estimates the length of a reply in characters; the cheapest read serves as a probe.
 std::size_t Cost(Form form, std::size_t points) {

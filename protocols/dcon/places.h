@@ -36,8 +36,8 @@ struct Read {
 
 class Probing {
  public:
-  using Reads =
-      std::vector<std::optional<ReadAddress>>;  ///< index: point; empty: the point is not read
+  /// Index: point; empty: the point is not read.
+  using Reads = std::vector<std::optional<ReadAddress>>;
 
   /// `plan` must have been made before. `channels`: number of values in the reply to `#AA`. The
   /// references must stay valid for the lifetime of this object.
@@ -93,9 +93,8 @@ std::optional<GroupedOutput> GroupOf(const std::optional<ReadAddress>& read,
                                      const std::optional<WriteAddress>& write,
                                      const Settings& settings);
 
-using GroupedOutputs =
-    std::vector<std::optional<GroupedOutput>>;  ///< index: point; empty: the point is no output of
-                                                ///< a group
+/// Index: point; empty: the point is no output of a group.
+using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;
 
 /// Returns how many of `writes`, counted from the first, set different outputs of one group.
 std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> writes);
@@ -122,11 +121,11 @@ struct Places {
   std::span<const std::size_t> ReadBy(std::string_view command) const;
 
   Probing::Reads reads;
-  std::map<std::string, std::vector<std::size_t>, std::less<>>
-      by_command;  ///< key: command; value: the points that it reads, see ReadBy
+  /// Key: command; value: the points that it reads, see ReadBy.
+  std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;
   std::vector<std::optional<WriteAddress>> writes;
-  std::vector<WriteAddress>
-      settings;  ///< the elements of `writes` that write settings, not outputs
+  /// The elements of `writes` that write settings, not outputs.
+  std::vector<WriteAddress> settings;
   GroupedOutputs outputs;
 };
 

@@ -30,13 +30,13 @@ constexpr ReadRule kReads[] = {
     {"$2", "text"},
     {"$3", "value"},
     {"$3n", "counter"},
-    {"$4", "value status", false,
-     false},  // not repeatable, as a sample is fetched once; stores outputs on output modules
+    // Not repeatable, as a sample is fetched once; stores outputs on output modules.
+    {"$4", "value status", false, false},
     {"$5n", "hex"},
     {"$6", "status mask commanded"},
     {"$6n", "commanded", false},  // not repeatable: resets a counter on counter modules
-    {"$7n", "power_on overflow", false,
-     false},  // not repeatable: clears the overflow flag on some modules
+    // Not repeatable: clears the overflow flag on some modules.
+    {"$7n", "power_on overflow", false, false},
     {"$8", "commanded"},
     {"$8n", "commanded"},
     {"$A", "words gate"},
@@ -310,8 +310,8 @@ std::optional<Form> DefaultForm(std::string_view command) {
 }
 
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command) {
-  if (command == "$B")
-    return {1, 2};  // one digit: a flag of one channel; two digits: a mask of several channels
+  // One digit: a flag of one channel; two digits: a mask of several channels.
+  if (command == "$B") return {1, 2};
   if (command == "~0" || command == "$6") return {2, 2};
   if (command == "~2") return {3, 3};
   if (command == "~4") return {4, 4};

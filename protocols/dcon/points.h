@@ -39,8 +39,8 @@ struct ReadAddress {
   Select select = Select::whole;
   unsigned index = 0;  ///< number of the selected value or bit; for Select::bits the lowest bit
   unsigned count = 1;  ///< number of bits for Select::bits
-  bool total =
-      false;  ///< for a counter: true if the point reads its total (totals.h) in place of its count
+  /// For a counter: true if the point reads its total (totals.h) in place of its count.
+  bool total = false;
 };
 
 /// Parses the `read` text of a point: "#[0]", "#3", "#0 counter", "@[b3]", "$M".
@@ -65,8 +65,8 @@ struct WriteAddress {
   /// True: the command writes a setting, not an output. `!AA` confirms it, and only `@DO` is
   /// repeated after a failure.
   bool setting = false;
-  std::size_t digits =
-      2;  ///< number of digits for hex and decimal; for a number, the digits before the point
+  /// Number of digits for hex and decimal; for a number, the digits before the point.
+  std::size_t digits = 2;
   std::size_t decimals = 0;
   bool sign = false;  ///< true: the number begins with + or -
   double low = 0;     ///< accepted range of a number: `low` to `high`

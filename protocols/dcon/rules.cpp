@@ -19,8 +19,8 @@ namespace {
 /// Returns the forms of a reply to `command`: the good reply, and the refusal that any command can
 /// get.
 std::vector<Shape> Shapes(const Command& command, bool checksum) {
-  const std::size_t extra = checksum ? 4 : 2;  // length of the parts around the data: lead
-                                               // character, CR, and the checksum if it is on
+  // Length of the parts around the data: lead character, CR, and the checksum if it is on.
+  const std::size_t extra = checksum ? 4 : 2;
   const auto form = DefaultForm(command.text);
   std::vector<Shape> shapes = {{'?', extra, extra + 2}};
   if (command.text == kAskSample) {
@@ -33,9 +33,9 @@ std::vector<Shape> Shapes(const Command& command, bool checksum) {
     shapes.push_back({'!', extra, kMaxFrame});
     return shapes;
   }
-  const bool several =
-      command.text.starts_with("#") || command.text.starts_with("^") ||
-      command.text == "$A";  // the reply to "$A" is `!` with a mask, or the gate of a counter
+  const bool several = command.text.starts_with("#") || command.text.starts_with("^") ||
+                       // The reply to "$A" is `!` with a mask, or the gate of a counter.
+                       command.text == "$A";
   const bool data = *form == Form::numbers || *form == Form::number || *form == Form::words ||
                     *form == Form::bits;
   if (data) shapes.push_back({'>', extra + 4, kMaxFrame});

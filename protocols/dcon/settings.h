@@ -26,13 +26,13 @@ struct Settings {
   bool checksum = false;
   ChecksumPlace counter_checksum = ChecksumPlace::either;
   std::size_t width = 7;  ///< number of characters in a number, sign and point included; 0: any
-  std::size_t channels =
-      0;  ///< number of values in the reply to `#AA`; 0: as many as the points need
+  /// Number of values in the reply to `#AA`; 0: as many as the points need.
+  std::size_t channels = 0;
   std::uint32_t enabled = 0xFFFF'FFFF;  ///< mask of the enabled channels; bit 0: channel 0
   Disabled disabled = Disabled::missing;
   Format format = Format::engineering;
-  double full_scale =
-      0;  ///< the value that hex 7FFF (FFFF with hex_unsigned) stands for; 0: no conversion
+  /// The value that hex 7FFF (FFFF with hex_unsigned) stands for; 0: no conversion.
+  double full_scale = 0;
   bool hex_unsigned = false;
   std::vector<std::string> over;
   std::vector<std::string> under;
@@ -46,10 +46,10 @@ struct Settings {
   std::vector<std::string> types;               ///< allowed type codes in hex; empty: any
   std::uint64_t counter_maximum = 0xFFFF'FFFF;  ///< the last count before a counter rolls over to 0
   double count_rate = 100'000;                  ///< the maximum number of pulses per second; 0: any
-  Duration
-      host_watchdog{};  ///< period of the broadcast `~**` (the host is alive); zero: never sent
-  bool channel_types =
-      false;  ///< true: each input has a type of its own; the type in `$AA2` does not apply
+  /// Period of the broadcast `~**` (the host is alive); zero: never sent.
+  Duration host_watchdog{};
+  /// True: each input has a type of its own; the type in `$AA2` does not apply.
+  bool channel_types = false;
 };
 
 std::span<const OptionSpec> OptionTable();

@@ -73,8 +73,8 @@ class Totals {
   struct Counter {
     std::string command;
     std::uint64_t modulus = 0;
-    std::optional<std::uint64_t>
-        count;  ///< the last confirmed count; empty: no count was confirmed yet
+    /// The last confirmed count; empty: no count was confirmed yet.
+    std::optional<std::uint64_t> count;
     std::optional<Instant> at;
     std::uint64_t total = 0;
     std::optional<Seen> seen;  ///< the latest reading

@@ -56,8 +56,8 @@ class DconTwin : public Twin {
   Duration watchdog_{};    ///< period of the host watchdog; zero: off
   Instant host_heard_at_{};
   bool tripped_ = false;
-  std::string
-      sample_;  ///< data of the next reply to `$AA4` (fetch the sample); empty: no sample was taken
+  /// Data of the next reply to `$AA4` (fetch the sample); empty: no sample was taken.
+  std::string sample_;
   bool fetched_ = false;
 };
 

@@ -30,8 +30,8 @@ struct Fields {
   std::string reason;    ///< why the outcome is not ok; `fields` must not be used then
   std::string remedy{};  ///< advice for `baudgate status`
   std::vector<Field> fields;
-  bool more_enabled =
-      false;  ///< true: the reply contains channels that are disabled in the settings
+  /// True: the reply contains channels that are disabled in the settings.
+  bool more_enabled = false;
 };
 
 /// Cuts joined numbers at every sign and checks their width, in the format of the settings. `hex`:

@@ -24,8 +24,8 @@ constexpr FunctionRow kFunctions[] = {
 };
 
 constexpr std::uint8_t kFileReference = 6;
-constexpr std::size_t kFileRequest =
-    9;  // size of a request for one record: function, byte count, and seven bytes
+// Size of a request for one record: function, byte count, and seven bytes.
+constexpr std::size_t kFileRequest = 9;
 
 /// Returns the longest run of printable characters. Example: "MODEL-7" from 07 FF 4D 4F 44 45 4C 2D
 /// 37 00.
@@ -248,8 +248,8 @@ SpacePlan MakePlan(std::span<const config::Point> points,
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan) {
   const auto unit_of = [](Table table) { return std::size_t{IsBits(table) ? 8U : 1U}; };
   std::vector<Block<Space>> polled;
-  std::map<Table, std::set<std::size_t>>
-      counts;  // for each table: the sizes of its polls, in registers or in bytes of bits
+  // For each table: the sizes of its polls, in registers or in bytes of bits.
+  std::map<Table, std::set<std::size_t>> counts;
   for (std::size_t query = 0; query < plan.queries().size(); ++query) {
     const Block<Space>& block = plan.block(query);
     const Table table = block.key.table;

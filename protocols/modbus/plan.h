@@ -42,10 +42,10 @@ struct Data {
   /// True: the device has no more data, even if the reply has less than was requested: a short
   /// queue, a server id.
   bool whole = false;
-  std::map<std::size_t, std::string>
-      texts{};  ///< identification: text by object number; server id: its text at 0
-  std::optional<std::uint8_t>
-      follows{};  ///< the next object, if the identification continues in another reply
+  /// Identification: text by object number; server id: its text at 0.
+  std::map<std::size_t, std::string> texts{};
+  /// The next object, if the identification continues in another reply.
+  std::optional<std::uint8_t> follows{};
 
   Block<Space> block() const { return {space, address, address + words.size(), 1}; }
 };

@@ -24,8 +24,8 @@ enum class Table : std::uint8_t {
   input,
   status,  ///< the exception status (function 07): eight bits at address 0
   events,  ///< the event counter (function 11): status word and counter at addresses 0 and 1
-  log,  ///< the event log (function 12): status word, event counter, message counter at addresses
-        ///< 0, 1, 2
+  /// The event log (function 12): status word, event counter, message counter at addresses 0, 1, 2.
+  log,
   server,    ///< the server id (function 17): its bytes
   file,      ///< the records of one file (function 20)
   queue,     ///< a queue (function 24): the count at address 0, the first entry at 1
@@ -35,8 +35,8 @@ enum class Table : std::uint8_t {
 /// An area of a slave whose addresses count from 0: a table, one file, or one queue.
 struct Space {
   Table table = Table::holding;
-  std::uint16_t which = 0;  ///< number of the file, address of the queue, or category of the
-                            ///< objects; 0 for other tables
+  /// Number of the file, address of the queue, or category of the objects; 0 for other tables.
+  std::uint16_t which = 0;
 
   auto operator<=>(const Space&) const = default;
 };
@@ -74,8 +74,8 @@ struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
   DateForm date = DateForm::unix;  ///< form of the date, for Form::date
-  std::optional<config::WordOrder>
-      order;                  ///< word order of this point; empty: the order of the device
+  /// Word order of this point; empty: the order of the device.
+  std::optional<config::WordOrder> order;
   std::uint16_t which = 0;    ///< see Space::which
   std::uint16_t address = 0;  ///< 0-based, as in the PDU
   unsigned bit = 0;           ///< the lowest bit, 0…15, for Form::bit and Form::bits

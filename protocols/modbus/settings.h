@@ -21,16 +21,16 @@ using FunctionTimes = std::map<std::uint8_t, Duration>;
 using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, std::less<>>;
 
 struct Settings {
-  config::WordOrder order =
-      config::WordOrder::abcd;  ///< word order of numbers in several registers
-  std::size_t block =
-      120;               ///< maximum number of registers in one request; for bits 16 times as many
-  std::size_t hole = 8;  ///< maximum number of unused registers between two points of a request;
-                         ///< for bits 16 times as many
+  /// Word order of numbers in several registers.
+  config::WordOrder order = config::WordOrder::abcd;
+  /// Maximum number of registers in one request; for bits 16 times as many.
+  std::size_t block = 120;
+  /// Maximum number of unused registers between two points of a request; for bits 16 times as many.
+  std::size_t hole = 8;
   bool write_multiple = false;
   bool write_together = false;  ///< true: one request writes adjacent points of one command
-  bool bits_by_read =
-      false;  ///< true: bits of a register are written by read and write; false: by mask write (22)
+  /// True: bits of a register are written by read and write; false: by mask write (22).
+  bool bits_by_read = false;
   bool probe_by_loopback = false;  ///< true: the probe is a loopback; false: a read
   bool missing_zero = false;       ///< true: registers between points read 0; used by the twin
   TextTables texts;

@@ -37,8 +37,8 @@ class ModbusTwin : public Twin {
   Bytes Write(View pdu, Instant now);
   Bytes MaskWrite(View pdu, Instant now);
   Bytes ReadWrite(View pdu, Instant now);
-  Bytes ReadOne(View pdu,
-                Instant now) const;  ///< answers functions that have no range in the request
+  /// Answers functions that have no range in the request.
+  Bytes ReadOne(View pdu, Instant now) const;
   Bytes Identify(View pdu, Instant now) const;
   std::string SaysOf(Table table, std::size_t object, Instant now) const;
 

@@ -111,8 +111,9 @@ struct PlainRequest {
   Function function = kReadCoils;
   std::uint16_t start = 0;
   std::uint16_t count = 0;  ///< number of registers or bits; 1 for functions 5 and 6
-  View data;  ///< functions 15 and 16: the registers or packed bits to write; 5 and 6: the two
-              ///< bytes of the value
+  /// Functions 15 and 16: the registers or packed bits to write; 5 and 6: the two bytes of the
+  /// value.
+  View data;
 };
 /// Fills `request` from a PDU. Returns the exception with which a slave refuses the PDU: unknown
 /// function, invalid count or length, or a range beyond address 65535.

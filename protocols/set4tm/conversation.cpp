@@ -68,7 +68,6 @@ std::optional<Request> MeterRequests::ForSession(const Task& task, Instant now) 
     case MeterSession::Need::open:
       request = Make(RequestKind::open, parts_.session.OpenPdu());
       request.unlike_polls = true;  // the reply is a status; no other reply is a bare "00"
-      // A meter that answers too late must not receive a wrong password three times.
       request.expect.repeatable = parts_.session.accepted();
       request.prepares = writes;
       return request;
