@@ -58,8 +58,8 @@ Expectation Expect(View request, const Settings& settings) {
 //   > FC 00 89 A2 61 | 08 00 | 8F 76             extended address 9020001: serial number
 //   < FC 00 89 A2 61 | 00 89 A2 61 06 09 02 | 58 BB
 //
-// They do not rely on the silence that ends a frame (8 ms at 9600 bit/s), because USB adapters and
-// serial servers lose it.
+// USB adapters and serial servers lose the silence that ends a frame (8 ms at 9600 bit/s), so it
+// cannot separate frames.
 
 namespace {
 

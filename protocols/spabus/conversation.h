@@ -97,7 +97,7 @@ class ItemReads {
   RequestLimits limits_;
   TryAgain larger_;  ///< when the configured limits are tried again
   ItemPlan plan_;
-  /// Number of failed requests for a range of channels; 0 again when one is answered.
+  /// Number of failed requests for a range of channels, as long as none was answered.
   int channel_failures_ = 0;
   bool channels_work_ = false;
 };

@@ -111,7 +111,7 @@ class PatternParser {
     }
     if (const Element* before = pattern_.Find(element.name);
         before != nullptr && !element.name.empty()) {
-      // A check value must be unique, because it covers the bytes in front of it.
+      // There must be only one check value, because it covers the bytes in front of it.
       if (element.name == kChecksum || before->format != element.format) {
         return Fail(at_ + 1, "field '" + element.name + "' stands twice" +
                                  (element.name == kChecksum ? "" : ", in different formats"));
@@ -126,7 +126,7 @@ class PatternParser {
     at_ = end + 1;
   }
 
-  /// Checks that the end of each field follows from what is behind it.
+  /// Checks that the end of each field can be found from the elements behind it.
   void CheckOrder() {
     if (pattern_.elements.empty()) return Fail(0, "a telegram has at least one byte");
     if (pattern_.elements.size() > kMostElements) return Fail(0, "has too many fields");
@@ -136,13 +136,13 @@ class PatternParser {
       if (element.is_fixed()) continue;
       const bool last = index + 1 == pattern_.elements.size();
       if (element.format.kind == Format::Kind::bytes) {
-        // The size of this field follows from the size of the telegram.
+        // The size of this field is what is left of the size of the telegram.
         if (std::exchange(open, true)) return Fail(at, "a second field without a width");
         continue;
       }
       if (last || pattern_.AnchorOf(index)) continue;
       const Format& next = pattern_.elements[index + 1].format;
-      // "12.5kg", "+025.12-020.45": the next field shows where the number ends.
+      // The next field shows where the number ends, as in "12.5kg" and "+025.12-020.45".
       const bool shows = next.is_signed_token() || (next.is_text() && !next.is_text_number());
       if (!element.format.is_text_number() || !shows) {
         return Fail(at, "nothing says where '" + element.name +
@@ -155,7 +155,7 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  // Place of each field: number of its element, and of its character.
+  // For each field: the index of its element, and the place of its first character in the text.
   std::vector<std::pair<std::size_t, std::size_t>> places_;
   std::optional<PatternError> error_;
 };

@@ -410,8 +410,7 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
       return DecodeClock(field, data, scale);
     case Decoder::drift:
     case Decoder::latched:
-      // The latch time must be compared by LatchedReads, which knows this machine's time.
-      return Bad(Quality::bad_waiting);
+      return Bad(Quality::bad_waiting);  // LatchedReads sets the value, the time of the broadcast
     case Decoder::flag: {
       const auto byte = reader.U8((field.offset - 1) / 8);
       if (!byte) return Bad(Quality::bad_device_failure);
