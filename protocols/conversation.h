@@ -73,8 +73,8 @@ struct Request {
   Bytes bytes{};  ///< the whole frame, checksum included
   /// The earlier requests of the same task that decide what the reply means. Example: "select
   /// channel 3" before "read". Requests with equal bytes but different contexts are different
-  /// requests. A request with a context is not repeated when it fails: its exchange has then
-  /// failed.
+  /// requests. The poller does not repeat a failed request that has a context; the conversation can
+  /// repeat it with its context (Instead).
   Bytes context{};
   Expectation expect{};
   /// For probes: true if the device answers with the same bytes every time and gives these bytes to

@@ -53,8 +53,8 @@ struct Form {
   std::optional<SizeField> size_at;
   bool is_answer = false;  ///< true: the telegram is an answer to a telegram that was sent
 
-  /// True if an answer has one or two fixed bytes at most and no check value, as the one byte ACK:
-  /// many damaged telegrams contain these bytes.
+  /// True for an answer that begins with fixed bytes, has at most two of them, and has no check
+  /// value, as the one byte ACK: many damaged telegrams contain these bytes.
   bool is_scant() const {
     constexpr std::size_t kFewBytes = 2;
     return is_answer && checksum.kind == nullptr && !pattern.elements.front().is_field() &&
