@@ -39,11 +39,10 @@ inline constexpr std::size_t kNoPoint = std::numeric_limits<std::size_t>::max();
 /// ended with the outcome `unexpected`.
 inline constexpr int kMostSteps = 10;
 
-/// Points that one request reads together.
 struct Query {
   /// The group of all points of the query; it decides how often the query is sent.
   config::Group group = config::Group::fast;
-  std::vector<std::size_t> points{};  ///< indices into the device's points
+  std::vector<std::size_t> points{};
 };
 
 struct PointValue {
@@ -131,7 +130,6 @@ struct SaidTime {
   Duration period{};  ///< the time is known modulo this period; zero: the full time is known
 };
 
-/// An event that a device has recorded and reports.
 struct DeviceEvent {
   /// Channel of the device; 0: the event concerns the device as a whole.
   std::uint32_t channel = 0;

@@ -27,13 +27,13 @@ struct OptionSpec {
     /// The option is allowed at devices and in profiles; at a line, it is the default of all
     /// devices of the line.
     device,
-    line,  ///< the option is allowed at lines only
+    line,
   };
   std::string_view name{};
   Kind kind = Kind::text;
   /// The default, as a user would write it; for texts and pairs: separated by commas.
   std::string_view fallback{};
-  std::string_view help{};  ///< one sentence that explains the option
+  std::string_view help{};
   Scope scope = Scope::device;
   double minimum = 0;  ///< bounds of an integer or a real; equal bounds: any number is allowed
   double maximum = 0;
@@ -116,7 +116,6 @@ constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// Returns `spec` as an option that is allowed at lines only.
 constexpr OptionSpec OnLine(OptionSpec spec) {
   spec.scope = OptionSpec::Scope::line;
   return spec;

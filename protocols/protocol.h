@@ -217,7 +217,7 @@ struct Protocol {
 
   /// Cuts requests out of received bytes, for twins and for requests of other masters.
   FrameRule request_rule = nullptr;
-  FrameRule reply_rule = nullptr;  ///< cuts replies
+  FrameRule reply_rule = nullptr;
   /// Parses the options of a device or a line once, for all functions below that take
   /// ParsedOptions. `options` contains every option that the protocol declares. A null pointer:
   /// none of these functions needs options.

@@ -74,7 +74,7 @@ inline constexpr std::string_view kClockCorrectionPoint = "clock_correction";
 struct ClockCare {
   Duration least{};  ///< a drift smaller than this is not corrected
   Duration most{};   ///< a drift larger than this is not corrected, only reported
-  CivilZone zone;    ///< the time zone of the device's clock
+  CivilZone zone;
   std::uint32_t drift = 0;
   std::uint32_t correction = 0;
 };

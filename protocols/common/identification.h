@@ -64,7 +64,7 @@ class ProbeChoice {
   bool own_unanswered_ = false;  // true: the last own probe failed, and no probe was answered since
   // How many own probes in a row were unanswered and followed by an answered read.
   int silences_ = 0;
-  bool own_answered_ = false;  // true: the own probe was answered at least once
+  bool own_answered_ = false;
 };
 
 }  // namespace baudgate::protocols

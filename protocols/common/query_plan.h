@@ -59,7 +59,7 @@ class TryAgain {
 
  private:
   Duration first_;
-  Duration wait_{};              // duration of the latest wait
+  Duration wait_{};
   std::optional<Instant> at_{};  // end of the wait; empty: no wait is running
 };
 
@@ -578,7 +578,6 @@ bool QueryPlan<Key>::Mend(MayGo may_go) {
   return std::erase_if(cuts_, [&](const auto& cut) { return may_go(cut.first, cut.second); }) != 0;
 }
 
-/// True if an answered query has read across `place`, the begin of an item.
 template <typename Key>
 bool QueryPlan<Key>::IsCrossed(const Cut& place) const {
   for (auto at = FirstFrom(place); at != by_place_.end() && PlaceOf(*at) == place; ++at) {

@@ -17,7 +17,7 @@ template <typename Read, typename Written = Read>
 class TwinPoints {
  public:
   struct One {
-    std::size_t index = 0;  ///< index into the device's points
+    std::size_t index = 0;
     const config::Point* point = nullptr;
     std::optional<Read> read;
     std::optional<Written> write;

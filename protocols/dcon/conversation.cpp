@@ -119,7 +119,6 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   return answer;
 }
 
-/// Adds labelled readings for the values in the reply that no point reads.
 void ReplyReader::AddLabels(const Exchanged& exchanged, Answer& answer) const {
   const DecodedReply& reply = exchanged.reply;
   if (reply.outcome != Outcome::ok) return;
@@ -397,8 +396,6 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   return answer;
 }
 
-/// Takes the reply to an identification question. The task continues, unless the module does not
-/// fit its profile.
 Answer DconConversation::TakeQuestion(const Task& task, const Exchanged& exchanged, Instant now) {
   Learn(*questions_.TakeAsked(), exchanged.reply);
   probing_.OnPolled();

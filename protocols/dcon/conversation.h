@@ -98,7 +98,6 @@ class WriteJob {
  public:
   WriteJob(const config::Device& device, const Places& places);
 
-  /// Returns how many of `writes`, counted from the first, one command can carry.
   std::size_t Together(std::span<const PointValue> writes) const;
 
   struct Step {
@@ -168,8 +167,6 @@ class DconBus : public Bus {
   std::array<Group, 2> groups_;
 };
 
-/// Decides for one module when `#**` (take a sample now) must be sent and whether a fetched sample
-/// is valid.
 class Sampling {
  public:
   /// `group` must outlive this object. `period`: how often the module is polled; an older sample is

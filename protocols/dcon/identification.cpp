@@ -274,8 +274,6 @@ DeviceTrouble Complaint(std::string what) {
           "the module is not what its profile says: " + std::move(what).append(kAdvice)};
 }
 
-/// Returns the trouble that the checksum is on (`on`) or off in the module, but not in the
-/// configuration.
 DeviceTrouble ModuleChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +

@@ -226,7 +226,6 @@ class Questions {
   bool ForgetAnew();
   void ForgetCount() { count_ = 0; }
 
-  /// Call it after the read of a task. Returns how the task continues.
   Then AfterRead(std::string_view command, Instant now);
   /// Call it after a question of a task that will send `command`. Returns how the task continues.
   Then AfterQuestion(std::string_view command);

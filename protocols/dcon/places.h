@@ -99,8 +99,6 @@ using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;
 /// Returns how many of `writes`, counted from the first, set different outputs of one group.
 std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> writes);
 
-/// Returns the new states of all outputs of the group: the states in `word`, with the changes of
-/// the task.
 std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::uint64_t word);
 
 /// Returns the states of the group's outputs in `word`, one bit each.

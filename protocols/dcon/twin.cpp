@@ -55,7 +55,6 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
   }
 }
 
-/// Returns the type code of a module that measures in `unit`.
 std::uint8_t TypeFor(std::string_view unit) {
   if (unit == "mV") return 0x0C;
   if (unit == "mA") return 0x0D;

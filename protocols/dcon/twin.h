@@ -51,7 +51,7 @@ class DconTwin : public Twin {
   std::uint8_t address_;
   std::string who_;
   TwinPoints<ReadAddress, WriteAddress> points_;
-  std::map<unsigned, std::uint8_t> types_;  ///< type codes of the inputs, by input number
+  std::map<unsigned, std::uint8_t> types_;
   bool restarted_ = true;  ///< true: the module was restarted since the last `$AA5`
   Duration watchdog_{};    ///< period of the host watchdog; zero: off
   Instant host_heard_at_{};

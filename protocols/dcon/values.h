@@ -27,8 +27,8 @@ inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
 
 struct Fields {
   Outcome outcome = Outcome::ok;
-  std::string reason;    ///< why the outcome is not ok; `fields` must not be used then
-  std::string remedy{};  ///< advice for `baudgate status`
+  std::string reason;  ///< why the outcome is not ok; `fields` must not be used then
+  std::string remedy{};
   std::vector<Field> fields;
   /// True: the reply contains channels that are disabled in the settings.
   bool more_enabled = false;

@@ -21,7 +21,7 @@ class ExampleConversation final : public Conversation {
  private:
   const config::Device& device_;
   const char address_;
-  std::vector<Query> queries_;  ///< one query for each point
+  std::vector<Query> queries_;
 };
 
 }  // namespace baudgate::protocols::example

@@ -199,7 +199,6 @@ std::vector<Bytes> ModbusConversation::OwnProbes() const {
   return probes;
 }
 
-/// Returns the index of the request in OwnProbes(). Empty: the request is no own probe.
 std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   const std::vector<Bytes> own = OwnProbes();
   const auto found =
@@ -508,7 +507,6 @@ void ModbusConversation::AddLabels(Exchanged& exchanged) const {
   }
 }
 
-/// Adds a bad reading for each point of a refused read.
 void ModbusConversation::AddFaults(Exchanged& exchanged) const {
   const auto quality = QualityOf(exchanged.exception);
   const auto block = protocols::modbus::BlockOf(exchanged.request);

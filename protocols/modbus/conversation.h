@@ -32,7 +32,6 @@ class Identification {
 
   /// Returns the PDU of the question to ask before a poll. Empty: no question is left.
   std::optional<Bytes> Next();
-  /// True if `pdu` is the question that Next returned last.
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
   /// Call it with the data of the reply to the question; empty if the reply was an exception or did
   /// not come.
@@ -132,7 +131,7 @@ class ModbusConversation : public Conversation {
   // first object on.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
-  std::size_t own_probe_ = 0;  // index of the next own probe in OwnProbes()
+  std::size_t own_probe_ = 0;
 };
 
 }  // namespace baudgate::protocols::modbus

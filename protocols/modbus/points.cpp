@@ -91,7 +91,6 @@ void TakeType(const Point& point, Location& place) {
   }
 }
 
-/// Sets the form of the place by its name `word`. Returns false if there is no form of this name.
 bool TakeForm(std::string_view word, Location& place) {
   for (const FormRow& row : kForms) {
     if (row.name != word) continue;

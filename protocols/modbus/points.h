@@ -73,10 +73,10 @@ enum class Form : std::uint8_t {
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
-  DateForm date = DateForm::unix;  ///< form of the date, for Form::date
+  DateForm date = DateForm::unix;
   /// Word order of this point; empty: the order of the device.
   std::optional<config::WordOrder> order;
-  std::uint16_t which = 0;    ///< see Space::which
+  std::uint16_t which = 0;
   std::uint16_t address = 0;  ///< 0-based, as in the PDU
   unsigned bit = 0;           ///< the lowest bit, 0…15, for Form::bit and Form::bits
   unsigned width = 1;         ///< number of bits, for Form::bits
@@ -85,7 +85,7 @@ struct Location {
   std::optional<std::uint16_t> scale;
   std::size_t count = 1;   ///< number of registers or bits
   std::size_t length = 0;  ///< number of characters, for Form::string
-  std::string texts{};     ///< name of the text table, for Form::text
+  std::string texts{};
 
   std::size_t end() const { return std::size_t{address} + count; }
   Space space() const { return {table, which}; }
@@ -117,7 +117,6 @@ std::span<const DecoderSpec> DecoderTable();
 /// Categories of the objects that function 43/14 reads. The maker's objects begin at 0x80
 /// (kFirstOwnObject).
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
-/// The first two objects of an identification.
 enum Object : std::size_t { kVendor = 0, kProduct = 1 };
 inline constexpr unsigned kFirstOwnObject = 0x80;
 

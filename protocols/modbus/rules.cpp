@@ -130,7 +130,7 @@ struct Head {
     neither,
   };
   Kind kind = Kind::neither;
-  std::size_t size = 0;  ///< length of the request or reply in bytes
+  std::size_t size = 0;
 };
 
 enum class Fit : std::uint8_t { whole, open, none };

@@ -78,7 +78,6 @@ bool IsQueue(View reply) {
          reply.size() == 3 + *bytes;
 }
 
-/// Checks the parts of the reply that must repeat parts of the request.
 Verdict CheckRepeated(View request, View reply) {
   switch (request[0]) {
     case kWriteCoil:

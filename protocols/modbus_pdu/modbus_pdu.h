@@ -160,8 +160,8 @@ bool IsMirrored(View request);
 bool MayBeMirrored(std::uint8_t function);
 
 struct Verdict {
-  Outcome outcome = Outcome::ok;  ///< ok, refused (an exception) or unexpected
-  std::string reason;             ///< why the outcome is not ok; empty when it is
+  Outcome outcome = Outcome::ok;
+  std::string reason;
   std::uint8_t exception = 0;
 };
 /// Checks the function, length and byte count of the reply, and the parts that it must repeat from
@@ -170,7 +170,6 @@ Verdict CheckReply(View request, View reply);
 
 /// Returns the PDU of an exception: 83 02 refuses function 3 with code 02.
 Bytes Exception(std::uint8_t function, std::uint8_t code);
-/// Returns a text such as "exception 02, illegal data address".
 std::string ExceptionText(std::uint8_t code);
 
 }  // namespace baudgate::modbus

@@ -46,7 +46,6 @@ Status CheckPoint(const config::Point& point);
 Status CheckDevice(const config::Device& device);
 std::span<const DecoderSpec> DecoderTable();
 
-// A tag or text that a reader has sent, with its number and time.
 struct Tag {
   std::string text;
   std::uint64_t counter = 0;

@@ -175,7 +175,6 @@ constexpr std::string_view kUnusual = "{|}~`^\\";
 
 bool IsShown(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Returns the printable characters in quotes, at most kQuoted of them.
 std::string Quote(View heard) {
   std::string text;
   for (const std::uint8_t byte : heard) {

@@ -61,7 +61,6 @@ struct MeterParts {
 //                             > 05 08 12         ask the type, which decides which floats exist
 //                             > 05 08 1B 00 11
 
-/// The purpose of a request.
 enum class RequestKind : std::uint8_t {
   latch,  ///< the latch broadcast, which no meter answers
   link,
@@ -113,7 +112,7 @@ class MeterReplies {
     RequestKind asked;
     const Task& task;
     Reply reply;
-    std::size_t bytes = 0;  ///< size of the whole reply frame
+    std::size_t bytes = 0;
     Instant now{};
   };
   Answer Take(Step step);

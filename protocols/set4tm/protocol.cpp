@@ -107,8 +107,6 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
-/// Returns a remark for each point that is scaled twice: by its own `scale` and by a ratio in the
-/// options.
 std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   std::vector<ConfigRemark> doubts;
   const Scale scale = ReadSettings(device.options).scale();

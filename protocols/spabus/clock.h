@@ -39,7 +39,6 @@ struct ClockSettings {
   Duration delay{};
 };
 
-/// The clock messages of one line, which its relays share.
 class ClockMessages {
  public:
   explicit ClockMessages(bool right = false) : right_(right) {}

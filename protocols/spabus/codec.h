@@ -38,7 +38,6 @@ constexpr bool IsReserved(char c) {
   return c == '<' || c == '>' || c == ':' || c == '/' || c == '&';
 }
 
-/// A range of numbers from first to last, both included.
 struct Range {
   std::uint32_t first = 0;
   std::uint32_t last = 0;
@@ -72,7 +71,7 @@ struct Command {
   Range channels;
   char category = 'I';
   std::optional<Range> numbers;
-  std::string data;  ///< the data of a write
+  std::string data;
   bool operator==(const Command&) const = default;
 
   std::size_t ItemCount() const { return channels.Count() * (numbers ? numbers->Count() : 1); }

@@ -197,7 +197,6 @@ namespace {
 constexpr Address kIdentification{0, 'F', std::nullopt};
 /// The only query for a relay that is not what its profile requires. It reads the designation F.
 const Query kIdentificationQuery{config::Group::slow, {}};
-/// The text of Memory while the password may be open.
 constexpr std::string_view kMayBeOpen = "password may be open";
 
 class SpaConversation final : public Conversation {

@@ -92,7 +92,7 @@ class ItemReads {
 
   const Settings& settings_;
   const std::vector<ReadPoint> points_;
-  const std::vector<ReadPoint> by_address_;  ///< the points, sorted by address
+  const std::vector<ReadPoint> by_address_;
   /// The present limits; lower than configured after the device has refused requests as too large.
   RequestLimits limits_;
   TryAgain larger_;  ///< when the configured limits are tried again
@@ -115,7 +115,6 @@ class RelayIdentity {
   /// Call it when a new request is made. If a request for the name still waits to be sent, it must
   /// be made again.
   void OnAsk() { asked_ = false; }
-  /// True if the next request must read the name.
   bool WantsName();
   /// Returns true if the request that was answered or has failed was for the name; false at the
   /// next call.

@@ -91,7 +91,7 @@ class EventSession {
   /// A batch that must be read a second time before it is reported.
   struct Held {
     std::string said;
-    bool again = false;  ///< see EventBatch::again
+    bool again = false;
   };
 
   const bool wanted_;

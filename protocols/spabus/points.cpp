@@ -291,7 +291,6 @@ std::size_t MostDecimals(const config::Point& point) {
   return IsScaled(point) ? kScaledDecimals : kMostDecimals;
 }
 
-/// True if the rounded value `text` is still in the range that is allowed for writes of the point.
 bool IsAllowed(const std::string& text, const config::Point& point) {
   const Decimal shown = Decimal::Parse(text).value_or(0) * point.scale + point.offset;
   const auto& [min, max] = std::tie(point.writing.min, point.writing.max);

@@ -17,10 +17,9 @@
 
 namespace baudgate::protocols::spabus {
 
-/// A point that can be read, with its parsed address.
 struct ReadPoint {
   Address address;
-  std::size_t index = 0;  ///< index into the device's points
+  std::size_t index = 0;
   const config::Point* point = nullptr;
   /// True: the point is the clock offset of the relay (clock.h); its address is T.
   bool offset = false;

@@ -22,7 +22,7 @@ inline constexpr Range kPasswordItems{160, 161};
 enum class Continuation : std::uint8_t { learned, all, no_line_ends, characters, last_line };
 
 struct Settings {
-  std::size_t max_items = 8;    ///< maximum number of items in one request
+  std::size_t max_items = 8;
   std::size_t write_items = 1;  ///< maximum number of items in one write
   std::int64_t password = 0;    ///< password of the device; 0: the device needs none
   bool send_wildcard = false;
@@ -40,7 +40,6 @@ Settings ReadSettings(const config::Options& options);
 
 ClockSettings ClockSettingsOf(const Settings& settings);
 
-/// Returns the bits for Expectation::checksum.
 int ChecksumBits(const Settings& settings);
 
 }  // namespace baudgate::protocols::spabus

@@ -38,7 +38,6 @@ class SpaTwin final : public Twin {
   std::optional<int> WriteItem(const Address& item, const std::string& data);
   Bytes WritePassword(std::uint32_t item, const std::string& data);
   Bytes Nack(int code) const;
-  /// Returns the text of one item, or an error if the profile has no such item.
   Result<std::string> Text(const Address& item, Instant now) const;
 
   const config::Device& device_;
@@ -49,9 +48,9 @@ class SpaTwin final : public Twin {
   std::size_t write_items_ = 1;
   std::int64_t password_ = 0;
   bool open_ = false;
-  std::deque<std::string> events_;  ///< events as texts, in the form in which a relay sends them
-  std::string last_events_;         ///< the events in the reply to the latest L, which B repeats
-  int status_ = 0;                  ///< bits of the status, item C
+  std::deque<std::string> events_;
+  std::string last_events_;  ///< the events in the reply to the latest L, which B repeats
+  int status_ = 0;           ///< bits of the status, item C
 };
 
 }  // namespace baudgate::protocols::spabus

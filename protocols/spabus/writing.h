@@ -18,7 +18,6 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Returns the values that a task writes: its main value, then those in `also`.
 std::vector<PointValue> ValuesOf(const Task& task);
 
 /// Returns the request that writes `values`: one value, or several if CountTogether allows them in
@@ -41,7 +40,6 @@ class WriteSession {
   /// `password`: the password of the device; 0: the device needs none.
   explicit WriteSession(std::int64_t password) : password_(password) {}
 
-  /// Returns the command of the next step of `task`, which writes points of `points`.
   Result<Command> Next(unsigned slave, const Task& task, std::span<const config::Point> points);
   /// True if the latest command opens the password, so it writes no value.
   bool opening() const { return step_ == Step::open; }
@@ -91,7 +89,7 @@ class WriteSession {
   std::int64_t password_;
   Step step_ = Step::idle;  ///< the step that the next command makes
   std::vector<PointValue> values_;
-  Answer result_;     ///< the answer to the write itself
+  Answer result_;
   int closings_ = 0;  ///< how many closings in a row have ended, with or without an answer
   bool password_refused_ = false;
   bool maybe_open_ = false;  ///< true: the password was sent, and no closing was answered since

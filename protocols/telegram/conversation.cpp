@@ -440,7 +440,6 @@ Then TelegramConversation::OnSent(const Task& task, const Request& request, Inst
   return AfterStep(task, {}, now).then == Then::ask_again ? Then::ask_again : Then::done;
 }
 
-/// Continues the exchange after a step. `answer` is the answer to this step.
 Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant now) {
   using Part = Exchanges::Step::Part;
   const Part part = exchanges_.under_way() ? exchanges_.step().part : Part::behind;

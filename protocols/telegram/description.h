@@ -26,8 +26,8 @@ namespace baudgate::protocols::telegram {
 struct Example {
   Bytes send{};
   Bytes receive{};
-  Bound sent{};    ///< values of the fields in `send`
-  Bound values{};  ///< values of the fields in `receive`
+  Bound sent{};
+  Bound values{};
 };
 
 struct Telegram {
@@ -37,7 +37,7 @@ struct Telegram {
   std::optional<Form> send{};
   std::vector<Form> receive{};  ///< the possible answers; empty: there is no answer
   std::vector<Form> refused{};  ///< answers with which the device refuses the request
-  std::map<std::string, Codes, std::less<>> codes{};  ///< for each field: its codes
+  std::map<std::string, Codes, std::less<>> codes{};
   bool reads = false;   ///< true: the telegram changes nothing in the device
   bool repeat = false;  ///< true: the telegram is allowed to be repeated although `reads` is false
   bool listen = false;
@@ -69,7 +69,7 @@ class Description final : public config::Description {
   explicit Description(std::string text) : config::Description(std::move(text)) {}
 
   std::vector<Telegram> telegrams;
-  std::size_t most = 256;  ///< maximum number of bytes in a telegram
+  std::size_t most = 256;
 
   /// Returns the index of a telegram. Empty: no telegram has this name.
   std::optional<std::size_t> Find(std::string_view name) const;

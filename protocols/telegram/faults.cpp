@@ -438,7 +438,6 @@ class FaultFinder {
     }
   }
 
-  /// Checks that the unit of the point is the unit that the telegram has for the number.
   void CheckUnit(const Point& point, const Telegram& telegram, const ReadPlace& place,
                  const Element& field) {
     if (place.select != ReadPlace::Select::whole || !field.format.is_number()) return;
@@ -535,7 +534,6 @@ class FaultFinder {
         // reported for a profile.
         if (!device_.address.empty()) Missing(telegram, element.name);
       } else if (const auto field = EncodeField(element.format, value->second); !field) {
-        // The error does not contain the password.
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "'" +
              (element.name == kPassword ? " does not take this password" : ": " + field.error()));
       } else if (const std::string text = ToText(value->second); IsTooShort(element, text)) {

@@ -27,7 +27,6 @@ bool IsSameUnit(std::string_view text, std::string_view unit);
 
 std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
-/// Returns the range of numbers that the field of the point can contain.
 config::RawNumbers NumbersOf(const config::Device& device, const config::Point& point);
 
 /// Returns errors that only show when the whole device is known: telegrams that are not described,

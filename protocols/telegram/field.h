@@ -58,7 +58,6 @@ struct Format {
   }
   /// Returns the number of bits of a whole number. Empty: it is unknown.
   std::optional<unsigned> bits() const;
-  /// True if the field always has `width` bytes.
   bool is_fixed() const { return width != 0 && !is_signed_token(); }
 
   bool operator==(const Format&) const = default;

@@ -129,7 +129,6 @@ Element Gap(std::size_t width) {
   return gap;
 }
 
-/// Appends the placed fields to the pattern, and fills it up to `size`.
 void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t> size,
                Pattern& pattern, Problems& problems) {
   if (placed.empty()) return;

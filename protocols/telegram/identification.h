@@ -39,7 +39,6 @@ class Identification {
   }
   /// Call it if a request got no answer: a device that has given its name is asked for it again.
   void OnLost() { asked_ = asked_ && !named_; }
-  /// Call it if another device may be connected.
   void OnReconnect();
 
   const DeviceTrouble& trouble() const { return trouble_; }

@@ -85,7 +85,6 @@ struct Match {
   std::size_t size = 0;
   std::vector<View> parts{};  ///< the bytes of each element, as views of the matched bytes
 
-  /// Returns the bytes of the field. Empty: the pattern has no such field.
   View Of(const Pattern& pattern, std::string_view name) const;
 };
 

@@ -26,7 +26,6 @@ inline constexpr std::string_view kPassword = "password";
 inline constexpr std::string_view kValue = "value";
 inline constexpr std::string_view kChecksum = "checksum";
 
-/// An element of a pattern: fixed bytes, or a field.
 struct Element {
   Bytes literal{};     ///< the fixed bytes; empty: the element is a field
   std::string name{};  ///< name of the field; empty: the field is skipped

@@ -20,7 +20,7 @@ namespace baudgate::protocols::telegram {
 
 struct SaidField {
   Decoded decoded{};
-  std::string text{};  ///< content of the field as text, without the blanks around it
+  std::string text{};
   /// True if the field is no number and has codes: it then decides the quality of the other fields.
   bool is_status = false;
 };
@@ -30,7 +30,7 @@ struct Reply {
   /// For `ok`: the text that was in place of a known code or a number. Empty: all fields were
   /// right.
   std::string reason{};
-  std::string remedy{};  ///< for `ok`: the remedy for `reason`
+  std::string remedy{};
   /// The quality that the status fields give to all other fields.
   Quality quality = Quality::good;
   std::map<std::string, SaidField, std::less<>> fields{};

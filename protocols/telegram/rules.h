@@ -15,7 +15,7 @@ namespace baudgate::protocols::telegram {
 
 /// The forms that the frame rule looks for; a part of the Expectation.
 struct Awaited final : FrameForms {
-  std::shared_ptr<const Description> description;  ///< owner of the forms
+  std::shared_ptr<const Description> description;
   std::vector<const Form*> forms;
   Bound known;
 };

@@ -155,7 +155,6 @@ Bytes TelegramTwin::Compose(std::size_t number, const Bound& sent, Instant now) 
     const Match usual = MatchAll(form, example.receive, {});
     if (usual.kind != Match::Kind::whole) continue;
     Bound values;
-    // The codes for fields whose value is no number.
     std::vector<std::pair<std::size_t, Bytes>> codes;
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
       const Element& element = form.pattern.elements[i];

@@ -190,7 +190,6 @@ class MeterArchive {
   bool wants_serial() const { return has_events() || loads_.wanted(); }
   std::optional<Instant> due() const;
   bool IsDue(Instant now) const;
-  /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
   void OnMeter(std::uint32_t serial);
   void OnReconnect();

@@ -26,7 +26,7 @@ struct Journal {
   enum class Kind : std::uint8_t {
     interval,    ///< a record has the times of begin and end
     correction,  ///< a record has the clock times before and after a correction
-    moment,      ///< the record has one time
+    moment,      ///< a record has a single time
     status,      ///< a record has a time, two reserved bytes, and the status word
   };
   std::uint8_t number = 0;
@@ -101,7 +101,6 @@ class JournalSession {
   /// journals.
   bool has_events() const;
   bool has_refused() const;
-  /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
   void OnMeter(std::uint32_t serial);
 
@@ -121,7 +120,7 @@ class JournalSession {
     const Journal* journal = nullptr;
     // The records in the stored state; empty: the journal was never read.
     std::optional<Records> kept;
-    std::size_t records = 0;  // number of records in the journal
+    std::size_t records = 0;
     bool refused = false;
     bool due = true;  // true: all records must be read
     Instant read_at{};
@@ -159,11 +158,11 @@ class JournalSession {
   KeptMeter meter_;
   std::vector<State> states_;
   std::optional<Pass> pass_;
-  std::size_t asked_ = 0;  // journal of the latest request
-  std::size_t place_ = 0;  // place of the requested record
-  bool looks_ = false;     // true: the request looks at one record and is not part of pass_
-  bool chosen_ = false;    // true: the journal of the task under way is chosen
-  int exchanges_ = 0;      // number of answered exchanges in the task under way
+  std::size_t asked_ = 0;
+  std::size_t place_ = 0;
+  bool looks_ = false;   // true: the request looks at one record and is not part of pass_
+  bool chosen_ = false;  // true: the journal of the task under way is chosen
+  int exchanges_ = 0;    // number of answered exchanges in the task under way
   unsigned turn_ = 0;
   std::size_t urgent_turn_ = 0;
   std::size_t other_turn_ = 0;

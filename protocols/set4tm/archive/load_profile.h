@@ -34,7 +34,6 @@ class MemoryRead {
     std::size_t address = 0;
     std::size_t count = 0;
   };
-  /// `most`: maximum number of bytes in a piece. `twice`: true if all pieces are read twice.
   MemoryRead(const std::vector<Stretch>& stretches, std::size_t most, bool twice);
 
   /// Returns the next piece to read. Call it only while done() is false.
@@ -86,7 +85,7 @@ struct LoadPointer {
   CivilZone::Civil hour{};
   unsigned minute = 0;
   bool wrapped = false;
-  std::size_t address = 0;  ///< address of the current slice
+  std::size_t address = 0;
 };
 std::optional<LoadPointer> ParseLoadPointer(View data);
 
@@ -177,7 +176,7 @@ class LoadReader {
 
   struct Taken {
     std::vector<PastRecord> records{};
-    LoadPlace place{};  ///< the place to store with the records
+    LoadPlace place{};
     /// True: there is more to read, at once or, if there are records, after they are stored.
     bool more = false;
   };

@@ -39,7 +39,6 @@ class LineLatch {
   void OnSent();
 
   unsigned number() const { return number_; }
-  /// Returns the time of the latest broadcast.
   WallTime sent_at() const { return base_.wall; }
 
  private:
@@ -66,7 +65,6 @@ class MeterLatch {
   void Doubt() { doubted_ = true; }
   /// Call it if the question for the latch time got no reply.
   void OnFailure(unsigned number);
-  /// Call it if the meter refuses the question for the latch time.
   void OnRefused() { refused_ = true; }
   void ForgetRefusals() { refused_ = false; }
   bool refused() const { return refused_; }
@@ -79,7 +77,7 @@ class MeterLatch {
  private:
   // Number of broadcasts when the meter was last asked for its latch time.
   std::optional<unsigned> asked_;
-  std::optional<Bytes> time_;  // the latch time that the meter returned
+  std::optional<Bytes> time_;
   bool heard_ = false;
   bool missed_ = false;
   bool doubted_ = false;

@@ -85,7 +85,6 @@ class PointFields {
  private:
   /// Returns the mask bit that reads the point. Empty: a masked read cannot read the point.
   std::optional<unsigned> BitOf(std::size_t point) const;
-  /// Returns the points of the group that masked reads can read.
   std::vector<std::size_t> MaskedPoints(config::Group group) const;
 
   void Index();

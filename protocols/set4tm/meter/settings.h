@@ -21,7 +21,6 @@ namespace baudgate::protocols::set4tm {
 
 /// Whether the floats that the gateway serves are primary or secondary values.
 enum class Floats : std::uint8_t { primary, secondary };
-/// Whether masked reads (08 23) are used.
 enum class Snapshot : std::uint8_t { automatic, on, off };
 
 /// A billing reading contains the energies at the beginning of each period.
@@ -43,10 +42,10 @@ struct Settings {
   /// The smallest drift that the gateway corrects; zero: it corrects none.
   Duration correct_clock{};
   Duration correct_clock_most{};  ///< the largest drift that the gateway corrects
-  Duration latch{};          ///< period of the latch broadcast to the line; zero: no broadcasts
-  int journal_records = 10;  ///< number of records in each journal
+  Duration latch{};  ///< period of the latch broadcast to the line; zero: no broadcasts
+  int journal_records = 10;
   std::vector<unsigned> load_profiles;  ///< numbers of the load profiles to read, 1 to 3
-  std::vector<BillingPeriod> billing;   ///< periods whose billing readings are read
+  std::vector<BillingPeriod> billing;
   int billing_tariffs = 4;  ///< number of tariffs in billing readings, in addition to the sum
   int load_records = 8192;  ///< records in each load profile, hour headers included
   std::vector<std::uint8_t> types;
@@ -57,7 +56,6 @@ struct Settings {
 
 std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
-/// Checks the options, such as the password, types and time zone. Returns the first error.
 Status CheckSettings(const config::Options& options);
 
 }  // namespace baudgate::protocols::set4tm

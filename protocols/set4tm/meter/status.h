@@ -40,7 +40,7 @@ struct StatusMeaning {
   std::optional<Quality> quality;
   /// Time without requests that the meter asks for (high four bits, in s), or a longer time.
   Duration wait{};
-  std::string_view remedy{};  ///< advice for `baudgate status`
+  std::string_view remedy{};
 };
 
 /// Returns the meaning of a status. `opening`: true if the request was to open the channel; code 3

@@ -236,7 +236,6 @@ Decoded Plain(const std::optional<T>& value) {
   return value ? Number(*value) : Bad(Quality::bad_device_failure);
 }
 
-/// Returns how many bytes a decoder reads that reads a run of bytes.
 std::size_t RunLength(const Field& field) {
   switch (field.decoder) {
     case Decoder::version:

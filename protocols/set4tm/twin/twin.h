@@ -36,7 +36,6 @@ class TwinAddress {
   bool IsCommon(View address) const;
   /// Returns the address that the reply to a request to `address` must have.
   View ReplyTo(View address) const;
-  /// Sets the address in all later replies.
   void ReplyAs(Bytes address) { reply_as_ = std::move(address); }
 
   std::uint8_t short_address() const { return own_[0]; }

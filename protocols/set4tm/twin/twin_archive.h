@@ -34,7 +34,6 @@ class TwinJournals {
   /// Returns the requested record, which is zeros if its place is empty. An empty optional: no
   /// event was raised in this journal, or `pdu` is no request for a record.
   std::optional<Bytes> Record(View pdu) const;
-  /// True if the meter has the requested record, even if it is empty.
   bool Has(View pdu) const;
 
  private:
@@ -79,12 +78,12 @@ class TwinLoad {
   CivilZone zone_;
   LoadRing ring_;
   Bytes memory_;
-  Utc slice_;                 // begin of the slice under way
-  std::size_t hour_ = 0;      // address of the header of the hour under way
-  std::size_t finished_ = 0;  // number of finished slices in the hour
-  bool incomplete_ = false;   // true: the slice under way is incomplete
+  Utc slice_;
+  std::size_t hour_ = 0;  // address of the header of the hour under way
+  std::size_t finished_ = 0;
+  bool incomplete_ = false;
   bool wrapped_ = false;
-  bool late_ = false;    // true: headers are written late, see WriteHeadersLate
+  bool late_ = false;
   bool headed_ = false;  // true: the header of the hour under way is written
 };
 
