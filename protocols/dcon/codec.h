@@ -13,7 +13,7 @@
 
 namespace baudgate::protocols::dcon {
 
-/// Delimiter 1, address 2, command 5, data 256, checksum 2, and CR.
+/// Maximum length: delimiter 1, address 2, command 5, data 256, checksum 2, CR.
 inline constexpr std::size_t kMaxFrame = 268;
 
 /// Position of the checksum in a DCON frame; values of Expectation::checksum.

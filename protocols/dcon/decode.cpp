@@ -138,7 +138,7 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
 
 std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view command) {
   if (form == Form::hex) return HexDigits(command);
-  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // $AAY, $AAX1
+  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // replies to $AAY, $AAX1
   if (form == Form::decimal) return {5, 5};
   if (form == Form::counter) return {8, 8};
   return {4, 4};

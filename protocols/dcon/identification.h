@@ -103,7 +103,7 @@ class ChannelTypes {
   std::vector<Input> inputs_;  // in the order of the points that read them
   Duration period_;
   std::size_t turn_ = 0;         // index in inputs_ of the next input to ask again
-  std::optional<Instant> next_;  // when to ask that input; empty: not scheduled yet
+  std::optional<Instant> next_;  // when to ask for the type of that input; empty: not scheduled yet
 };
 
 inline constexpr const char* kAskName = "$M";

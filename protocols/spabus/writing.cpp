@@ -69,7 +69,7 @@ namespace {
 
 constexpr Address kOpenPassword{0, 'V', 160};
 constexpr Address kClosePassword{0, 'V', 161};
-/// How often the password is closed: if the first closing is lost, it is sent once more.
+/// The maximum number of requests that close the password: a lost request is sent once more.
 constexpr int kMostClosings = 2;
 
 bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
