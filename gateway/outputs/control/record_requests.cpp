@@ -290,9 +290,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (TextOf(request.json, "order") == "settled") query.order = audit::PageQuery::Order::settled;
   query.after = NumberOf(request.json, "after").value_or(0);
   query.since = TimeOf(request.json, "since_ms");
-  const audit::AuditState state =
-      gateway.info.audit
-          ->state();  // read before the page, because the audit database can be opened meanwhile
+  // The state is read before the page, because the database can be opened meanwhile.
+  const audit::AuditState state = gateway.info.audit->state();
   const auto page = gateway.info.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
   Json json = status::PageJson(*page);

@@ -63,7 +63,7 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
 //
 struct ReloadAsk {
   bool dry_run = false;
-  Duration confirm{};  ///< time for a confirmation; zero: none is needed
+  Duration confirm{};  ///< time to confirm the reload; zero: no confirmation is needed
   std::string by;      ///< the client, e.g. "user:anna"
 };
 

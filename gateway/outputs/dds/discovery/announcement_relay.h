@@ -38,8 +38,8 @@ struct RelayLimits {
   Duration repeat = 10s;
   Duration repeat_each = 200ms;
   RelayRate new_of_address = {128, 8};
-  RelayRate rounds_of_participant = {
-      4, 1};  ///< one round sends a participant's announcement to all others
+  /// One round sends a participant's announcement to all others.
+  RelayRate rounds_of_participant = {4, 1};
   RelayRate to_address = {16384, 1024};
   RelayRate to_all = {32768, 8192};
 };

@@ -1,3 +1,4 @@
+// `CreateFastWriter` creates the SampleWriter that uses Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
