@@ -124,7 +124,7 @@ bool HasJoined(const Socket& socket, const std::string& interface) {
   return ::getsockopt(socket.descriptor, IPPROTO_IP, IP_MSFILTER, &filter, &size) == 0;
 }
 
-/// Addresses of the participant that can be used now.
+/// Returns the addresses that the participant can use now.
 std::vector<std::string> UsedInterfaces(const ParticipantOptions& options,
                                         const OwnAddresses& own) {
   std::vector<std::string> used;
@@ -147,7 +147,7 @@ std::pair<int, int> GivenPorts() {
   return {32768, 60999};
 }
 
-/// False: another program has the port and does not share it.
+/// False: another program uses the port and does not share it.
 bool CanBind(const std::string& address, std::uint16_t port) {
   const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return false;
@@ -177,7 +177,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
   facts.given_ports = GivenPorts();
   const int port = MulticastPort(options.domain);
   const std::vector<Socket> sockets = UdpSockets();
-  std::vector<Socket> hear;  // sockets that receive what is sent to the group
+  std::vector<Socket> hear;  // sockets that receive datagrams of the group
   for (const Socket& socket : sockets) {
     facts.send_bytes = std::max(facts.send_bytes, BufferOf(socket, SO_SNDBUF));
     if (socket.port < port || socket.port >= port + kPortsOfADomain) continue;
@@ -195,7 +195,8 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // If all interfaces are used, some of them may not support multicast.
+  // If all interfaces are used, some may not support multicast: failed joins are reported only if
+  // no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }
