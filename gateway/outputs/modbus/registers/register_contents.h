@@ -121,8 +121,8 @@ inline constexpr std::array<std::uint16_t, 56> kEventBlockLayout = [] {
 static_assert(kEventBlockLayout.back() == 80);
 using EventBlock = std::array<std::uint16_t, kEventBlockLayout.back()>;
 
-/// `first`: the event number that the client has written. Of numbers with more than 32 bits, the
-/// low 32 bits are shown.
+/// `first`: the event number that the client has written. Event numbers of more than 32 bits are
+/// shown by their low 32 bits.
 EventBlock EventBlockOf(const events::EventFeed::Page& shown, std::uint32_t first);
 
 }  // namespace baudgate::modbus

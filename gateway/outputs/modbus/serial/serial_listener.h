@@ -91,8 +91,8 @@ class MasterSession final : public ClientWire {
   void OnBytes(View bytes, const Now& now);
   /// To be called at Deadline; earlier calls do no harm.
   void OnTime(const Now& now);
-  /// The next time at which OnTime has work: the end of a silence, of the quiet time before a
-  /// reply, or of a request's deadline. Empty: there is none.
+  /// Returns the next time at which OnTime has work: the end of a silence, of the quiet time before
+  /// a reply, or of a request's deadline. Nothing: there is no such time.
   std::optional<Instant> Deadline() const;
 
  private:
