@@ -1,6 +1,5 @@
 // `ShowWrites` and the functions below answer the requests about stored records: `writes`,
 // `events`, `alarms`, `ack`, `history` and `kept_points`.
-// `kept_points`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

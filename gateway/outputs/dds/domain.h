@@ -1,7 +1,6 @@
 // `ParticipantOptions` contains the DDS domain and the interfaces that a gateway or a subscriber
-// uses.
-// contains the types that all parts of DDS share: WriterId, Refusal, DatagramCounters, Subscribers
-// and Neighbours.
+// uses. This header also contains the types that all parts of DDS share: WriterId, Refusal,
+// DatagramCounters, Subscribers and Neighbours.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -81,9 +80,9 @@ enum class Refusal : std::uint8_t {
   parameters,         ///< a parameter list that is cut short, or contains a wrong length
   numbers,            ///< impossible sequence numbers
   window,             ///< sequence numbers that jump so far that Fast DDS would count for minutes
-  security,           ///< a participant beyond the limit of the domain
-  participants,       ///< a participant beyond the limit of its IP address
-  address,            ///< a participant beyond the limit of its address
+  security,           ///< a submessage of DDS Security while DDS Security is off
+  participants,       ///< a participant beyond the limit of the domain
+  address,            ///< a participant beyond the limit of its IP address
   endpoints,          ///< a reader or writer beyond the limit of its participant
   secured,            ///< DDS Security data that is cut short, or contains a wrong length
   clear_text,         ///< an unprotected message, although the governance demands protection

@@ -36,9 +36,9 @@ struct Limits {
   Duration answer = 1min;  ///< time in which the client must read an answer; streams have no limit
   /// Bytes of all answers that are being sent; beyond this number, requests get 503.
   std::size_t answers = 64 * 1024 * 1024;
-  std::size_t body = 4096;  ///< memory per connection in bytes; it limits the length of the header
-  std::size_t header = 8192;    ///< size of the kernel's send buffer per connection in bytes
-  int send_buffer = 32 * 1024;  ///< bytes of the kernel's send buffer per connection
+  std::size_t body = 4096;      ///< longest body of a request in bytes
+  std::size_t header = 8192;    ///< memory per connection in bytes, which limits the header
+  int send_buffer = 32 * 1024;  ///< size of the kernel's send buffer per connection in bytes
 
   /// Returns limits whose number of connections fits `descriptors` file descriptors.
   static Limits Of(std::size_t descriptors);

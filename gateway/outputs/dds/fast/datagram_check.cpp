@@ -299,7 +299,7 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
   switch (submessage.id) {
     case kData:
       return CheckData(submessage, walk);
-    case kDataFragment:  // e.g. 16 03 24 00 …: inline QoS without payload (CVE-2023-50716)
+    case kDataFragment:  // refuses e.g. 16 03 24 00 …: inline QoS without payload
     case kHeartbeatFragment:
     case kNackFragment:
       return Refusal::fragment;

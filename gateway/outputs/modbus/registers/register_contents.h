@@ -58,11 +58,13 @@ struct ModbusCounters {
   std::uint64_t exceptions = 0;
 };
 
-/// The status block of a device, from register 9000. New fields are only appended. Offsets: +0
-/// state, +1 last outcome, +2 age of the last good reply (u32, in ms; all bits set: there is none,
-/// or the age is greater), +4 exchanges, +6 ok, +8 no reply, +10 corrupt, +12 retries (u32 each),
-/// +14 last and +15 mean round trip (in ms; 65535: greater). The layout lists the offset of each
-/// field; its last entry is the length of the block.
+/// The status block of a device, from register 9000. New fields are only appended.
+///
+///   +0 state  +1 last outcome  +2 age of the last good reply (u32, ms; all bits set: none, or
+///   older) +4 exchanges  +6 ok  +8 no reply  +10 corrupt  +12 retries (u32 each) +14 last and +15
+///   mean round trip (ms; 65535: longer)
+///
+/// The layout lists the offset of each field; its last entry is the length of the block.
 inline constexpr std::array<std::uint16_t, 11> kDeviceBlockLayout = {0,  1,  2,  4,  6, 8,
                                                                      10, 12, 14, 15, 16};
 using DeviceBlock = std::array<std::uint16_t, kDeviceBlockLayout.back()>;
