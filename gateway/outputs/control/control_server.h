@@ -75,8 +75,8 @@ struct Limits {
   /// get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
-  Duration patience =
-      10s;             ///< time for the client to send a whole request, and to read a whole answer
+  /// Time for the client to send a whole request, and to read a whole answer.
+  Duration patience = 10s;
   Duration disk = 5s;  ///< time for an answer that is read from the disk
   Duration look = 5s;  ///< how often the socket file is checked
 };
@@ -181,8 +181,8 @@ class ControlServer {
   int reserve_ = -1;
   std::string path_;
   std::uint64_t inode_ = 0;  // inode of the socket file, so that only our own file is removed
-  std::string
-      trouble_;  // the last logged reason why binding again failed; empty: it has not failed
+  // The last logged reason why binding again failed; empty: it has not failed.
+  std::string trouble_;
   bool stopped_ = false;
 };
 

@@ -93,8 +93,8 @@ class ReloadService {
 /// disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
-  std::string
-      device;  ///< only records of this device and records without a device; empty: all records
+  /// Only records of this device and records without a device; empty: all records.
+  std::string device;
 };
 
 struct Reply {

@@ -112,8 +112,8 @@ class RequestHandler {
   PointRequests points_;
   mutable Mutex mutex_;
   std::shared_ptr<const Gateway> gateway_ BAUDGATE_GUARDED_BY(mutex_);
-  std::unique_ptr<RecordReader>
-      reader_;  // null: requests that read the disk are answered on the calling thread
+  // Null: requests that read the disk are answered on the calling thread.
+  std::unique_ptr<RecordReader> reader_;
 };
 
 }  // namespace baudgate::control

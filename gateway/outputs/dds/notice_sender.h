@@ -40,8 +40,8 @@ class EventSupply {
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
-    std::uint64_t version =
-        0;  ///< number of the change; changes of all alarms are counted together since the start
+    /// Number of the change; changes of all alarms are counted together since the start.
+    std::uint64_t version = 0;
     AlarmSample sample{};
   };
   /// Returns at most `most` alarms that have changed since version `after` (0: all alarms), in

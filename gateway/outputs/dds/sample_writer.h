@@ -187,8 +187,8 @@ class PacedWriter {
   Pacer pacer_;
   Instant held_until_{};
   Duration hold_{};  ///< the present pause; it doubles while the receiver accepts nothing
-  std::uint64_t failing_ =
-      0;  ///< refused samples since the last accepted one; the first of them is logged
+  /// Refused samples since the last accepted one; the first of them is logged.
+  std::uint64_t failing_ = 0;
   std::atomic<std::uint64_t> written_ = 0;
   std::atomic<std::uint64_t> failed_ = 0;
 };

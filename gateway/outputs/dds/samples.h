@@ -39,8 +39,8 @@ struct PointSample {
   std::string text;
   std::string unit;
   std::uint16_t quality = 0;  ///< see Quality::word() in gateway/base/value.h
-  std::int64_t source_time_ns =
-      0;                  ///< time of the value in ns since 1970 UTC; 0 before the first reading
+  /// Time of the value in ns since 1970 UTC; 0 before the first reading.
+  std::int64_t source_time_ns = 0;
   std::uint64_t seq = 0;  ///< counts the readings of this point
   std::uint32_t rtt_us = 0;
 
@@ -81,8 +81,8 @@ struct GatewaySample {
 struct EventSample {
   std::string gateway;  ///< key
   std::string device;   ///< key
-  std::uint64_t seq =
-      0;  ///< number of the event; counts all events of the gateway, across restarts
+  /// Number of the event; counts all events of the gateway, across restarts.
+  std::uint64_t seq = 0;
   std::int64_t device_time_ns = 0;  ///< nanoseconds since 1970 UTC
   std::int64_t receive_time_ns = 0;
   std::uint16_t clock_quality = 0;  ///< a ClockQuality of gateway/records/events/event_record.h
@@ -116,15 +116,15 @@ struct AlarmSample {
 struct RequestSample {
   std::string gateway;  ///< key
   std::string client;   ///< key; the name that the client has chosen for itself
-  std::uint64_t seq =
-      0;  ///< number of the client's request; a repeated number is carried out only once
+  /// Number of the client's request; a repeated number is carried out only once.
+  std::uint64_t seq = 0;
   std::string device;
   std::string point;
   double value = 0;      ///< value in the unit that users see; used if `text` is empty
   std::string text;      ///< value as on the command line of `baudgate write`; replaces `value`
   bool confirm = false;  ///< true: the write is carried out without a previous selection
-  std::uint32_t deadline_ms =
-      0;  ///< time from the arrival of the request; 0: the gateway's default
+  /// Time from the arrival of the request; 0: the gateway's default.
+  std::uint32_t deadline_ms = 0;
   /// The latest time of the write in ns since 1970 UTC, by the gateway's clock; 0: no limit.
   std::int64_t not_after_ns = 0;
 

@@ -18,8 +18,8 @@ constexpr std::size_t kMac = 16;
 constexpr std::size_t kReceiverMac = 20;  // bytes: key id (4), MAC (16)
 constexpr std::uint32_t kMostReceivers = 256;
 
-constexpr std::size_t kMessageIds =
-    2 * 24 + 3 * 16;  // bytes: two identities (24 each), three GUIDs (16 each)
+// Bytes: two identities (24 each), three GUIDs (16 each).
+constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;
 
 constexpr std::size_t kHandshakeSources = 64;
 constexpr std::size_t kBurst = 512;
@@ -210,8 +210,8 @@ struct DatagramCheck::Submessage {
   std::uint8_t flags = 0;
   std::size_t at = 0;  ///< offset of the body in the datagram
   RtpsFields body;
-  bool is_last =
-      false;  ///< the length field is 0: the submessage extends to the end of the datagram
+  /// The length field is 0: the submessage extends to the end of the datagram.
+  bool is_last = false;
 };
 
 /// The state of the check of one datagram, passed from one submessage to the next.

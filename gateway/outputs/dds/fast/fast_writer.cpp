@@ -269,8 +269,8 @@ class FastWriter : public SampleWriter {
   }
 
  private:
-  const std::unique_ptr<DiscoveryListener>
-      listener_;  // participant_ uses it, so it is destroyed later
+  // participant_ uses it, so it is destroyed later.
+  const std::unique_ptr<DiscoveryListener> listener_;
   fast::DomainParticipant* participant_;
   fast::Publisher* publisher_ = nullptr;
   std::atomic<std::uint64_t> session_ = 1;

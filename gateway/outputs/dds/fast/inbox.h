@@ -213,8 +213,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   // Only the thread that calls TakeAll uses the following members.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
-  std::map<PublisherId, int>
-      writers_;  ///< number of writers of each participant; a large gateway has many
+  /// Number of writers of each participant; a large gateway has many.
+  std::map<PublisherId, int> writers_;
 };
 
 }  // namespace baudgate::dds

@@ -51,8 +51,8 @@ enum class Gone : std::uint8_t {
 
 struct SubscriberOptions {
   ParticipantOptions participant{.domain = 0, .interfaces = {"127.0.0.1"}};
-  std::size_t max_instances =
-      100'000;  ///< most points that are stored; samples of further points are rejected
+  /// Most points that are stored; samples of further points are rejected.
+  std::size_t max_instances = 100'000;
 };
 
 /// The callbacks are called one at a time, on a thread of the subscriber. Their arguments are valid

@@ -11,8 +11,8 @@ namespace baudgate::dds {
 namespace {
 
 constexpr Duration kSignOfLife = 1s;
-constexpr Duration kAtMostEvery =
-    100ms;  // shortest interval of counts, when they change all the time
+// Shortest interval of counts, when they change all the time.
+constexpr Duration kAtMostEvery = 100ms;
 // Time for four repetitions of lost samples: a subscriber requests them after a heartbeat, and
 // heartbeats are 100 ms apart.
 constexpr Duration kAcknowledgeTime = 400ms;
@@ -97,7 +97,8 @@ Status LinkServer::Reopen(const Room& room) {
   return {};
 }
 
-/// Stores `body`, the latest sample of point_, because Leave publishes it again.
+/// Stores `body`, the encoded form of point_, because Leave publishes the latest sample of each
+/// point.
 void LinkServer::Remember(View body) {
   const std::string name = point_.device + '\0' + point_.point;
   if (point_.quality == Quality(Quality::bad_not_connected).word()) {

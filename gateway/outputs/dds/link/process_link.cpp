@@ -232,8 +232,8 @@ void LinkWriter::TellSession() const {
 
 namespace {
 
-constexpr Duration kReapTime =
-    300ms;  // longest time from the end of the link to the end of the process
+// Longest time from the end of the link to the end of the process.
+constexpr Duration kReapTime = 300ms;
 constexpr int kMostPacketsAtOnce = 100;
 constexpr std::size_t kMostTold = 100;
 // The greatest age of a request, far beyond any deadline: a wrong `received` must not overflow.
@@ -354,8 +354,8 @@ void ProcessLink::Talk(Descriptor socket, Instant now) {
   keeper_.Started(now);
   LinkOpen open = writer_->open();
   open.participant.reached = keeper_.reached();
-  SendPacket(socket_.get(),
-             EncodeOpen(open));  // cannot fail: an empty socket has space for one packet
+  // Cannot fail: an empty socket has space for one packet.
+  SendPacket(socket_.get(), EncodeOpen(open));
 }
 
 void ProcessLink::Listen(Instant now) {

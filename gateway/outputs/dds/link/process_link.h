@@ -138,8 +138,8 @@ class LinkWriter : public SampleWriter {
 
 struct ProcessLinkOptions {
   LinkOpen open;
-  std::string
-      program;  ///< path of the program; empty: the path of baudgate-dds that FindProgram returns
+  /// Path of the program; empty: the path of baudgate-dds that FindProgram returns.
+  std::string program;
   /// Path of a socket to which baudgate-dds must connect; no process is started. Empty: the gateway
   /// starts the process.
   std::string socket;
@@ -147,8 +147,8 @@ struct ProcessLinkOptions {
   /// gateway's user.
   std::string socket_group = "baudgate-dds";
   std::string socket_user = "baudgate-dds";
-  std::uint64_t memory =
-      1ULL << 30;  ///< limit of the address space of a process that the gateway starts, in bytes
+  /// Limit of the address space of a process that the gateway starts, in bytes.
+  std::uint64_t memory = 1ULL << 30;
 };
 
 class ProcessLink {

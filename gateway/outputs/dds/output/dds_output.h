@@ -30,7 +30,7 @@ class DdsOutput final : public outputs::Output {
   struct Links {
     bus::PointStore& store;
     bus::CommandSink& sink;
-    bus::RequestBook::Past past;                 ///< answers of earlier write requests
+    bus::RequestBook::Past past;                 ///< returns the write requests of earlier runs
     std::shared_ptr<dds::EventSupply> events{};  ///< null: no events and no alarms
     bool keeps_events = false;                   ///< false: only alarms are published, no events
   };

@@ -234,8 +234,8 @@ void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer)
 
 namespace {
 
-constexpr Duration kReplyPause =
-    10ms;  // pause before a reply is sent again that the library had no space for
+// Pause before a reply is sent again that the library had no space for.
+constexpr Duration kReplyPause = 10ms;
 // The most replies that wait; beyond this number the oldest reply is dropped, and its client
 // repeats the request.
 constexpr std::size_t kMostReplies = 1024;
