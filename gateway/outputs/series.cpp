@@ -14,7 +14,6 @@ constexpr std::size_t kDeviceStates = 5;
 /// The histogram has four buckets per octave.
 constexpr std::size_t kOctaves = bus::RoundTrips::kBuckets / 4;
 
-/// The label for each LineUse.
 constexpr std::array<std::string_view, bus::kLineUses> kWhy = {"poll",  "probe",   "route",
                                                                "write", "silence", "drain"};
 

@@ -22,10 +22,9 @@
 
 namespace baudgate::outputs {
 
-/// The name, type and help text of a metric, as in docs/metrics.md.
 struct Metric {
   std::string_view name;  ///< e.g. "baudgate_modbus_clients"
-  std::string_view type;  ///< "counter", "gauge" or "histogram"
+  std::string_view type;  ///< type of the metric: "counter", "gauge" or "histogram"
   std::string_view help;
 };
 
@@ -105,7 +104,6 @@ std::size_t SeriesIn() {
   return count;
 }
 
-/// The metrics of a table, in the order of the table's rows.
 template <config::HasFields T>
 class Families {
  public:

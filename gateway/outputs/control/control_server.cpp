@@ -71,8 +71,7 @@ void ControlSession::Start() {
 void ControlSession::Close(const std::string& farewell) {
   if (std::exchange(closed_, true)) return;
   if (!farewell.empty() && trace_ && out_.empty()) {
-    asio::error_code ignored;  // ignored, because a client whose socket buffer is full only sees
-                               // the end of the stream
+    asio::error_code ignored;  // a client that does not read only sees the end of the stream
     socket_.non_blocking(true, ignored);
     socket_.write_some(asio::buffer(farewell + "\n"), ignored);
   }
@@ -303,7 +302,8 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
-  // If another process has replaced the file meanwhile, Watch() must bind again: no inode is 0.
+  // If another process has replaced the file meanwhile, nobody listens at the path; inode 0 then
+  // makes Watch() bind again.
   if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();
   return {};

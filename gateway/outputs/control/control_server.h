@@ -78,7 +78,7 @@ struct Limits {
   /// Time for the client to send a whole request, and to read a whole answer.
   Duration patience = 10s;
   Duration disk = 5s;  ///< time for an answer that is read from the disk
-  Duration look = 5s;  ///< how often the socket file is checked
+  Duration look = 5s;  ///< interval between two checks of the socket file
 };
 
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
@@ -98,7 +98,7 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   /// True if the client waits for no answer and follows no trace, so it can be disconnected to
   /// accept another client.
   bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
-  /// A later client has a higher number.
+  /// Returns the client's number. A client that connects later has a higher number.
   std::uint64_t number() const { return client_.number; }
   /// `farewell`: a last line that is sent if the client follows a trace; empty: no line.
   void Close(const std::string& farewell = {});

@@ -24,7 +24,7 @@ status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
   store.Read(device, [&](const bus::DeviceRecord& record) {
     for (const std::uint32_t point : points) {
       status::Json json = status::PointJson(record, point, now);
-      const status::Json& age = json["age_ms"];  // rounded down
+      const status::Json& age = json["age_ms"];  // in whole ms, rounded down
       json["fresh"] = !age.is_null() && (age.get<std::int64_t>() + 1) * 1ms <= now - asked;
       all.push_back(std::move(json));
     }

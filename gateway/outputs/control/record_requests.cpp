@@ -86,7 +86,6 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   return named;
 }
 
-/// Returns {"ok":true,"acknowledged":2,"trouble":""}.
 status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
@@ -266,7 +265,6 @@ Json KeptPoints(const Json& request, const KeptValues& kept) {
                                        " is kept: history.points of the configuration has none");
 }
 
-/// True if the gateway stores events on the disk, not only in memory.
 bool KeepsEvents(const Gateway& gateway) {
   return gateway.info.events != nullptr && !gateway.info.events->state().in_memory;
 }

@@ -82,7 +82,7 @@ class ReloadService {
  public:
   using Answered = std::function<void(const ReloadAnswer&)>;
   virtual ~ReloadService() = default;
-  /// Any thread may call it; `answered` is called once, on any thread.
+  /// Carries out a reload. Any thread may call it; `answered` is called once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
   /// Confirms the last reload, so that it is not rolled back. Any thread may call it; `answered` is
   /// called once, on any thread.

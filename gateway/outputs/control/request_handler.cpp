@@ -24,7 +24,7 @@ constexpr Duration kHandPatience = 8s;
 struct Addressed {
   const config::Line* line = nullptr;
   const config::Device* device = nullptr;
-  std::uint32_t index = 0;  ///< index of the device in the point store
+  std::uint32_t index = 0;
 };
 
 /// Finds the device that `target` names. If `target` is a line, returns the line's first device

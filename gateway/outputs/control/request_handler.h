@@ -28,7 +28,6 @@ bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 // Command: the name of a request, its members and the function that answers it
 // (docs/status-reference.md).
 
-/// A member of a request besides "command".
 struct Member {
   enum class Type : std::uint8_t { text, flag, whole, two_wholes };
   std::string_view name;

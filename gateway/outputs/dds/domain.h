@@ -21,7 +21,7 @@ namespace baudgate::dds {
 
 struct ParticipantOptions {
   std::string name = "baudgate";        ///< the gateway's name, which DDS tools show
-  int domain = 0;                       ///< 0…232
+  int domain = 0;                       ///< DDS domain, 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
   /// The most other participants in the domain; further participants are refused.
   std::size_t participants = 256;
@@ -32,7 +32,8 @@ struct ParticipantOptions {
   Duration lease = config::kUsualLease;
 
   bool multicast = true;
-  /// IPv4 addresses to which announcements are sent in addition to the multicast group.
+  /// IPv4 addresses of other participants, to which announcements are sent in addition to the
+  /// multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
   /// Addresses of the subscribers that the previous process of this gateway had matched.
@@ -78,7 +79,7 @@ enum class Refusal : std::uint8_t {
   vendor_submessage,  ///< a vendor's submessage with further submessages after it
   data,               ///< DATA with contradictory flags, or without room for its payload
   parameters,         ///< a parameter list that is cut short, or contains a wrong length
-  numbers,            ///< impossible sequence numbers
+  numbers,            ///< a sequence number that is impossible, e.g. negative
   window,             ///< sequence numbers that jump so far that Fast DDS would count for minutes
   security,           ///< a submessage of DDS Security while DDS Security is off
   participants,       ///< a participant beyond the limit of the domain
@@ -91,9 +92,9 @@ enum class Refusal : std::uint8_t {
 inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::handshakes) + 1;
 
 struct RefusalWords {
-  std::string_view name;   ///< for machines: "fragment"
-  std::string_view words;  ///< for people: "a fragment"
-  std::string_view many;   ///< after a number: "fragments"
+  std::string_view name;   ///< name for machines, e.g. "fragment"
+  std::string_view words;  ///< text for people, e.g. "a fragment"
+  std::string_view many;   ///< text after a number, e.g. "fragments"
 };
 
 inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{

@@ -81,7 +81,6 @@ class EventSender {
   /// Stores that subscribers have acknowledged all events that were sent.
   void Confirm();
 
-  /// Any thread may call it.
   std::uint64_t sent() const { return sent_; }
   std::uint64_t skipped() const { return skipped_; }
 
@@ -96,7 +95,7 @@ class EventSender {
   std::uint64_t place_ = 0;    ///< number of the last event that was sent
   std::uint64_t reached_ = 0;  ///< the highest place_ so far; events up to it are repetitions
   std::vector<EventSample> batch_;
-  std::size_t next_ = 0;  ///< index in batch_
+  std::size_t next_ = 0;  ///< index in batch_ of the next event
   std::atomic<std::uint64_t> sent_ = 0;
   std::atomic<std::uint64_t> skipped_ = 0;
 };
@@ -117,7 +116,7 @@ class AlarmSender {
   EventSupply* const supply_;
   std::uint64_t version_ = 0;  ///< version of the last alarm that was sent
   std::vector<EventSupply::Alarm> batch_;
-  std::size_t next_ = 0;  ///< index in batch_
+  std::size_t next_ = 0;  ///< index in batch_ of the next alarm
 };
 
 class NoticeSender {
@@ -155,7 +154,6 @@ class NoticeSender {
   /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { events_.Confirm(); }
 
-  /// Any thread may call it.
   const EventSender& events() const { return events_; }
 
  private:
@@ -177,7 +175,7 @@ class NoticeSender {
   Instant meets_until_;
   AlarmSender alarms_;
   Instant alarms_due_;             ///< alarms are not sent before this time
-  std::optional<Instant> end_by_;  ///< when End gives up; empty: End was not called yet
+  std::optional<Instant> end_by_;  ///< the time when End gives up; empty: End was not called yet
 };
 
 }  // namespace baudgate::dds

@@ -39,14 +39,14 @@ class DueQueue {
 
   std::vector<Instant> due_;  ///< due time of each slot
   std::vector<Instant> key_;  ///< the time by which the heap sorts each slot; never later than due_
-  std::vector<std::uint32_t> heap_;      ///< slots
+  std::vector<std::uint32_t> heap_;      ///< the slots in heap order
   std::vector<std::uint32_t> position_;  ///< index of each slot in heap_
 };
 
 struct PlanOptions {
   Duration heartbeat = 10s;       ///< each point and device is sent at least once in this time
   Duration device_interval = 1s;  ///< counters of a device are sent at most once in this time
-  Duration retry = 1s;            ///< after a write that failed
+  Duration retry = 1s;            ///< pause after a write that failed
 };
 
 /// Returns the value as text if a double cannot represent it: a text, or the digits of a whole

@@ -162,7 +162,6 @@ constexpr void ForEachField(Use use) {
              contract::Contract<Sample>::kFields);
 }
 
-/// The description of a field for generic tools.
 struct TypeField {
   enum class Kind : std::uint8_t { text, boolean, float64, uint16, uint32, int64, uint64 };
   std::string_view name;
@@ -172,7 +171,7 @@ struct TypeField {
 };
 
 struct TypeDescription {
-  std::string_view name;  ///< in module baudgate::v1
+  std::string_view name;  ///< name of the type in module baudgate::v1
   std::span<const TypeField> fields;
 };
 

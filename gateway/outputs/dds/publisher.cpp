@@ -66,7 +66,6 @@ void SampleSender::OnReload(Instant now) {
   reopen_ = reopen_ || !notices_.EndsAreTold() || !room_.Holds(CountOf(store_));
 }
 
-/// Replaces the writers. False: they cannot be replaced now.
 bool SampleSender::Reopen() {
   const Room room = RoomFor(store_);
   if (writer_.Reopen(room) != Sent::yes) return false;
@@ -76,7 +75,6 @@ bool SampleSender::Reopen() {
   return true;
 }
 
-/// Queues the final samples of all removed points and devices that were ever sent.
 void SampleSender::AddEnds(const PointSlots& before) {
   for (std::uint32_t slot = 0; slot < before.size(); ++slot) {
     if (plan_.WasSent(slot)) {

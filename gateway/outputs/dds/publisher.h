@@ -67,7 +67,6 @@ class SampleSender {
   /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { notices_.Confirm(); }
 
-  /// Any thread may call it.
   SampleCounters counters() const {
     return {.written = paced_.written(),
             .failed = paced_.failed(),
@@ -83,9 +82,9 @@ class SampleSender {
   };
   /// The samples that are being sent: points device by device, then devices.
   struct Round {
-    std::vector<bus::PointRef> points;  ///< sorted by device
+    std::vector<bus::PointRef> points;  ///< changed points, sorted by device
     std::size_t next_point = 0;
-    std::vector<Staged> staged;  ///< points of one device; reused to avoid allocations
+    std::vector<Staged> staged;  ///< samples of points of one device; reused to avoid allocations
     std::size_t staged_count = 0;
     std::size_t next_staged = 0;
     std::vector<std::uint32_t> devices;
@@ -114,8 +113,8 @@ class SampleSender {
   NoticeSender notices_;
   Round round_;
   bool due_may_follow_ = false;
-  std::vector<std::uint32_t> due_;  ///< reused memory
-  DeviceSample device_sample_;      ///< reused memory
+  std::vector<std::uint32_t> due_;  ///< a member, so that its memory is reused
+  DeviceSample device_sample_;      ///< a member, so that its memory is reused
 };
 
 struct DdsCounters : SampleCounters {

@@ -61,9 +61,10 @@ struct WriteArrival {
 /// are counted and dropped; their client repeats them.
 class RequestIntake {
  public:
-  static constexpr std::size_t kMost = 128;     ///< length of the queue
-  static constexpr Duration kInterval = 2ms;    ///< one request per interval, after a burst
-  static constexpr std::uint32_t kBurst = 128;  ///< requests at once
+  static constexpr std::size_t kMost = 128;  ///< length of the queue
+  /// After a burst, one request per interval is accepted.
+  static constexpr Duration kInterval = 2ms;
+  static constexpr std::uint32_t kBurst = 128;  ///< requests that are accepted at once
 
   /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
@@ -155,7 +156,6 @@ class PacedWriter {
   /// `writer` must outlive this object.
   PacedWriter(SampleWriter& writer, Log log);
 
-  /// True if the next sample may be written now.
   bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }
   /// Writes a sample; only allowed after MayWrite returned true. If the result is `later`, the
   /// caller must write the sample again; MayWrite returns false until a pause of 1, 2, 4, 8, 10, 10

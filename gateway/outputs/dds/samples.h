@@ -41,7 +41,7 @@ struct PointSample {
   std::uint16_t quality = 0;  ///< see Quality::word() in gateway/base/value.h
   /// Time of the value in ns since 1970 UTC; 0 before the first reading.
   std::int64_t source_time_ns = 0;
-  std::uint64_t seq = 0;  ///< counts the readings of this point
+  std::uint64_t seq = 0;  ///< number of the reading; counts the readings of this point
   std::uint32_t rtt_us = 0;
 
   bool operator==(const PointSample&) const = default;
@@ -135,7 +135,7 @@ struct ReplySample {
   std::string gateway;  ///< key
   std::string client;   ///< key
   std::uint64_t seq = 0;
-  std::string outcome;  ///< Name() of a WriteEnd
+  std::string outcome;  ///< name of the WriteEnd, as Name() returns it
   std::string reason;   ///< one sentence; empty if the outcome is ok
   std::uint32_t took_us = 0;
 

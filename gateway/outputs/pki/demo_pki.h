@@ -48,7 +48,7 @@ inline constexpr Duration kDemoValidity = 5 * 365 * 24h;
 
 struct DemoPkiOptions {
   std::string directory;
-  std::vector<std::string> gateways;  ///< names of the gateways
+  std::vector<std::string> gateways;
   /// Subscribers to create that can only subscribe; numbered after the existing ones.
   int subscribers = 0;
   /// Subscribers to create that can also publish baudgate/write; numbered after the existing ones.

@@ -54,7 +54,7 @@ std::vector<Certificate> ParseCertificates(const std::string& pem) {
   while (X509* one = PEM_read_bio_X509(from.get(), nullptr, nullptr, nullptr)) {
     found.emplace_back(one);
   }
-  ERR_clear_error();  // the end of the text has caused an error
+  ERR_clear_error();  // reading behind the last certificate has left an error
   return found;
 }
 

@@ -247,7 +247,6 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
 
 namespace {
 
-/// True if the point can be read and its protocol marks it as a setting.
 bool IsSetting(const config::Device& device, const config::Point& point) {
   const auto is_setting = device.traits->is_setting;
   return is_setting && point.access != config::Access::write && is_setting(point);

@@ -45,7 +45,7 @@ struct ReloadState {
 // FilesState: the open files of the process, and small files that have no section in the status.
 struct FilesState {
   std::size_t open = 0;   ///< files that this process has open
-  std::size_t limit = 0;  ///< 0: no limit
+  std::size_t limit = 0;  ///< the most files that it can have open; 0: no limit
   /// Sentences about files that cannot be written.
   std::vector<std::string> troubles{};
 };

@@ -103,7 +103,6 @@ class Access {
   void Set(const config::Config& config, std::optional<std::string> token);
   void SetHistory(bool kept);
 
-  /// Returns the answer that refuses the request; nothing: the request is accepted.
   std::optional<Response> Refuse(const Request& request, Instant now);
   /// Answers requests for login, logout, session and acknowledgements that are not allowed; returns
   /// nothing if another part must answer the request.

@@ -57,7 +57,6 @@ class Connections {
   /// To be called when a request has arrived. False: too many requests of all clients or of this
   /// address are being answered, so the caller must answer 503.
   bool Begin(Id id, Instant now);
-  /// Marks the answer as a stream, which has no time limit.
   void Stream(Id id);
   /// To be called when the answer has ended. The time for the next request begins.
   void End(Id id, Instant now);

@@ -49,7 +49,7 @@ class Frames {
   mutable Mutex mutex_;
   std::deque<Text> frames_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t bytes_ BAUDGATE_GUARDED_BY(mutex_) = 0;
-  std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of frames_.front()
+  std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of the frame frames_.front()
   Text snapshot_ BAUDGATE_GUARDED_BY(mutex_);
   /// The number of the first frame after the snapshot.
   std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;

@@ -24,7 +24,6 @@ struct Request {
   std::string peer{};   ///< address of the client, e.g. "10.0.0.7"
   std::string local{};  ///< address of this machine to which the client has connected
 
-  /// Returns the header; nothing: the request does not have it.
   std::optional<std::string> Header(const std::string& name) const { return In(headers, name); }
   std::optional<std::string> Query(const std::string& name) const { return In(query, name); }
 

@@ -37,8 +37,7 @@ namespace baudgate::dds {
 enum class Secured : std::uint8_t {
   off,       ///< every submessage of DDS Security is refused
   allowed,   ///< submessages of DDS Security are accepted if well formed
-  demanded,  ///< as `allowed`; unprotected submessages are accepted only in discovery and
-             ///< handshakes
+  demanded,  ///< as `allowed`; only discovery and handshakes may be unprotected
 };
 
 /// Checks the order of the submessages of one datagram.

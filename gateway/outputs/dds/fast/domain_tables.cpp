@@ -25,8 +25,8 @@ ParticipantTable::ParticipantTable(const ParticipantLimits& limits) : limits_(li
 
 void ParticipantTable::Heard(const GuidPrefix& prefix, Instant now) {
   Participant* const known = Find(prefix);
-  // A participant whose lease has ended stays silent here until it announces itself again, because
-  // the library has dropped it.
+  // If the participant's lease has ended, its entry is not renewed: the library has dropped the
+  // participant, which must announce itself again.
   if (known != nullptr && known->Lives(now)) known->heard = now;
 }
 

@@ -38,7 +38,7 @@ constexpr std::size_t kInstancesPerWriter = 4096;
 
 // Events that are stored for late subscribers, of all devices together: about 60 MB.
 constexpr std::size_t kMostEvents = 100'000;
-// gateway/records/events stores as many alarms.
+// The most alarms that are stored; gateway/records/events stores as many.
 constexpr std::size_t kMostAlarms = 10'000;
 
 std::size_t EventDepth(std::size_t devices) {

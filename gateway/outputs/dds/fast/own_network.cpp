@@ -124,7 +124,6 @@ bool HasJoined(const Socket& socket, const std::string& interface) {
   return ::getsockopt(socket.descriptor, IPPROTO_IP, IP_MSFILTER, &filter, &size) == 0;
 }
 
-/// Returns the addresses that the participant can use now.
 std::vector<std::string> UsedInterfaces(const ParticipantOptions& options,
                                         const OwnAddresses& own) {
   std::vector<std::string> used;

@@ -28,7 +28,7 @@ class TakingThread {
   /// `round` takes all samples, and returns how long the library was busy.
   explicit TakingThread(std::function<Duration()> round);
 
-  void Stop() { worker_.Stop(); }  ///< `round` does not run after this
+  void Stop() { worker_.Stop(); }  ///< ends the thread; `round` does not run after this
   /// To be called when samples have arrived. Any thread may call it; it never waits for a take.
   void Wake();
 

@@ -25,7 +25,6 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   /// deleted before this object.
   bool Open(eprosima::fastdds::dds::DomainParticipant& participant);
 
-  /// See SampleWriter.
   void OnRequest(SampleWriter::TakeRequest take);
   Sent Write(const ReplySample& reply);
   /// Returns the number of dropped requests: while the library had no space, and after that until

@@ -109,7 +109,6 @@ class Fields {
     good_ = good_ && count <= most;
     return good_ ? count : 0;
   }
-  /// True if all fields were good and no bytes are left.
   bool AllTaken() const { return good_ && rest_.empty(); }
 
  private:
@@ -122,7 +121,6 @@ class Fields {
   bool good_ = true;
 };
 
-/// Writes the number of places, then the address and port of each.
 void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size_t most) {
   const std::size_t count = std::min(places.size(), most);
   to.push_back(static_cast<std::uint8_t>(count));

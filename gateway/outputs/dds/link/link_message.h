@@ -31,13 +31,13 @@ inline constexpr Duration kEndTime = 700ms;
 enum class LinkKind : std::uint8_t {
   // from the gateway to baudgate-dds
   open = 1,     ///< opens DDS; later `open` messages replace the writers
-  point = 2,    ///< a sample to publish
-  device = 3,   ///< a sample to publish
-  gateway = 4,  ///< a sample to publish
+  point = 2,    ///< a sample of a point to publish
+  device = 3,   ///< a sample of a device to publish
+  gateway = 4,  ///< the sample of the gateway to publish
   end = 5,      ///< publish all points as not connected, wait for acknowledgement, then exit
   reply = 6,    ///< a reply to a write request
-  event = 7,    ///< a sample to publish
-  alarm = 8,    ///< a sample to publish
+  event = 7,    ///< a sample of an event to publish
+  alarm = 8,    ///< a sample of an alarm to publish
   // from baudgate-dds to the gateway
   opened = 64,   ///< answer to `open`: DDS is open, samples can be sent
   failed = 65,   ///< answer to `open`: DDS could not be opened; a sentence with what to change
@@ -48,7 +48,7 @@ enum class LinkKind : std::uint8_t {
 
 /// The body of `open`.
 struct LinkOpen {
-  std::string gateway;  ///< the gateway's name
+  std::string gateway;
   ParticipantOptions participant;
   Room room;
   bool requests = false;  ///< true: receive write requests to `gateway`
@@ -58,7 +58,8 @@ struct LinkOpen {
 struct LinkCounts {
   Subscribers subscribers;
   std::uint64_t written = 0;  ///< samples that the library accepted
-  std::uint64_t refused = 0;  ///< samples that the library did not accept
+  /// Samples of points, devices and the gateway that the library did not accept.
+  std::uint64_t refused = 0;
   std::uint64_t dropped = 0;  ///< write requests that found the queue full
   /// Events and alarms that were lost: the library did not accept them, and the retry queue was
   /// full.
@@ -95,6 +96,6 @@ Result<LinkMessage> ParseLink(View packet);
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
 Result<WriteArrival> DecodeRequest(View body);
-std::string DecodeFailed(View body);  ///< printable, at most 1,000 bytes
+std::string DecodeFailed(View body);  ///< returns a printable text of at most 1,000 bytes
 
 }  // namespace baudgate::dds

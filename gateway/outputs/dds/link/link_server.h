@@ -60,7 +60,7 @@ class LinkServer {
   /// The latest encoded sample of each point, by device + NUL + point. A point with quality
   /// bad_not_connected has no entry, because Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
-  std::optional<Pacer> end_pacer_;  // empty before Leave
+  std::optional<Pacer> end_pacer_;  // empty: Leave has not been called yet
   std::optional<Instant> leave_by_;
   bool acknowledged_ = false;  ///< Leave has called WaitAcknowledged
   std::optional<Instant> closes_at_;

@@ -16,7 +16,7 @@ struct LinkState {
   enum class Phase : std::uint8_t {
     starting,  ///< the process runs and has not opened DDS yet
     up,
-    silent,   ///< the process runs and has sent nothing for two seconds
+    silent,   ///< the process runs, but has sent nothing for two seconds
     waiting,  ///< there is no process
   };
   Phase phase = Phase::waiting;

@@ -15,7 +15,6 @@
 
 namespace baudgate::dds {
 
-/// Owns a file descriptor, and closes it in the destructor.
 class Descriptor {
  public:
   Descriptor() = default;

@@ -73,7 +73,7 @@ class LinkKeeper {
   bool first_ = true;
   Instant started_{};
   std::size_t rung_ = 0;  ///< index of the next waiting time in kLadder
-  LinkCounts before_;     ///< sums of the processes that have ended
+  LinkCounts before_;     ///< sums of the counts of the processes that have ended
   std::vector<config::HostPort> reached_;
 };
 

@@ -178,7 +178,6 @@ bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Byte
   }
 }
 
-/// Publishes the final samples, and sends the last answer to the gateway. Returns `why`.
 ServeEnd TakeLeave(const Descriptor& link, LinkServer& server, ServeEnd why) {
   while (const auto next = server.Leave(ReadClocks().instant)) std::this_thread::sleep_until(*next);
   if (const auto left = server.Answer(ReadClocks().instant)) SendPacket(link.get(), *left);

@@ -49,7 +49,6 @@ struct Found {
 
 Error Broken(Refusal reason) { return Error{std::string(Words(reason))}; }
 
-/// Returns the submessage at `at`, and moves `at` behind it.
 Result<Submessage> Next(View datagram, std::size_t& at) {
   const auto header = ByteReader(datagram).Slice(at, kSubmessageHeader);
   if (!header) return Broken(Refusal::length);
@@ -255,7 +254,6 @@ class Walk {
       for (int i = 0; i < texts_each; ++i) Counted();
     }
   }
-  /// True if there are bytes after those that were read.
   bool more() const { return fits_ && at_ < fields_.size(); }
 
  private:

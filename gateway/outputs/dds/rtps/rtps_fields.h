@@ -20,7 +20,7 @@ using Guid = std::array<std::uint8_t, 16>;
 
 inline constexpr std::size_t kRtpsHeader = 20;
 
-// Submessages, 9.4.5.1.
+// Ids of submessages (9.4.5.1).
 inline constexpr std::uint8_t kAckNack = 0x06;
 inline constexpr std::uint8_t kHeartbeat = 0x07;
 inline constexpr std::uint8_t kGap = 0x08;
@@ -43,14 +43,14 @@ inline constexpr std::uint8_t kPayload = 0x04;
 inline constexpr std::uint8_t kKey = 0x08;
 inline constexpr std::uint8_t kNoTimestamp = 0x02;
 
-// Encapsulations of a payload (10.5).
+// Encapsulation kinds of a payload (10.5).
 inline constexpr std::uint16_t kCdrBig = 0x0000;
 inline constexpr std::uint16_t kCdrLittle = 0x0001;
 inline constexpr std::uint16_t kParametersBig = 0x0002;
 inline constexpr std::uint16_t kParametersLittle = 0x0003;
 inline constexpr std::size_t kEncapsulation = 4;
 
-// Entities, 9.3.1.3.
+// Ids of entities (9.3.1.3).
 inline constexpr std::uint32_t kParticipantWriter = 0x000100C2;
 inline constexpr std::uint32_t kParticipantReader = 0x000100C7;
 inline constexpr std::uint32_t kPublicationsWriter = 0x000003C2;

@@ -234,7 +234,7 @@ void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer)
 
 namespace {
 
-// Pause before a reply is sent again that the library had no space for.
+// If the library has no space for a reply, the reply is sent again after this pause.
 constexpr Duration kReplyPause = 10ms;
 // The most replies that wait; beyond this number the oldest reply is dropped, and its client
 // repeats the request.

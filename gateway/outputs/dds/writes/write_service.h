@@ -88,7 +88,7 @@ class WriteService {
   const Answer answer_;
   const Ended ended_;
   std::unordered_map<std::string, std::uint32_t> devices_;  ///< index of each device, by name
-  std::uint32_t known_ = 0;  ///< number of the store's devices that are in devices_
+  std::uint32_t known_ = 0;  ///< the number of the store's devices that devices_ contains
   bus::RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };

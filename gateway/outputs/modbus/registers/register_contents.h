@@ -44,9 +44,9 @@ struct GatewayFigures {
   std::size_t devices_online = 0;
 };
 
-/// Counters of the Modbus server: totals since it was started.
+/// The counters of the Modbus server since it was started.
 struct ModbusCounters {
-  std::uint64_t clients = 0;  ///< connected now
+  std::uint64_t clients = 0;  ///< clients that are connected now
   std::uint64_t accepted = 0;
   std::uint64_t refused = 0;    ///< clients that were not allowed to connect, or were too many
   std::uint64_t malformed = 0;  ///< connections closed because no frame boundary could be trusted

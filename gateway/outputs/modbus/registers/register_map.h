@@ -55,7 +55,7 @@ struct Piece {
 struct UnitMap {
   enum class Kind : std::uint8_t { unmapped, device, gateway } kind = Kind::unmapped;
   std::uint32_t device = 0;     ///< index in the point store
-  std::vector<Span> registers;  ///< sorted, without overlap
+  std::vector<Span> registers;  ///< mapped registers, sorted, without overlap
   std::vector<Span> bits;
   /// Points with `select: yes`, by the address of their selection.
   std::map<std::uint16_t, std::uint32_t> selects;
@@ -98,9 +98,9 @@ ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t 
 /// What a client reads in place of a value.
 enum class Shown : std::uint8_t {
   held,        ///< the last good value (or the present one)
-  no_value,    ///< EncodeNoValue
-  substitute,  ///< the point's on_fault VALUE
-  exception,   ///< 0x0B for the whole request
+  no_value,    ///< what EncodeNoValue writes
+  substitute,  ///< the VALUE of the point's on_fault
+  exception,   ///< the whole request is answered with exception 0x0B
 };
 
 /// Applies `on_bad` and `on_fault`. `held`: there is a last good value, and it fits the registers.

@@ -124,7 +124,7 @@ class MasterSession final : public ClientWire {
   std::uint16_t transaction_ = 0;  // transaction number of the last request
   // Transaction number of the request whose reply the master waits for.
   std::optional<std::uint16_t> awaited_;
-  Bytes reply_;  // a reply that waits for the quiet time
+  Bytes reply_;  // a reply that is sent after the quiet time
 };
 
 /// Must be created by make_shared. Only the server's thread may call it, except ClosePort.

@@ -195,7 +195,7 @@ class ClientSession final : public ClientPoll::Client,
   /// Sends the reply directly to the socket. False: the reply must be appended to the unsent
   /// replies.
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
-  /// To be called after each reply that is complete.
+  /// To be called after each complete reply.
   void Answered(Instant now);
   /// Sends unsent replies. A reply of RTU or ASCII waits until it is certain that no new request is
   /// arriving behind its request.

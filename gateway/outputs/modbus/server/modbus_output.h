@@ -59,7 +59,7 @@ class ModbusOutput final : public outputs::Output {
   modbus::TrafficStatus Traffic() const;
 
   const Links links_;
-  Configuration config_;  // the configuration that is served
+  Configuration config_;  // the configuration that is in use
   transports::LoopThread loop_{"modbus"};
   std::unique_ptr<modbus::ModbusServer> server_;  // null: the server is off
 };

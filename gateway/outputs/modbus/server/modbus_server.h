@@ -56,7 +56,7 @@ struct ListenerOrigin {
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;
-  double client_share = 1;  ///< see ModbusLimits
+  double client_share = 1;  ///< share of max_clients that can connect (ModbusLimits)
 };
 
 class PassedSockets;

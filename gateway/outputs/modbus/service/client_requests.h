@@ -202,8 +202,6 @@ class ClientReplies {
   const bus::Writer client_;
 };
 
-// PendingRequest is a client's request that is not answered yet: a write to a device, or a routed
-// request.
 struct PendingRequest {
   /// At the deadline, the line answers requests that it has not sent, and writes that wait for
   /// their confirmation. If a request is still on the wire then, the server answers it this much

@@ -59,7 +59,6 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
   }
 }
 
-/// True if the routes are equal except for their alarms.
 bool LeadsTheSame(Route was, const Route& is) {
   was.alarms = is.alarms;
   return Same(was, is);

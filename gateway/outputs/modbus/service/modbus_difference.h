@@ -19,7 +19,6 @@
 
 namespace baudgate::reload {
 
-// Action: what a reload does to a line, a listener or a route.
 enum class Action : std::uint8_t {
   same,       ///< the line or listener runs on unchanged
   in_place,   ///< the line or listener runs on with the changed settings
@@ -29,7 +28,7 @@ enum class Action : std::uint8_t {
 };
 
 struct ListenerChange {
-  std::string place;  ///< config::Listener::Place()
+  std::string place;  ///< the listener's address (config::Listener::Place())
   Action action = Action::same;
   std::string what;  ///< the settings that differ, e.g. "write, allow"
   /// Index in the running modbus.listen; nothing: the listener is new.
@@ -39,7 +38,7 @@ struct ListenerChange {
 };
 
 struct RouteChange {
-  std::string route;  ///< "33-40 to drive"
+  std::string route;  ///< e.g. "33-40 to drive"
   Action action = Action::same;
   std::string what;  ///< the settings that differ, e.g. "remap"
   /// Index in the running modbus.routes; nothing: the route is new or restarted.

@@ -55,7 +55,7 @@ struct Way {
     route,
   };
   Kind kind = Kind::none;
-  std::uint32_t route = 0;  ///< the number of the route
+  std::uint32_t route = 0;
 };
 
 /// Finds what answers for a unit: a device with this unit, else the first route whose range

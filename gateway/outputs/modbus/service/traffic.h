@@ -35,7 +35,7 @@ struct ClientStatus {
 struct MasterStatus {
   std::string port;
   bool is_open = false;
-  std::string text;           ///< a description of the open port, or why it is not open
+  std::string text;           ///< describes the open port; if it is not open, the reason
   WallTime since{};           ///< the time of the last change of is_open
   std::uint64_t frames = 0;   ///< whole requests and replies, including those of other slaves
   std::uint64_t damaged = 0;  ///< pieces of received bytes that were no frame
@@ -128,8 +128,8 @@ struct OtherSpeaker {
 /// The number of requests with one function and one exception, of all clients of a listener.
 struct FunctionCount {
   std::string listener;        ///< address of the listener (config::Listener::Address())
-  std::uint8_t function = 0;   ///< 0: a function that is in no standard
-  std::uint8_t exception = 0;  ///< 0: no exception
+  std::uint8_t function = 0;   ///< function code; 0: a function that is in no standard
+  std::uint8_t exception = 0;  ///< exception code; 0: no exception
   std::uint64_t requests = 0;
 };
 

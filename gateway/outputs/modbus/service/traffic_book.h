@@ -53,7 +53,7 @@ class FunctionCounters {
   /// counter.
   static constexpr std::array<std::uint8_t, 19> kFunctions = {
       1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 20, 21, 22, 23, 24, 43};
-  static constexpr std::size_t kExceptions = 12;  // codes 0 to 0x0B
+  static constexpr std::size_t kExceptions = 12;  // exception codes 0 to 0x0B
 
   static std::size_t PlaceOf(std::uint8_t function) {
     return static_cast<std::size_t>(std::ranges::find(kFunctions, function) - kFunctions.begin());
@@ -169,8 +169,9 @@ class TrafficBook {
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);  // by listener
-  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);             // by number
+  // By the listener's address.
+  std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by route number
   // The numbers of the routes in the running file.
   std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
