@@ -95,10 +95,10 @@ ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t s
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
-/// What a client reads in place of a value.
+/// The registers or the exception that a client gets in place of a value.
 enum class Shown : std::uint8_t {
   held,        ///< the last good value (or the present one)
-  no_value,    ///< what EncodeNoValue writes
+  no_value,    ///< the words that EncodeNoValue writes
   substitute,  ///< the VALUE of the point's on_fault
   exception,   ///< the whole request is answered with exception 0x0B
 };

@@ -96,7 +96,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   std::shared_ptr<ClientPoll> clients_;
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
-  config::Listener listener_;  // not moved or replaced, because sessions refer to it
+  config::Listener listener_;  // sessions refer to it; changes only when there are none
   ServerShared& shared_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;
