@@ -86,8 +86,8 @@ struct Parameters {
   /// Offsets of the multicast addresses for samples (not for announcements).
   std::array<std::size_t, 64> groups{};
   std::size_t group_count = 0;
-  std::uint32_t status =
-      0;  ///< status of the announced entity: bit 0: disposed, bit 1: unregistered
+  /// Status of the announced entity: bit 0: disposed, bit 1: unregistered.
+  std::uint32_t status = 0;
 };
 
 /// Checks a list and returns its content in `found`. Returns why the list is refused, or `none`.
