@@ -168,7 +168,6 @@ class EventPath final : public bus::EventSink {
   void Started() { queue().Started(kVersion); }
   /// Records the end of the gateway, and waits 300 ms at most until outputs can see this event. To
   /// be called when the lines have ended.
-  /// be called when the lines have ended.
   void End();
 
   void OnReported(bus::ReportedEvents reported) override;

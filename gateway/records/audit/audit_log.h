@@ -3,11 +3,6 @@
 // While the disk fails, records wait in memory, up to the limits of AuditBook, and writing is tried
 // again every second.
 //
-// |  WriteLog   the interface for writers of records   AuditSource    the interface for readers
-// |  AuditLog   the thread and the lock                AuditedWrites  the sink before the lines
-// |  AuditBook  records that are not in the file yet   Repeats        folds equal records
-// |  AuditFile  opens the file, WriteTable its rows    Witness        records a routed write
-//
 //   WriteLog   the interface for writers of records   AuditSource    the interface for readers
 //   AuditLog   the thread and the lock                AuditedWrites  the sink before the lines
 //   AuditBook  records that are not in the file yet   Repeats        folds equal records
@@ -197,8 +192,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
   /// The numbered requests of earlier runs. Empty until the file was first opened.
   std::optional<std::vector<bus::PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
-  Instant look_at_ BAUDGATE_GUARDED_BY(
-      mutex_){};  // the writing thread runs at this time even if no record waits
+  Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};  // time of the next round if no record waits
   mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);
   Worker worker_;
 };

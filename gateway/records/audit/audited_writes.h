@@ -120,10 +120,6 @@ class WriteLog {
 // the line; the end of the write completes the record. Writes do not overtake each other; commands
 // that only read go to the line at once.
 //
-// |  Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
-// |                                 → not written, require      → w.End(denied)
-// |                                 → not written, best_effort  → inner.Submit(w)
-//
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
 //                                  → not written, best_effort  → inner.Submit(w)

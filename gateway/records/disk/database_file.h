@@ -41,7 +41,8 @@ std::optional<std::string> LogDamage(const std::filesystem::path& file);
 
 // `OpenFile` detects whether the disk still contains a database that is open. SQLite reports no
 // error at first when its file or log is removed, replaced, shortened or damaged, because it has
-// pages in memory. What SQLite commits from then on is lost, or damages the rest of the file.
+// pages in memory. Changes that SQLite commits from then on are lost, or damage the rest of the
+// file.
 class OpenFile {
  public:
   OpenFile() = default;
