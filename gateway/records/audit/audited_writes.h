@@ -50,14 +50,14 @@ struct WriteRecord {
   WallTime last{};     ///< for repeats, time of the last request; else equal to `time`
   std::string client;  ///< "192.0.2.5:40312", "user:root", "dds:GUID"
   std::string line;    ///< name of the line, or of the remote server: "10.0.0.9:502"
-  std::string device;  ///< bare name of the device; for a route "unit 20"
-  std::string point;   ///< name of the device without its line; for a route "unit 20"
-  Value before;  ///< name of the point; for a route its function and address: "06 holding 100"
-  Value first;   ///< the point's value before the write; empty: not known
-  Value value;   ///< for repeats, the first value; else empty
-  std::optional<WriteEnd> end;  ///< the value to write; for repeats, the last value
-  std::string reason;           ///< result; empty: the write has not ended
-  Duration took{};              ///< why the write failed, as one sentence; empty: it succeeded
+  std::string device;  ///< name of the device without its line; for a route "unit 20"
+  std::string point;  ///< name of the point; for a route its function and address: "06 holding 100"
+  Value before;       ///< the point's value before the write; empty: not known
+  Value first;        ///< for repeats, the first value; else empty
+  Value value;        ///< the value to write; for repeats, the last value
+  std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
+  std::string reason;           ///< why the write failed, as one sentence; empty: it succeeded
+  Duration took{};              ///< from the request to the end
   std::uint64_t count = 1;      ///< number of repeats, the first write included
   /// Client and number of the request; for repeats, of the first request. Empty: the request had no
   /// number.

@@ -164,7 +164,7 @@ class EventBook {
  private:
   bool IsRepeat(const Batch& batch, const Said& said) const;
 
-  /// What Kept sets: the state of the book when the transaction is on the disk.
+  /// The state of the book when the transaction is on the disk; Kept applies it.
   struct After {
     std::int64_t last = 0;
     Said said{};

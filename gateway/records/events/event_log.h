@@ -35,9 +35,9 @@ namespace baudgate::events {
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
-  /// Makes a round due at `at` or earlier.
+  /// Makes a round due at `at`, or earlier if an earlier round is already due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// No round is due before `until`, because the disk has failed.
+  /// Makes no round due before `until`, because the disk has failed.
   void Rest(Instant until) { rests_until_ = until; }
   void Begin() { look_at_.reset(); }
   /// Returns when the next round is due. `fails`: the disk fails. `idle`: nothing waits.
@@ -73,7 +73,7 @@ class EventRounds {
   /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
 
-  /// Begins a round; returns false if no round is due yet.
+  /// Begins a round. Returns false if no round is due yet.
   bool Begin();
   Instant NextRound() const;
   /// Returns true if the file was opened for the first time.
@@ -86,8 +86,7 @@ class EventRounds {
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<WaitingAck> acks{};
-    bool ends_alarms =
-        false;  ///< a reload ends alarms, or changes their priorities, after this commit
+    bool ends_alarms = false;  ///< a reload ends or changes alarms after this commit
   };
   Round Take();
   /// Ends the round. If `status` is no error, the round is on the disk. `oldest`: number of the

@@ -30,7 +30,6 @@ namespace baudgate::events {
 
 /// The clock of a time, and the quality of that clock. The numbers are public (file, JSON, Modbus,
 /// DDS), so new ones are appended.
-/// JSON, on Modbus and DDS; new ones are appended.
 enum class ClockQuality : std::uint16_t {
   none = 0,     ///< the device reported no time: the time is when the gateway received the event
   gateway = 1,  ///< the gateway's clock

@@ -108,10 +108,10 @@ class OwnAlarms {
  private:
   using Key = std::pair<Subject, Trouble>;
   struct State {
-    Instant since{};  ///< since when the trouble exists without another explanation
+    Instant since{};  ///< since when the trouble exists and no other trouble explains it
     std::string why{};
     bool raised = false;
-    bool stale = false;    ///< since when the trouble exists and no other trouble explains it
+    bool stale = false;    ///< reported before a reload of the line, and not again since
     bool by_port = false;  ///< derived from port_down of the line, not reported for the device
   };
 

@@ -65,18 +65,17 @@ class RecordService {
 
   /// Adds events that are on the disk and whose records are still to be read.
   void Owe(const std::vector<events::OwedRecord>& owed);
-  /// These have the meaning of the functions of PollerListener.
+  /// See the functions of PollerListener with these names.
   void OnDrained(std::uint32_t device, Instant asked);
   void OnRead(std::uint32_t device, Instant at);
 
  private:
   struct Debt {
     std::uint32_t device = 0;
-    std::shared_ptr<const config::Record>
-        record;  ///< the latest event whose record is still to be read; empty: none
-    std::optional<events::OwedRecord> event{};  ///< the latest event that needs the record
+    std::shared_ptr<const config::Record> record;  ///< null: the device was removed by a reload
+    std::optional<events::OwedRecord> event{};     ///< the latest event whose record is to be read
     bool asking = false;
-    bool waits = false;  ///< the values that are being read may belong to the previous event
+    bool waits = false;  ///< reading waits until the device has no more events
     bool stale = false;  ///< values being read may belong to the previous event
     int tries = 0;
     Instant again{};  ///< no further try is made before this time
