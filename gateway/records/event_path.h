@@ -36,8 +36,8 @@ namespace baudgate::records {
 struct EventsPlace {
   std::filesystem::path file;  ///< empty: there is no place for the file
   std::string why_no_file{};
-  bool in_memory =
-      false;  ///< true: only the gateway's own alarms exist, and they end with the gateway
+  /// True: only the gateway's own alarms exist, and they end with the gateway.
+  bool in_memory = false;
   std::set<std::string> consumers{};  ///< names of the consumers of events; see CursorBook
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };

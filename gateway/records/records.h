@@ -149,8 +149,8 @@ class Records {
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for a state folder
-  std::string
-      why_no_state_;  // why the state folder was not opened at the start; empty: it was opened
+  // Why the state folder was not opened at the start; empty: it was opened.
+  std::string why_no_state_;
   std::unique_ptr<DeviceMemory> memory_;
   std::shared_ptr<StateFolder> databases_;       // null: the databases are in `state_`
   std::shared_ptr<StateFolder> history_folder_;  // null: there is no folder for the history
@@ -160,8 +160,8 @@ class Records {
     std::unique_ptr<history::HistoryLog> log{};  // null: no history is stored
   };
   RunningHistory history_ BAUDGATE_GUARDED_BY(mutex_);
-  std::shared_future<void>
-      history_ends_;  // end of the previous run of the history; for the reloader's thread only
+  // End of the previous run of the history; for the reloader's thread only.
+  std::shared_future<void> history_ends_;
   std::unique_ptr<WritePath> writes_;
   std::unique_ptr<EventPath> events_ BAUDGATE_GUARDED_BY(mutex_);
   bool keeps_events_ = false;

@@ -43,8 +43,8 @@ inline constexpr std::size_t kKinds = 4;
 std::string_view Name(Kind kind);
 
 struct WriteRecord {
-  std::int64_t seq =
-      0;  ///< number of the record, from 1 on without a gap, over restarts; 0: not in the file yet
+  /// Number of the record, from 1 on without a gap, over restarts; 0: not in the file yet.
+  std::int64_t seq = 0;
   Kind kind = Kind::point;
   WallTime time{};     ///< time of the request; for repeats, of the first request
   WallTime last{};     ///< for repeats, time of the last request; else equal to `time`
@@ -155,8 +155,8 @@ class AuditedWrites final : public bus::CommandSink {
  private:
   struct Waiting {
     bus::WriteCommand command;
-    Ticket last =
-        0;  // ticket of the command's last record; the earlier records are on the disk before it
+    // Ticket of the command's last record; the earlier records are on the disk before it.
+    Ticket last = 0;
     bool has_room = true;  // the log had room for all records of the command
     Instant until;
   };

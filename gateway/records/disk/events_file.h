@@ -92,8 +92,8 @@ class EventsConnection {
   const std::string vfs_;
   const std::shared_ptr<EventsWriter> writer_;
   std::unique_ptr<Database> database_;
-  std::uint64_t times_put_aside_ =
-      0;  ///< value of EventsWriter::times_put_aside when this connection was opened last
+  /// Value of EventsWriter::times_put_aside when this connection was opened last.
+  std::uint64_t times_put_aside_ = 0;
   std::string damage_;  ///< why the file must be put aside at the next Open; empty: it was whole
   OpenFile open_;
   bool gone_ = false;  ///< true: the file that was open last, or records in it, were lost

@@ -54,8 +54,8 @@ struct AlarmMark {
   /// dropped if the stored alarm is already in this state.
   bool first = false;
   std::string by{};  ///< name of the person who acknowledges the alarm
-  std::int64_t seq =
-      0;  ///< acknowledges only the alarm that the event of this number has raised; 0: any alarm
+  /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.
+  std::int64_t seq = 0;
 };
 
 using AlarmKey = std::tuple<std::string, std::string, std::string>;

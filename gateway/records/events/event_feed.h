@@ -120,8 +120,8 @@ struct FeedImage {
   std::vector<EventRecord> events{};
   std::vector<Alarm> alarms{};
   std::vector<GoneEvent> gone{};
-  std::map<std::string, std::int64_t>
-      older{};  ///< number of each device's newest event before `gone`
+  /// Number of each device's newest event before `gone`.
+  std::map<std::string, std::int64_t> older{};
 };
 
 class RecentEvents {
@@ -219,8 +219,8 @@ class EventFeed {
   struct Page {
     std::int64_t newest = 0;  ///< number of the newest event of all devices; 0: none
     std::int64_t oldest = 0;  ///< number of the oldest event in memory, of all devices
-    std::uint64_t lost =
-        0;  ///< events of the source, from `first` on, that are no longer in memory
+    /// Events of the source, from `first` on, that are no longer in memory.
+    std::uint64_t lost = 0;
     std::vector<EventRecord> events{};  ///< at most `most`, sorted by number
   };
   /// Returns events of one device or of all, from number `first` on (low 32 bits of the number); 0:

@@ -67,8 +67,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
 /// The kinds of records. The names are public (file, JSON). Each kind has its own number sequence.
 inline constexpr std::string_view kEventRecord = "event";  ///< values that are read after an event
 inline constexpr std::string_view kBillingRecord = "billing";
-inline constexpr std::string_view kTagRecord =
-    "tag";  ///< content of a transponder; it belongs to no event
+/// Content of a transponder; it belongs to no event.
+inline constexpr std::string_view kTagRecord = "tag";
 
 enum class RecordState : std::uint8_t {
   read,
@@ -112,8 +112,8 @@ struct OwedRecord {
 };
 
 struct EventRecord {
-  std::int64_t seq =
-      0;  ///< number of the event, from 1 without gaps, also over restarts; 0: not in the file yet
+  /// Number of the event, from 1 without gaps, also over restarts; 0: not in the file yet.
+  std::int64_t seq = 0;
   WallTime received{};
   WallTime device_time{};
   ClockQuality clock = ClockQuality::none;

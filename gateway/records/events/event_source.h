@@ -58,8 +58,8 @@ struct EventsState {
   std::int64_t oldest = 0;  ///< number of the oldest stored event; 0: none
   std::vector<Consumer> consumers{};
   std::uint64_t repeats = 0;  ///< number of events that devices sent twice, since the start
-  std::uint64_t left_out =
-      0;  ///< number of the gateway's events that were left out (see Shares), since the start
+  /// Number of the gateway's events that were left out (see Shares), since the start.
+  std::uint64_t left_out = 0;
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
   std::string file;
@@ -72,8 +72,8 @@ struct AckQuery {
   std::string line{};
   std::string device{};
   std::string point{};  ///< empty: the alarms of the device and of all its points
-  std::int64_t seq =
-      0;  ///< not 0: only the alarm that the event of this number has raised, of any device
+  /// Not 0: only the alarm that the event of this number has raised, of any device.
+  std::int64_t seq = 0;
   /// Only an alarm that was raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
   bool all = false;  ///< true: alarms of all lines and devices

@@ -45,8 +45,8 @@ class RecordService {
 
   struct Ends {
     std::function<Now()> clocks;
-    std::function<bool(bus::WriteCommand command)>
-        ask;  ///< requests the reads of a record; see CommandSink::Submit
+    /// Requests the reads of a record; see CommandSink::Submit.
+    std::function<bool(bus::WriteCommand command)> ask;
     std::function<void(events::KeptRecord record)> keep;
   };
   /// `store` must outlive this object. All requested reads must be answered before this object is

@@ -110,8 +110,8 @@ inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropp
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  std::int64_t number =
-      0;  ///< number of the run, from 1; the recorder counts from the start of the gateway
+  /// Number of the run, from 1; the recorder counts from the start of the gateway.
+  std::int64_t number = 0;
   Millis began = 0;
   Millis until = 0;  ///< the history is complete until this time
   RunBegin why = RunBegin::started;
