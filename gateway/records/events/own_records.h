@@ -27,7 +27,7 @@ enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
   left_out = 1'000'003,  ///< too many events of one kind came, and some were left out; see Shares
-  /// Events.db could not be written; reported when it can be written again.
+  /// The file events.db could not be written; reported when it can be written again.
   disk_trouble = 1'000'004,
   port_down = 1'000'005,
   port_lent = 1'000'006,
@@ -77,7 +77,7 @@ EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
 struct Fact {
-  /// Port_down to replaced, port_served, or a code about a clock.
+  /// A code from port_down to replaced, port_served, or a code about a clock.
   OwnCode code = OwnCode::no_answer;
   bool over = false;
   std::string line{};
