@@ -49,8 +49,8 @@ struct TooMuch {
 };
 
 /// Returns the files to delete: first days that ended longer than `keep` before `sure`; then, while
-/// the size exceeds the limit, files that were put aside, then days. Of each, the oldest files come
-/// first. Today's file and later files are never deleted. `sure` empty: no file is too old.
+/// the size exceeds the limit, files that were put aside, then days. The oldest files of each kind
+/// come first. Today's file and later files are never deleted. `sure` empty: no file is too old.
 std::vector<TooMuch> FindTooMuch(FolderFiles folder_files, std::uint64_t limit, Millis keep,
                                  Millis today, std::optional<Millis> sure);
 

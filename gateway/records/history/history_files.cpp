@@ -149,7 +149,7 @@ bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
 bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                       std::optional<Millis> sure) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  std::vector<PointNumber> fresh;  // their numbers in the file are valid only after the commit
+  std::vector<PointNumber> fresh;  // points whose number in the file is valid only after the commit
   bool ok = true;
   for (const TrendRow& row : trends) {
     if (ids_[row.point] == 0) {

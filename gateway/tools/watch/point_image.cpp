@@ -59,8 +59,8 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  std::pair<std::size_t, std::size_t> most{
-      0, 0};  // number of matching points; if equal, the profile with fewer points
+  // The number of matching points; for equal numbers, the profile with fewer points is better.
+  std::pair<std::size_t, std::size_t> most{0, 0};
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(
         points, [&](const std::string& point) { return places.contains(point); }));

@@ -63,8 +63,7 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--gateway", options.gateway, "Show this gateway only");
   command->add_option("--device", options.device, "Show this device only");
   auto* point = command->add_option("--point", options.point, "Show this point only");
-  command->add_option("--point-order", options.point_order, "")
-      ->group("");  // hidden from users: only the gateway's program sets it
+  command->add_option("--point-order", options.point_order, "")->group("");  // hidden from users
   auto* events = command
                      ->add_flag("--events", options.events,
                                 "Show events of devices: the newest events, then each new event")
@@ -188,8 +187,8 @@ class Watch {
     if (is_shown && !options_.once && !Live()) Print(event);
   }
 
-  /// Prints a remark, except for a note that is not among text lines, and on a live table, which
-  /// shows alarms below the table instead.
+  /// Prints a remark as a line. A note is printed only among text lines. While a live table is
+  /// shown, nothing is printed; the table shows alarms below its rows.
   void Tell(const Remark& remark) {
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;

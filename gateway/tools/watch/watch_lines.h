@@ -1,3 +1,4 @@
+// `JsonLine` and `PlainLine` make the line that `watch` prints for a sample of a point.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -304,7 +304,7 @@ int RunWatch(const std::vector<std::string>& words, const config::Catalog& catal
     err << "watch: " << program.error() << "; install the package baudgate-dds\n";
     return kExitCanNot;
   }
-  // Baudgate-dds uses these words in its messages.
+  // The program baudgate-dds uses these words in its messages.
   std::vector<std::string> all{"baudgate", "watch"};
   all.insert(all.end(), words.begin(), words.end());
   if (const std::string order = FileOf(PointsOfProfiles(catalog)); !order.empty()) {

@@ -15,7 +15,8 @@
 namespace baudgate::tools {
 
 /// Runs the daemon with the configuration file. Exit codes: 0 stopped; 3 bad configuration; 4 an
-/// output cannot be opened, or the system has no free descriptor or thread.
+/// output cannot be opened, the system has no free descriptor or thread, or the stop takes too
+/// long.
 int RunDaemon(const std::string& file, const config::Catalog& catalog);
 
 /// Runs a gateway with this configuration until SIGTERM or SIGINT. `reload` empty: no file can be

@@ -59,9 +59,9 @@ struct SettingsOptions {
   Duration patience = std::chrono::seconds(10);
 };
 
-// Exit codes of the three commands: 0 the device has the values of the file; 2 wrong usage; 3 the
-// file has errors or is from another device, settings differ or are unknown, or the restore has
-// stopped; 4 no gateway answers, or the file cannot be written.
+// Exit codes: 0 the device has the values of the file; 2 wrong usage; 3 the file has errors or is
+// from another device, settings differ or are unknown, or the restore has stopped; 4 no gateway
+// answers, or the file cannot be written.
 int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsRestore(const SettingsOptions& options, settings::PointWriter& writer,
