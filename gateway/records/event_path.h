@@ -215,7 +215,6 @@ class EventPath final : public bus::EventSink {
   const bool in_memory_;
   const Kept kept_;
   SteadyVector<DeviceEntry> entries_;  // by device
-  // The number of each configured device.
   std::map<events::SourceName, std::uint32_t> present_;
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);

@@ -62,7 +62,6 @@ class WritePath {
   WritePath(const config::Config& config, const bus::PointStore& store, bus::CommandSink& lines,
             const EventsPlace& place, Unsettled unsettled);
 
-  /// The sink to which outputs submit their writes.
   bus::CommandSink& entrance() { return audited_; }
   audit::AuditLog& log() { return log_; }
 
@@ -100,7 +99,6 @@ class Records {
   /// To be called in place of Open if nothing is stored on the disk: provides the gateway's own
   /// alarms, in memory.
   void OpenAlarms(const config::Config& config, const Links& links);
-  /// Opens only the state folder, for parts that need nothing else.
   Status OpenFolder(const config::Config& config);
   bool open() const { return writes_ != nullptr; }
 
@@ -165,7 +163,7 @@ class Records {
   std::unique_ptr<WritePath> writes_;
   std::unique_ptr<EventPath> events_ BAUDGATE_GUARDED_BY(mutex_);
   bool keeps_events_ = false;
-  std::optional<Instant> disks_at_ BAUDGATE_GUARDED_BY(mutex_);  // when the disks were last checked
+  std::optional<Instant> disks_at_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
 }  // namespace baudgate::records

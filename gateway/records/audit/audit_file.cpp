@@ -30,7 +30,6 @@ constexpr const char* kOldestOf =
 /// are deleted at once.
 constexpr std::int64_t kSlack = 100;
 
-/// A point, and how many records it has.
 struct Share {
   std::array<std::string, 3> place;  // line, device, point
   std::int64_t rows = 0;

@@ -57,7 +57,6 @@ class WriteTable {
   bool Write(std::vector<Draft>& drafts);
   /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
-  /// Deletes records that are older than the limit of their kind.
   bool DropOld(WallTime now);
 
  private:
@@ -91,7 +90,6 @@ class AuditFile {
   Status Check();
   /// Returns the names of damaged files that were renamed and still exist.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
-  /// Deletes records beyond the limits. A failure is reported by the next write.
   void Tidy(Now now);
 
   /// See WriteTable::unsettled. The file must be open.

@@ -386,7 +386,6 @@ void AuditLog::SetPutAside() {
   disk_.SetPutAside(std::move(files));
 }
 
-/// Logs when the disk begins to fail, and when it works again.
 void AuditLog::SetDisk(records::Disk disk, const std::string& trouble) {
   const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   if (news.begun) options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));

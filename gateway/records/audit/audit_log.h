@@ -51,7 +51,6 @@ class AuditBook {
   bool due() const { return due_ > 0; }
   /// Returns the records that have to be written, in the order of their tickets.
   std::vector<Draft> Due() const;
-  /// To be called when these drafts are on the disk and have their seq.
   void OnWritten(const std::vector<Draft>& drafts);
   /// To be called when the file is a new one: all records of the book have to be written again.
   void NewFile();
@@ -130,7 +129,7 @@ class Repeats {
   std::map<Key, Open> open_;
   // These two count the open records that are not shared.
   std::array<std::size_t, kKinds> of_kind_{};
-  std::map<Key, std::size_t> of_client_;  // key: kind and address
+  std::map<Key, std::size_t> of_client_;
 };
 
 /// Returns "192.0.2.5" for "192.0.2.5:40312". A client without a port is returned unchanged.
@@ -183,8 +182,8 @@ class AuditLog final : public WriteLog, public AuditSource {
   std::string Consequence() const;
 
   const Options options_;
-  AuditFile file_;         // for the writing thread only
-  bool was_open_ = false;  // for the writing thread only
+  AuditFile file_;  // for the writing thread only
+  bool was_open_ = false;
   mutable Mutex mutex_;
   std::condition_variable changed_;
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);

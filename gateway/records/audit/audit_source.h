@@ -33,8 +33,8 @@ struct PageQuery {
 
 struct Page {
   std::vector<WriteRecord> records;
-  std::int64_t next = 0;  ///< `after` of the next page
-  bool more = false;      ///< more records existed when the page was read
+  std::int64_t next = 0;
+  bool more = false;
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
@@ -47,8 +47,8 @@ Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
 
 struct AuditState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;      ///< why the disk fails; empty: it works
-  WallTime since{};         ///< since when `disk` has its value
+  std::string trouble;  ///< why the disk fails; empty: it works
+  WallTime since{};
   bool require = false;     ///< true: writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
   std::uint64_t lost = 0;   ///< records that were lost because the memory was full

@@ -73,7 +73,6 @@ AuditedWrites::AuditedWrites(const bus::PointStore& store, bus::CommandSink& inn
 
 bool AuditedWrites::Submit(bus::WriteCommand command) {
   const bool telegram = command.telegram() && !command.telegram()->reads;
-  // Commands that only read need no record.
   if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));
   const Now now = clocks_();
   // The lock is held until the command is queued, so that records and commands have the same order

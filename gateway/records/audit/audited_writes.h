@@ -89,7 +89,7 @@ struct Draft {
   Ticket ticket = 0;
   std::uint64_t version = 0;
   bool ended = false;  ///< no change of the record follows
-  WriteRecord record;  ///< seq 0: not in the file yet
+  WriteRecord record;
 };
 
 /// All functions can be called on any thread. Only WaitFor waits.
@@ -143,7 +143,6 @@ class AuditedWrites final : public bus::CommandSink {
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
-  /// Starts the thread that passes commands on.
   void Start() { worker_.Start(); }
   /// Passes on, or denies, the commands that still wait. From now on Submit refuses commands.
   void Stop();
@@ -224,7 +223,6 @@ class Witness {
   using Done = std::function<void(bus::RoutedReply)>;
   /// Returns a function that reports the result to the log and then calls `done`.
   static Done Watch(std::shared_ptr<Witness> witness, Done done);
-  /// Reports that the gateway has denied the request.
   void Deny(WriteEnd end, const std::string& reason);
 
  private:

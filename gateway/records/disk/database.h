@@ -33,14 +33,12 @@ class Database {
   Database(const std::string& path, Mode mode, const std::string& vfs = {});
 
   bool is_open() const { return handle_ != nullptr; }
-  /// The reason why the last call failed, as a text for users.
   const std::string& error() const { return error_; }
   /// True if the last call failed because the file is no database, is damaged, or lacks tables that
   /// it had (another program has changed them). Closing the database then changes neither the file
   /// nor its log.
   bool damaged() const { return damaged_; }
 
-  /// Executes one or several statements; returned rows are ignored.
   bool Execute(const std::string& sql);
   /// Rolls back a transaction that has failed. error() does not change.
   void Rollback();
@@ -97,7 +95,6 @@ class Statement {
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
   void Bind(int place, const Value& value);
   void Bind(int place, View bytes);
-  /// Binds microseconds since 1970.
   void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
   template <typename Some>

@@ -23,7 +23,6 @@ namespace baudgate::records {
 
 class DeviceMemory {
  public:
-  /// A failed write of the file is tried again after this time.
   static constexpr Duration kAgain = 10s;
 
   using Tell = std::function<void(const std::string&)>;
@@ -45,7 +44,7 @@ class DeviceMemory {
   enum class Kept : std::uint8_t {
     yes,
     waits,  ///< changes wait for the writing thread
-    no,     ///< the last write failed
+    no,
   };
   /// Returns whether all memories are on the disk. Can be called on any thread.
   Kept kept() const;

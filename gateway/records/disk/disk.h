@@ -45,7 +45,6 @@ class DiskCondition {
     std::string trouble;
     WallTime since{};
   };
-  /// What a call of Set has changed; the log writes a message about it.
   struct News {
     bool begun = false;
     std::optional<Past> ended{};
@@ -168,7 +167,7 @@ class DiskCalls {
   bool Begin(Call call);
 
   const Duration patience_;
-  std::atomic<int> pending_ = 0;  // number of calls that wait or run
+  std::atomic<int> pending_ = 0;
   WorkQueue<Call> calls_{kMostWaiting};
   Worker worker_;
 };

@@ -27,8 +27,8 @@ struct EventsWriter {
   /// locked by this process. Can be empty.
   std::function<Status()> ready;
   // For the writing thread only:
-  std::uint64_t times_put_aside = 0;  ///< how often the file was put aside
-  std::size_t open = 0;               ///< number of open connections
+  std::uint64_t times_put_aside = 0;
+  std::size_t open = 0;
   /// The write-ahead log is damaged: all connections must be closed before a new one is opened,
   /// because they share an index of the log that is wrong.
   struct Closing {

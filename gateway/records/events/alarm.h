@@ -24,10 +24,10 @@ namespace baudgate::events {
 
 /// The states of an alarm. The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
-  normal = 0,        ///< no alarm: the alarm is deleted from the file
-  active = 1,        ///< active, not acknowledged yet
-  acknowledged = 2,  ///< active and acknowledged
-  returned = 3,      ///< no longer active, not acknowledged yet
+  normal = 0,  ///< no alarm: the alarm is deleted from the file
+  active = 1,  ///< active, not acknowledged yet
+  acknowledged = 2,
+  returned = 3,  ///< no longer active, not acknowledged yet
 };
 std::string_view Name(AlarmState state);
 constexpr bool IsActive(AlarmState state) {
@@ -63,15 +63,15 @@ using AlarmKey = std::tuple<std::string, std::string, std::string>;
 struct Alarm {
   std::string line;
   std::string device;
-  std::string name;   ///< "current_l1 above 5"; for an event of the device "channel:code"
+  std::string name;  ///< "current_l1 above 5"; after an event that a device reports, "channel:code"
   std::string point;  ///< empty: the alarm concerns the whole device
   AlarmState state = AlarmState::normal;
   config::AlarmPriority priority = config::AlarmPriority::medium;
   std::int64_t seq = 0;  ///< number of the event that has raised the alarm
   WallTime raised{};     ///< device_time of the raising event
   WallTime changed{};    ///< last change of the state, by the gateway's clock
-  std::string text;      ///< text of the raising event
-  std::string by;        ///< name of the person who acknowledged the alarm last
+  std::string text;
+  std::string by;  ///< name of the person who acknowledged the alarm last
 
   AlarmKey key() const { return {line, device, name}; }
 };

@@ -80,7 +80,7 @@ class Shares {
   static Key KeyOf(const EventRecord& record);
   static void Fill(Share& share, Instant now);
 
-  std::map<Key, Share> shares_;  // one entry for each kind; the configuration limits their number
+  std::map<Key, Share> shares_;
   std::uint64_t left_out_ = 0;
 };
 
@@ -118,7 +118,6 @@ class EventBook {
   /// Adds an event of the gateway before all events that wait. Must not be called between Prepare
   /// and Kept.
   void TellFirst(EventRecord record);
-  /// Adds the events that stand for left-out events; see Shares::TakeLeftOut.
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
@@ -175,7 +174,7 @@ class EventBook {
   const Alarm* Find(const AlarmKey& key) const;
 
   std::deque<Batch> waiting_;
-  std::size_t own_ = 0;  // number of waiting batches of the gateway
+  std::size_t own_ = 0;
   Shares shares_;
   Said said_;
   std::int64_t last_ = 0;

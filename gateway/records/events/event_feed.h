@@ -209,7 +209,6 @@ class EventFeed {
   /// Sets the contents of the opened file. Does nothing if the feed already contains events,
   /// because the file was then opened again.
   void Begin(FeedImage image);
-  /// Adds events that are on the disk, sorted by number.
   void Add(std::vector<EventRecord> events);
   /// Sets the numbers of the devices. Before the first call no device has a number.
   void Renumber(const SourceNames& sources);
@@ -217,7 +216,7 @@ class EventFeed {
   FeedListeners& listeners() { return listeners_; }
 
   struct Page {
-    std::int64_t newest = 0;  ///< number of the newest event of all devices; 0: none
+    std::int64_t newest = 0;
     std::int64_t oldest = 0;  ///< number of the oldest event in memory, of all devices
     /// Events of the source, from `first` on, that are no longer in memory.
     std::uint64_t lost = 0;

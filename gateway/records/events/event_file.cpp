@@ -77,8 +77,6 @@ constexpr const char* kInsertEvent =
 constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
-/// Deletes at most 1000 events at a time, so a file that exceeds the limit by far shrinks step by
-/// step.
 constexpr const char* kDropEvents =
     "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
 constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";

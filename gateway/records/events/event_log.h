@@ -145,8 +145,8 @@ class RoundWriter {
   const EventQueue& queue_;
   EventRounds& rounds_;
   EventFile file_;
-  EventFeed* const feed_;      ///< null: there is no feed
-  CursorBook* const cursors_;  ///< null: there are no consumers
+  EventFeed* const feed_;
+  CursorBook* const cursors_;
 };
 
 class EventLog final : public EventSource {
@@ -176,7 +176,7 @@ class EventLog final : public EventSource {
   PendingEvents pending_;
   EventQueue queue_;
   EventRounds rounds_;
-  RoundWriter round_writer_;  // used by the writing thread
+  RoundWriter round_writer_;
   Worker worker_;
 };
 

@@ -51,7 +51,6 @@ std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, co
 /// contains the alarm. If the function is empty, all alarms stay as they are.
 using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
-/// No lock: PendingEvents provides it.
 class WatchedAlarms {
  public:
   explicit WatchedAlarms(Watched watched) : watched_(std::move(watched)) {}
@@ -163,7 +162,6 @@ class EventQueue {
   /// Adds the event for the end as TellEnd does, and waits so that outputs can see it. Returns when
   /// nothing waits for the disk, when the disk is in trouble, or after `most`.
   void End(Duration most);
-  /// Acknowledges alarms; see EventSource.
   std::size_t Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done);
   /// Calls `opened` once when the file is open: at once, or later on the writing thread.
   void WhenOpened(std::function<void()> opened);
@@ -177,7 +175,6 @@ class EventQueue {
   /// file is open.
   std::string said(Source source) const;
   EventsState state() const;
-  /// Returns the alarms that are not normal; see PendingEvents::Alarms.
   std::vector<Alarm> Alarms() const;
 
  private:

@@ -54,8 +54,8 @@ struct EventsState {
   std::string trouble;      ///< why the disk fails; empty: it works
   WallTime since{};         ///< when `disk` last changed
   std::size_t waiting = 0;  ///< number of batches of devices that are not on the disk
-  std::int64_t newest = 0;  ///< number of the newest stored event; 0: none
-  std::int64_t oldest = 0;  ///< number of the oldest stored event; 0: none
+  std::int64_t newest = 0;
+  std::int64_t oldest = 0;
   std::vector<Consumer> consumers{};
   std::uint64_t repeats = 0;  ///< number of events that devices sent twice, since the start
   /// Number of the gateway's events that were left out (see Shares), since the start.
@@ -88,9 +88,9 @@ struct AckQuery {
 };
 
 struct Acknowledged {
-  std::size_t alarms = 0;  ///< number of acknowledged alarms
-  std::string trouble{};   ///< why the acknowledgement is not on the disk; empty: it is saved
-  WallTime at{};           ///< time of the acknowledgement
+  std::size_t alarms = 0;
+  std::string trouble{};  ///< why the acknowledgement is not on the disk; empty: it is saved
+  WallTime at{};          ///< time of the acknowledgement
 };
 
 class EventSource {

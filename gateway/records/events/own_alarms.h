@@ -48,9 +48,9 @@ enum class Trouble : std::uint8_t {
   ring_open,
   unit_silent,  ///< a unit behind a route does not answer requests of clients
   server_away,  ///< the server of a route cannot be reached
-  events_lost,  ///< events cannot be stored
-  writes_lost,  ///< writes cannot be recorded
-  values_lost,  ///< values cannot be stored
+  events_lost,
+  writes_lost,
+  values_lost,
 };
 inline constexpr std::size_t kTroubles = 10;
 
@@ -123,8 +123,8 @@ class OwnAlarms {
   void OnFirstAnswer(const Subject& device, Now now, Records& records);
 
   std::shared_ptr<const config::Config> config_;
-  std::map<Key, State> states_;  // troubles that exist
-  std::set<Key> over_;           // troubles that were reported since the start as not existing
+  std::map<Key, State> states_;
+  std::set<Key> over_;  // troubles that were reported since the start as not existing
   std::map<Key, Instant> may_be_over_;  // when the trouble counts as over, unless it begins before
   std::set<Subject> unused_;
 };

@@ -71,7 +71,6 @@ Words WordsOf(OwnCode code) {
   return {};
 }
 
-/// Returns false for a fact that happens at one moment.
 bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 }  // namespace

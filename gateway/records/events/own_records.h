@@ -43,12 +43,12 @@ enum class OwnCode : std::uint32_t {
   acknowledged = 1'000'016,
   not_watched = 1'000'017,  ///< an alarm ends because the configuration no longer contains it
   reloaded = 1'000'018,
-  taken_back = 1'000'019,       ///< a configuration that was not confirmed was rolled back
-  clock_corrected = 1'000'020,  ///< the gateway has corrected the clock of a device
-  clock_left = 1'000'021,       ///< the gateway could not correct the clock of a device
-  own_alarm = 1'000'022,        ///< an alarm of a line, a device, a route or a disk (see Trouble)
-  port_served = 1'000'023,      ///< a network client uses the port of a line that is not polled
-  priority = 1'000'024,         ///< the configuration has changed the priority of an active alarm
+  taken_back = 1'000'019,  ///< a configuration that was not confirmed was rolled back
+  clock_corrected = 1'000'020,
+  clock_left = 1'000'021,   ///< the gateway could not correct the clock of a device
+  own_alarm = 1'000'022,    ///< an alarm of a line, a device, a route or a disk (see Trouble)
+  port_served = 1'000'023,  ///< a network client uses the port of a line that is not polled
+  priority = 1'000'024,     ///< the configuration has changed the priority of an active alarm
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }
@@ -68,9 +68,7 @@ EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble,
 /// event has the line and device of `last`, and no alarm.
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at);
-/// Returns the event that ends an alarm that the configuration no longer contains.
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
-/// Returns the event that changes the priority of an alarm to that of the configuration.
 EventRecord PriorityRecord(const Alarm& alarm, config::AlarmPriority priority, WallTime at);
 EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
                            AlarmMark mark, std::string text, WallTime at);

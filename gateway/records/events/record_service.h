@@ -78,7 +78,7 @@ class RecordService {
     bool waits = false;  ///< reading waits until the device has no more events
     bool stale = false;  ///< values being read may belong to the previous event
     int tries = 0;
-    Instant again{};  ///< no further try is made before this time
+    Instant again{};
     std::optional<events::KeptRecord> got{};
     Instant got_at{};
   };
@@ -106,7 +106,7 @@ class RecordService {
 
   const bus::PointStore& store_;
   const Ends ends_;
-  std::atomic<std::size_t> owing_ = 0;  // number of events whose records are still to be read
+  std::atomic<std::size_t> owing_ = 0;
   mutable Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // index: number of the device

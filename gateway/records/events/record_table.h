@@ -79,10 +79,8 @@ inline constexpr std::size_t kRecordPage = 100;
 inline constexpr std::size_t kPageValues = 1000;
 
 Result<RecordPage> ReadRecords(records::Database& database, const RecordQuery& query);
-/// Opens the file and reads a page; see ReadOnce.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
-/// Returns the records of the events with the numbers `first` to `last`, sorted by event.
 Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::int64_t first,
                                               std::int64_t last);
 
@@ -157,7 +155,6 @@ struct PastPage {
 };
 
 Result<PastPage> ReadPast(records::Database& database, const PastQuery& query);
-/// Opens the file and reads a page; see ReadOnce.
 Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
                           bool* damaged = nullptr);
 

@@ -138,7 +138,6 @@ struct Batch {
   std::vector<TrendRow> trends;
 
   bool empty() const { return runs.empty() && samples.empty() && trends.empty(); }
-  /// Adds a run. If the last run has the same number, replaces it.
   void SetRun(const Run& run);
   void Append(Batch&& later);
 };

@@ -165,7 +165,6 @@ void WriteValues(ValueForm form, std::span<const Value> values, ColumnWriter& to
   }
 }
 
-/// Reads `count` values. Reads fewer if `from` fails.
 std::vector<Value> ReadValues(ValueForm form, std::size_t count, ColumnReader& from) {
   std::vector<Value> values;
   if (count > 0 && !IsKnown(form)) from.Fail();

@@ -96,7 +96,6 @@ struct ValueForm {
 /// value.
 ValueForm FormOf(std::span<const Value> values);
 
-/// The limit of entries in one chunk.
 inline constexpr std::size_t kMostInChunk = 20'000;
 /// The limit of texts, in bytes. Callers of EncodeChunk cut longer texts.
 inline constexpr std::size_t kLongestText = 250;

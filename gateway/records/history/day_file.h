@@ -82,7 +82,7 @@ class PointFile {
     bool ok = false;
     std::string put_aside{};  ///< one line for the log; see OpenedDatabase
     std::optional<std::string> lost{};
-    std::int64_t last_run = 0;  ///< number of the last run in the file
+    std::int64_t last_run = 0;
   };
 
   const std::string& error() const { return error_; }

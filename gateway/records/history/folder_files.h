@@ -23,8 +23,8 @@ struct FolderFiles {
   };
   struct Aside {
     std::string name;
-    std::uint64_t bytes = 0;                    ///< size, with the write-ahead log
-    std::filesystem::file_time_type written{};  ///< time of the last write
+    std::uint64_t bytes = 0;  ///< size, with the write-ahead log
+    std::filesystem::file_time_type written{};
   };
   std::vector<Day> days;     ///< oldest first
   std::vector<Aside> aside;  ///< damaged files that were renamed, oldest first

@@ -69,7 +69,6 @@ class TrendFile final : public PointFile {
   records::Statement drop_hours_;
 };
 
-/// A message for the log.
 struct News {
   std::string text;
   bool trouble = true;
@@ -92,7 +91,6 @@ class HistoryFiles {
   Result<DayFile*> Day(Millis day);
   /// Returns why the last call of `file` failed. Closes the file if it is damaged.
   Error Failed(DayFile& file);
-  /// Writes trends to trends.db, which must be open. `sure`: see SureTime.
   Status WriteTrends(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                      std::optional<Millis> sure);
   std::int64_t last_run() const { return last_run_; }

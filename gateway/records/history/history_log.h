@@ -72,7 +72,7 @@ class ValueStore {
   HistoryFiles files_;
   PendingValues pending_;
   Millis marked_ = 0;  // when the runs were last written to today's file
-  Millis looked_ = 0;  // when the folder was last listed
+  Millis looked_ = 0;
   SureTime sure_time_;
   std::optional<Millis> sure_;
   FolderFiles folder_files_;

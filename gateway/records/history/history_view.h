@@ -116,13 +116,13 @@ class UnreadFiles {
 // and gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;               ///< why the disk fails; empty: it works
-  WallTime since{};                  ///< when `disk` last changed
-  std::size_t points = 0;            ///< number of points whose values are stored
+  std::string trouble;  ///< why the disk fails; empty: it works
+  WallTime since{};     ///< when `disk` last changed
+  std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start
   std::uint64_t trends_dropped = 0;  ///< trends that were dropped since the start
-  std::size_t waiting = 0;           ///< number of entries that are not on the disk yet
-  std::uint64_t bytes = 0;           ///< size of all files when they were last listed
+  std::size_t waiting = 0;
+  std::uint64_t bytes = 0;  ///< size of all files when they were last listed
   std::uint64_t limit = 0;
   WallTime oldest{};  ///< beginning of the oldest stored day; the epoch: no day is stored
   std::string folder;

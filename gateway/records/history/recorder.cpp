@@ -43,7 +43,6 @@ Value Cleaned(Value value, Quality quality) {
   return value;
 }
 
-/// Returns the value as a number; empty: the value is not good, or not a number.
 std::optional<double> NumberOf(const Entry& entry) {
   if (!IsGood(entry.quality) || !HasValue(entry.value)) return std::nullopt;
   if (std::holds_alternative<std::string>(entry.value)) return std::nullopt;

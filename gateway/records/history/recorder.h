@@ -36,7 +36,7 @@ struct RecorderCounters {
   std::uint64_t readings = 0;
   /// Readings that were replaced by later readings before the recorder looked.
   std::uint64_t merged = 0;
-  std::uint64_t kept = 0;     ///< entries that were stored
+  std::uint64_t kept = 0;
   std::uint64_t dropped = 0;  ///< entries that were dropped because the queue was full
 };
 

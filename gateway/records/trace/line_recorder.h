@@ -25,7 +25,7 @@ namespace baudgate::records {
 
 /// A copy of the recorder's content at the moment of a failure.
 struct Recording {
-  std::string line;               ///< name of the line
+  std::string line;
   std::vector<std::string> head;  ///< TraceHead of the line
   std::string name;               ///< name of the device or slave that failed
   std::string reason;             ///< one word for the file name: "offline", "corrupt"
@@ -128,10 +128,10 @@ class LineRecorder final : public bus::Tap {
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
   // Received bytes are masked: the last request had secrets.
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);        // end of the last exchange
-  std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);     // time of the last bytes
+  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);  // end of the last exchange
+  std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when a secret was last sent
-  std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);        // time of the last recording
+  std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);
   std::vector<std::weak_ptr<TraceQueue>> readers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
@@ -147,7 +147,6 @@ class Recordings {
   /// $STATE_DIRECTORY; empty: there is no folder.
   static std::filesystem::path FolderOf(const config::Config& config);
 
-  /// A failed write is tried again after this time.
   static constexpr Duration kAgain = 10s;
 
   /// `trouble` is called on the writing thread with the reason why nothing can be written, and with
