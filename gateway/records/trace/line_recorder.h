@@ -60,6 +60,7 @@ class LineRecorder final : public bus::Tap {
   LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink);
 
   // The functions below are for the line's thread.
+
   /// Masks the secret bytes of `request`, and everything that is received until the next request,
   /// because an echo can repeat them: whole, damaged, late or in pieces.
   void OnSent(std::uint32_t device, const protocols::Request& request, Now now) override;
@@ -71,6 +72,7 @@ class LineRecorder final : public bus::Tap {
   void OnPort(const std::string& text, Now now);
 
   // The functions below can be called on any thread.
+
   /// Returns the name of the device for users: "feeder-1", or "slave-17" for a slave that only
   /// routes address.
   std::string NameOf(std::uint32_t device) const;

@@ -28,7 +28,6 @@ bool IsNumber(std::string_view word) {
   return !word.empty() && word.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// True for a serial format such as "8E1".
 bool IsFormat(std::string_view word) {
   constexpr std::string_view kParities = "NEOneo";
   return word.size() == 3 && word[0] >= '5' && word[0] <= '8' &&

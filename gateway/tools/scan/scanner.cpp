@@ -230,7 +230,6 @@ void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   if (!is_over()) SetBack(before.serial);
 }
 
-/// Tries other formats at the same bit rate. Returns true if the device is found.
 bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   if (wish_.network || traffic_) return false;
   bool found = false;

@@ -153,7 +153,6 @@ Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
   return twins;
 }
 
-/// Returns the reply of the first twin that answers.
 Residents::Reply Residents::ReplyOf(const Twins& twins, View request, Instant now) {
   for (const auto& one : twins) {
     Bytes bytes = one->twin->Answer(request, now);

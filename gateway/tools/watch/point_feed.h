@@ -95,7 +95,6 @@ class Listening {
   /// interfaces of the subscriber.
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
-  /// Creates the first subscriber.
   Status Start();
   /// Checks the interfaces once a second. Returns a message for the user if the subscriber was
   /// restarted or cannot be created. After a failure, tries again each second.

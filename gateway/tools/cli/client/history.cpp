@@ -186,7 +186,6 @@ void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ost
   table.PrintAligned(out, "", options.width);
 }
 
-/// Prints dates and numbers in formats that spreadsheets import.
 void PrintCsv(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
   const std::vector<std::string> head = {"meter",
                                          "reading",

@@ -212,7 +212,6 @@ std::string Advice(const WriteOptions& options, const Json& answer) {
          "configuration";
 }
 
-/// Returns the result as a sentence. Example: "refused: …".
 std::string Sentence(const WriteOptions& options, const Json& answer) {
   const std::string end = answer.value("end", "");
   const std::string reason = answer.value("reason", "");

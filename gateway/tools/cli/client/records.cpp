@@ -45,7 +45,6 @@ class Troubles {
  public:
   Troubles(std::string key, std::ostream& err) : key_(std::move(key)), err_(err) {}
 
-  /// Prints the advice in `answer` if the state has changed. Returns the state.
   const std::string& Tell(const Json& answer) {
     const auto found = answer.find(key_);
     if (found == answer.end() || !found->is_object()) return told_;
@@ -152,7 +151,6 @@ std::string ValueText(const Json& value) {
   return text;
 }
 
-/// Values that were recorded with an event.
 struct Kept {
   /// Name and state. Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the
   /// event.

@@ -32,7 +32,6 @@ struct EventsOptions {
 /// records no events.
 int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate alarms` lists active and unacknowledged alarms, `baudgate ack` acknowledges them.
 struct AlarmsOptions {
   bool json = false;
   bool follow = false;    ///< true: go on, and print each alarm again whenever it changes

@@ -144,7 +144,6 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   return choice;
 }
 
-/// Ends the process if its stop takes longer than kStopWithin.
 class StopGuard {
  public:
   StopGuard()

@@ -17,7 +17,6 @@ namespace baudgate::tools {
 int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err, bool json);
 
-/// Prints the problems, one on each line.
 void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& err);
 
 }  // namespace baudgate::tools

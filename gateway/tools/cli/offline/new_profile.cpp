@@ -32,7 +32,6 @@ char TakeNamedSeparator(std::string_view& text) {
   return line[4];
 }
 
-/// Returns the separator that the first non-empty row contains most often.
 char SeparatorOf(std::string_view text) {
   const auto begin = text.find_first_not_of("\r\n");
   if (begin == std::string_view::npos) return ',';
@@ -254,7 +253,6 @@ Decimal CountOf(WallTime time) {
   return Decimal(std::chrono::floor<Unit>(time.time_since_epoch()).count());
 }
 
-/// Parses a date or a time as manuals print it.
 std::optional<Decimal> TimeNumber(const std::string& text, const std::string& form) {
   if (form == "TIME") {
     const auto span = ParseDuration(text);

@@ -270,7 +270,6 @@ void ExplainMiss(const std::string& name, const std::vector<ProfileFile>& matchi
   err << '\n';
 }
 
-/// Prints the title, and every point with its register.
 void PrintProfile(const config::Profile& profile, ProfileFormat format, std::size_t width,
                   std::ostream& out) {
   if (format == ProfileFormat::json) return PrintJson(ToJson(profile), out);

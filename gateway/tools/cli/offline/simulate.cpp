@@ -97,7 +97,6 @@ class Bench {
   Bench(const SimulateConfigOptions& options, const config::Catalog& catalog)
       : options_(options), catalog_(catalog) {}
 
-  /// Makes one simulated port for each line.
   Status Build(const config::Config& config) {
     if (!options_.write.empty()) {
       fs::path folder = options_.ports;
