@@ -69,7 +69,7 @@ constexpr Duration kOpening = 10s;
 /// kMostQuiet is waited for that.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
-/// A reply that takes longer is cut off.
+/// A reply that takes longer than this, or has more than kMostBytes, is cut off.
 constexpr Duration kMostReply = 5s;
 constexpr std::size_t kMostBytes = 8192;
 /// Between two bytes from a serial server, a pause of this length can occur.
