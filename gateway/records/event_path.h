@@ -116,7 +116,6 @@ class AlarmService {
   /// long enough.
   void Look(std::span<const DiskState> disks, Now now);
 
-  /// Applies a reload; see OwnAlarms.
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
@@ -160,9 +159,7 @@ class EventPath final : public bus::EventSink {
   /// The second step of a reload, when the lines of these devices have started: calls `kept` for
   /// each device with events on the disk, and requests the records that their events announce.
   void Begun(std::uint32_t first_device, std::size_t devices);
-  /// Records that a configuration was applied, or rolled back (`taken_back`).
   void OnReload(bool taken_back, const std::string& text);
-  /// Records that the gateway has corrected the clock of a device, or has failed to correct it.
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// Records the start of the gateway; to be called before the lines start.
   void Started() { queue().Started(kVersion); }

@@ -105,7 +105,6 @@ class Repeats {
   /// Passes changed records to the book, and closes records that were open for kWindow. To be
   /// called about once a second.
   void Tick(Instant now);
-  /// Passes all records to the book and closes them. To be called at the end of the program.
   void Close();
 
   bool empty() const { return open_.empty(); }

@@ -241,7 +241,6 @@ std::string Range(std::string_view what, unsigned start, unsigned count) {
   return fmt::format("{} {}-{}", what, start, start + count - 1);
 }
 
-/// Returns one value as a number, several values as a text.
 template <typename ValueAt>
 Value ValuesOf(unsigned count, ValueAt value_at) {
   if (count == 1) return std::int64_t{value_at(0)};

@@ -36,7 +36,7 @@ enum class Kind : std::uint8_t {
   point,   ///< a write to a point: recorded before it is sent
   route,   ///< a request passed on unchanged: recorded after its exchange
   denied,  ///< a write that the gateway refused
-  loan,    ///< loan of a port over the network: its beginning and its end
+  loan,
 };
 inline constexpr std::size_t kKinds = 4;
 
@@ -57,8 +57,8 @@ struct WriteRecord {
   Value value;        ///< the value to write; for repeats, the last value
   std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
   std::string reason;           ///< why the write failed, as one sentence; empty: it succeeded
-  Duration took{};              ///< from the request to the end
-  std::uint64_t count = 1;      ///< number of repeats, the first write included
+  Duration took{};
+  std::uint64_t count = 1;  ///< number of repeats, the first write included
   /// Client and number of the request; for repeats, of the first request. Empty: the request had no
   /// number.
   std::optional<bus::RequestId> request{};

@@ -101,7 +101,6 @@ class Statement {
   void Bind(int place, const std::optional<Some>& value) {
     if (value) Bind(place, *value);
   }
-  /// Binds the values to the places from 1 on.
   template <typename... Values>
   void BindAll(const Values&... values) {
     int place = 0;

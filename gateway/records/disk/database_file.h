@@ -31,7 +31,6 @@ std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
 /// Returns why this process cannot read an existing file, and the remedy. Empty: it can.
 std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
-/// Returns why this process cannot write to an existing file, and the remedy.
 std::string WhyReadOnly(const std::filesystem::path& file);
 
 /// Returns which committed changes the write-ahead log has lost; empty: none. SQLite reads the log
@@ -85,7 +84,7 @@ class OpenFile {
   // The log and its index; inode 0: the file was not seen yet.
   Id log_;
   Id index_;
-  std::uint64_t longest_ = 0;  // the largest size of the file that was seen
+  std::uint64_t longest_ = 0;
   Bytes head_;
   std::int64_t application_ = 0;
 };

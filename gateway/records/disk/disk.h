@@ -80,7 +80,7 @@ class DiskCondition {
  private:
   Disk disk_ = Disk::opening;
   std::string trouble_;
-  WallTime since_;  // since when `disk_` has its value
+  WallTime since_;
   std::vector<std::string> put_aside_;
 };
 

@@ -45,7 +45,7 @@ struct AlarmMark {
     clear,
     pulse,  ///< raises and clears the alarm at once, for an event without an end
     acknowledge,
-    priority,  ///< changes the priority of an active alarm
+    priority,
   };
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
@@ -107,7 +107,6 @@ class AlarmBoard {
     std::uint64_t version = 0;
     Alarm alarm{};  ///< state of the alarm; can be normal
   };
-  /// Returns alarms that have changed after version `after`, sorted by version.
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 
  private:

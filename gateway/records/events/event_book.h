@@ -70,7 +70,7 @@ class Shares {
     Instant filled{};  ///< when `left` last increased
     int waiting = 0;   ///< number of events that wait for the disk
     std::uint64_t left_out = 0;
-    WallTime since{};  ///< time of the first left-out event
+    WallTime since{};
     EventRecord last{};
     Instant last_at{};
     Duration settles = kSettles;
@@ -151,12 +151,11 @@ class EventBook {
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }
-  std::uint64_t repeats() const { return repeats_; }  ///< number of events that a device sent twice
+  std::uint64_t repeats() const { return repeats_; }
   /// Returns the alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
   /// Returns the alarms as they will be when all batches of the last Prepare or Ahead are stored.
   std::map<AlarmKey, Alarm> Expected() const;
-  /// Returns Expected() if `expected`, else alarms().
   std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 

@@ -94,7 +94,6 @@ class EventRounds {
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
   /// To be called after a failure. Returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
-  /// True if more batches wait and the disk works.
   bool goes_on() const;
   /// Returns log lines about events that are not on the disk: one for devices, one for the gateway.
   /// To be called after the thread has ended.

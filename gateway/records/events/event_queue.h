@@ -55,7 +55,6 @@ class WatchedAlarms {
  public:
   explicit WatchedAlarms(Watched watched) : watched_(std::move(watched)) {}
 
-  /// Sets the function of the new configuration after a reload.
   void Renew(Watched watched) {
     watched_ = std::move(watched);
     due_ = true;

@@ -31,9 +31,9 @@ namespace baudgate::events {
 /// The clock of a time, and the quality of that clock. The numbers are public (file, JSON, Modbus,
 /// DDS), so new ones are appended.
 enum class ClockQuality : std::uint16_t {
-  none = 0,     ///< the device reported no time: the time is when the gateway received the event
-  gateway = 1,  ///< the gateway's clock
-  device = 2,   ///< the device's clock; the reported time is complete, or only one minute fits
+  none = 0,  ///< the device reported no time: the time is when the gateway received the event
+  gateway = 1,
+  device = 2,  ///< the device's clock; the reported time is complete, or only one minute fits
   minute_guessed = 3,  ///< the device's clock; several minutes fit, and the last is taken
   out_of_step = 4,     ///< the device's clock; no minute agrees with the gateway's clock
 };

@@ -51,8 +51,8 @@ struct Consumer {
 
 struct EventsState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;      ///< why the disk fails; empty: it works
-  WallTime since{};         ///< when `disk` last changed
+  std::string trouble;  ///< why the disk fails; empty: it works
+  WallTime since{};
   std::size_t waiting = 0;  ///< number of batches of devices that are not on the disk
   std::int64_t newest = 0;
   std::int64_t oldest = 0;
@@ -90,7 +90,7 @@ struct AckQuery {
 struct Acknowledged {
   std::size_t alarms = 0;
   std::string trouble{};  ///< why the acknowledgement is not on the disk; empty: it is saved
-  WallTime at{};          ///< time of the acknowledgement
+  WallTime at{};
 };
 
 class EventSource {

@@ -69,8 +69,8 @@ struct Trend {
   double max = 0;
   double first = 0;  ///< the first good value in the span; can have been read before the span
   double last = 0;
-  std::int64_t count = 0;  ///< number of good readings within the span
-  Millis good = 0;         ///< time with good quality, in ms; in a finished trend never 0
+  std::int64_t count = 0;
+  Millis good = 0;  ///< time with good quality, in ms; in a finished trend never 0
 
   bool operator==(const Trend&) const = default;
 };

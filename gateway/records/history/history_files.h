@@ -81,7 +81,6 @@ class HistoryFiles {
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
-  /// Opens trends.db, if it is not open.
   Status OpenTrends();
   /// Opens the files of these days and returns the last run number in them. Only the file of
   /// `today` stays open.

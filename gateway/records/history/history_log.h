@@ -42,7 +42,6 @@ class ValueStore {
   /// Adds the batch to the values that wait, and writes as many of them as possible. The others
   /// wait for the next call. `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
-  /// Checks the content of open files; see HistoryFiles::Check.
   void Check(const std::set<std::string>& files) { files_.Check(files); }
   bool waits() const {
     return !pending_.batch().samples.empty() || !pending_.batch().trends.empty();

@@ -28,7 +28,6 @@ RunBegin RunBeginNamed(std::string_view name) {
                                    : static_cast<RunBegin>(found - kRunBegins.begin());
 }
 
-/// Reads one point from one day's file.
 class DayReader {
  public:
   DayReader(const fs::path& folder, Millis day, const std::string& point)

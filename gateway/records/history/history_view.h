@@ -53,8 +53,8 @@ struct PageQuery {
 /// A file that could not be read completely, so a page lacks values of the file.
 struct UnreadFile {
   Millis day = 0;
-  std::string text{};    ///< name and reason: "values-20261123.db: file is not a database"
-  bool damaged = false;  ///< SQLite has found damage
+  std::string text{};  ///< name and reason: "values-20261123.db: file is not a database"
+  bool damaged = false;
 
   bool operator==(const UnreadFile&) const = default;
 };
@@ -117,7 +117,7 @@ class UnreadFiles {
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
   std::string trouble;  ///< why the disk fails; empty: it works
-  WallTime since{};     ///< when `disk` last changed
+  WallTime since{};
   std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start
   std::uint64_t trends_dropped = 0;  ///< trends that were dropped since the start

@@ -25,7 +25,6 @@ char Shown(std::uint8_t byte) {
   return byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '.';
 }
 
-/// Returns true for each byte of the request that is secret.
 std::vector<bool> MaskOf(const protocols::Request& request) {
   std::vector<bool> mask(request.bytes.size());
   for (const auto& [at, count] : request.expect.secrets) {

@@ -130,7 +130,7 @@ class LineRecorder final : public bus::Tap {
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
   // Received bytes are masked: the last request had secrets.
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);  // end of the last exchange
+  std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> last_secret_ BAUDGATE_GUARDED_BY(mutex_);  // when a secret was last sent
   std::optional<Instant> saved_ BAUDGATE_GUARDED_BY(mutex_);

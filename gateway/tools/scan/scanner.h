@@ -58,7 +58,6 @@ class Scanner {
   const Report& report() const { return report_; }
 
  private:
-  /// One question to one address.
   struct Asked {
     std::size_t tongue = 0;
     config::SerialSettings serial{};

@@ -65,8 +65,6 @@ int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
 int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,
         std::ostream& err);
 
-// These functions read members of a gateway's answer.
-
 /// Returns a number that every answer contains. Throws if it is missing.
 inline std::uint64_t Number(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::uint64_t>();

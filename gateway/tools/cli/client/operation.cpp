@@ -20,7 +20,6 @@ std::string Clock(const std::string& time) {
   return time.size() < 19 ? time : time.substr(11, 8) + " UTC";
 }
 
-/// The port's state when waiting for its release or return ended.
 struct Seen {
   int code = 0;
   bool reached = false;
@@ -200,7 +199,6 @@ void PrintPoints(const Json& points, bool read, std::ostream& out) {
   table.PrintAligned(out);
 }
 
-/// Returns advice on how to allow a denied write; empty: there is no advice.
 std::string Advice(const WriteOptions& options, const Json& answer) {
   const std::string needs = answer.value("needs", "");
   if (needs == "confirm") {

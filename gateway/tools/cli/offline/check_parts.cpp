@@ -111,7 +111,6 @@ std::string Listed(const std::vector<std::string>& all) {
   return text;
 }
 
-/// Lists all points of `ruled`, then the first of `plain`.
 std::string ListedWithRules(const std::vector<std::string>& ruled,
                             const std::vector<std::string>& plain) {
   std::string text;

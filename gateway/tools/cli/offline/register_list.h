@@ -21,7 +21,7 @@ enum class FirstRegister : std::uint8_t {
 };
 
 struct ListedPoint {
-  int line = 0;  ///< line number of the row in the file
+  int line = 0;
   std::string name;
   std::string table;  ///< coil, discrete, holding or input
   std::uint16_t address = 0;

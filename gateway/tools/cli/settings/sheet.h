@@ -37,7 +37,7 @@ struct Sheet {
   std::string designation;  ///< the device's designation; empty: unknown
   std::string time;         ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
-  config::Mark mark;  ///< place of the sheet in the file
+  config::Mark mark;
 
   std::string target() const { return line + "." + device; }
   const Setting* Find(const std::string& point) const;
