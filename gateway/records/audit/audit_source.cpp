@@ -85,8 +85,8 @@ Result<Page> ReadPage(records::Database& database, const PageQuery& query) {
     page.records.push_back(RecordOf(rows));
     const WriteRecord& record = page.records.back();
     const std::int64_t next = settled ? record.settled.value_or(page.next) : record.seq;
-    // The number must increase from row to row, so that a client that reads page after page reaches
-    // an end even if the file is damaged.
+    // The order must advance, so that a client that reads page after page reaches an end even in a
+    // damaged file.
     if (next <= page.next) return Error{"its rows are out of order: it is damaged"};
     page.next = next;
   }

@@ -81,7 +81,7 @@ std::optional<std::string> HeadDamage(View head) {
     return damage("it is no SQLite database");
   }
   const std::uint32_t page = std::uint32_t{head[16]} << 8U | head[17];
-  if (page != 1 && !IsPageSize(page)) return damage("the size of its pages");  // 1 stands for 65536
+  if (page != 1 && !IsPageSize(page)) return damage("the size of its pages");  // 1: 65536
   for (const std::size_t at : {18U, 19U}) {
     if (head[at] != 1 && head[at] != 2) return damage("the version of its format");
   }
