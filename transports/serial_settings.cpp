@@ -81,7 +81,7 @@ Status CheckRange(const config::SerialSettings& serial) {
   return {};
 }
 
-/// Rounds up to whole milliseconds, as the driver needs: a shorter delay would cut off bits.
+/// Rounds up to whole milliseconds, the driver's unit: a shorter delay would cut off bits.
 std::uint32_t Milliseconds(Duration delay) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(delay).count());
 }
@@ -125,7 +125,7 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
                "use an adapter that switches direction by itself"};
 }
 
-/// Errors are ignored: many drivers have no such flag, and need none or have the setting elsewhere.
+/// Ignores errors: many drivers have no such flag, and need none or have the setting elsewhere.
 void ApplyLowLatency(int fd, bool wanted) {
   serial_struct driver{};
   if (ioctl(fd, TIOCGSERIAL, &driver) != 0) return;
@@ -229,7 +229,8 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   }
   SetRaw(mode);
   SetFormat(mode, serial);
-  // A pty damages nothing; there INPCK tells the parity to the twin at the far end.
+  // A pty damages no characters; there INPCK tells the parity to the simulated device at its far
+  // end.
   if (pty && serial.parity == config::Parity::none) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK);
   if (damage == Damage::as_it_is) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
   const tcflag_t wanted = mode.c_iflag;
@@ -266,7 +267,7 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 std::optional<PortCounters> ReadDriverCounters(int fd) {
   serial_icounter_struct counted{};
   if (ioctl(fd, TIOCGICOUNT, &counted) != 0) return std::nullopt;
-  // A break is a long framing error.
+  // A break counts as a framing error too.
   return PortCounters{.parity = static_cast<std::uint32_t>(counted.parity),
                       .framing = static_cast<std::uint32_t>(counted.frame) +
                                  static_cast<std::uint32_t>(counted.brk),
@@ -322,7 +323,7 @@ namespace {
 
 using config::Parity;
 
-/// Returns the parity that the flags show; `device`'s parity if they leave it open.
+/// Returns the parity that the flags show, or `device` if the flags leave it open.
 Parity ParityOf(const termios2& mode, Parity device) {
   const bool odd = (mode.c_cflag & PARODD) != 0;
   if ((mode.c_cflag & CMSPAR) != 0) return odd ? Parity::mark : Parity::space;

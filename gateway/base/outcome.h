@@ -59,7 +59,7 @@ inline constexpr std::size_t kWriteEnds = 7;
 
 struct WriteResult {
   WriteEnd end = WriteEnd::ok;
-  std::string reason{};    ///< one sentence; with `ok` only a remaining doubt
+  std::string reason{};    ///< one sentence; with `ok`: empty, or a remaining doubt
   bool read_back = false;  ///< with `ok`: the device shows the written value
   /// For a write of several points: how many points were confirmed, in their order, before the
   /// first point that was not.
