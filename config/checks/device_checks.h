@@ -25,7 +25,7 @@ struct Paces {
   const Pace& profile;
   const Pace& line;
 };
-/// `mark` is the place of the device.
+/// Warns of paces without effect. `mark` is the place of the device.
 void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
                 Problems& problems);
 

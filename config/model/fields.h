@@ -32,8 +32,8 @@
 
 namespace baudgate::config {
 
-// A value that its copies share, to save memory: a thousand devices of one profile share one
-// description of each point, and one file name.
+// Shared is a value that its copies share, to save memory: a thousand devices of one profile share
+// one description of each point, and one file name.
 
 /// The value is immutable; assignment replaces it. Without a value it reads as T{}.
 template <typename T>
@@ -73,7 +73,7 @@ struct Word {
 };
 inline constexpr std::array<Word<bool>, 2> kDenyAllow = {{{"deny", false}, {"allow", true}}};
 
-/// Replaces the default in the table of keys if the key is mandatory.
+/// The text in the column "default" of the table of keys if a key is mandatory.
 inline constexpr std::string_view kRequired = "required";
 
 template <typename E, std::size_t kCount = 0>
@@ -94,7 +94,8 @@ constexpr auto WordsOfNames() {
 template <typename E>
 inline constexpr auto kWords = WordsOfNames<E>();
 
-/// Returns the first word of kWords for this value, such as "strip" for Echo::strip; empty: none.
+/// Returns the first word of kWords for this value, such as "strip" for Echo::strip; empty if the
+/// value has no word.
 template <typename E>
 requires std::is_enum_v<E>
 constexpr std::string_view Name(E value) {
@@ -130,7 +131,7 @@ struct Field {
   std::span<const Word<Value>> words = Words();  ///< the allowed words
 };
 
-/// A key that sets several members, or a member that another key sets as well.
+/// A key that sets several members, or that sets a member which another key sets as well.
 struct Key {
   static constexpr bool is_setting = false;
   std::string_view key;
