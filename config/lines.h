@@ -27,9 +27,6 @@ namespace baudgate::config {
 /// the name.
 std::optional<std::string> ReadName(MapReader& map, std::string_view example);
 
-// The functions below read serial settings, named times and periods of the gateway, a line, a
-// profile or a device.
-
 /// Parses "9600 7E1". Settings that the text does not contain are those of `base`.
 Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base);
 

@@ -187,7 +187,6 @@ void PortKeeper::TryIn(Duration wait) {
   });
 }
 
-/// Called when the port has appeared, or its access rights have changed.
 void PortKeeper::OnPortChange() {
   waiting_.reset();
   timer_.cancel();

@@ -71,7 +71,6 @@ class PortWatch {
   /// caller must then check the port periodically.
   bool Start();
   void Stop();
-  /// True if the watch was started and can still report changes.
   bool watching() const { return running_ != nullptr; }
 
  private:

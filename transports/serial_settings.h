@@ -33,7 +33,6 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
 /// Sets raw mode only, for the far end of a pty.
 Status MakeRaw(int fd);
 
-/// Returns speed, format and flow control that the driver reports.
 Result<config::SerialSettings> ReadSerialSettings(int fd);
 
 /// Checks that the settings that the driver reports match those that were asked for. The speed may

@@ -32,9 +32,6 @@ Round RoundOf(Group group, const Line& line, const Device& device,
 /// Returns the times that apply to the device, and the source of each.
 Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
-// The functions below check that serial settings and named times can work: together, with the port,
-// and with the protocol.
-
 /// Reports a ceiling that is shorter than the reply time. `mark` is the place of `ceiling`.
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
 /// Checks that software parity is used with 7E1 or 7O1, because a port with 8N1 only can transmit
@@ -59,9 +56,6 @@ void CheckPortSettings(const std::string& port, const SerialSettings& serial, co
 /// a device.
 void CheckTcp(const protocols::Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
-
-// The functions below check whether the port of a line may be passed on over the network, and to
-// whom.
 
 /// Reports a server that clients of other machines can reach: an error without `allow`, else a
 /// warning. `key` is "serial_server" or "lend".

@@ -26,8 +26,6 @@ void CheckListener(const Listener& listener, const Catalog& catalog, Problems& p
 void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
                  Problems& problems);
 
-// The functions below check routes: targets, slave addresses, and deadlines.
-
 /// Checks that the route has exactly one of `line` and `server`. `route` are the route's keys.
 void CheckTarget(const Keys& route, Problems& problems);
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems);

@@ -14,9 +14,6 @@
 
 namespace baudgate::config {
 
-// Checks that a device can send the `sentinels` of its points. If the protocol reads whole numbers,
-// a sentinel must lie in their range, and a sentinel in hex stands for their bits.
-
 /// Converts sentinels in hex to numbers, and reports sentinels that the device can never send or
 /// that occur twice. Example: 0x8000 becomes -32768 if the protocol reads an int16, whatever the
 /// type of the point is. If `protocol` is null, the type of the point decides.

@@ -25,7 +25,6 @@ Status CheckName(std::string_view name);
 /// IEC 61131-3, which nearly all programs accept.
 Status CheckPointName(std::string_view name);
 
-/// Reports each second use of a name or number that must be unique in the gateway.
 class Uniques {
  public:
   explicit Uniques(Problems& problems) : problems_(problems) {}

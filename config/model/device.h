@@ -96,7 +96,7 @@ struct Device {
   Timing timing;
   std::optional<SerialSettings> serial;  ///< set if the line's settings are changed for this device
   Identity identity;
-  Options options;            ///< options of the protocol
+  Options options;
   std::vector<Point> points;  ///< points of the profile and of the device, merged
   bool events = false;        ///< events of the device are requested and recorded
   bool point_events = false;  ///< events of its points are recorded

@@ -195,8 +195,8 @@ struct Point {
   Group group = Group::fast;
   Recheck recheck = Recheck::off;
   Table table = Table::registers;
-  std::optional<std::uint16_t>
-      modbus;                   ///< 0-based PDU address; nothing: the point is not on Modbus
+  /// The 0-based PDU address. Nothing: the point is not on Modbus.
+  std::optional<std::uint16_t> modbus;
   std::size_t text_length = 0;  ///< length in bytes of string(n)
   Writing writing;
   std::optional<Duration> poll;  ///< the point's own period; then `group` is one of Group::own

@@ -57,8 +57,8 @@ class Problems {
  public:
   static constexpr std::size_t kMost = 500;
 
-  /// Registers a key whose value no message must show, even if a typing error merges key and value
-  /// into one text.
+  /// Registers a key whose value must not appear in any message, even if a typing error merges key
+  /// and value into one text.
   void AddSecret(std::string_view key) { secrets_.emplace(key); }
   bool IsSecret(const std::string& key) const { return secrets_.contains(key); }
   /// Returns QuotedKey(key). If the text begins with a secret key, the part behind that key is

@@ -13,14 +13,14 @@ namespace baudgate {
 enum class Outcome : std::uint8_t {
   none = 0,  ///< no exchange has ended yet
   ok = 1,
-  no_reply = 2,     ///< no reply came, or the device was not asked
-  partial = 3,      ///< the reply stopped mid-frame
-  corrupt = 4,      ///< checksum or syntax is wrong
-  unexpected = 5,   ///< a valid frame, but of another address or shape
-  busy = 6,         ///< the device asks to be asked later
-  refused = 7,      ///< the device understood the request and refuses it
-  unsupported = 8,  ///< the device does not support the request
-  line_down = 9,    ///< the port is closed or lost
+  no_reply = 2,    ///< no reply came, or the device was not asked
+  partial = 3,     ///< the reply stopped mid-frame
+  corrupt = 4,     ///< checksum or syntax is wrong
+  unexpected = 5,  ///< a valid frame, but of another address or shape
+  busy = 6,        ///< the device asks to be asked later
+  refused = 7,     ///< the device understood the request and refuses it
+  unsupported = 8,
+  line_down = 9,  ///< the port is closed or lost
 };
 
 inline constexpr std::size_t kOutcomeCount = 10;

@@ -39,7 +39,6 @@ class Result {
   std::variant<T, Error> content_;
 };
 
-/// Success, or an error with its reason.
 class Status {
  public:
   Status() = default;

@@ -30,7 +30,6 @@ double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 /// Returns how many of `needs.viewers` are allowed: all, or at most an eighth of the limit.
 std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// Returns a sentence for the log, for the case that not all clients are allowed to connect.
 std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
 /// Counts the open files of this process, even when the process has reached its limit. Thread-safe.

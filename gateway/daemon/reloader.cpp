@@ -86,7 +86,7 @@ namespace {
 
 using log::Level;
 
-constexpr int kBadFile = 2;   // exit code: nothing of the file is applied
+constexpr int kBadFile = 2;   // exit code: the request cannot be fulfilled, and nothing is applied
 constexpr int kCanNotBe = 4;  // exit code: a disk fails, or another program uses a port
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
@@ -279,13 +279,10 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
   return answer;
 }
 
-/// Returns how long `next` must be on trial; zero: it is confirmed at once.
 Duration Reloader::TimeFor(const control::ReloadAsk& ask, const config::Config& next) const {
   return trial_.TimeFor(next, ask.confirm, ReadClocks().instant);
 }
 
-/// Starts a trial of the applied text. If `time` is zero, ends the running trial and confirms the
-/// applied text.
 void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   trial_.Begin(time, before, ReadClocks().instant);
   FollowTrial();

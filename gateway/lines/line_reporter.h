@@ -97,7 +97,6 @@ class PortDisplay {
   PortDisplay(bus::PointStore& store, const config::Line& line, records::LineRecorder& recorder,
               LineReporter& reporter);
 
-  /// `text` describes the port and its settings.
   void OnOpened(const std::string& text, Now now);
   struct Down {
     bool first = false;  ///< the first failure for this reason since the port worked

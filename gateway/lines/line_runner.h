@@ -189,7 +189,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
   const std::shared_ptr<const config::Line> config_;
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
-  transports::PortKeeper keeper_;   // opens the port again while it is down
+  transports::PortKeeper keeper_;
   const std::unique_ptr<transports::Transport> transport_;
   LineParts line_;
   LineServers servers_;
@@ -210,7 +210,6 @@ class LineRunner final : private transports::TransportListener, private serial_s
 // thread-safe.
 class LineSlot final : public bus::RouteTarget {
  public:
-  /// The reason in the reply to a request while the slot has no line.
   static constexpr const char* kNotThere =
       "its line does not run: a reload is adding the line, or has removed it";
 

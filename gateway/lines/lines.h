@@ -217,7 +217,6 @@ struct ManualSettings {
   std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`
 };
 
-/// Returns the manual settings of the running line `line`.
 ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,
                                 const config::Line& config);
 

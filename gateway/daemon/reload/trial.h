@@ -38,7 +38,7 @@ namespace baudgate::reload {
 struct KeptTexts {
   std::string confirmed;
   std::optional<std::string> trial{};  ///< the text that is on trial, or was taken back
-  std::optional<std::string> why{};    ///< why `trial` was taken back; nothing: it is on trial
+  std::optional<std::string> why{};    ///< why `trial` was taken back; nothing if it was not
 };
 
 class KeptConfigs {

@@ -27,7 +27,6 @@
 
 namespace baudgate::serial_server {
 
-// The TCP connection of one client. It passes bytes to the session (session.h) and back.
 class ClientSocket final : public Session::Connection {
  public:
   /// A client that takes no data for this time is disconnected. TCP has the same limit
