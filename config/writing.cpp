@@ -148,7 +148,7 @@ class Resolver {
  public:
   Resolver(const Config& config, Problems& problems) : config_(config), problems_(problems) {}
 
-  /// `guarded` is the point that has the interlock.
+  /// Finds the point that `interlock` names. `guarded` is the point that has the interlock.
   void Resolve(AllowWhen& interlock, const Point& guarded) {
     const auto name = SplitName(interlock.point);
     const auto line = name ? IndexOf(config_.lines, name->line) : std::nullopt;

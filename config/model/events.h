@@ -76,14 +76,13 @@ void VisitFields(const PointEvent*, Visit visit) {
 /// Returns "change" or "above 5", which distinguishes the events of one point.
 std::string ConditionOf(const PointEvent& event);
 
-// The description of a device's event: a row of the table `events:` of a profile.
-
 /// The states as Modbus and the command line show them.
 enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
 
 inline constexpr std::uint32_t kLastEventCode = 999'999;
 
+/// The description of an event of a device: a row of the table `events:` of a profile.
 struct EventText {
   std::optional<std::uint32_t> channel;  ///< empty: the row applies to every channel
   std::uint32_t code = 0;

@@ -128,7 +128,7 @@ struct Field {
   Bound least{};  ///< minimum of a number or a time
   Bound most{};
   std::string_view fallback{};  ///< the default, if it differs from the member's initial value
-  std::span<const Word<Value>> words = Words();  ///< the allowed words
+  std::span<const Word<Value>> words = Words();
 };
 
 /// A key that sets several members, or that sets a member which another key sets as well.

@@ -12,13 +12,11 @@ namespace baudgate::modbus {
 
 enum class Framing : std::uint8_t { tcp, rtu, ascii };
 
-/// Returns "Modbus RTU".
 constexpr std::string_view Title(Framing framing) {
   constexpr std::array<std::string_view, 3> kTitles = {"Modbus TCP", "Modbus RTU", "Modbus ASCII"};
   return kTitles[static_cast<std::size_t>(framing)];
 }
 
-/// Returns "rtu", the word in the configuration.
 constexpr std::string_view Name(Framing framing) {
   constexpr std::array<std::string_view, 3> kNames = {"tcp", "rtu", "ascii"};
   return kNames[static_cast<std::size_t>(framing)];

@@ -60,9 +60,6 @@ bool IsMachineIpv4(const std::string& text);
 bool IsLoopback(const Network& network);
 bool Covers(const Network& outer, const Network& inner);
 
-// The address of a DDS discovery server, as users write it in `dds.discovery_servers` and on the
-// command line.
-
 inline constexpr std::size_t kMostDiscoveryServers = 16;
 inline constexpr std::uint16_t kDiscoveryPort = 11811;
 

@@ -77,9 +77,9 @@ struct Listener {
   enum class Echo : std::uint8_t { off, strip };
   std::string host = "127.0.0.1";
   std::uint16_t port = 1502;
-  std::string path;       ///< the serial port; if set, host and port are unused
-  SerialSettings serial;  ///< settings of the serial port
-  Echo echo = Echo::off;  ///< echo at the serial port
+  std::string path;  ///< the serial port; if set, host and port are unused
+  SerialSettings serial;
+  Echo echo = Echo::off;
   modbus::Framing framing = modbus::Framing::tcp;  ///< at a serial port: rtu or ascii
   std::vector<Network> allow;                      ///< empty: everybody
   Permit permit = Permit::all;

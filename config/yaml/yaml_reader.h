@@ -22,7 +22,7 @@ namespace baudgate::config {
 
 struct Entry {
   std::string key;
-  Position place;  ///< place of the key
+  Position place;
   YamlNode value;
 };
 

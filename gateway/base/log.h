@@ -81,8 +81,8 @@ template <typename... Args>
 void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
   WriteAct(level, fmt::format(form, std::forward<Args>(args)...));
 }
-/// Writes a warning that differs every time, for example by the port of a client. Warnings with the
-/// same `key` count as repeats.
+/// Writes a warning whose text differs every time, for example by the port of a client. Warnings
+/// with the same `key` count as repeats.
 template <typename... Args>
 void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::warning, key, fmt::format(form, std::forward<Args>(args)...));

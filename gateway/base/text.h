@@ -67,8 +67,6 @@ std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
 namespace baudgate {
 
-// "Did you mean": finds the known word for a misspelt one.
-
 /// Returns the word of `known` with the smallest edit distance; an empty text if none is near
 /// enough for a typing error.
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known);

@@ -126,7 +126,8 @@ Result<WallTime> ParseSince(std::string_view text, WallTime now) {
   if (span) return now - *span;
   const auto time = ParseWallTime(text);
   if (time) return time;
-  // If the text looks like a duration ("1,5h", "99999999d", "2hours"), the error is about that.
+  // A text such as "1,5h", "99999999d" or "2hours" was meant as a duration, so the error of
+  // ParseDuration is returned.
   const auto is = [](char c, char from, char to) { return c >= from && c <= to; };
   const bool was_span = !text.empty() && is(text.front(), '0', '9') && is(text.back(), 'a', 'z');
   if (was_span) return Error{span.error()};

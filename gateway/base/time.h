@@ -55,8 +55,6 @@ inline bool HasCome(const std::optional<Instant>& time, Instant now) {
   return time && *time <= now;
 }
 
-// Times in the past, as users write them: `--since 2h`.
-
 /// Reads a time as FormatWallTime writes it, or a shorter one: "2026-11-21", "2026-11-21T01:14"; a
 /// blank may replace the T. The time is always UTC, with or without the Z.
 Result<WallTime> ParseWallTime(std::string_view text);

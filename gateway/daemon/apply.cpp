@@ -145,7 +145,7 @@ std::vector<std::string> Daemon::Impl::Apply(config::Config next,
   if (records::EventPath* const events = records.events()) {
     events->Begun(first_device, store.device_count() - first_device);
   }
-  // Outputs and events have read what they need of the ended lines from the store.
+  // Outputs and events have read what they need of the ended lines, so the store can forget them.
   for (const std::uint32_t line : placed.gone) store.Forget(line);
   for (std::string& trouble : lines.NotOpen(started)) missing.push_back(std::move(trouble));
   return missing;

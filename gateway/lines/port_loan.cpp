@@ -16,8 +16,8 @@ using serial_server::Visit;
 
 namespace {
 
-/// After this time a client gets the port even if the current exchange has not ended. Only a device
-/// that sends without end makes an exchange as long.
+/// After this time a client gets the port even if the current exchange has not ended. An exchange
+/// lasts as long only if a device sends without end.
 constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
 /// A rest ends after this time even if the bus is never silent.

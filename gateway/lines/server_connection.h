@@ -7,7 +7,7 @@
 //   bytes later than 500 ms                   proven at once
 //   a device has answered                     proven at once
 //   no bytes, and still open after 30 s       proven: it works, although no device answers
-//   ended before                              useless: the next one is reported only once proven
+//   ended before it was proven                useless: the next connection must be proven first
 //
 // `RestingConnection` handles servers that end their connections regularly.
 // SPDX-License-Identifier: Apache-2.0

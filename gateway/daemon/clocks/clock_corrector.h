@@ -5,7 +5,7 @@
 //   this machine's clock is right, the hour allows it, and the last try is 25 hours ago
 //   clock_drift is good and large enough  → clock_drift is read once more, now
 //   both readings agree                   → the time of the try is written to the disk
-//   the time is on the disk                → clock_correction is written, or an event says why not
+//   the time is on the disk               → clock_correction is written, or an event says why not
 //
 // The next try is 25 hours later, whatever the result and also after a restart. It is then on
 // another day of the device's clock even when summer time ends. A try that cannot be recorded is
@@ -103,8 +103,8 @@ class ClockCorrector {
   bool right_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> looked_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::uint32_t, UnderWay> under_way_ BAUDGATE_GUARDED_BY(mutex_);  // by device
-  std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // by device
+  std::map<std::uint32_t, UnderWay> under_way_ BAUDGATE_GUARDED_BY(mutex_);  // key: device
+  std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // key: device
 };
 
 /// Asks systemd's time service (org.freedesktop.timedate1) over the system bus whether this

@@ -182,7 +182,8 @@ class Session {
   static constexpr Duration kMostBeforeBreak = 1s;
   static constexpr Duration kLookBeforeBreak = 10ms;
 
-  /// Until Begin, `visit` counts from the connection. The connection must outlive the session.
+  /// `visit` counts from the connection, until Begin restarts it. The connection must outlive the
+  /// session.
   Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
   /// Handles bytes of the client. Before the client has the port, the caller must pass the bytes of
