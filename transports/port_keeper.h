@@ -193,8 +193,8 @@ class PortThread final : private TransportListener {
   LoopThread loop_{"modbus serial"};
   std::unique_ptr<Transport> port_;
   PortKeeper keeper_;
-  std::atomic<std::size_t> unheard_ =
-      0;                           // received bytes that the server's thread has not yet taken
+  // The number of received bytes that the server's thread has not yet taken.
+  std::atomic<std::size_t> unheard_ = 0;
   std::shared_ptr<char> running_;  // null: stopped
 };
 

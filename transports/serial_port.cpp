@@ -281,8 +281,8 @@ class SerialPort final : public Transport {
   ParmrkDecoder marks_;
   SoftwareParity parity_;
   std::uint32_t earlier_parity_errors_ = 0;  ///< parity errors counted before the last Apply
-  std::optional<PortCounters>
-      at_open_;  ///< the driver's totals at Open; nothing: the driver does not count
+  /// The driver's totals at Open. Nothing: the driver does not count.
+  std::optional<PortCounters> at_open_;
 };
 
 void SerialPort::Open() {

@@ -28,8 +28,8 @@ namespace {
 
 constexpr int kHighestBaud = 921600;
 constexpr int kLowestBaud = 300;
-constexpr unsigned kFirstPtyMajor =
-    136;  // the device numbers of UNIX98 pty slaves, Documentation/admin-guide/devices.txt
+// The major device numbers of UNIX98 pty slaves (Documentation/admin-guide/devices.txt).
+constexpr unsigned kFirstPtyMajor = 136;
 constexpr unsigned kLastPtyMajor = 143;
 constexpr int kBaudTolerancePerMille = 30;
 constexpr int kFewestDataBits = 5;

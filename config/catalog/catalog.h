@@ -21,8 +21,9 @@ inline constexpr const char* kLocalProfiles = "/etc/baudgate/profiles";
 
 /// A profile file: <dir>/<protocol>/<name>.yaml.
 struct ProfileFile {
-  std::string protocol;  ///< the protocol whose folder contains the file; other protocols can use
-                         ///< it too (Protocol::profiles_of)
+  /// The protocol whose folder contains the file. Other protocols can use the profile as well
+  /// (Protocol::profiles_of).
+  std::string protocol;
   std::string name;
   std::filesystem::path path;
 };
@@ -31,8 +32,8 @@ struct ProfileFile {
 bool IsProfilePath(const std::string& profile);
 
 struct Catalog {
-  std::map<std::string, const protocols::Protocol*>
-      protocols;  ///< by name; the pointers stay valid for the life of the program
+  /// Key: name. The pointers stay valid for the life of the program.
+  std::map<std::string, const protocols::Protocol*> protocols;
   std::vector<std::filesystem::path> module_dirs;  ///< the folders that were searched for protocols
   /// The folders of profiles; the first folder that contains a file takes precedence.
   std::vector<std::filesystem::path> profile_dirs;

@@ -41,8 +41,8 @@ inline constexpr std::array<Word<WordOrder>, 4> kWords<WordOrder> = {{{"ABCD", W
 /// The names that a device may report, compared without spaces and case (SpokenName).
 struct Identity {
   std::vector<std::string> names;  ///< names of this device type; empty: unknown
-  std::map<std::string, std::string>
-      others;           ///< names of other device types, each with the profile that lists it
+  /// Names of other device types, each with the profile that lists it.
+  std::map<std::string, std::string> others;
   bool ignore = false;  ///< true: the name is not checked
 };
 

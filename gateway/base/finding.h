@@ -20,11 +20,11 @@ namespace baudgate {
 
 enum class Symptom : std::uint8_t {
   // For these symptoms, a good reply came. "Also" below means: together with the good reply.
-  clean,          ///< only the good reply came
-  refusal,        ///< the good reply refuses the request, or asks to wait
-  doubted,        ///< the reply was not used, because it may answer an earlier request
-  no_number,      ///< the reply has no number where a number belongs; `cause`: what it has in that
-                  ///< place
+  clean,    ///< only the good reply came
+  refusal,  ///< the good reply refuses the request, or asks to wait
+  doubted,  ///< the reply was not used, because it may answer an earlier request
+  /// The reply has no number where a number belongs; `cause`: what it has in that place.
+  no_number,
   few_beside,     ///< one to three stray bytes came also; they may mean nothing
   noise_before,   ///< stray bytes came also, before the reply
   noise_behind,   ///< stray bytes came also, behind the reply
@@ -34,32 +34,37 @@ enum class Symptom : std::uint8_t {
   copies,         ///< the reply came more than once
   others_beside,  ///< a second reply with another content came also
   // For these symptoms, no good reply came, or none that could be used.
-  silence,     ///< not a byte came
-  echo,        ///< only the request itself came back
-  late,        ///< a whole reply came after the reply time
-  split,       ///< a whole reply came, with a pause inside that is longer than `gap`
-  head_lost,   ///< a reply without its beginning; `cause`: empty (one byte is missing), "a few"
-               ///< (several are missing), "garbled" (the first byte is wrong)
-  end_lost,    ///< a reply without its last byte; `cause`: "garbled" if the last byte came, but is
-               ///< wrong
-  tail_lost,   ///< only the beginning of a reply
-  bytes_lost,  ///< the beginning and the end of a reply, with one or two bytes missing; `cause`: as
-               ///< for other_form, if the reply is a text
+  silence,  ///< not a byte came
+  echo,     ///< only the request itself came back
+  late,     ///< a whole reply came after the reply time
+  split,    ///< a whole reply came, with a pause inside that is longer than `gap`
+  /// A reply without its beginning; `cause`: empty (one byte is missing), "a few" (several are
+  /// missing), "garbled" (the first byte is wrong).
+  head_lost,
+  /// A reply without its last byte; `cause`: "garbled" if the last byte came, but is wrong.
+  end_lost,
+  tail_lost,  ///< only the beginning of a reply
+  /// The beginning and the end of a reply, with one or two bytes missing between them; `cause`: as
+  /// for other_form, if the reply is a text.
+  bytes_lost,
   bytes_added,  ///< a reply with one or two bytes too many
-  bad_check,   ///< a reply of the right form and length with a wrong check value; `cause`: "a text"
-               ///< for a text, in which a character may be missing
-  eighth_bit,  ///< a whole reply after the eighth bit of its characters is cleared
+  /// A reply of the right form and length with a wrong check value; `cause`: "a text" for a text,
+  /// in which a character may be missing.
+  bad_check,
+  eighth_bit,      ///< a whole reply after the eighth bit of its characters is cleared
   other_setting,   ///< a reply that would be whole if the device were configured in another way
   other_protocol,  ///< messages of another protocol
   other_device,    ///< a whole reply of another device
   other_master,    ///< a request that this gateway has not sent
-  one_behind,      ///< the reply to the previous request, within the reply time; `cause`: "lags" if
-                   ///< each reply waits for the next request
-  same_again,  ///< the same bytes that came to other requests; `cause`: the bytes, if they are a
-               ///< text
-  late_echo,   ///< a request of this gateway, long after it was sent; `cause`: kOwnRequest if it is
-               ///< a part of the current request
-  late_other,  ///< the late reply of another device of the line
+  /// The reply to the previous request, within the reply time; `cause`: "lags" if each reply waits
+  /// for the next request.
+  one_behind,
+  /// The same bytes that came to other requests; `cause`: the bytes, if they are a text.
+  same_again,
+  /// A request of this gateway came back long after it was sent; `cause`: kOwnRequest if it is a
+  /// part of the current request.
+  late_echo,
+  late_other,   ///< the late reply of another device of the line
   other_reply,  ///< a whole reply to another request
   two_replies,  ///< two different whole replies to one request
   odd,          ///< a whole reply whose content does not fit its request

@@ -67,8 +67,8 @@ struct Daemon::Impl {
   status::GatewayInfo GatewayForStatus();
   void EndLines();
 
-  const config::Config config;  // the configuration of the start: settings that only a restart can
-                                // change are read from it
+  // The configuration of the start. Settings that only a restart can change are read from it.
+  const config::Config config;
   /// The current configuration; its lines have the numbers of the store. It points to `config`
   /// without owning it until the first reload. Later only the reloader's thread uses it.
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};

@@ -63,8 +63,8 @@ class SettingsWatch {
   config::SerialSettings applied_;
   Instant looked_{};
   std::optional<Instant> due_;
-  std::uint64_t times_restored_ =
-      0;  // how often the settings were set again since the port was opened
+  // How often the settings were set again since the port was opened.
+  std::uint64_t times_restored_ = 0;
 };
 
 // Delays closing the port of a line until the current write has ended, at most a second, so that no

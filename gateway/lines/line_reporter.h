@@ -4,7 +4,8 @@
 // first time only (News::first).
 //
 //   device online → offline           no_answer
-//   port lost, opened                 port_down, port_down over
+//   port lost                         port_down
+//   port opened                       port_down over
 //   this device offline → online      no_answer over
 //   another device → online           no_answer over, the first time only (News::first)
 //

@@ -39,8 +39,8 @@ class LineParts {
  public:
   struct Links {
     records::LineRecorder::Sink recordings{};
-    records::DeviceMemory* memory =
-        nullptr;  ///< null: what conversations learn is lost at the end of the program
+    /// Null: what conversations learn is lost at the end of the program.
+    records::DeviceMemory* memory = nullptr;
     /// Null: events are dropped.
     bus::EventSink* events = nullptr;
     LoanRecords loans{};
@@ -194,8 +194,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   LineParts line_;
   LineServers servers_;
   asio::steady_timer offer_end_;
-  bus::CommandRoom queued_{
-      bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
+  // Counts commands that were submitted and not answered yet.
+  bus::CommandRoom queued_{bus::Poller::kQueueLimit};
   // Counts routed requests that were submitted and not answered yet.
   std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};

@@ -266,8 +266,8 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Address();
   offered_until_ = now.instant + time;
-  polls_until_ =
-      now.instant;  // the client need not wait, because a user has asked for the port now
+  // The client need not wait, because a user has asked for the port now.
+  polls_until_ = now.instant;
   ShowService(server, now.wall + time);
 }
 

@@ -237,8 +237,8 @@ class RestingConnection {
   Instant used_{};       // time of the last byte in or out
   Duration survived_{};  // the longest idle time that this connection has survived
   Bytes request_;
-  Bytes ended_by_;  // the latest request at which the server ended the connection, if it was not
-                    // answered since
+  // The latest request at which the server ended the connection, if it was not answered since.
+  Bytes ended_by_;
   bool rests_ = false;
   int alone_ = 0;  // how many further requests get a separate connection
   int next_alone_ = kFewestAlone;

@@ -97,8 +97,8 @@ class ClockCorrector {
   const Links links_;
   Mutex mutex_;
   bus::WriteGate gate_ BAUDGATE_GUARDED_BY(mutex_);
-  std::unique_ptr<records::DeviceMemory> tries_
-      BAUDGATE_GUARDED_BY(mutex_);  // null: no device asks for corrections
+  // Null: no device asks for corrections.
+  std::unique_ptr<records::DeviceMemory> tries_ BAUDGATE_GUARDED_BY(mutex_);
   std::uint32_t devices_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool right_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;

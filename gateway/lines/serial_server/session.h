@@ -232,8 +232,8 @@ class Session {
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;
   Instant break_asked_{};
-  std::optional<Instant> break_at_;  // when the break begins or ends, or the port is checked for a
-                                     // pending break; empty: no break
+  // When the break begins or ends, or the port is checked for a pending break. Empty: no break.
+  std::optional<Instant> break_at_;
   bool breaks_ = false;
   bool asks_ = false;
   bool port_paused_ = false;
