@@ -93,8 +93,8 @@ bool PortWatch::WatchEntry(const fs::path& path) {
       if (!TellsChanges(folder)) return false;
       watched_.push_back({watch, entry.filename().string()});
       std::error_code error;
-      // If the missing folder was created before the watch on its parent was set, no event comes:
-      // try it again.
+      // If the missing folder was created before the watch on its parent was set, no event comes,
+      // so the folder is tried again.
       if (entry == path || !fs::is_directory(entry, error)) return true;
       entry = path;
       continue;

@@ -25,7 +25,7 @@ struct Round {
   Duration time{};
 };
 
-/// `bus` is the Bus of the device's protocol on this line.
+/// Computes one poll of `group`. `bus` is the Bus of the device's protocol on this line.
 Round RoundOf(Group group, const Line& line, const Device& device,
               const protocols::Protocol& protocol, protocols::Bus* bus);
 

@@ -1,6 +1,6 @@
 // Events of a point, and their alarms: the key `events:` of a point. EventText describes an event
-// of a device. AlarmSetting has the priority and the delay of the alarms that the gateway raises
-// itself.
+// of a device. AlarmSetting contains the priority and the delay of the alarms that the gateway
+// raises itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

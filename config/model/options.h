@@ -44,7 +44,7 @@ struct DescriptionRef {
   }
 };
 
-/// Words that the user chooses, each with its text.
+/// Pairs of a word that the user chooses and a text.
 using Pairs = std::map<std::string, std::string>;
 
 /// The value of one option, of the kind that its OptionSpec requires. Durations are nanoseconds.

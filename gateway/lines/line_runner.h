@@ -194,8 +194,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   LineParts line_;
   LineServers servers_;
   asio::steady_timer offer_end_;
-  // Counts commands that were submitted and not answered yet.
-  bus::CommandRoom queued_{bus::Poller::kQueueLimit};
+  bus::CommandRoom queued_{
+      bus::Poller::kQueueLimit};  // counts commands that were submitted and not answered yet
   // Counts routed requests that were submitted and not answered yet.
   std::atomic<std::size_t> routed_ = 0;
   std::atomic<WallTime> stuck_since_ = WallTime{};
