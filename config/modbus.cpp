@@ -105,7 +105,6 @@ constexpr std::size_t kMostRules = 100;
 
 constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
 
-/// Sets the framing, and the serial settings that are the default for the framing.
 void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
   listener.framing = framing;
   if (const protocols::Protocol* frames = catalog.FramesOf(framing))

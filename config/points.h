@@ -15,7 +15,6 @@
 
 namespace baudgate::config {
 
-// TypeText contains the parts of the key `type` of a point.
 struct TypeText {
   Type type = Type::float32;
   std::size_t text_length = 0;  ///< length in bytes of string(n)

@@ -30,8 +30,6 @@
 
 namespace baudgate::transports {
 
-// OpenExclusive uses open(2), flock(2) and TIOCEXCL; each kind of failure has its own message.
-
 namespace {
 
 std::string GroupOf(gid_t id) {

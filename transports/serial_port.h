@@ -26,7 +26,6 @@ bool IsGroupForPorts(gid_t group, mode_t mode);
 /// Returns shell commands that let a group of users open the port, for error messages.
 std::string HowToGive(const std::string& port);
 
-/// Returns a sentence for the log about a failed open(2), with a remedy.
 std::string OpenErrorText(const std::string& port, int error);
 
 // CloseElsewhere exists because Linux waits up to 30 s in close() of a serial port whose output

@@ -162,10 +162,10 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   OnRoom on_room_;
   const Duration stall_time_;
   Bytes input_;
-  Bytes queue_;  ///< bytes that the stream has not accepted
+  Bytes queue_;
   std::uint64_t taken_ = 0;
   bool waiting_ = false;  ///< true: a wait for room is pending
-  bool reading_ = false;  ///< true: a read is pending
+  bool reading_ = false;
   bool paused_ = false;
   bool patient_ = false;
   bool stopped_ = false;

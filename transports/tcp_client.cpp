@@ -328,7 +328,7 @@ class TcpClient final : public Transport {
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
   std::shared_ptr<char> awaiting_;  ///< held while the timer runs; null: the timer has no effect
-  Instant sent_at_{};               ///< time of the latest request
+  Instant sent_at_{};
   /// Requests up to this position of the connection's output were given up.
   std::uint64_t given_up_ = 0;
 };

@@ -14,7 +14,6 @@
 
 namespace baudgate::transports {
 
-/// Why a connection to a server failed, as far as the network reports it.
 enum class NoConnection : std::uint8_t {
   other,
   refused,      ///< the host answers, but no program accepts connections at that port
@@ -55,7 +54,6 @@ struct PortCounters {
   std::uint32_t breaks = 0;  ///< included in `framing`
 };
 
-/// A signal of a port that a client can switch.
 enum class PortSwitch : std::uint8_t { dtr, rts, break_signal };
 
 class Transport {

@@ -174,7 +174,6 @@ bool Same(const std::optional<T>& a, const std::optional<T>& b) {
   return a.has_value() == b.has_value() && (!a || Same(*a, *b));
 }
 
-/// Calls `tell` with the key of each setting that differs.
 template <HasFields T, typename Tell>
 void EachDifferent(const T& a, const T& b, Tell tell) {
   VisitFields(&a, [&](auto field) {

@@ -235,7 +235,7 @@ struct Web {
   std::vector<std::string> hosts;  ///< the gateway's host names for browsers, in lower case
   std::string token_file;          ///< empty: there is no login
   bool acknowledge = false;        ///< true: clients are allowed to acknowledge alarms
-  Mark token_mark;                 ///< place of token_file
+  Mark token_mark;
 
   std::string Address() const;
   bool on_loopback() const { return IsLoopback(ReachOf(listen.host)); }

@@ -14,7 +14,6 @@ namespace baudgate::config {
 
 enum class Parity : std::uint8_t { none, even, odd, mark, space };
 
-/// Returns 'N', 'E', 'O', 'M' or 'S'.
 char LetterOf(Parity parity);
 /// Accepts upper and lower case. Returns nothing if no parity has this letter.
 std::optional<Parity> ParityOf(char letter);

@@ -18,8 +18,8 @@ namespace baudgate::config {
 // Recheck selects the readings that count only after a second reading (docs/timeouts.md).
 enum class Recheck : std::uint8_t {
   off,
-  jump,   ///< readings that differ from the previous reading by more than the point's jump
-  always  ///< all readings
+  jump,  ///< readings that differ from the previous reading by more than the point's jump
+  always
 };
 
 /// The shortest poll period: a request and its reply at 115200 bit/s, and the delay of a USB

@@ -52,7 +52,6 @@ std::optional<std::size_t> ReadChoice(const YamlNode& node, const std::string& w
                                       std::span<const std::string_view> allowed,
                                       Problems& problems);
 
-/// Reads a text and converts it with `parse`, which returns a Result.
 template <typename Parse>
 auto ReadParsed(const YamlNode& node, const std::string& what, Problems& problems, Parse parse)
     -> std::optional<std::remove_cvref_t<decltype(parse(std::string()).value())>> {
@@ -178,7 +177,6 @@ class MapReader {
     });
   }
 
-  /// Reports every key that was not requested.
   void Finish();
 
  private:

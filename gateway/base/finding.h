@@ -34,10 +34,10 @@ enum class Symptom : std::uint8_t {
   copies,         ///< the reply came more than once
   others_beside,  ///< a second reply with another content came also
   // For these symptoms, no good reply came, or none that could be used.
-  silence,  ///< not a byte came
-  echo,     ///< only the request itself came back
-  late,     ///< a whole reply came after the reply time
-  split,    ///< a whole reply came, with a pause inside that is longer than `gap`
+  silence,
+  echo,   ///< only the request itself came back
+  late,   ///< a whole reply came after the reply time
+  split,  ///< a whole reply came, with a pause inside that is longer than `gap`
   /// A reply without its beginning; `cause`: empty (one byte is missing), "a few" (several are
   /// missing), "garbled" (the first byte is wrong).
   head_lost,
@@ -51,11 +51,11 @@ enum class Symptom : std::uint8_t {
   /// A reply of the right form and length with a wrong check value; `cause`: "a text" for a text,
   /// in which a character may be missing.
   bad_check,
-  eighth_bit,      ///< a whole reply after the eighth bit of its characters is cleared
-  other_setting,   ///< a reply that would be whole if the device were configured in another way
-  other_protocol,  ///< messages of another protocol
-  other_device,    ///< a whole reply of another device
-  other_master,    ///< a request that this gateway has not sent
+  eighth_bit,     ///< a whole reply after the eighth bit of its characters is cleared
+  other_setting,  ///< a reply that would be whole if the device were configured in another way
+  other_protocol,
+  other_device,  ///< a whole reply of another device
+  other_master,  ///< a request that this gateway has not sent
   /// The reply to the previous request, within the reply time; `cause`: "lags" if each reply waits
   /// for the next request.
   one_behind,

@@ -99,7 +99,6 @@ std::string Whole(const About& about, const std::string& text) {
          (about.device.empty() ? "" : "device " + about.device + ": ") + text;
 }
 
-/// Prints or holds back a text. Repeats that are due are printed first.
 void PrintOrHold(const std::string* key, Level level, const About& about, const std::string& text) {
   Repeats due;
   bool passed = false;

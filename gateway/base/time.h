@@ -42,7 +42,6 @@ std::string FormatDuration(Duration duration);
 /// Returns "2026-11-21T01:14:31.250Z".
 std::string FormatWallTime(WallTime time);
 
-/// Returns the earliest of the times; nothing if no time is set.
 inline std::optional<Instant> Soonest(std::initializer_list<std::optional<Instant>> times) {
   std::optional<Instant> soonest;
   for (const std::optional<Instant>& time : times) {

@@ -110,7 +110,6 @@ class WorkQueue {
     items_.push_back(std::move(item));
     return true;
   }
-  /// Returns the oldest item; nothing if the queue is empty.
   std::optional<Item> Take() {
     const MutexLock lock(mutex_);
     if (items_.empty()) return std::nullopt;

@@ -85,7 +85,6 @@ class WriteGrace {
     until_.reset();
     std::exchange(then_, nullptr)();
   }
-  /// Drops `then` without calling it.
   void CallOff() {
     until_.reset();
     then_ = nullptr;

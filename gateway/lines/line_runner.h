@@ -106,8 +106,8 @@ class LineServers {
   const config::Line& line_;
   serial_server::PortOwner& owner_;
   PortLoan& loan_;
-  std::unique_ptr<serial_server::Server> server_;   // the configured server; null: none
-  std::unique_ptr<serial_server::Server> offered_;  // the temporary server; null: none
+  std::unique_ptr<serial_server::Server> server_;   // null: no server is configured
+  std::unique_ptr<serial_server::Server> offered_;  // null: there is no temporary server
   config::PortServer offer_;                        // address and mode of `offered_`
 };
 

@@ -166,7 +166,7 @@ class Lines {
   bool running_ = false;
   std::size_t turn_ = 0;  // counter that chooses the next shared loop
   SteadyVector<LineEntry> entries_;
-  SteadyVector<std::uint32_t> line_of_;               // number of the line, by device
+  SteadyVector<std::uint32_t> line_of_;               // index: device; value: number of its line
   mutable LineSlot none_;                             // for unknown numbers; always empty
   std::vector<std::unique_ptr<LineRunner>> hanging_;  // abandoned lines; their loops stay, too
   Mutex watch_mutex_;

@@ -120,7 +120,7 @@ class PortLoan final : public serial_server::PortOwner {
   Instant wanted_at_{};
   Instant until_{};
   Instant show_at_{};       // when the status is updated next
-  std::string offered_at_;  // address of the server of `release --tcp`; empty: none
+  std::string offered_at_;  // address of the server of `release --tcp`; empty: no server
   Instant offered_until_{};
   Instant polls_until_{};  // until then the line polls after a loan
   Instant heard_{};        // time of the last byte from the port, or when the client left

@@ -51,7 +51,6 @@ class KeptConfigs {
 
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path confirmed_file() const { return folder_ / "confirmed.yaml"; }
-  /// True if nothing was ever stored.
   bool empty() const;
   /// Returns nothing if there is no confirmed text, or if it cannot be read.
   std::optional<std::string> confirmed() const;
@@ -146,7 +145,6 @@ class Trial {
   const std::optional<Refused>& refused() const { return refused_; }
   bool IsRefused(const std::string& text) const { return refused_ && refused_->text == text; }
   bool running() const { return probation_.running(); }
-  /// Returns the end of the trial; nothing if no trial runs.
   std::optional<Instant> until() const;
   /// Returns the rest of the trial, rounded up to seconds; zero if no trial runs.
   Duration Left(Instant now) const;

@@ -71,7 +71,6 @@ std::string NameOf(const tcp::endpoint& peer) {
   return HostAndPort(AddressOf(peer).to_string(), peer.port());
 }
 
-/// Returns the configuration key, or the command option, that sets the address of the server.
 const char* KeyOf(Server::Use use) {
   if (use == Server::Use::by_hand) return "release --tcp";
   return use == Server::Use::served ? "serial_server.at" : "lend.at";

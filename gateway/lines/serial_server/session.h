@@ -93,7 +93,7 @@ struct Visit {
   std::string place{};   ///< the address to which the client connected: "127.0.0.1:4001"
   config::PortServer::Mode mode = config::PortServer::Mode::raw;
   Now began{};
-  std::uint64_t to_port = 0;  ///< bytes sent to the port
+  std::uint64_t to_port = 0;
   std::uint64_t from_port = 0;
 };
 
