@@ -309,7 +309,7 @@ TEST(Records, ReportInvalidKeys) {
                   .problems,
               HasSubstr("record: the profile has no record 'tripp'; did you mean 'trip'?"));
   EXPECT_THAT(LoadKeys("events: [{ code: 1, text: a, record: trip }]\n").problems,
-              HasSubstr("it has: none"));
+              HasSubstr("records: none"));
 }
 
 // ---------------- The key history: which points it selects, and its problems.

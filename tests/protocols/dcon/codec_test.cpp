@@ -271,8 +271,8 @@ TEST(DconDecode, CodesAreNeverNumbers) {
       {"-0000", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
       {"-000000", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
       {"+888888", {Quality::bad_sensor_failure, Reason::open_sensor}, "open"},
-      {"+123456", Quality::bad, "no point"},
-      {"+00000", Quality::bad, "no point"},
+      {"+123456", Quality::bad, "no decimal point"},
+      {"+00000", Quality::bad, "no decimal point"},
       {"       ", {Quality::bad_out_of_service, Reason::channel_disabled}, "disabled"},
   };
   for (const CodeCase& code : kCodes) {

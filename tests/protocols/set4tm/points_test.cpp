@@ -58,10 +58,10 @@ TEST(Set4tmFields, ErrorsNameTheFaultyPart) {
       {"08 06 bcd(9)@0", "1 to 8"},
       {"08 0A flag@0", "E-01"},
       {"08 0A flag@41", "E-01"},
-      {"03 0B 00 0A u8@0", "only reads"},
-      {"01 u8@0", "only reads"},
+      {"03 0B 00 0A u8@0", "only read requests"},
+      {"01 u8@0", "only read requests"},
       {"08 7F u8@0", "documented"},
-      {"08 23 00 00 00 00 00 00 00 00 00 01 float_le@1", "planner"},
+      {"08 23 00 00 00 00 00 00 00 00 00 01 float_le@1", "by itself"},
       {"08 00 u8@99999999999999999999", "offset"},
   };
   for (const auto& [read, part] : kWrong) {

@@ -160,7 +160,7 @@ TEST_F(EventSessionTest, ARelayThatRefusesThreeTimesIsNotAskedAgain) {
   AskUpToL();
   EXPECT_EQ(Refuse(kUnknownItem), Then::replan);
   EXPECT_FALSE(session_.has_events());
-  EXPECT_THAT(session_.remark().text, HasSubstr("refuses L"));
+  EXPECT_THAT(session_.remark().text, HasSubstr("refuses the request L"));
   EXPECT_EQ(session_.remark().reason, Reason::none) << "its values are good";
   session_.OnReconnect();
   EXPECT_TRUE(session_.has_events());
@@ -175,7 +175,7 @@ TEST_F(EventSessionTest, ARelayThatHasAnsweredIsStillAsked) {
     Refuse(kUnknownItem);
     EXPECT_TRUE(session_.has_events());
   }
-  EXPECT_THAT(session_.remark().text, HasSubstr("refuses L"));
+  EXPECT_THAT(session_.remark().text, HasSubstr("refuses the request L"));
   AskUpToL();
   AnswerNothing();
   EXPECT_EQ(session_.remark().text, "");

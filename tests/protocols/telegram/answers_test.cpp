@@ -361,10 +361,10 @@ TEST(TelegramCodes, ACodeMayBeARangeOfNumbers) {
 TEST(TelegramCodes, AnImpossibleCodeIsAnError) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"decimal", "'999..900': over", "larger"},
-      {"decimal", "'900..x': over", "is no range"},
+      {"decimal", "'900..x': over", "is not a range"},
       {"int16_be", "'0x8000': over", "can never occur"},
-      {"int16_be", "'OVL': over", "is no number"},
-      {"int16_be", "'1..x': over", "is no range"},
+      {"int16_be", "'OVL': over", "is not a number"},
+      {"int16_be", "'1..x': over", "is not a range"},
   };
   for (const auto& [format, codes, says] : kRows) {
     std::string said;

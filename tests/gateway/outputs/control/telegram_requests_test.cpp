@@ -179,12 +179,12 @@ TEST_F(ServiceTest, NonsenseTimesAreRefused) {
     return Ask(R"({"command":"release","target":"io","for_ms":)" + time + "}");
   };
   for (const char* time : {"0", "-5", "999", "86400001"}) {
-    EXPECT_THAT(release(time), HasSubstr("from 1s to 24h")) << time;
+    EXPECT_THAT(release(time), HasSubstr("for 1s to 24h")) << time;
   }
   for (const char* time : {"1e30", "1.5", "\"10min\"", "null", "18446744073709551615"}) {
     EXPECT_THAT(release(time), HasSubstr("'for_ms' of 'release' must be a whole number")) << time;
   }
-  EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("from 1s to 24h"));
+  EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("for 1s to 24h"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
   EXPECT_THAT(Ask(R"({"command":"release","target":"io","for_ms":86400000})"), HasSubstr("true"));
 }

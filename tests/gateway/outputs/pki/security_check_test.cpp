@@ -112,7 +112,7 @@ TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
   EXPECT_EQ(CheckSecurity(files_, kNow).password, "plinth-42");
   WriteText(files_.password_file, "plinth-43\n");
   const auto found = Found();
-  EXPECT_THAT(found, ElementsAre(StartsWith("key: g/key.pem has a password")));
+  EXPECT_THAT(found, ElementsAre(StartsWith("key: g/key.pem is encrypted")));
   EXPECT_THAT(found.front(), Not(HasSubstr("plinth")));
 }
 

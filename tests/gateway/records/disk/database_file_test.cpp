@@ -306,7 +306,7 @@ TEST_F(Versions, TheVersionInALeftoverLogCounts) {
   }
   fs::remove(away);
   ASSERT_GT(fs::file_size(folder_ / "events.db-wal"), 0U);
-  EXPECT_NE(NewerStateIn(folder_).find("version " + kNextEvents + " of the file"),
+  EXPECT_NE(NewerStateIn(folder_).find("(file version " + kNextEvents + ","),
             std::string::npos);
 }
 

@@ -210,7 +210,7 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndPrintsItsEndTime) {
   EXPECT_EQ(Release("io", 10min, true), 0);
   EXPECT_EQ(out_.str(), "io: the line was not released\n");
   EXPECT_EQ(Release("io", 25h), 2);
-  EXPECT_THAT(err_.str(), HasSubstr("from 1s to 24h"));
+  EXPECT_THAT(err_.str(), HasSubstr("for 1s to 24h"));
   EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min", "take back 1", "take back 1"));
 }
 
