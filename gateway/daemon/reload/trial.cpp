@@ -44,13 +44,13 @@ std::string KeptConfigs::why_taken_back() const {
 }
 
 /// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
-/// unconfirmed; without a readable copy of the confirmed text, no text is unconfirmed.
+/// unconfirmed. If the copy of the confirmed text is empty or cannot be read as well, no text is.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   if (!IsThere(trial_file())) return false;
   const auto on_trial = ReadWhole(trial_file());
   if (on_trial && !on_trial->empty()) return *on_trial == text;
   const auto good = confirmed();
-  return good && *good != text;
+  return good && !good->empty() && *good != text;
 }
 
 // The power can fail after each step, so the order matters: a text must never be stored beside the

@@ -210,7 +210,8 @@ bool IsSameValue(const std::string& a, const std::string& b, std::optional<doubl
   const auto other = ParseDecimal(b);
   if (!one || !other) return a == b;
   if (resolution && std::abs(*one - *other) >= *resolution / 2) return false;
-  return IsNear(*one, *other);
+  const bool whole = *one == std::trunc(*one) && *other == std::trunc(*other);
+  return whole ? *one == *other : IsNear(*one, *other);
 }
 
 Status CheckFit(const Sheet& file, const Sheet& now) {

@@ -80,8 +80,8 @@ Status CheckFit(const Sheet& file, const Sheet& now);
 /// Compares two sheets. Both must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// True if two values are equal within the precision of a float32. Example: true for "0.90" and
-/// "0.9", false for "12345678" and "12345679" with resolution 1. `resolution`: see Setting.
+/// True if two values are equal: whole numbers exactly, other numbers within the precision of a
+/// float32. Example: true for "0.90" and "0.9". `resolution`: see Setting.
 bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings

@@ -79,6 +79,8 @@ TEST_F(KeptConfigsTest, AnEmptyCopyOfATrialConfirmsNothing) {
   std::ofstream(folder_ / "trial.yaml", std::ios::trunc).flush();
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_FALSE(Again().IsUnconfirmed("a")) << "the confirmed one";
+  std::ofstream(Again().confirmed_file(), std::ios::trunc).flush();
+  EXPECT_FALSE(Again().IsUnconfirmed("b")) << "an empty text could not run in its place";
   fs::remove(Again().confirmed_file());
   EXPECT_FALSE(Again().IsUnconfirmed("b")) << "there is nothing that could run in its place";
 }

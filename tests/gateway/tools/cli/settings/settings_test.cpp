@@ -369,6 +369,7 @@ TEST_F(SettingsTest, NumbersAreComparedAsNumbers) {
   EXPECT_TRUE(IsSameValue("1.0", "1"));
   EXPECT_TRUE(IsSameValue("0.30", "0.3", 0.01));
   EXPECT_FALSE(IsSameValue("12345678", "12345679", 1));
+  EXPECT_FALSE(IsSameValue("12345678", "12345679")) << "whole numbers are exact";
   EXPECT_FALSE(IsSameValue("12345.67", "12345.68", 0.01));
   EXPECT_TRUE(IsSameValue("12120", "12120.0001")) << "what a float32 holds";
   EXPECT_FALSE(IsSameValue("SPCJ", "SPCU"));
