@@ -67,7 +67,8 @@ double RunOne(std::size_t points) {
       dds::DdsPublisher::Create(config, store, std::make_unique<CountingWriter>(written));
   if (!publisher) std::exit(4);
   while (written < points)
-    std::this_thread::yield();  // the start-up image is paced, so it is not measured
+    std::this_thread::yield();  // the publisher sends the start-up image slowly, so it is not
+                                // measured
   std::vector<bus::Sample> samples(kPointsPerDevice);
   const double began = ProcessSeconds();
   auto next = std::chrono::steady_clock::now();
@@ -78,7 +79,7 @@ double RunOne(std::size_t points) {
     value += 1;
     for (std::uint32_t i = 0; i < kPointsPerDevice; ++i) samples[i] = {i, value, Quality::good};
     store.Update(device, samples, ReadClocks(), 1ms);
-    // One device each millisecond makes 100,000 points a second, as from many lines.
+    // One device each millisecond makes 100,000 points a second, like many lines together.
     next += std::chrono::milliseconds(1);
     std::this_thread::sleep_until(next);
   }

@@ -1,6 +1,6 @@
-// Benchmark: cost of an exchange with 100 and with 1,000 lines on tcp://, each with one SPA device
-// of a hundred points at 1 s. Devices and gateway are two child processes, which this process
-// measures.
+// Benchmark: processor time of an exchange with 100 and with 1,000 lines on tcp://. Each line has
+// one SPA device with a hundred points that are read every second. Devices and gateway are two
+// child processes, which this process measures.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -58,15 +58,13 @@ std::string Yaml(const std::vector<int>& ports) {
   return yaml;
 }
 
-// ---------------------------------------------------------------- the devices
-
 /// The values never change, so each reply is computed only once.
 struct StillValues final : protocols::TwinValues {
   Value Get(std::size_t point, Instant) const override { return static_cast<double>(point) / 2; }
   void Set(std::size_t, const Value&) override {}
 };
 
-/// All devices in one thread: one epoll loop that takes replies from a table.
+/// Simulates all devices in one thread: one epoll loop that takes replies from a table.
 class Slaves {
  public:
   explicit Slaves(const config::Catalog& catalog)
@@ -125,7 +123,8 @@ class Slaves {
       close(fd);
       return;
     }
-    // The gateway sends each request in one piece, and waits for the reply before the next.
+    // The gateway sends each request in one piece and waits for its reply, so the buffer contains
+    // one whole request.
     const std::string& reply = ReplyTo(std::string(buffer.data(), static_cast<std::size_t>(count)));
     if (!reply.empty() && write(fd, reply.data(), reply.size()) < 0) close(fd);
   }
@@ -144,9 +143,7 @@ class Slaves {
   std::map<std::string, std::string> replies_;
 };
 
-// ---------------------------------------------------------------- between the processes
-
-/// Renames the file into place, so that readers never see a part of it.
+/// Renames the new file to its final name, so that readers never see half of it.
 void Publish(const std::string& path, const std::string& text) {
   std::ofstream(path + ".new") << text;
   fs::rename(path + ".new", path);
@@ -255,7 +252,8 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGUSR1);
   sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by all threads that start later
+  pthread_sigmask(SIG_BLOCK, &signals,
+                  nullptr);  // blocked here, because threads that start later inherit the mask
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);

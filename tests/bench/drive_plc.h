@@ -1,5 +1,3 @@
-// The PLC of the drive benchmark: a Modbus TCP client that accesses the inverter through the
-// gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,17 +15,18 @@
 namespace baudgate::bench {
 
 inline constexpr Duration kPlcPeriod = 30ms;  // nominal period of the five messages
-/// First registers of the parameter blocks that a PLC transfers.
 inline constexpr std::array<std::uint16_t, 9> kBlocks = {999,  1119, 1239, 1359, 1479,
                                                          1599, 1719, 1839, 1959};
 
-/// As hex.
+/// Returns the PDU of the start command as hex.
 std::string StartPdu();
 
-/// The PLC. It repeats a message when its period is over and its last answer has arrived.
+/// A PLC as a Modbus TCP client. It repeats a message when its period is over and its last answer
+/// has arrived.
 class Plc {
  public:
-  /// Reads the frequency through `watch_port`.
+  /// The PLC reads the frequency through the listener at `watch_port`, and sends everything else to
+  /// `port`.
   Plc(std::uint16_t port, std::uint16_t watch_port, bool blocks);
 
   void Run();

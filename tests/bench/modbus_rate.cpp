@@ -51,7 +51,8 @@ void Watch(int poll, int descriptor) {
   epoll_ctl(poll, EPOLL_CTL_ADD, descriptor, &event);
 }
 
-/// The limit: answers 12 bytes with as many bytes as a Modbus reply has, and does nothing else.
+/// The limit to compare with: answers each 12 bytes with as many bytes as a Modbus reply has, and
+/// does nothing else.
 class EchoServer {
  public:
   explicit EchoServer(std::size_t reply) : reply_(reply), listener_(Listen(port_)) {
@@ -229,7 +230,7 @@ void RunOne(const Server& server, std::uint8_t registers, int connections) {
   const EchoServer echo(9 + 2U * registers);
   Load ours(server.port(), connections, registers);
   Load limit(echo.port(), connections, registers);
-  ours.Run();  // warm up
+  ours.Run();
   limit.Run();
   std::vector<double> ratios;
   std::vector<double> rates;

@@ -30,7 +30,8 @@ constexpr auto kMeasured = std::chrono::seconds(30);
 constexpr double kWantedCore = 0.35;
 constexpr double kWantedMib = 120;
 
-/// Makes one relay per line with a hundred floats, read 25 at a time: four exchanges a second.
+/// Returns a configuration with a hundred lines. Each line has a relay with a hundred floats, which
+/// takes four exchanges a second.
 std::string Yaml(const std::string& directory) {
   std::string points;
   for (int i = 1; i <= kPointsPerLine; ++i) {

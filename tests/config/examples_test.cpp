@@ -65,7 +65,8 @@ TEST(Examples, ADeviceKnowsTheIdentityNamesOfOtherTypes) {
       << Shown(wrong.problems);
 }
 
-/// Only names, places and values marked as examples may differ from the defaults.
+/// The annotated example shows the defaults. Only names, places and values marked as examples are
+/// allowed to differ.
 TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Loaded loaded = config::LoadFile("config/examples/baudgate.yaml", Shipped());
   ASSERT_TRUE(loaded.ok());
@@ -104,7 +105,8 @@ TEST(Profiles, AllShippedProfilesLoadWithoutProblems) {
   }
 }
 
-/// A default that a profile repeats would override the setting of a line or gateway.
+/// A key with its default value in a profile would override the setting of a line or gateway, so no
+/// profile must contain one.
 TEST(Profiles, ContainNoKeyWithItsDefaultValue) {
   for (const config::ProfileFile& file : Shipped().Profiles()) {
     const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);

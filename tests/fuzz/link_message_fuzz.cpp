@@ -23,7 +23,7 @@ void CheckSample(const LinkMessage& message) {
   Require(again.ok() && again->kind == message.kind, "a sample that was read can be sent on");
   Sample back;
   Require(Decode(again->body, back), "what was sent on can be read");
-  // Compare the encodings, because NaN is not equal to NaN.
+  // The encodings are compared, not the values, because NaN is not equal to NaN.
   Bytes second(kMaxLinkMessage);
   second.resize(EncodeSample(message.kind, back, second));
   Require(Same(packet, second), "and says the same");

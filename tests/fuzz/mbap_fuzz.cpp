@@ -64,7 +64,7 @@ void AnswerFrame(modbus::OwnUnits& units, View frame) {
   CheckModbusAnswer(frame, answer);
 }
 
-/// Extracts frames from the pieces until the first defect.
+/// Extracts frames from the pieces of the input until the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
   modbus::OwnUnits& units = TheUnits(sink);
@@ -102,7 +102,7 @@ void Receive(Input& input) {
 
 void FuzzMbap(View bytes) {
   Input input(bytes);
-  input.U8();  // unused: the corpus has this byte at the beginning
+  input.U8();  // skipped, because inputs of the corpus begin with an unused byte
   Receive(input);
 }
 

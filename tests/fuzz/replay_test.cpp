@@ -1,5 +1,5 @@
 // Runs every input of tests/fuzz/corpus through its target. Each target runs in a child process, so
-// that an input that ends the process is named and the other targets still run.
+// that the test can name an input that ends the process, and the other targets still run.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr unsigned kMostSeconds = 60;  // time limit of one input
+constexpr unsigned kMostSeconds = 60;
 
 fs::path Folder() { return fs::path(FUZZ_SOURCE_DIR) / "tests/fuzz"; }
 
@@ -49,7 +49,6 @@ std::vector<fs::path> Entries(const fs::path& folder) {
   return entries;
 }
 
-/// Runs in the child. Writes a byte to `progress` before each input.
 [[noreturn]] void RunAll(const Target& target, const std::vector<fs::path>& inputs, int progress) {
   for (const fs::path& path : inputs) {
     std::ifstream file(path, std::ios::binary);

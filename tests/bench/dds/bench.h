@@ -1,4 +1,3 @@
-// Shared by the benchmarks of the DDS library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +12,6 @@ namespace baudgate::bench {
 pid_t Start(const std::vector<std::string>& words);
 void End(pid_t child, int signal);
 
-/// The processor time since the start, in seconds.
 double ProcessorOf(pid_t process);
 /// Returns VmRSS in KiB.
 long ResidentOf(pid_t process);

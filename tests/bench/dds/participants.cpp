@@ -33,7 +33,6 @@ namespace fs = std::filesystem;
 namespace fast = eprosima::fastdds::dds;
 constexpr int kDomain = 66;
 constexpr int kPoints = 100;
-// A domain has separate ports for this many participants of one machine.
 constexpr int kMostOfAMachine = 119;
 
 std::string Yaml() {
@@ -103,7 +102,8 @@ bool IsWhole(fast::DataReader* reader) {
 class Table {
  public:
   explicit Table(pid_t daemon) : daemon_(daemon) {}
-  /// Prints one row: what the process used during `time`, and its memory at the end.
+  /// Prints one row: the processor time that the DDS process used during `time`, and its memory at
+  /// the end.
   void Row(const std::string& what, std::chrono::seconds time) {
     const pid_t process = ChildOf(daemon_);
     const double before = ProcessorOf(process);
@@ -146,7 +146,8 @@ pid_t Join(int count, const std::string& kind) {
 
 int BeSubscribers(const std::vector<std::string>& words) {
   const int count = std::stoi(words.at(1));
-  // Lowers its priority: on other machines the subscribers would not use the gateway's processors.
+  // Subscribers on other machines would not use the gateway's processors, so these subscribers get
+  // a low priority.
   [[maybe_unused]] const int nice = ::nice(19);
   const bool deaf = words.at(2) == "deaf";
   sigset_t stop;
@@ -157,10 +158,10 @@ int BeSubscribers(const std::vector<std::string>& words) {
   for (int i = 0; i < count; ++i) {
     readers.push_back(OpenReader(deaf));
     if (readers.back() == nullptr) return 4;
-    // The gateway accepts eight new participants a second from one address.
+    // The gateway accepts at most eight new participants a second from one address.
     std::this_thread::sleep_for(150ms);
   }
-  // A reader that never acknowledges cannot request earlier samples, so it gets no image.
+  // A reader that never acknowledges cannot request earlier samples, so it is not waited for.
   while (!deaf && !std::ranges::all_of(readers, IsWhole)) std::this_thread::sleep_for(50ms);
   std::ofstream(words.at(3)) << count;
   int number = 0;

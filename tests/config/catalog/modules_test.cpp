@@ -1,5 +1,5 @@
-// Tests that protocol modules of another contract are refused, and the precedence of profile
-// folders.
+// Tests that modules built for another interface are refused, and which of several profile folders
+// takes precedence.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/modules.h"
 

@@ -1,4 +1,4 @@
-// Modules that the loader must refuse: without an ABI tag, or with a wrong one. Calling into such a
+// Modules that the loader must refuse: they have no ABI tag, or a wrong one. A call into such a
 // module aborts the test.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>

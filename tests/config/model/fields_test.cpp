@@ -33,7 +33,6 @@ constexpr std::size_t CountMembers() {
   }
 }
 
-// Change(value) makes any value different.
 void Change(bool& value) { value = !value; }
 void Change(std::string& text) { text += "+"; }
 void Change(Decimal& number) { number = number + 1; }
@@ -67,7 +66,6 @@ template <typename T>
 void Change(std::vector<T>& list) {
   list.emplace_back();
 }
-/// Changes a struct by its first setting.
 template <HasFields T>
 void Change(T& its) {
   bool changed = false;

@@ -1,4 +1,3 @@
-// Tests the YAML reader: syntax errors, encodings, size, nesting, aliases, columns.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -49,7 +48,7 @@ TEST(Yaml, EmptyTextsAndSeveralDocumentsAreRefused) {
             "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
 }
 
-// The YAML library alone would return documents endlessly here.
+// For such a text, the YAML library returns documents endlessly, so the reader must refuse it.
 TEST(Yaml, ACommaAfterTheDocumentIsRefused) {
   const std::string advice = " error: this comma stands outside of brackets; remove it\n";
   EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);

@@ -1,4 +1,3 @@
-// Test of an additional output, which needs only the interface and one row in a list.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/output.h"
 
@@ -23,7 +22,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// Records what a RememberingOutput has seen. Must outlive the output.
+/// Records what a RememberingOutput has received. Must outlive the output.
 struct Seen {
   template <typename Change>
   void Note(Change change) {
@@ -31,7 +30,6 @@ struct Seen {
     change();
     changed.notify_all();
   }
-  /// Waits until `holds` is true. False if that takes more than ten seconds.
   template <typename Holds>
   bool Wait(Holds holds) {
     std::unique_lock lock(mutex);
@@ -40,7 +38,7 @@ struct Seen {
 
   std::mutex mutex;
   std::condition_variable changed;
-  std::vector<std::string> samples;  // "a p0 8": device, point, quality
+  std::vector<std::string> samples;  // Example: "a p0 8" is device, point, quality
   std::size_t devices = 0;           // devices in the running configuration
   std::vector<std::string> calls;
 };

@@ -1,4 +1,3 @@
-// Test of `Ticker`: values age even if no output asks for them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/ticker.h"
 

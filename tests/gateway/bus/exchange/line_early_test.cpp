@@ -1,5 +1,6 @@
-// Tests of `Line` with replies that are early, late, damaged or doubled. An early reply counts only
-// if the port does not keep its bit rate (for example, a serial server).
+// Tests of `Line` with replies that are early, late, damaged or doubled. Early bytes (received
+// before the request is fully sent) can be the reply only if the port does not keep its bit rate,
+// like a serial server.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 
@@ -88,7 +89,7 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   line_.Feed(reply_, At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
-  line_.OnTimer(At(1104ms));  // the reply time ends, and no other bytes have come
+  line_.OnTimer(At(1104ms));  // the reply time has ended, and no other bytes were received
   ASSERT_EQ(frames_.size(), 1U);
   EXPECT_EQ(ends_.back().outcome, Outcome::ok);
   Start(2s);
@@ -97,7 +98,8 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
-/// The program was stopped until 5 s, so the age of the reply is not known.
+/// The program was stopped until 5 s, so the age of the early reply is unknown and the reply must
+/// be dropped.
 TEST_F(LineTest, AnEarlyReplyIsDroppedWhenTheTimerIsVeryLate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -125,7 +127,7 @@ TEST_F(LineTest, AReplyIsAcceptedWhenTheTransmissionTimerIsLate) {
   ASSERT_EQ(frames_.size(), 1U);
 }
 
-// ---------------- Replies that waited while the program was stopped: their age is not known.
+// ---------------- Replies that waited while the program was stopped, so their age is unknown.
 
 TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   Reach(State::await_first);
@@ -136,7 +138,7 @@ TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   EXPECT_EQ(strays_.size(), 1U);
 }
 
-/// The program was busy for less than 100 ms.
+/// The program was busy for less than 100 ms, so the reply still counts.
 TEST_F(LineTest, AReplyLessThan100MsAfterItsReplyTimeIsAccepted) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1104ms + 99ms));
@@ -162,8 +164,6 @@ TEST_F(LineTest, TheRestOfAReplyReadBeyondTheCeilingIsCorrupt) {
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
 }
-
-// ---------------- Damage and noise instead of a reply, or before it.
 
 TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {
   Reach(State::await_first);
@@ -222,8 +222,8 @@ TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
   EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
 }
 
-// ---------------- How the line reacts to a second reply. second_reply_test.cpp tests which bytes
-// are a second reply.
+// ---------------- Reactions to a second reply. second_reply_test.cpp tests which bytes are a
+// second reply.
 
 TEST_F(LineTest, BytesAfterAFrameAreStrayAndDrained) {
   Reach(State::await_first);
@@ -260,7 +260,8 @@ TEST_F(LineTest, ARepeatedEqualReplyIsNotASecondReply) {
   EXPECT_EQ(second_, 0);
 }
 
-/// A console answers "5\r" and then an empty line "\r", in the same read or later.
+/// A console answers "5\r" and then an empty line "\r", in the same read or later. The empty line
+/// must not count as a second reply.
 TEST_F(LineTest, AnEmptyLineAfterAReplyIsNotASecondReply) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     const auto end = std::find(held.begin(), held.end(), '\r');
@@ -284,8 +285,6 @@ TEST_F(LineTest, AReplyAfterARejectedReplyIsNotASecondReply) {
   EXPECT_EQ(second_, 0);
 }
 
-/// A copy is harmless if the reply is true for any request (`any_order`), or carries the number of
-/// its request (`numbered`). Then the line goes idle without a drain.
 TEST_F(LineTest, NoDrainFollowsHarmlessCopies) {
   struct Case {
     bool any_order;
@@ -324,7 +323,8 @@ TEST_F(LineTest, ADifferentReplyAfterTheAcceptedReplyIsReportedOnce) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
-/// The port keeps its bit rate, so bytes during the sending of a request are not its reply.
+/// Bytes that arrive while a request is sent must be reported as a second reply, but only when the
+/// reply to that request has arrived.
 TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -345,9 +345,7 @@ TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   EXPECT_EQ(second_, 1) << "a copy is no second reply";
 }
 
-// ---------------- Every kind of fault in every state of the line.
-
-/// The heap memory, in bytes, that a line may hold at most, however much comes in.
+/// the most heap memory of a line, in bytes, regardless of how much it receives
 constexpr std::size_t kLittle = 16'384;
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
@@ -414,7 +412,7 @@ TEST_P(EveryState, EndlessBabbleNeitherBlocksTheLineNorGrowsMemory) {
     while (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
     idle_again = idle_again || line_.idle();
     line_.Feed(noise, At(at));
-    strays_.clear();  // the test itself holds these bytes, so they must not be counted
+    strays_.clear();  // the test itself stores these bytes, so they must not be counted
     ASSERT_LE(HeapInUse(), before + kLittle);
   }
   EXPECT_EQ(idle_again, under_way || GetParam() == State::idle);
@@ -424,7 +422,6 @@ TEST_P(EveryState, EndlessBabbleNeitherBlocksTheLineNorGrowsMemory) {
 TEST_P(EveryState, AVeryLateTimerLeadsToTheSameStateAsATimelyTimer) {
   Reach(GetParam());
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(At(1h));
-  // A timer that counts from the late call itself (a drain) fires afterwards.
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(*line_.Deadline());
   EXPECT_EQ(line_.state(), GetParam() == State::closed ? State::closed : State::idle);
 }

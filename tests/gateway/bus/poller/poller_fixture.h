@@ -1,4 +1,3 @@
-// Toy devices with a poll period, or with a word instead of values.
 #pragma once
 
 #include <string>

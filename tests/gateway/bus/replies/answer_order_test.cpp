@@ -1,5 +1,5 @@
-// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are single letters. Only the reply
-// to 'P' (a proof) can be distinguished from the replies to all other letters.
+// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are single letters. 'P' is a
+// proof: its reply differs from the replies to all other letters, which look alike.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -15,12 +15,12 @@ namespace {
 
 class Order {
  public:
-  /// Sends a request that gets no reply.
+  /// Sends a request that has not been answered yet.
   void Send(char request) {
     order.OnSent({0, {static_cast<std::uint8_t>(request)}, kStart + ++sent_ * 1s, request == 'P'});
     latest_ = request;
   }
-  /// A reply comes. `to` is the request that it really answers.
+  /// Receives a reply, which really answers the request `to`.
   void Reply(char to) {
     known =
         order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent, std::size_t) {
@@ -34,7 +34,7 @@ class Order {
   bool IsOnly(char request) const { return order.IsAnswerTo({static_cast<std::uint8_t>(request)}); }
 
   AnswerOrder order;
-  bool known = false;  ///< OnAnswer has found the request of the last reply
+  bool known = false;  ///< true: OnAnswer has found the request of the last reply
 
  private:
   int sent_ = 0;
@@ -115,7 +115,7 @@ TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   Order order;
   order.Answered('a');
   order.Send('a');
-  order.Reply('P');  // no P was sent, so no request fits
+  order.Reply('P');  // no P was sent, so the reply fits no request
   EXPECT_FALSE(order.known);
   EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
   order.order.OnLost();
@@ -126,7 +126,8 @@ TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// Each is answered one request late. With three requests late, the replies would look the same.
+/// Each request is answered one request late. With three requests late, the replies would look the
+/// same.
 TEST(AnswerOrderTest, MoreProofsResolveAnAmbiguousLag) {
   Order order;
   for (int i = 0; i < 3; ++i) {
@@ -150,7 +151,7 @@ TEST(AnswerOrderTest, MoreProofsResolveAnAmbiguousLag) {
 TEST(AnswerOrderTest, ARequestRepeatedPastAllOutstandingRepliesHasItsAnswer) {
   Order order;
   order.Send('b');
-  order.Send('b');  // two replies are outstanding
+  order.Send('b');
   order.Answered('a');
   EXPECT_FALSE(order.IsOnly('a'));
   order.Answered('a');
@@ -160,7 +161,7 @@ TEST(AnswerOrderTest, ARequestRepeatedPastAllOutstandingRepliesHasItsAnswer) {
   EXPECT_EQ(order.order.Older(), 2s);
 }
 
-/// The device does not know P and never answers it. The replies to all other requests still come.
+/// The device never answers P. The replies to all other requests arrive.
 TEST(AnswerOrderTest, UnansweredRequestsDoNotShiftTheOrder) {
   Order order;
   order.Send('a');
@@ -182,7 +183,6 @@ TEST(AnswerOrderTest, ACopyMayTakeThePlaceOfTheNextReply) {
   EXPECT_FALSE(order.order.IsSafe());
 }
 
-/// Each reply answers the request `lag` before the latest one.
 TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   for (std::size_t lag = 0; lag < 12; ++lag) {
     Order order;
@@ -207,7 +207,7 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
-/// Replies to requests that are not remembered any more may still come.
+/// The oldest requests are no longer stored, but their replies can still arrive.
 TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   Order order;
   for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
@@ -216,7 +216,8 @@ TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   EXPECT_FALSE(order.IsOnly('b'));
 }
 
-/// At most three replies to strangers (other masters) come: the fourth answers this gateway.
+/// At most three outstanding replies belong to other masters, so the fourth reply answers this
+/// gateway.
 TEST(AnswerOrderTest, ThreeRepliesToStrangersAreAssumedOutstanding) {
   Order order;
   order.order.OnStranger(kStart);
@@ -250,9 +251,6 @@ TEST(AnswerOrderTest, ForgettingStrangersLeavesOnlyOwnRequests) {
   other.order.ForgetStrangers();
   EXPECT_TRUE(other.order.IsInStep());
 }
-
-// ---------------- The order of the device counts, and the order of the line if replies carry no
-// address.
 
 class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -290,8 +288,8 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhenRepliesAreUnnamed) {
   }
 }
 
-/// A lost reply puts the next one in doubt: of the same device, and of a neighbour if replies carry
-/// no address.
+/// After a lost reply, the next reply is in doubt if it comes from the same device, or from a
+/// neighbour whose replies contain no address.
 TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
   for (const bool named : {true, false}) {
     for (const Device* lost : {&a, &b}) {
@@ -299,7 +297,8 @@ TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
       orders_.Reset(a);
       orders_.Reset(b);
       protocols::Request asked = AskFor("?A1\r");
-      asked.numbered = !named;  // a converter may have written the address, so the number decides
+      asked.numbered = !named;  // a converter can have written the address, so only the number in
+                                // the reply counts
       const bool doubted = lost == &a || !named;
       Send(*lost, AskFor("?A2\r", named));
       EXPECT_EQ(orders_.IsSafe(Of(a, asked)), !doubted);
@@ -342,8 +341,9 @@ TEST_F(ReplyOrdersTest, EventsApplyToTheDeviceOrderAndTheLineOrder) {
   }
 }
 
-/// If a server lags, replies of a may have come while b was asked. They count as outstanding for
-/// ever, so the number of a must not be compared with that of b.
+/// If a serial server delivers replies late, replies of device a can have arrived while b was
+/// asked. They count as outstanding for ever, so the outstanding replies of a must not be compared
+/// with those of b.
 TEST_F(ReplyOrdersTest, OutstandingRepliesOfANeighbourCountBesideThoseOfTheDevice) {
   const protocols::Request theirs = AskFor("?B1\r");
   const protocols::Request asked = AskFor("?A1\r");
@@ -368,8 +368,6 @@ TEST_F(ReplyOrdersTest, EntriesOfOneAddressShareAnOrder) {
   orders_.Reset(b);
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
-
-// ---------------- How much longer than its reply time a late device is waited for.
 
 class PatienceTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -399,7 +397,6 @@ TEST_F(PatienceTest, TwoLateRepliesFarApartDoNotLengthenThePatience) {
   EXPECT_EQ(patience_.More(a), 200ms) << "these two are not; what was before is forgotten";
 }
 
-/// One hundred replies in time in a row are needed.
 TEST_F(PatienceTest, ALateReplyInBetweenKeepsEarlierLateRepliesRemembered) {
   for (const bool taken : {false, true}) {
     patience_ = {};

@@ -1,4 +1,5 @@
-// Tests of how the identity of a device is learned from its replies to the identification request.
+// Tests how the gateway learns the identity of a device from its replies to the identification
+// request.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

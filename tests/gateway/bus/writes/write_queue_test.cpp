@@ -1,4 +1,3 @@
-// Tests of `WriteQueue` and `RoutedSide`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_queue.h"
 
@@ -12,7 +11,6 @@
 namespace baudgate::bus {
 namespace {
 
-/// For the queue: no read-back is under way.
 bool Nobody(std::size_t /*device*/) { return false; }
 
 WriteCommand To(std::uint32_t device, Duration deadline = 10s) {
@@ -26,7 +24,7 @@ bool Any(const WriteCommand&) { return true; }
 
 TEST(WriteQueue, KeepsAndNumbersTheOrderOfArrival) {
   WriteQueue queue;
-  EXPECT_EQ(queue.NextSequence(), 1U);  // taken by a routed write
+  EXPECT_EQ(queue.NextSequence(), 1U);
   queue.Push(To(5));
   queue.Push(To(6));
   const auto first = queue.Take(Any);
@@ -72,7 +70,7 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   EXPECT_TRUE(queue.TakeConfirmed(Nobody).empty());
 }
 
-/// A set point is written every 30 ms, so the read-back shows the value of the latest write only.
+/// A set point is written every 30 ms, so a read-back shows only the value of the latest write.
 TEST(WriteQueue, APointWrittenAgainIsNoLongerCompared) {
   WriteQueue queue;
   WriteCommand command = To(1);
@@ -133,7 +131,7 @@ TEST(WriteQueue, AClosedPortEndsAllCommands) {
   EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U);
 }
 
-// ---------------- `RoutedSide`: what the line remembers of the clients of transparent routes.
+// ---------------- `RoutedSide`: what a line stores about the clients of transparent routes.
 
 constexpr const char* kReadOne = "03 00 00 00 01";
 
@@ -198,7 +196,6 @@ TEST_F(RoutedSideTest, ARefusedReadIsRepeatedAtOnceForTwoSecondsThenAfterAnExcha
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart + 60s));
 }
 
-/// `is_common` is true for function 3 only: function 4 may be ignored.
 TEST_F(RoutedSideTest, AReadThatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);

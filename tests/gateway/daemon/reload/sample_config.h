@@ -1,4 +1,3 @@
-// A configuration of three lines, which tests change.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,3 @@
-// `DiagnoseTest`: a device, its neighbour and their line, whose status each test changes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +12,6 @@
 
 namespace baudgate::diagnosis {
 
-/// Returns the symptom that is most frequent for an exchange with this outcome.
 inline Symptom SymptomOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::no_reply:

@@ -26,7 +26,6 @@ namespace {
 using testing::MakeConfig;
 using testing::RememberingWriter;
 
-/// Lets the test wait until the value 2.5 has been sent.
 class TellingWriter : public RememberingWriter {
  public:
   Sent Write(const PointSample& sample) override {
@@ -59,7 +58,6 @@ TEST(Publisher, RefusesNamesThatAreTooLongForKeys) {
   EXPECT_THAT(publisher.error(), ::testing::HasSubstr("longer than 64"));
 }
 
-/// A writer whose sessions of listeners the test changes.
 class ChangingWriter : public RememberingWriter {
  public:
   Sent Write(const PointSample& sample) override {
@@ -123,7 +121,6 @@ PointState Number(double value, Quality quality = Quality::good) {
   return PointState::Of(value, quality);
 }
 
-/// A plan of one point with a deadband. `value` has been sent.
 PublishPlan SentSample(double value, double deadband = 0) {
   PublishPlan plan({}, {deadband}, 0, kStart);
   plan.PointSent(0, Number(value), kStart);
@@ -243,7 +240,7 @@ TEST(PublishPlan, TriesAgainAfterAFailedWrite) {
   EXPECT_TRUE(due.empty());
   plan.TakeDuePoints(kStart + 3s, 10, due);
   EXPECT_EQ(due, std::vector<std::uint32_t>{0});
-  EXPECT_TRUE(plan.WantsPoint(0, Number(1)));  // even if the value is the old one again
+  EXPECT_TRUE(plan.WantsPoint(0, Number(1)));
 }
 
 TEST(PublishPlan, ADeviceStatusIsSentOnceASecond) {
@@ -299,7 +296,7 @@ TEST(Pacer, KeepsItsRateWhenWokenAtTheRequestedTimes) {
     ++waits;
   }
   EXPECT_NEAR(sent, 2000 + 100, 60);
-  EXPECT_LE(waits, 45);  // half a burst each time
+  EXPECT_LE(waits, 45);
 }
 
 // ---------------- `PacedWriter`: how often a writer without room is asked again.

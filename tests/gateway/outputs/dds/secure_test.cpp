@@ -64,7 +64,7 @@ class SecureTest : public ::testing::Test {
     Set(store_, 0, 0, value);
     return heard_.WaitFor([&] { return heard_.points[{"feeder-0", "p0"}].value == value; });
   }
-  /// Sends the datagram and waits until it is refused. Each round sends a sample and waits for it.
+  /// Sends the datagram and waits until it is refused. Meanwhile samples must arrive.
   bool Refuses(Refusal reason, const Bytes& datagram) {
     const std::uint64_t before = subscriber_->datagrams().Refused(reason);
     attacker_.Send(datagram);
@@ -96,7 +96,7 @@ TEST_F(SecureTest, OnlyTheRightCertificateGetsSamples) {
   }
   const auto publisher = Publish(config_, store_);
   ASSERT_NE(publisher, nullptr);
-  Subscribe();  // after the other subscribers
+  Subscribe();
   ASSERT_TRUE(SampleArrives());
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(SampleArrives());
   EXPECT_TRUE(heard_.WaitFor([&] { return heard_.gateways == 1; }));
@@ -188,7 +188,7 @@ TEST_F(SecureTest, InvalidFilesCreateNoParticipant) {
 }
 
 TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
-  // Otherwise the participants without security would bypass the network.
+  // Otherwise participants without security would bypass the network.
   LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = INTRAPROCESS_OFF;
   XMLProfileManager::library_settings(settings);
@@ -198,7 +198,8 @@ TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
     config_.dds.security = gateway;
     Published heard;
     const SentBytes sent;
-    // Fast DDS 2.9 can end the process if the subscriber leaves first, right after its handshake.
+    // Fast DDS 2.9 can end the process if the subscriber leaves before the publisher, right after
+    // its handshake.
     auto subscriber = DdsSubscriber::Create(With(reader), heard.Callbacks());
     EXPECT_TRUE(subscriber.ok()) << subscriber.error();
     const auto publisher = Publish(config_, store);
@@ -218,7 +219,7 @@ TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
        {"plinthstation", "zephyrvalue", "PointSample", "baudgate/points", "baudgate/devices"}) {
     EXPECT_EQ(secured.find(text), std::string::npos) << text;
   }
-  // These texts stay visible, as docs/dds.md says.
+  // These texts are not encrypted, as docs/dds.md says.
   for (const char* text : {"CN=substation-7", "-----BEGIN CERTIFICATE-----", "<publish>"}) {
     EXPECT_NE(secured.find(text), std::string::npos) << text;
   }

@@ -1,4 +1,4 @@
-// Tests of the streams of points without a server and under virtual time: what a viewer reads.
+// Tests of the streams of points without a server and under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

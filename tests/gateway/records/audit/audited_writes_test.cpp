@@ -62,7 +62,6 @@ class AuditedWritesTest : public ::testing::Test {
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
     return command;
   }
-  /// Ends the command as its line would, from a state in which this end is allowed.
   static void End(bus::WriteCommand& command, const WriteResult& result) {
     for (const auto state :
          {bus::WriteState::queued, bus::WriteState::sent, bus::WriteState::reading_back}) {

@@ -1,4 +1,3 @@
-// `FolderTest`: a folder that is removed after the test.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -1,4 +1,4 @@
-// Tests of which files of the history stay, and of reports about removed ones.
+// Tests which files of the history are deleted, and reports about removed files.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -119,7 +119,6 @@ TEST_F(KeptFiles, AClockThatIsWrongForSecondsDeletesNothing) {
   EXPECT_EQ(minutes(), 2U);
   EXPECT_EQ(All({.point = "bay.f1.a", .until = kBegin}).size(), 14U) << "and four gaps";
   EXPECT_THAT(store->TakeNews(), IsEmpty());
-  // Two days later, with a clock that was always right.
   const Millis later = kBegin + 2 * kDay;
   ASSERT_TRUE(store->Write(Hour(4, later), At(later)));
   const auto news = store->TakeNews();
@@ -177,7 +176,7 @@ TEST_F(KeptFiles, ARemovedFileIsNoticedAtTheNextCommit) {
   const auto news = store->TakeNews();
   ASSERT_EQ(news.size(), 1U);
   EXPECT_THAT(news[0].text, HasSubstr(DayFileName(kBegin) + ": it was removed, and all that"));
-  // The recorder had already handed over a batch of the old run. Only then it begins a new run.
+  // The recorder had handed over a batch of the old run before it began a new run.
   const Millis anew = next + 3 * kSecond;
   ASSERT_TRUE(store->Write(Seconds(1, next + 2 * kSecond, anew, {}, kBegin), At(anew)));
   ASSERT_TRUE(
@@ -211,7 +210,8 @@ TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   EXPECT_EQ(records[3].entry.time, next);
 }
 
-/// A reader that repeats its request must not clear the fault: only a look may.
+/// A reader that repeats its request must not clear the fault. Only a check by the store is allowed
+/// to.
 TEST_F(KeptFiles, AnUnreadableFileIsForgottenWhenItIsReadableAgain) {
   const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
   const std::filesystem::path kept = folder() / "kept";

@@ -73,7 +73,6 @@ std::string RecordOf(const std::string& time, const std::string& bytes) {
   return time + " - < " + ToHex(ToBytes(bytes)) + " | " + Printable(ToBytes(bytes)) + "\n";
 }
 
-/// Messages that a device sends unasked, in pieces and behind damage.
 TEST(FrameLines, UnaskedMessagesAreDecoded) {
   config::Catalog catalog = Protocols();
   catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
@@ -160,8 +159,6 @@ TEST(FrameLines, DecodeAcceptsFramesLikeRecords) {
 
 namespace baudgate::tools {
 namespace {
-
-// ---------------- `trace` with a control server.
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;

@@ -1,4 +1,4 @@
-// Tests of `RegisterImage`, which must answer like the direct way, and of registers and events.
+// Tests of `RegisterImage`, which must answer like a direct read, and of registers and events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_image.h"
 
@@ -21,9 +21,8 @@ using config::OnBad;
 using config::Table;
 using config::Type;
 
-constexpr std::size_t kAll = 1000;  // a request this large renews a stale image
+constexpr std::size_t kAll = 1000;  // a read of this many registers renews a stale image
 
-/// The answer of the image or of the direct way: exception and words.
 struct Answer {
   ExceptionCode exception = kNoException;
   std::vector<int> words;
@@ -100,8 +99,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     return answer;
   }
 
-  /// Compares all ranges of up to twelve words. A range outside the image must be an exception, or
-  /// exceed one run of an area.
+  /// Compares the image with a direct read, for all ranges of up to twelve words. A range that is
+  /// not in the image must give an exception, or extend beyond one run of an area.
   template <typename Word>
   std::size_t CompareTable(Table table, Instant now) {
     std::size_t found = 0;
@@ -109,7 +108,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
       for (std::uint16_t start = base; start < base + 12; ++start) {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
-          // A single bit is never in the image: it may be an exception that it is not in a block.
+          // The image never answers for one bit, because the answer can be an exception.
           if (table == Table::bits && count == 1 && base == 0) {
             EXPECT_FALSE(place);
             continue;
@@ -143,7 +142,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
 };
 
 TEST_P(RegisterImageTest, MatchesADirectReadForEveryQuality) {
-  Compare(kStart);  // never read
+  Compare(kStart);
   UpdateAll();
   Compare(kStart);
   for (const Quality quality :
@@ -222,8 +221,6 @@ TEST_P(RegisterImageTest, AStaleImageIsRebuiltAfterItsSizeHasBeenRead) {
 INSTANTIATE_TEST_SUITE_P(OnBad, RegisterImageTest,
                          testing::Values(OnBad::exception, OnBad::hold, OnBad::nan));
 
-// ---------------- The record of a device as registers and bits: good, bad, aged and never read.
-
 using Registers = std::vector<std::uint16_t>;
 
 constexpr auto kTarget = kNoTarget;
@@ -255,7 +252,6 @@ class RegisterContentsTest : public testing::Test {
     Update(4, false);
   }
 
-  /// Returns the registers, or nothing and sets `exception_`.
   Registers Read(std::uint16_t start, std::uint16_t count, Instant now = kStart) {
     Registers out(count, 0xEEEE);
     std::vector<Piece> pieces;
@@ -460,8 +456,6 @@ TEST_F(RegisterContentsTest, HolesReadZero) {
   });
   EXPECT_EQ(bits, (std::vector<std::uint8_t>{0xEE, 0, 0}));
 }
-
-// ---------------- Events as registers, field by field.
 
 using ::testing::Each;
 using ::testing::ElementsAreArray;

@@ -1,4 +1,5 @@
-// `CapturedLog` captures the log, which goes to standard output because no test calls log::Begin.
+// `CapturedLog` captures the log from standard output, where it goes because no test calls
+// log::Begin.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +24,6 @@ class CapturedLog {
   CapturedLog(const CapturedLog&) = delete;
   CapturedLog& operator=(const CapturedLog&) = delete;
 
-  /// Ends the capture. Returns how many lines contain `part`.
   int CountLines(const std::string& part) {
     ended_ = true;
     std::istringstream text(testing::internal::GetCapturedStdout());

@@ -41,7 +41,6 @@ class RenewalTest : public RouteTest {
     for (std::size_t i = 0; i < routes; ++i) renewal.routes.emplace_back(i);
     return renewal;
   }
-  /// Applies `next_` to the running server.
   void Renew(const Renewal& renewal) {
     std::promise<void> done;
     asio::post(io_, [&] {
@@ -176,7 +175,7 @@ TEST_F(RenewalTest, AnUnusedNewPortIsClosed) {
   EXPECT_TRUE(server_->OpenPort(more).ok());
 }
 
-/// A rollback works like this: the configuration is applied although a port is missing.
+/// A rollback applies its configuration although a port is missing.
 TEST_F(RenewalTest, AnOccupiedPortIsOpenedWhenThePreviousListenerCloses) {
   StartServer();
   next_.modbus.listen[1].host = "0.0.0.0";
@@ -272,16 +271,13 @@ TEST_F(RenewalTest, AllListenersMayBeRemovedAndAddedAgain) {
   EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
 }
 
-// ---------------- A listening socket that systemd passes goes to the listener with its address
-// only.
-
 using asio::ip::tcp;
 
-constexpr int kFirst = 3;  // the first descriptor that systemd passes
+constexpr int kFirst = 3;
 
 tcp::endpoint Loopback(std::uint16_t port) { return {asio::ip::address_v4::loopback(), port}; }
 
-/// Runs in a process of its own, because it overwrites the descriptors 3 and 4.
+/// Runs in a separate process, because it overwrites the descriptors 3 and 4.
 int TakesItsOwn() {
   asio::io_context io;
   tcp::acceptor wanted(io, Loopback(0));
@@ -316,8 +312,6 @@ TEST(PassedSockets, AreIgnoredByAnotherProcess) {
   ::unsetenv("LISTEN_PID");
   ::unsetenv("LISTEN_FDS");
 }
-
-// ---------------- The allow list of a listener.
 
 PeerAddress Peer(const std::string& text) {
   const auto address = asio::ip::make_address(text);

@@ -1,4 +1,4 @@
-// Tests of register lists as people type them, and the profiles made from them.
+// Tests of register lists as users type them, and the profiles made from them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/offline/register_list.h"
 

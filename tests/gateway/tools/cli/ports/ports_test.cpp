@@ -106,7 +106,8 @@ TEST_F(Ports, AnFtdiAdapterIsShownWithAllItsNames) {
   EXPECT_EQ(port["names"].size(), 4U);
 }
 
-/// All CP210x have the number 0001: the link by id leads to the last one that was plugged in.
+/// All CP210x adapters have the serial number 0001, so the link by id leads to the adapter that was
+/// plugged in last.
 TEST_F(Ports, AdaptersWithEqualSerialNumbersAreNamedByPlace) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "0001");
   AddUsb("ttyUSB1", "1-2", "cp210x", "10c4:ea60", "0001");
@@ -177,7 +178,7 @@ TEST_F(Ports, MissingPermissionsAreShown) {
   EXPECT_THAT(Shown(), Not(HasSubstr("may not open")));
 }
 
-/// An adapter may report any name, also one with control characters.
+/// An adapter can report a name with control characters.
 TEST_F(Ports, ControlCharactersInAdapterNamesAreRemoved) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "\x1b]0;x\x07");
   EXPECT_THAT(FindPorts(root_)[0].serial, Not(HasSubstr("\x1b")));
@@ -193,8 +194,6 @@ TEST_F(Ports, AConfiguredPathIsResolvedToItsPort) {
   EXPECT_EQ(PortNameOf(root_, "tcp://10.0.0.5:4001"), "");
   EXPECT_EQ(PortNameOf(root_, "/dev/round"), "round");
 }
-
-// ---------------- Who may open a port by the mode of its file.
 
 constexpr gid_t kDialout = 20;
 const PortFile kUsual{"/dev/ttyUSB0", 0, kDialout, "dialout", 0660};
@@ -212,7 +211,8 @@ TEST(PortRights, TheUsualPortNeedsItsGroup) {
             "again");
 }
 
-/// The first class that fits decides (owner, group, others), even if a later class has more rights.
+/// The first class that matches (owner, group, others) decides, even if a later class has more
+/// rights.
 TEST(PortRights, FollowTheRulesOfTheKernel) {
   PortFile file = kUsual;
   file.mode = 0606;
