@@ -1,5 +1,6 @@
 // Tests that every piece of YAML in the documents can be pasted: each piece is completed to a whole
 // file and loaded.
+//
 // Pieces are blocks marked as yaml, files that a command writes (cat > x.yaml <<'END'), and lines
 // in other blocks and inline code that begin with a key of the configuration. "…" stands for
 // omitted parts. Each piece is tried at every level (file, line, device, point, profile …) with

@@ -1,4 +1,5 @@
-// Checks the source tree against docs/modules.txt, and tests that a wrong include would be found.
+// Checks the source tree against docs/modules.txt, and tests that a forbidden include would be
+// found.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/layers/modules.h"
 
@@ -62,7 +63,6 @@ TEST(Layers, EveryNameInTheTableIsUsed) {
   }
 }
 
-/// A protocol is loaded at run time, so only its own sources may include its headers.
 TEST(Layers, NoModuleIncludesAProtocol) {
   for (const std::string& path : Sources()) {
     for (const Include& include : IncludesOf(ReadFile(path))) {
@@ -140,12 +140,11 @@ TEST(Layers, ANameFromBelowIsReported) {
                           "a names b, which does not stand above it"));
 }
 
-// ---------------- A source file that a comment names must exist: in the folder of the comment, or
-// at the given path.
+// ---------------- Each source file that a comment names must exist: in the folder of the comment,
+// or at the given path.
 
 using Exists = std::function<bool(const std::string& path)>;
 
-/// Returns "gateway/bus/jobs/job.h:3: there is no gateway/bus/jobs/jobs.cpp".
 std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
                                       const Exists& exists) {
   static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
@@ -194,15 +193,15 @@ TEST(FileNames, AMissingFileIsReportedWithItsLine) {
 }
 
 // ---------------- gateway/outputs/status and gateway/diagnosis must not depend on the name of a
-// protocol: the plugin provides its particulars (config/model/options.h), so that a new protocol
-// needs no change there.
+// protocol, so that a new protocol needs no change there. The protocol provides its particulars
+// (config/model/options.h).
 
 std::string ReadAll(const fs::path& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns "spabus|dcon|…|telegram" from the list that registers protocols.
+/// Returns, for example, "spabus|dcon|…|telegram" from the list that registers protocols.
 std::string NamesIn(const std::string& list) {
   std::smatch found;
   if (!std::regex_search(list, found, std::regex(R"(set\(baudgate_protocols ([^)]*)\))")))
@@ -211,7 +210,8 @@ std::string NamesIn(const std::string& list) {
   return std::regex_replace(names, std::regex(R"(\s+)"), "|");
 }
 
-/// Returns literals that contain a protocol's name, and comparisons of parts of a name.
+/// Returns string literals that contain the name of a protocol, and code that compares parts of a
+/// protocol name.
 std::vector<std::string> NamedIn(const std::string& source, const std::string& names) {
   const std::regex named("\"(?:" + names + ")\"|protocol: (?:" + names +
                          ")\\b|protocol(?:\\.|->)(?:starts_with|ends_with|find|contains)\\b");

@@ -84,7 +84,7 @@ CivilZone::Utc Utc(year_month_day day, hours hour, minutes minute, seconds secon
   return sys_days(day) + hour + minute + second;
 }
 
-constexpr auto kSpring = 2026y / March / 29;  // the last Sunday
+constexpr auto kSpring = 2026y / March / 29;  // the last Sunday, on which summer time begins
 constexpr auto kAutumn = 2026y / October / 25;
 
 TEST(CivilZone, ConvertsAFixedOffset) {
@@ -134,8 +134,6 @@ TEST(CivilZone, RefusesInvalidZones) {
     EXPECT_FALSE(CivilZone::Parse(text)) << text;
   }
 }
-
-// ---------------- Cuts that frame rules have in common.
 
 TEST(FrameCuts, NoiseIsDroppedInRunsOfOneKind) {
   struct Case {

@@ -189,7 +189,7 @@ TEST(SettingsTable, ShowsItsRowsToTheConfiguration) {
   EXPECT_TRUE(kTable.specs()[7].secret);
 }
 
-/// 8 bits, no parity, 1 stop bit: ten bits a character, 1 ms at 10,000 bit/s.
+/// Returns settings with 10 bits for each character (8N1). At 10,000 bit/s a character takes 1 ms.
 config::SerialSettings At(int baud) { return {.baud = baud}; }
 
 TEST(TimingRule, ASpanIsTheLongerOfTimeAndCharacters) {
@@ -221,9 +221,6 @@ TEST(TimingRule, TheTimeOfTheLongestReplyMayBeBounded) {
   EXPECT_EQ(rule(At(10'000)).ceiling, 1s) << "1 s in place of 4 s";
   EXPECT_EQ(rule(At(1'000)).ceiling, 5s) << "500 characters take longer than 1 s";
 }
-
-// ---------------- Telegrams written by hand: the bytes that are sent, and which telegrams only
-// read.
 
 Bytes Written(const std::string& text) {
   const auto hex = ParseHex(text);
@@ -346,7 +343,7 @@ TEST(Telegram, AnInvalidTelegramIsExplained) {
   }
 }
 
-/// The command `ask` recognises the protocol by the first character.
+/// The command `ask` selects the protocol by the first character of a telegram.
 TEST(Telegram, LeadCharactersAreUniqueToAProtocol) {
   std::map<char, std::string_view> owners;
   for (const Protocol* protocol : AllProtocols()) {

@@ -121,8 +121,8 @@ TEST(DconCodec, ACounterReplyMayHaveItsChecksumInFront) {
   EXPECT_TRUE(ParseReply(ToBytes("?0AB0\r"), kChecksumFront).has_value());
 }
 
-/// Some counts fit with and without a checksum. They must be recognised, because only one reading
-/// is true.
+/// Some counts can be read with and without a checksum. Both readings fit, so the count must be
+/// marked as ambiguous.
 TEST(DconCodec, ACounterChecksumThatFitsBothWaysIsAmbiguous) {
   int ambiguous = 0;
   for (unsigned count = 0; count < 0x10000; ++count) {
@@ -171,10 +171,8 @@ TEST(DconCodec, ChecksumIsTheSumOfAllCharacters) {
   EXPECT_FALSE(ChecksumFits("", kChecksum));
 }
 
-// ---------------- Replies of every form, good and bad: numbers, codes, digital words, counters,
-// refusals.
-
-/// `command` is sent to address 01; `reply` is the text between lead and CR, without checksum.
+/// Decodes the reply to `command`, which is sent to address 01. `reply` is the text between lead
+/// and CR, without checksum.
 DecodedReply Decode(std::string_view command, std::string_view reply, std::size_t channels = 0,
                     const Settable& options = {}, std::optional<Form> form = std::nullopt,
                     std::uint8_t address = 1) {
@@ -235,8 +233,8 @@ TEST(DconDecode, AnotherCountOfNumbersIsUnexpected) {
   EXPECT_EQ(Decode("#", ">", 2).outcome, Outcome::unexpected);
 }
 
-/// The module's checksum is on and ours is off: the two extra digits must not become part of a
-/// number.
+/// The module appends a checksum, but none is configured. The two extra digits must not become part
+/// of a number.
 TEST(DconDecode, AnUnexpectedChecksumGivesNoNumber) {
   const DecodedReply decoded = Decode("#0", ">-02.47197");
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);
@@ -369,7 +367,6 @@ TEST(DconDecode, DecodesThreeFormsOfACommand) {
   EXPECT_EQ(Decode("#0", ">0001E240").fields[0].value, Value{std::uint64_t{123456}});
   EXPECT_EQ(Decode("#0", "!0100042").fields[0].value, Value{std::uint64_t{42}});
   EXPECT_EQ(Decode("#0", "!010001E240").fields[0].value, Value{std::uint64_t{123456}});
-  // If the form is known from the points, another form is rejected.
   EXPECT_EQ(Decode("#0", ">0001E240", 0, {}, Form::number).outcome, Outcome::corrupt);
   EXPECT_EQ(Decode("#0", ">+05.880", 0, {}, Form::counter).outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("#0", ">+05.880", 0, {}, Form::decimal).outcome, Outcome::unexpected);
@@ -402,7 +399,7 @@ TEST(DconDecode, DecodesACounterWithItsChecksumInFront) {
 
 TEST(DconDecode, DecodesReadbacks) {
   EXPECT_EQ(Decode("$80", "!0B+07.500", 0, {}, {}, 0x0B).fields[0].value, Value{7.5});
-  EXPECT_EQ(Decode("$8", "!0107.500").fields[0].value, Value{7.5});  // I-7021: no sign
+  EXPECT_EQ(Decode("$8", "!0107.500").fields[0].value, Value{7.5});
   EXPECT_EQ(Decode("$80", "!0A+07.500", 0, {}, {}, 0x0B).outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("$8", "!0107.50012").outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("$6", "!01+07.500").fields[0].value, Value{7.5});

@@ -10,7 +10,7 @@ namespace {
 using protocols::dcon::BuildReply;
 using protocols::dcon::BuildRequest;
 
-/// Noise, cut lines and foreign text without CR, so that they contain no whole frame.
+/// Returns noise, truncated lines and foreign text. It has no CR, so it contains no whole frame.
 Bytes Garbage(std::mt19937& random, std::string_view starts) {
   constexpr std::string_view kText = "0123456789ABCDEF+-. \n";
   Bytes bytes(random() % 40);
@@ -35,8 +35,8 @@ Expectation Expecting(int variant) {
   return expect;
 }
 
-/// Lead and text without the checksum. Its digits may have either case, so a flipped bit that only
-/// changes their case is no damage.
+/// Returns lead and text without the checksum. The digits of the checksum can have either case, so
+/// a flipped bit that changes only their case is no damage.
 Bytes Meaning(View frame, int variant) {
   const auto reply = protocols::dcon::ParseReply(frame, variant);
   return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};

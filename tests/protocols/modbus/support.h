@@ -53,7 +53,6 @@ inline config::Device MakeDevice(std::vector<config::Point> points, const Settab
   return DeviceOf(ModbusRtuProtocol(), address, std::move(points), options);
 }
 
-/// Returns the reply PDU of an RTU twin.
 inline Bytes AskTwin(Twin& twin, View pdu) {
   const Bytes reply =
       baudgate::AskTwin(ModbusRtuProtocol(), twin, MakeOptions(), Wrap(Framing::rtu, kSlave, pdu));

@@ -1,7 +1,7 @@
-// Tests the sentences of `baudgate status` after half a minute of a fault: every kind of fault on
-// every protocol, on one device beside a healthy one or on all devices of a line, permanent or now
-// and then. The first sentence must name cause and remedy, and no sentence may blame anything else.
-// BAUDGATE_SHOW=1 prints all sentences.
+// Tests the sentences of `baudgate status` after half a minute of a fault: each kind of fault on
+// each protocol, on one device beside a healthy one or on all devices of a line, permanent or
+// occasional. The first sentence must name cause and remedy, and no sentence must blame anything
+// else. BAUDGATE_SHOW=1 prints all sentences.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -24,16 +24,16 @@ struct Stage {
   const Setup& setup;
   VirtualLine::WireTwin& twin;
   std::uint32_t device;
-  std::function<bool()> strikes;  ///< true if this exchange fails
+  std::function<bool()> strikes;
 };
 
 struct FaultRow {
   const char* name;
   void (*apply)(Stage);
-  /// A regular expression for the sentence of the device or its line.
+  /// A regular expression that the sentence of the device or its line must match.
   const char* says;
-  const char* never = "$^";  ///< no sentence may match this
-  bool often_only = false;   ///< the fault makes no sense now and then
+  const char* never = "$^";
+  bool often_only = false;
   bool (*fits)(const Setup&) = [](const Setup&) { return true; };
 };
 
@@ -58,7 +58,7 @@ Bytes Random(std::size_t size, std::uint32_t seed) {
   return bytes;
 }
 
-/// Delivers the reply at this time, counted from the end of the request.
+/// Delivers the reply `at` after the end of the request.
 void DeliverAt(Stage stage, Duration at) {
   stage.twin.manner.deliver = [stage, at](View, Bytes reply, Instant) {
     if (reply.empty()) return std::vector<tools::TimedPiece>{};
@@ -345,7 +345,6 @@ std::string Text(const std::vector<std::string>& said) {
   return text;
 }
 
-/// Returns a function that gives the devices of `setup` a few points, polled every second.
 std::function<void(config::Line&)> Small(const Setup& setup) {
   return [&setup](config::Line& line) {
     for (config::Device& device : line.devices) {
@@ -391,7 +390,7 @@ TEST_P(NamedFaults, AreNamed) {
   }
 }
 
-/// Also at the first look: a start is not a fault.
+/// The first status of a started line must contain no advice either.
 TEST_P(NamedFaults, HealthyLinesGetNoAdvice) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, Small(setup));
@@ -408,7 +407,6 @@ TEST_P(NamedFaults, HealthyLinesGetNoAdvice) {
   }
 }
 
-/// Another master asks a device that is not configured, and gets an answer.
 TEST_P(NamedFaults, ASecondMasterIsNamed) {
   const auto& setup = SetupOf(GetParam());
   if (setup.protocol->carrier == nullptr && setup.protocol->name != "spabus") return;
@@ -427,7 +425,7 @@ TEST_P(NamedFaults, ASecondMasterIsNamed) {
       << text;
 }
 
-/// A device that takes 350 ms beside a fast one, on a line without time for both.
+/// One device takes 350 ms for a reply, beside a fast one. The line has no time for both.
 TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, [&setup](config::Line& line) {

@@ -1,7 +1,7 @@
 // Days of faults in virtual time: damaged and lost replies, absent devices, a bus that echoes,
 // damaged echoes. ctest runs six virtual minutes for each line, packaging/soak.sh 24 hours
-// (BAUDGATE_SOAK_HOURS). A wrong value may be good only if damage produced a valid check value,
-// which the oracle of bad_wire.h counts.
+// (BAUDGATE_SOAK_HOURS). A wrong value is allowed to be good only if damage produced a valid check
+// value, which the oracle of bad_wire.h counts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -16,15 +16,15 @@
 namespace baudgate::protocols {
 namespace {
 
-// Bytes by which the heap may grow from one hour to the next.
+// The heap is allowed to grow by this many bytes from one hour to the next.
 constexpr std::size_t kFlat = 256 * 1024;
 
 std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
 
-/// How many minutes of each hour are run.
+/// Returns how many minutes of each hour are run.
 std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
 
-/// A short hour has as many outages as a long one.
+/// A short hour has as many outages as a full hour.
 Duration OfAnHour(int parts) { return static_cast<std::int64_t>(Minutes()) * 1min / parts; }
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
@@ -75,7 +75,6 @@ class Soak : public ::testing::TestWithParam<Setup> {
     }
   }
 
-  /// A minute without a request means that the line is stuck.
   void RunOneHour() {
     for (std::size_t minute = 0; minute < Minutes(); ++minute) {
       LetDevicesDieAndReturn();

@@ -58,7 +58,7 @@ class BillingBench {
   BillingSession& session() { return *session_; }
 
   std::string said;
-  std::map<std::string, std::vector<std::string>> told;  // the reported days of each series
+  std::map<std::string, std::vector<std::string>> told;
   std::vector<PastRecord> records;
   std::vector<std::string> asked;
   std::function<bool()> lost;
@@ -87,7 +87,7 @@ class BillingBench {
       const Bytes whole = data;
       if (late && late() && !last_.empty()) data = last_;
       last_ = whole;
-      // A is 0.5, so one count is one kWh.
+      // The meter constant A is 0.5, so one count is one kWh.
       const auto day =
           std::chrono::local_days(std::chrono::days((*ByteReader(data).U32Be(0) - 1) / 1000));
       if (installed && day < *installed) data.assign(16, 0);

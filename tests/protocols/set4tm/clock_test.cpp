@@ -1,4 +1,3 @@
-// Tests the clock of a meter as a number.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/clock.h"
 
@@ -36,7 +35,7 @@ std::string ShownUtc(const Decoded& decoded) {
   return FormatWallTime(WallTime(std::chrono::seconds(*seconds))).substr(0, 19);
 }
 
-// Reference, example 8.
+// SET-4TM reference, example 8.
 constexpr const char* kSummer = "31 30 15 01 02 09 02 00";
 
 TEST(MeterClock, IsConvertedToUtcByItsZone) {
@@ -83,7 +82,7 @@ TEST(MeterClock, IsAcceptedInItsOwnRequestOnly) {
 
 // ---------------- The drift of a meter's clock and its correction: golden bytes, and a whole line.
 
-constexpr Duration kCharacter = 1146us;  // 11 bits at 9600
+constexpr Duration kCharacter = 1146us;  // 11 bits at 9600 bit/s
 
 Scale InZone(std::string_view zone) {
   Scale scale;
@@ -91,7 +90,7 @@ Scale InZone(std::string_view zone) {
   return scale;
 }
 
-/// 2002-09-02T15:30:31, summer (MFR 2.4.1.1.1): 11:30:31 UTC in a zone of +04:00.
+/// 2002-09-02T15:30:31, summer time (MFR 2.4.1.1.1): 11:30:31 UTC in a zone of +04:00.
 TEST(ClockDrift, IsMeasuredAtTheMiddleOfTheExchange) {
   const Bytes data = Hex("31 30 15 01 02 09 02 00");
   const WallTime shown = std::chrono::sys_days(std::chrono::year(2002) / 9 / 2) + 11h + 30min + 31s;
@@ -117,13 +116,13 @@ TEST(ClockDrift, IsUncertainAfterALongExchange) {
   drift.OnHostClock(true);
   drift.OnAsked();
   drift.OnSent({Instant(1h), WallTime(1'000'000'000s)}, kCharacter);
-  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);  // sent again
+  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);
   const Decoded decoded =
       drift.Of(Hex("31 30 15 01 02 09 02 00"), 11, InZone("+00:00"), Instant(1h + 2100ms));
   EXPECT_TRUE(IsUncertain(decoded.quality));
 }
 
-/// Reference, 12, example 14: + 10 s.
+/// SET-4TM reference, 12, example 14: a correction by +10 s.
 TEST(ClockDrift, CorrectionMatchesTheReference) {
   const ClockDrift drift;
   const auto pdu = ClockCorrection(Value(10.0), drift, Instant(1h));
@@ -274,7 +273,8 @@ class Reluctant : public Twin {
   bool said_ = false;
 };
 
-/// 05: the channel was closed meanwhile; 06: repeat the request. The write has not been executed.
+/// Status 05: the channel was closed meanwhile; 06: repeat the request. The meter has not executed
+/// the write.
 TEST_F(ClockLine, ACorrectionIsRepeatedOnRequestOfTheMeter) {
   for (const int status : {5, 6}) {
     Make();

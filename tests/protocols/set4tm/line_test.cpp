@@ -80,7 +80,7 @@ TEST(Set4tmLine, SilenceToATrialCostsOneExchangeOnly) {
   EXPECT_EQ(line.StatusOf(0).state, bus::DeviceState::online);
 }
 
-/// The answer to the trial comes after the next request was sent.
+/// The answer to the trial arrives after the next request was sent.
 TEST(Set4tmLine, ALateReplyToATrialIsDropped) {
   VirtualLine line = LineOf(Meter());
   Measure(line);

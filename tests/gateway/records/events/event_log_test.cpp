@@ -220,9 +220,7 @@ TEST_F(EventLogTest, TheLastMessageOfADeviceFollowsItsName) {
     EXPECT_EQ(log->queue().said(2), "12.345 E1");
     EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
     EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
-    log->queue().Add(
-        BatchOf(2, "12.345 E1",
-                true));  // repeated by the device, as if it had not received the confirmation
+    log->queue().Add(BatchOf(2, "12.345 E1", true));  // the confirmation was lost
     log->queue().Add(BatchOf(2, "12.346 E2"));
     AwaitKept(3);
     EXPECT_EQ(log->state().repeats, 1U);

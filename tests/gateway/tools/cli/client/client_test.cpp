@@ -175,7 +175,8 @@ TEST_F(ClientTest, TheOnlyGatewayInTheDefaultPlacesIsFound) {
   const control::RuntimeDirectory runtime(directory_);
   std::filesystem::create_directory(directory_ / "baudgate");
   const auto connect = [] { return ControlClient::Connect({}); };
-  // A real gateway on this machine would be found, too, so the test checks nothing until here.
+  // The test does not expect that no gateway is found, because a real one could run on this
+  // machine.
   config_.socket = (directory_ / "baudgate" / "a.sock").string();
   StartServer();
   asio::io_context io;

@@ -161,7 +161,8 @@ TEST_F(SettingsTest, AnUnknownSettingIsWrittenWithoutAValue) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-/// The file has the ratio of another current transformer: 999 in the file would be written as 666.
+/// The file was made with another ratio of the current transformer, so its values have another
+/// meaning.
 TEST_F(SettingsTest, AFileOfAnotherScaleIsRefused) {
   config_.lines[0].devices[0].points[kHigh].scale = 400;
   StartServer();
