@@ -1,4 +1,4 @@
-// Tests of the player of golden transcripts: it must accept correct transcripts and name the
+// Tests of the player of golden transcripts: it accepts correct transcripts and names the
 // differences in others.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/transcript.h"

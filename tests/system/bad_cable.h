@@ -1,5 +1,6 @@
-// `BadCable` is a cable between daemon and twin that tears, delays and damages replies. Requests
-// pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the twin's pty.
+// `BadCable` is a cable between daemon and twin that fragments, delays and damages replies.
+// Requests pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the
+// twin's pty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,7 +27,7 @@ class BadCable {
 
   bool connected() const { return twin_ >= 0 && pty_.has_value(); }
   /// While noisy, random bytes arrive before replies and at other times, a byte of some replies is
-  /// changed, and the rest of some replies is lost.
+  /// changed, and the end of some replies is lost.
   void SetNoisy(bool noisy) { noisy_ = noisy; }
   std::size_t noise_bytes() const { return noise_bytes_; }
 

@@ -22,11 +22,11 @@ constexpr int kSlower = 4;
 #else
 constexpr int kSlower = 1;
 #endif
-/// How long a test waits for an event before it fails. No test depends on a result being early.
+/// The time limit of every wait. A result can be late in any test, but not later than this.
 constexpr Duration kPatience = kSlower * 20s;
-/// Duration of a release or a trial during which a test runs two or three commands.
+/// The duration of a release or trial in which a test runs two or three commands.
 constexpr Duration kLongEnough = kSlower * 3s;
-/// How often the thread of a cable or a slave checks whether to end.
+/// The interval at which the thread of a cable or slave checks whether to end.
 constexpr int kPollMilliseconds = 20;
 
 /// Polls until `condition` holds. Returns false if it did not within `limit`.
@@ -59,8 +59,8 @@ class Child {
   /// after `limit`.
   std::optional<int> WaitForEnd(Duration limit = kPatience);
 
-  std::string Output() const;  ///< standard output so far
-  std::string Errors() const;  ///< standard error so far
+  std::string Output() const;
+  std::string Errors() const;
 
  private:
   pid_t id_ = -1;
@@ -71,7 +71,7 @@ class Child {
 };
 
 struct Finished {
-  int code = -1;  ///< as in WaitForEnd; -1: it had to be killed
+  int code = -1;  ///< as in WaitForEnd; -1: the test had to kill the child
   std::string output;
   std::string errors;
 };

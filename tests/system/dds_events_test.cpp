@@ -64,8 +64,6 @@ TEST_F(EventsOnDds, AreReceivedByBothSubscribersAsTheyWereStored) {
   EXPECT_EQ(status["skipped"], 0);
 }
 
-/// A subscriber that stays receives all events, whichever process is killed. It recognises
-/// repetitions by their number.
 TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
   const auto relay = StartRelay("every:150ms,count=4,numbered");
   const auto watch = Watch();
@@ -104,7 +102,7 @@ TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
     if (line.starts_with("again ")) continue;
     EXPECT_EQ(std::stoull(line), ++number) << line;
   }
-  // The order between events of different devices may differ.
+  // The order between events of different devices is not defined.
   const auto printed = [&] {
     std::multiset<std::uint64_t> printed;
     const std::string output = example->Output();
@@ -120,7 +118,6 @@ TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
   for (std::uint64_t seq = 1; seq <= last; ++seq) EXPECT_EQ(printed().count(seq), 1U) << seq;
 }
 
-/// A subscriber of points alone does not confirm events; a subscriber of events does.
 TEST_F(EventsOnDds, AnOrderlyStopNeitherLosesNorRepeatsConfirmedEvents) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   auto daemon = StartDaemon(Yaml(", events: on", "", true));

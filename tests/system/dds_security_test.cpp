@@ -25,7 +25,7 @@ class DdsSecurity : public ThreeDevices {
   std::string SecuredYaml() const {
     std::string yaml = Yaml(true);
     const std::string enabled = "dds: { enabled: true,";
-    // A relative path starts at the configuration, whatever the DDS process's directory is.
+    // A relative path starts at the folder of the configuration, not at that of the DDS process.
     return yaml.replace(yaml.find(enabled), enabled.size(),
                         enabled + " security: pki/" + gateway() + ",");
   }
@@ -102,8 +102,6 @@ TEST_F(DdsSecurity, AnExpiredIdentityReceivesNoValues) {
   EXPECT_EQ(expired->Output(), "");
   EXPECT_TRUE(expired->Running());
 }
-
-// ---------------- `baudgate discovery-server` with subscribers without multicast.
 
 class Discovery : public ThreeDevices {
  protected:

@@ -28,7 +28,6 @@ class DdsWrites : public Station {
                 "address: 2, profile: spaj140c, unit: 2, poll: 200ms, slow: 1h, write: "
                 "[setting_group], points: [{ name: setting_group, select: true }]");
   }
-  /// Starts twins and gateway, and waits until every device was read once.
   void StartAll(const std::string& dds, const std::string& io = "allow") {
     io_ = StartTwin("io", "icpdas-i-7024", "0x1F");
     relay_ = StartTwin("relay", "spaj140c", "2");
@@ -90,7 +89,7 @@ TEST_F(DdsWrites, ASetPointIsWrittenAnsweredAndRecorded) {
   EXPECT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 1; }));
   EXPECT_THAT(Ask("relay-1", "current_l1", {"--seq", "6", "--value", "1"}),
               HasSubstr("can only be read"));
-  // The request had expired before it arrived: it is not sent.
+  // The request had expired before it arrived, so it must not be sent.
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "3", "--not-after", "-1"}),
               StartsWith("7 not_sent "));
   EXPECT_EQ(client_->Float(kIo, 0), 2.25F);
@@ -210,8 +209,8 @@ TEST_F(DdsWrites, NeedThePermissionOfTheDeviceAsWell) {
   EXPECT_EQ(client_->Float(kIo, 0), 1.5F);
 }
 
-// Cyclone DDS stores what a transient local writer wrote, and sends it to a volatile reader that
-// requests it.
+// Cyclone DDS stores the samples of a transient local writer, and sends them to a volatile reader
+// that requests them.
 TEST_F(DdsWrites, ARequestFromBeforeTheStartOfTheGatewayIsNeverDone) {
   Child early(Words("io-1", "output_0", {"--value", "9", "--early", "--seconds", "40"}),
               directory());

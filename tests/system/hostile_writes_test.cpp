@@ -56,7 +56,6 @@ class Attack {
     return {++transaction_, Pick(8) == 0 ? Byte() : kHostileUnit, pdu};
   }
 
-  /// Returns a truncated frame, or random bytes.
   Bytes Half() {
     Bytes bytes(1 + Pick(40));
     for (std::uint8_t& byte : bytes) byte = Byte();
@@ -123,7 +122,6 @@ class HostileWrites : public RouteStation {
       }
     }
   }
-  /// Sends parts of frames, and requests whose answers are never read.
   void Litter(unsigned seed) {
     Attack attack(seed);
     while (!stop_) {

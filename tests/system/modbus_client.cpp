@@ -27,7 +27,7 @@ bool ModbusClient::Connect(int unit) {
   return connected_ && modbus_set_slave(context_, unit) == 0;
 }
 
-/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE; every other number is a connection
+/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE. Every other number is a connection
 /// error.
 int ModbusClient::Settle(int result) {
   if (result >= 0) return kNoException;

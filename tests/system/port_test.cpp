@@ -50,8 +50,6 @@ class Ports : public Station {
   ModbusClient client{port()};
 };
 
-// ---------------------------------------------------------------- appearing and moving
-
 TEST_F(Ports, APortInAFolderThatIsCreatedLaterIsFound) {
   const fs::path by_id = directory() / "serial" / "by-id";
   const auto daemon = StartDaemon(Yaml(by_id / "usb-x"));
@@ -101,8 +99,6 @@ TEST_F(Ports, ALostPortComesBackRepeatedly) {
   }
 }
 
-// ---------------------------------------------------------------- serial servers
-
 /// The server accepts and ends each connection at once: by a close, a reset, or a text before.
 TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   TakenServer server(FreePort());
@@ -126,8 +122,6 @@ TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   EXPECT_TRUE(Eventually([&] { return Status()["port_state"] == "open"; }));
 }
 
-// ---------------------------------------------------------------- lending
-
 TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
@@ -146,7 +140,8 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   ASSERT_TRUE(tool.ok()) << tool.error();
   EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
 
-  // The release is over, but the other program still has the port; the daemon names that program.
+  // The release is over, but the other program still has the port open. The daemon names that
+  // program.
   EXPECT_TRUE(EventuallyLogged(*daemon, "takes " + LinkOf("bay") + " back"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "in use by"));
   EXPECT_THAT(daemon->Errors(), HasSubstr("(pid " + std::to_string(::getpid()) + ")"));
@@ -186,8 +181,6 @@ TEST_F(Ports, AReleasedLineDoesNotDelayTheStop) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-// ---------------------------------------------------------------- recordings
-
 TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatDecodes) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
@@ -210,8 +203,7 @@ TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatDecodes) {
   EXPECT_EQ(exchanges.back()["device"], "bay-1");
 }
 
-/// An adapter that echoes, although the configuration does not mention an echo, returns the
-/// password.
+/// The adapter echoes, which is not configured, so the echo contains the password.
 TEST_F(Ports, APasswordIsInNoTrace) {
   PinProfile("set4tm", "set-4tm.03m", "meter", {{"frequency", "50.03125"}});
   const auto twin = Start({"simulate", "--profile", "meter", "--address", "200", "--pty",

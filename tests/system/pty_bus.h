@@ -19,7 +19,6 @@ class PtyBus {
 
   /// Must be called before Start().
   void Add(const TwinWish& wish) { bus_.Add(wish); }
-  /// Makes another master send this telegram repeatedly.
   void Talk(const std::string& telegram) { talk_ = telegram; }
   void Start();
 

@@ -1,5 +1,5 @@
 // Tests reloads: unchanged parts are not disturbed, a bad file changes nothing, and an unconfirmed
-// one is rolled back, also after kill -9.
+// file is rolled back, also after kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -55,7 +55,7 @@ TEST_F(Reload, OfOneLineDoesNotDisturbTheOtherLines) {
       << "it was begun anew";
 }
 
-/// The relay is read once, and not again for ten minutes.
+/// The relay is polled every ten minutes, so the test sees only its first values.
 TEST_F(Reload, OfAModbusUnitKeepsTheValuesAndTheOpenPort) {
   const std::string yaml =
       Replaced(YamlWithSocket(), "unit: 1, poll: 200ms", "unit: 1, poll: 10min");
@@ -183,7 +183,6 @@ TEST_F(Reload, AnUnconfirmedTrialIsRolledBackAndStaysRolledBack) {
   EXPECT_TRUE(RunsSlower());
 }
 
-/// A reload by another user or a tool is no confirmation.
 TEST_F(Reload, ATrialContinuesAfterOtherReloads) {
   StartAll(YamlWithSocket());
   const auto with_slower_relay = [](const std::string& yaml) {
@@ -330,8 +329,6 @@ TEST_F(Reload, ARollbackLeavesACopyOfTheConfirmedFile) {
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
 }
 
-// ---------------- A reload while the system refuses resources, or of a file that is not regular.
-
 namespace fs = std::filesystem;
 
 class ReloadLimits : public Reload {
@@ -388,7 +385,7 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutFreeDescriptors) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// The running configuration is in memory, whatever happens on disk.
+/// The running configuration is in memory, so the rollback needs no file.
 TEST_F(ReloadLimits, ATrialIsRolledBackWithoutCopyAndProfile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());

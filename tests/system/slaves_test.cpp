@@ -42,8 +42,6 @@ class Slaves : public RouteStation {
   }
 };
 
-// ---------------------------------------------------------------- libmodbus
-
 TEST_F(Slaves, ALibmodbusMasterReadsALibmodbusSlave) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
@@ -102,8 +100,6 @@ TEST_F(Slaves, ALibmodbusSlaveAcceptsEveryWriteOfLibmodbus) {
   EXPECT_EQ(std::vector(registers.begin(), registers.begin() + 5),
             (std::vector<std::uint16_t>{1059, 7, 8, 9, 1063}));
 }
-
-// ---------------------------------------------------------------- pymodbus, both framings
 
 class PymodbusSlave : public Slaves, public testing::WithParamInterface<const char*> {
  protected:
@@ -225,8 +221,6 @@ TEST_P(PymodbusSlave, WithHolesIsReadInParts) {
 
 INSTANTIATE_TEST_SUITE_P(OfEachFraming, PymodbusSlave, testing::Values("rtu", "ascii"),
                          [](const auto& info) { return std::string(info.param); });
-
-// ---------------------------------------------------------------- mbpoll, and the twin
 
 TEST_F(Slaves, SlavesOfSeveralLinesAnswerMbpoll) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));

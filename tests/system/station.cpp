@@ -21,8 +21,8 @@ namespace fs = std::filesystem;
 
 constexpr int kQualityOffset = 20000;
 
-/// Claims a number among all test processes, as long as the returned descriptor is open; a negative
-/// result: another process has the number.
+/// Reserves a number among all test processes while the returned descriptor is open; negative:
+/// another process has the number.
 int Claim(const std::string& what, int number) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -181,8 +181,8 @@ std::string Station::Line(const std::string& name, const std::string& protocol,
 }
 
 Child::Environment Station::Environment() const {
-  // Profiles in the test's directory come before those beside the binary. Control socket and state
-  // are the test's own, so that tests do not find each other's.
+  // Profiles in the test's directory take precedence over those beside the binary. Each test has
+  // its own control socket and state.
   return {{"BAUDGATE_MODULES", directory_.string()},
           {"XDG_RUNTIME_DIR", directory_.string()},
           {"STATE_DIRECTORY", (directory_ / "state").string()}};

@@ -50,7 +50,7 @@ class Raw final : public Writer {
   std::vector<Told> Write(const std::vector<WriteStep>& steps) override {
     constexpr std::size_t kUnderWay = 8;
     std::vector<Told> told(steps.size(), Told::nothing);
-    std::map<std::uint16_t, std::size_t> open;  // by transaction
+    std::map<std::uint16_t, std::size_t> open;
     std::size_t next = 0;
     while (next < steps.size() || !open.empty()) {
       for (; next < steps.size() && open.size() < kUnderWay; ++next) {
@@ -145,7 +145,7 @@ WriteStep StepOf(int client, int number) {
       step.value = Number(client, number, "5");  // finer than the module's resolution
       break;
     default:
-      step.point = "safe_" + std::to_string(output);  // read-only
+      step.point = "safe_" + std::to_string(output);
       step.address = 20 + 2 * output;
   }
   return step;

@@ -59,7 +59,8 @@ class Writers : public RouteStation {
   }
 
 #ifdef CYCLONE_WRITER
-  /// Turns the client's output into an exit code: 0 confirmed, 1 denied, 2 no answer.
+  /// Returns a function that runs one write and returns an exit code: 0 confirmed, 1 denied, 2 no
+  /// answer.
   RunOnce Cyclone() const {
     return [this, seq = 0](const WriteStep& step) mutable {
       Finished asked = RunToEnd({CYCLONE_WRITER, "--domain", std::to_string(domain()), "--gateway",
@@ -75,9 +76,10 @@ class Writers : public RouteStation {
   }
 #endif
 
-  /// Runs all writers. The first `quick` ones continue until the others have done `count` writes.
+  /// Runs all writers. The first `quick` writers continue until the others have done `count`
+  /// writes.
   static void RunAll(std::vector<Part>& parts, std::size_t quick, int count) {
-    constexpr int kMost = 999;  // the largest number that fits into the digits of a value
+    constexpr int kMost = 999;
     std::latch start(std::ssize(parts));
     std::atomic<std::size_t> slow = parts.size() - quick;
     std::vector<std::thread> threads;
@@ -101,7 +103,6 @@ class Writers : public RouteStation {
     for (std::thread& thread : threads) thread.join();
   }
 
-  /// Returns the writes on the wire: "#1F2+03.003" is "output_2 3.003".
   static Writes OnTheWire(const TappedCable& cable) {
     const std::string begin = std::string("#") + kAddress;
     Writes writes;

@@ -17,8 +17,6 @@
 
 namespace baudgate::test {
 
-/// Runs the loop until the condition holds. Returns false after 20 s, so that a broken test does
-/// not hang.
 inline bool RunUntil(asio::io_context& io, const std::function<bool()>& condition) {
   const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (!condition()) {
@@ -29,7 +27,6 @@ inline bool RunUntil(asio::io_context& io, const std::function<bool()>& conditio
   return true;
 }
 
-/// Runs everything that is ready now, before a test checks that an event did not happen.
 inline void RunReady(asio::io_context& io) {
   for (int round = 0; round < 10; ++round) {
     io.restart();

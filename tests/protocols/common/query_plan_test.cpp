@@ -96,11 +96,11 @@ TEST(QueryPlan, ARefusedBlockIsSplit) {
     std::vector<PlaceInQuery> places;
     const char* shown;
   };
-  for (const Case& c : std::vector<Case>{
-           {{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},  // split at the widest hole
-           {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},  // split in the middle
-           {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
-           {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // no point is split
+  for (const Case& c :
+       std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},  // at the widest hole
+                         {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},  // split in the middle
+                         {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
+                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // no point is split
     Plan plan = MakePlan(c.places);
     ASSERT_EQ(plan.queries().size(), 1U);
     EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);

@@ -175,8 +175,7 @@ TEST(Set4tmConstants, TheVariantGivesMeterConstantAndCoefficients) {
   EXPECT_EQ(ParseVariant(Hex("15 40 80")).power_coefficient, 1);   // 120-230 V, 1 A
   EXPECT_EQ(ParseVariant(Hex("14 40 70")).power_coefficient, 20);  // PSCH-3TM.05M
   EXPECT_EQ(ParseVariant(Hex("14 50 90")).current_coefficient, 10);
-  EXPECT_FALSE(ParseVariant(Hex("15 40 10"))
-                   .power_coefficient);  // .03 1(10) A: the coefficient is not certain
+  EXPECT_FALSE(ParseVariant(Hex("15 40 10")).power_coefficient);  // not certain
   EXPECT_FALSE(ParseVariant(Hex("14 40 B0")).power_coefficient);  // not documented
   EXPECT_FALSE(ParseVariant(Hex("14 40")).meter_constant);
 }

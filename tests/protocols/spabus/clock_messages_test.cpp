@@ -215,7 +215,7 @@ TEST(SpaDesignation, SilenceAndRefusalAreNoContradiction) {
   }
 }
 
-/// The request for the designation waits for a probe, or for a device that is busy.
+/// Another task fails while the designation is outstanding, so the designation is requested again.
 TEST(SpaDesignation, AFailureOfAnotherTaskDoesNotReplaceItsReply) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");

@@ -191,7 +191,7 @@ TEST_F(EventSessionTest, ReportsUnreadableEvents) {
 constexpr const char* kOne = "12.345 1E100";
 constexpr const char* kOther = "12.345 2E103";  // has the same check value
 
-/// A damaged reply can have a valid check value, so events are held until they are read again.
+/// Tests of events in a session that must neither lose nor repeat them.
 class HeldEvents : public ::testing::Test {
  protected:
   Answer Say(char wanted, const std::string& data) {

@@ -137,8 +137,6 @@ TEST(SpaWriteSeveral, TheTwinAcceptsValuesUpToTheFirstRefusal) {
   EXPECT_EQ(values.Get(2, {}), Value(3.0)) << "not looked at";
 }
 
-// ---------------- Writes to a relay on a line: the client's result, whatever is lost.
-
 config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
   std::vector<config::Point> points;
   for (const char* item : {"S21", "S22", "S23"}) {
@@ -158,11 +156,12 @@ config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
 
 class SpaWriteLine : public ::testing::Test {
  protected:
-  /// The relay answers requests that begin with `start` with `reply`; empty: silence.
+  /// Makes the relay answer requests that begin with `start` with `reply`; empty: no reply.
   void Says(const std::string& start, const std::string& reply) {
     replies_[start] = reply.empty() ? Bytes() : ReplyText(reply);
   }
-  /// Runs the write on a new line and returns its result. Sets sent_ and first_.
+  /// Runs the write on a new line and returns its result. Sets sent_ (write requests without
+  /// checksum) and first_ (the value of S21 in the relay).
   WriteResult Write(config::Line relay, std::vector<bus::PointWrite> writes) {
     VirtualLine line(std::move(relay), {&SpabusProtocol()});
     for (std::size_t point = 0; point < 3; ++point) line.twin(0).values.Set(point, 1.0);
@@ -190,8 +189,8 @@ class SpaWriteLine : public ::testing::Test {
   }
 
   std::map<std::string, Bytes> replies_;
-  std::vector<std::string> sent_;  ///< write requests without checksum
-  Value first_;                    ///< the value of S21 in the relay
+  std::vector<std::string> sent_;
+  Value first_;
 };
 
 TEST_F(SpaWriteLine, AWriteIsConfirmedAndReadBack) {
@@ -219,7 +218,7 @@ TEST_F(SpaWriteLine, AnUnansweredClosingKeepsTheOutcome) {
 TEST_F(SpaWriteLine, WithoutAReplyToThePasswordNothingIsWritten) {
   Says(">1WV160:", "");
   EXPECT_EQ(Write(Relay(345), {{0, Value(0.9)}}).end, WriteEnd::not_sent);
-  // The first reply to the closing request may be the late reply to the opening one.
+  // The first reply to the closing request can be the late reply to the opening request.
   EXPECT_EQ(sent_, (Texts{">1WV160:345:", ">1WV161:345:", ">1WV161:345:"}));
   EXPECT_EQ(first_, Value(1.0));
 }

@@ -18,7 +18,6 @@ std::string TypeOf(const config::Point& point) {
   return name + "(" + std::to_string(point.text_length) + ")";
 }
 
-/// A text of the profile may be longer than required.
 bool TypeFits(const config::Point& point, const std::string& demanded) {
   if (point.type != config::Type::string || !demanded.starts_with("string")) {
     return TypeOf(point) == demanded;

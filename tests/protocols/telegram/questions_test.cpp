@@ -27,7 +27,7 @@ const std::string kBoth =
     "  - { name: one, read: val(n=1).v, type: float32 }\n"
     "  - { name: two, read: val(n=2).v, type: float32 }\n";
 
-/// Channels 1 to 9 return 10, 20, …, times the selected range, others "NO".
+/// A meter whose channels 1 to 9 return 10, 20, …, times the selected range; other channels "NO".
 struct Selectable {
   int channel = 7;
   int range = 1;
@@ -42,7 +42,6 @@ struct Selectable {
   }
 };
 
-/// Runs all polls twice, in both orders, and returns the last reading of each point.
 std::map<std::string, std::string> Readings(const config::Device& device, const Wire& wire) {
   std::map<std::string, std::string> said;
   Talk talk(TelegramProtocol(), device);
@@ -112,7 +111,8 @@ TEST(TelegramQuestions, AValueBelongsToItsSelectedChannel) {
   }
 }
 
-/// The selection is answered as for another channel, with another parameter, or with a bad status.
+/// The answer to the selection is missing, belongs to another channel or parameter, or has a bad
+/// status.
 TEST(TelegramQuestions, AFailedSelectionGivesNoValue) {
   const config::Device device = Described(Selecting(kAnsweredSel, kVal + ", before: sel", kBoth));
   for (const char* refusal : {"", "NO\r", "OK E\r", "??\r"}) {

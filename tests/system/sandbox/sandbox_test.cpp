@@ -1,4 +1,5 @@
-// Tests that the gateway works under the restrictions of its unit, and fails under further ones.
+// Tests that the gateway works under the restrictions of its unit, and fails under further
+// restrictions.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -98,8 +99,7 @@ TEST_F(Sandbox, AForbiddenSystemCallEndsTheGateway) {
   }
 }
 
-/// Each address family in the unit is needed by the gateway. AF_NETLINK is left out: only names
-/// with several addresses need it, which not every machine has.
+/// AF_NETLINK is left out: only names with several addresses need it, which not every machine has.
 TEST_F(Sandbox, EveryFamilyOfAddressesIsNeeded) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const std::string all = "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK\n";
