@@ -1,5 +1,5 @@
-// Benchmark: delay from the last byte of a reply to the sample in a DDS subscriber process. The
-// limit to compare with is a bare pipeline: pty, writer thread, socket, bare Fast DDS.
+// Benchmark: delay from a reply's last byte to its sample in a DDS subscriber, beside a bare
+// pipeline.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -49,7 +49,6 @@ void WriteAll(int descriptor, std::string_view text) {
     std::exit(4);
 }
 
-/// The subscriber process. It prints "<source> <value> <arrival in ns>" for each sample.
 class Subscriber {
  public:
   explicit Subscriber(const std::string& self) {
@@ -72,7 +71,6 @@ class Subscriber {
     fclose(stream_);
   }
 
-  /// Returns the arrival time of the sample in the subscriber; nothing after two seconds.
   std::optional<std::int64_t> Arrival(std::string_view source, int number) {
     std::unique_lock lock(mutex_);
     const auto key = std::pair(std::string(source), number);
@@ -118,8 +116,7 @@ void WriteBare(dds::SampleWriter& writer, double number) {
   writer.Write(sample);
 }
 
-/// The limit to compare with: a thread reads the pty up to CR; a second thread sends the number to
-/// a process that publishes it with bare Fast DDS.
+/// The limit to compare with: pty, two threads, socket, bare Fast DDS.
 class DirectPipeline {
  public:
   explicit DirectPipeline(const std::string& self) : pty_(std::move(*tools::Pty::Create())) {

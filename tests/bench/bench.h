@@ -17,9 +17,7 @@ namespace baudgate::bench {
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double share);
 
-/// Creates a new directory in the temporary directory. It is removed at exit.
 std::string Scratch();
-/// Loads a configuration. If it has problems, prints them and exits.
 config::Config Load(const std::string& yaml, const config::Catalog& catalog);
 struct Totals {
   std::uint64_t exchanges = 0;

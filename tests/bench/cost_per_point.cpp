@@ -1,5 +1,4 @@
-// Benchmark: cost of one changed point from the line's thread to the DDS writer (store, feed,
-// publish plan), with 1,000 to 100,000 points, without the cost of Fast DDS.
+// Benchmark: cost of a changed point up to the DDS writer, with 1,000 to 100,000 points.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,7 +15,7 @@ namespace {
 
 constexpr std::size_t kPointsPerDevice = 100;
 constexpr std::uint64_t kUpdates = 500'000;
-constexpr double kWanted = 1.5;  // ratio of the highest cost to the lowest
+constexpr double kWanted = 1.5;
 
 class CountingWriter final : public dds::SampleWriter {
  public:
@@ -58,7 +57,6 @@ double ProcessSeconds() {
   return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) / 1e9;
 }
 
-/// Returns the processor time of both threads for each update, in microseconds.
 double RunOne(std::size_t points) {
   const config::Config config = MakeConfig(points);
   bus::PointStore store(config);

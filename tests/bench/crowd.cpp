@@ -1,6 +1,5 @@
-// Benchmark: processor time of an exchange with 100 and with 1,000 lines on tcp://. Each line has
-// one SPA device with a hundred points that are read every second. Devices and gateway are two
-// child processes, which this process measures.
+// Benchmark: processor time of an exchange with 100 and 1,000 lines on tcp://, each with a device
+// of a hundred points at 1 s. Devices and gateway are child processes.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -64,7 +63,6 @@ struct StillValues final : protocols::TwinValues {
   void Set(std::size_t, const Value&) override {}
 };
 
-/// Simulates all devices in one thread: one epoll loop that takes replies from a table.
 class Slaves {
  public:
   explicit Slaves(const config::Catalog& catalog)
@@ -143,7 +141,6 @@ class Slaves {
   std::map<std::string, std::string> replies_;
 };
 
-/// Renames the new file to its final name, so that readers never see half of it.
 void Publish(const std::string& path, const std::string& text) {
   std::ofstream(path + ".new") << text;
   fs::rename(path + ".new", path);
@@ -187,7 +184,7 @@ Process Spawn(const std::string& self, const char* role, const std::string& dire
 struct Figures {
   double per_second = 0;
   double cores = 0;
-  double cost_us = 0;  ///< processor time of one exchange
+  double cost_us = 0;
   double mib = 0;
   double threads = 0;
   long descriptors = 0;

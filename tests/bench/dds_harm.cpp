@@ -1,6 +1,5 @@
-// Benchmark: delay of Modbus reads and missed polls of `baudgate demo` while its DDS process is
-// killed, stopped, at its memory limit, or receives hostile datagrams. Each phase is compared with
-// an undisturbed phase before it.
+// Benchmark: delay of Modbus reads and missed polls while the DDS process is killed, stopped, at
+// its memory limit, or attacked, compared with an undisturbed phase.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -43,7 +42,7 @@ constexpr double kWantedUs =
 class Gateway {
  public:
   explicit Gateway(const fs::path& program) : program_(program) {
-    setenv("XDG_RUNTIME_DIR", Scratch().c_str(), 1);  // for the gateway's control socket
+    setenv("XDG_RUNTIME_DIR", Scratch().c_str(), 1);
     child_ = fork();
     if (child_ == 0) {
       const int quiet = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -59,7 +58,6 @@ class Gateway {
     waitpid(child_, nullptr, 0);
   }
 
-  /// Returns the id of the DDS process; 0 if no DDS process runs.
   pid_t DdsProcess() const {
     std::error_code gone;
     for (const auto& thread : fs::directory_iterator(fmt::format("/proc/{}/task", child_), gone)) {
@@ -134,7 +132,7 @@ struct Phase {
 struct Harm {
   std::string name;
   std::chrono::milliseconds every;
-  std::function<void()> once;  ///< the disturbance; empty: no disturbance
+  std::function<void()> once;
 };
 
 Phase Run(Gateway& gateway, Client& client, const Harm& harm) {

@@ -1,5 +1,4 @@
-// Benchmark: how much dead devices slow the living devices of the same paced line, and how soon a
-// port that comes back is served. The limit is a line without dead devices in the same run.
+// Benchmark: how much dead devices slow living ones, and how soon a port that comes back is served.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -1,6 +1,5 @@
-// Benchmark: time from a PLC's start command to a changed frequency of an inverter on RS-485 at
-// 19200 8E1. The PLC repeats five messages and transfers parameter blocks through a transparent
-// route.
+// Benchmark: time from a PLC's start command to a changed frequency, through a transparent route to
+// an inverter on RS-485 at 19200 8E1.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -21,8 +20,7 @@ int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   for (const OnWire& request : log) {
     if (request.from < sent) continue;
     if (request.pdu == StartPdu()) return reads;
-    // The start command needs up to 1 ms to pass through the gateway, so a read sent in this time
-    // is not late.
+    // In this time the start command is still in the gateway, so such a read is not late.
     const bool on_its_way = request.from < sent + 1ms;
     if (request.pdu.starts_with("03") && !on_its_way) ++reads;
   }
@@ -36,7 +34,7 @@ double Milliseconds(Duration time) {
 struct Setup {
   const char* name;
   bool blocks;
-  bool high;  ///< true: the PLC reads the frequency through a listener of high priority
+  bool high;
 };
 
 void Measure(const config::Catalog& catalog, const Setup& setup) {

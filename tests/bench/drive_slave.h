@@ -1,3 +1,4 @@
+// The inverter of the drive benchmark.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -62,7 +63,7 @@ class Drive {
 
   const std::string& path() const { return pty_.path(); }
   std::vector<OnWire> log() const;
-  std::atomic<int> overlaps = 0;  ///< bytes received before an exchange was over
+  std::atomic<int> overlaps = 0;
   std::atomic<int> short_silences =
       0;  ///< silences between reply and request that are below 3.5 characters
   std::atomic<std::uint64_t> bytes_in = 0;
@@ -70,8 +71,7 @@ class Drive {
 
  private:
   void Run();
-  /// Sends the reply and returns an estimate of when its last byte was sent, rather too early than
-  /// too late.
+  /// Sends the reply. Returns an estimate of its end, rather too early than too late.
   Instant Answer(View request, Instant begin);
 
   tools::Pty pty_;

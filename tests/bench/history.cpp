@@ -1,5 +1,4 @@
-// Benchmark of the history: 10,000 points change every second; then a chart of a year is read. It
-// counts processor time; the clock is simulated.
+// Benchmark of the history: 10,000 points that change every second, then a chart of a year.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -1,6 +1,4 @@
-// Benchmark: share of the possible exchanges that a line carries. Characters, think time and
-// prescribed silences limit the possible exchanges. The line runs alone, then with Modbus TCP, DDS,
-// history and events.
+// Benchmark: share of the possible exchanges that a line carries, alone and with all outputs.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -1,5 +1,4 @@
-// Benchmark of transparent routes against minimal programs with the same task: round trips, rate,
-// time added to prescribed silences, and the share that each client gets of a line.
+// Benchmark of transparent routes against minimal programs: round trips, rate, silences, fairness.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <poll.h>
@@ -103,7 +102,6 @@ std::vector<double> TimeMaster(int tty, int count, Duration quiet = {}) {
   return times;
 }
 
-/// Returns requests per second. Each client has one outstanding request.
 double Rate(std::uint16_t port, int clients) {
   std::vector<RawClient> all;
   std::vector<pollfd> ready;
@@ -170,7 +168,6 @@ void MeasureRoundTrip(const config::Catalog& catalog) {
   }
 }
 
-/// A slave that paces bytes at the bit rate and thinks for 5 ms.
 class PacedSlave {
  public:
   explicit PacedSlave(const config::Catalog& catalog) {
@@ -235,8 +232,8 @@ void MeasureSilences(const config::Catalog& catalog) {
              Median(direct), Median(routed), added, Verdict(added <= kWantedSilence));
 }
 
-/// Returns how many requests of each client were answered in the measured time. The requests of
-/// client `watched` count only between its first answer and its last.
+/// Returns the answered requests of each client; for client `watched`, between its first and last
+/// answer.
 std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
                                  std::optional<std::size_t> watched = {}) {
   std::vector<RawClient> all;

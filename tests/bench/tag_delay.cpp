@@ -1,5 +1,4 @@
-// Benchmark: delay from the last byte of an RFID tag on a pty to its event in a DDS subscriber,
-// including the write to disk. The time of one fsync is measured between the tags.
+// Benchmark: delay from an RFID tag's last byte to its stored event in a DDS subscriber.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>

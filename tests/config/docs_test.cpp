@@ -33,8 +33,7 @@ struct Piece {
   std::string text;
 };
 
-/// A piece that is not tested: it is no configuration of baudgate, or needs files that another
-/// piece creates.
+/// A piece that is not tested: it is no configuration, or needs files of another piece.
 struct Exception {
   std::string_view file;
   std::string_view begins;
@@ -85,7 +84,6 @@ class Document {
   }
 
  private:
-  /// Takes the pieces that begin in line `i`. Returns the number of the first line behind them.
   std::size_t TakeFrom(std::size_t i) {
     const std::string& line = lines_[i];
     if (line.starts_with("```")) {
@@ -206,7 +204,6 @@ void Print(const YAML::Node& node, const std::string& indent, std::string& out) 
   }
 }
 
-/// A protocol with a profile or a point, to complete an excerpt to a whole file.
 struct Base {
   const char* protocol;
   const char* profile;
@@ -294,8 +291,7 @@ class Completion {
     Each(line["devices"], &Completion::Device);
     return line;
   }
-  /// Moves keys of lines, devices and points that an excerpt puts at the level of the file to their
-  /// own level.
+  /// Moves keys of lower levels that stand beside keys of the file to their own level.
   YAML::Node File(YAML::Node file) const {
     const auto move = [&file](const char* key, const auto& to) {
       if (!file[key]) return;
@@ -349,7 +345,6 @@ class Completion {
     }
     return std::nullopt;
   }
-  /// Adds the lines that the routes of an excerpt name.
   static void AddLinesOfRoutes(YAML::Node& file) {
     if (!file["modbus"].IsMap() || !file["modbus"]["routes"].IsSequence()) return;
     for (const YAML::Node& route : file["modbus"]["routes"]) {
@@ -416,8 +411,7 @@ constexpr Level kLevels[] = {
     },
     [](YAML::Node& piece) { return Map("devices", List(Map("timing", piece))); },
 };
-/// The number of levels that depend on the protocol. Pieces of a profile do not, so they are tried
-/// once.
+/// Only these levels depend on the protocol, so the other levels are tried once.
 constexpr std::size_t kLevelsOfProtocols = 4;
 constexpr Level kProfileLevels[] = {
     [](YAML::Node& piece) { return piece; },
@@ -428,8 +422,7 @@ constexpr Level kProfileLevels[] = {
     },
 };
 
-/// Stores the problems of the attempt with the fewest problems. Unknown keys count more, because
-/// they show a wrong level.
+/// Stores the attempt with the fewest problems. Unknown keys count more: they show a wrong level.
 class Attempts {
  public:
   bool done() const { return nearest_ && nearest_->empty(); }
@@ -484,7 +477,6 @@ void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   }
 }
 
-/// Returns the problems of the best attempt; empty: the piece loads.
 std::string Refusal(const Piece& piece) {
   Attempts attempts;
   for (const bool keys : {false, true}) {

@@ -195,8 +195,7 @@ TEST(EventAlarms, OverrideAlarmsOfTheEventTable) {
   EXPECT_EQ(config::FindEvent(table, 2, 17)->text, "output TS1 activated");
 }
 
-/// The expected alarms are the events and points that the device's manual calls a trip, a fault or
-/// a loss.
+/// The expected alarms are what the device's manual calls a trip, a fault or a loss.
 TEST(ShippedProfiles, DefineTheExpectedAlarms) {
   struct Row {
     const char* protocol;

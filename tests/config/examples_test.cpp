@@ -65,8 +65,6 @@ TEST(Examples, ADeviceKnowsTheIdentityNamesOfOtherTypes) {
       << Shown(wrong.problems);
 }
 
-/// The annotated example shows the defaults. Only names, places and values marked as examples are
-/// allowed to differ.
 TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Loaded loaded = config::LoadFile("config/examples/baudgate.yaml", Shipped());
   ASSERT_TRUE(loaded.ok());
@@ -105,8 +103,7 @@ TEST(Profiles, AllShippedProfilesLoadWithoutProblems) {
   }
 }
 
-/// A key with its default value in a profile would override the setting of a line or gateway, so no
-/// profile must contain one.
+/// A key with its default value would override the setting of a line or gateway.
 TEST(Profiles, ContainNoKeyWithItsDefaultValue) {
   for (const config::ProfileFile& file : Shipped().Profiles()) {
     const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);

@@ -1,5 +1,4 @@
-// Protocol descriptors with options, checks and profiles but without communication, so that the
-// loader's tests depend on no real protocol.
+// Protocol descriptors without communication: options, checks and profiles for tests of the loader.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -161,8 +161,7 @@ constexpr const char* kRoutedLines =
     "- { name: drive, port: /dev/b, protocol: modbus_rtu }\n"
     "- { name: text, port: /dev/c, protocol: modbus_ascii }\n";
 
-/// Loads a configuration with routes. They begin in line 2, column 12. The two routes at the end
-/// make sure that each line has a route.
+/// The routes begin in line 2, column 12. The two routes at the end give each line a route.
 config::Loaded LoadRoutes(const std::string& routes) {
   return LoadModbus("modbus: {\n  routes: [ " + routes +
                     ", { units: 201, line: drive }, { units: 202, line: text } ] }\n" +

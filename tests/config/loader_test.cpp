@@ -261,8 +261,7 @@ TEST_F(SharedProfiles, AreSuggestedForAMisspeltProfile) {
 
 using config::Timing;
 
-/// Returns the line of a configuration. Its device uses the profile `relay`: reply 700ms, gap 30ms,
-/// retries 5, poll 2s, slow 2min.
+/// The device uses the profile `relay`: reply 700ms, gap 30ms, retries 5, poll 2s, slow 2min.
 config::Line LineOf(const std::string& gateway, const std::string& line,
                     const std::string& device) {
   const config::Loaded loaded = Load("lines:\n- { name: l, port: /dev/l, protocol: fake, " + line +
@@ -270,7 +269,7 @@ config::Line LineOf(const std::string& gateway, const std::string& line,
                                      " }] }\n"
                                      "gateway: { name: g" +
                                      gateway + " }\n");
-  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);  // warnings are allowed
+  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);
   return loaded.config.lines.empty() ? config::Line() : loaded.config.lines[0];
 }
 

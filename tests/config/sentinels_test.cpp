@@ -1,5 +1,4 @@
-// Tests sentinels (values that stand for "no value") of each protocol, and warnings about sentinels
-// that can never occur.
+// Tests sentinels of each protocol, and warnings about sentinels that can never occur.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

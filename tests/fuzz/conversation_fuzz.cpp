@@ -71,8 +71,7 @@ class Session {
  private:
   void CheckQueries() const {
     for (const protocols::Query& query : conversation_->Queries()) {
-      // While another device answers, only identification is read, so a query without points is
-      // allowed.
+      // While another device answers, only identification is read, so a query may have no points.
       Require(!query.points.empty() || conversation_->trouble(), "a query reads something");
       for (const std::size_t point : query.points) {
         Require(point < device_.points.size(), "a query reads points of its device");

@@ -33,8 +33,7 @@ void CheckOne(DatagramCheck& check, Secured security, const Bytes& datagram, Sen
     Require(verdict.hidden[i] + 2U <= passed.size(), "what is hidden lies inside");
     passed[verdict.hidden[i]] = passed[verdict.hidden[i] + 1U] = 0;
   }
-  // A new check has no state from earlier datagrams, so it must accept what the first check
-  // accepted.
+  // A new check has no state of earlier datagrams, so it must accept what the first check accepted.
   constexpr std::int64_t kAny = std::int64_t{1} << 62;
   constexpr WindowLimits kEndless{.burst = kAny, .each_second = 1, .first_of_samples = kAny};
   DatagramCheck fresh{CheckOptions{.security = security, .participants = {}, .window = kEndless}};
@@ -59,7 +58,6 @@ void FuzzDatagramCheck(View bytes) {
     const dds::Sender sender{.address = input.U8(), .port = 7400};
     now += std::chrono::milliseconds(input.U8());
     const View piece = input.Take(length);
-    // A separate copy lets AddressSanitizer detect reads beyond the end.
     CheckOne(check, security, Bytes(piece.begin(), piece.end()), sender, now);
   }
 }

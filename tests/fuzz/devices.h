@@ -1,3 +1,4 @@
+// Devices made from small slices of the shipped profiles, so that conversations are built fast.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

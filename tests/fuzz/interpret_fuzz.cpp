@@ -1,3 +1,5 @@
+// Fuzzes the decoding of one captured exchange.
+// Input: device, options, request (counted), then the reply in pieces (stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <memory>
 

@@ -1,5 +1,5 @@
-// Fuzzes the messages between daemon and DDS process: a packet is refused with a reason, or has the
-// same meaning after it was encoded again.
+// Fuzzes the messages between daemon and DDS process: refused with a reason, or encoded back
+// equally.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 #include "gateway/outputs/dds/published_types.h"
@@ -84,7 +84,6 @@ void CheckPacket(View packet) {
 }
 
 void FuzzLinkMessage(View bytes) {
-  // A separate copy lets AddressSanitizer detect reads beyond the end.
   const Bytes packet(bytes.begin(), bytes.end());
   CheckPacket(packet);
 }

@@ -64,7 +64,6 @@ void AnswerFrame(modbus::OwnUnits& units, View frame) {
   CheckModbusAnswer(frame, answer);
 }
 
-/// Extracts frames from the pieces of the input until the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
   modbus::OwnUnits& units = TheUnits(sink);
@@ -91,7 +90,6 @@ void Receive(Input& input) {
       out += frame.size();
       Require(out <= in, "no frame is longer than what came");
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
-      // A separate copy lets AddressSanitizer detect reads beyond the end.
       const Bytes copy(frame.begin(), frame.end());
       AnswerFrame(units, copy);
     }

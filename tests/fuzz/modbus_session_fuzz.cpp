@@ -22,7 +22,7 @@ namespace {
 class Gateway : private modbus::ClientSession::Owner {
  public:
   Gateway() {
-    log::SetLeast(log::Level::error);  // a session logs no errors
+    log::SetLeast(log::Level::error);
     Require(clients_->Open().ok(), "there is an epoll set");
     clients_->Start();
     shared_.inbox()->Open(io_, ReadClocks);
@@ -119,7 +119,6 @@ class Gateway : private modbus::ClientSession::Owner {
     }
   }
 
-  /// Checks that every answer is a whole frame with a good CRC and the length of its function.
   static void CheckRtuAnswers(View answers) {
     while (!answers.empty()) {
       Require(answers.size() >= 5, "answers are whole");

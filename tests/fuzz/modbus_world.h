@@ -1,3 +1,4 @@
+// A gateway for the Modbus fuzz targets, with all kinds of points and slaves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

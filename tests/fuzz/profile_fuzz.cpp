@@ -1,5 +1,4 @@
-// Fuzzes the loading of device profiles. Input: one byte that chooses the protocol (see
-// ProtocolOf), then the YAML text.
+// Fuzzes the loading of profiles. Input: a byte for the protocol (see ProtocolOf), the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
@@ -12,8 +11,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-/// Returns the first protocol whose name contains the letter `byte`; otherwise the protocol with
-/// this number.
+/// Returns the protocol whose name contains the letter `byte`, else the protocol of this number.
 const protocols::Protocol& ProtocolOf(std::uint8_t byte) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->name.find(static_cast<char>(byte)) != std::string_view::npos) return *protocol;

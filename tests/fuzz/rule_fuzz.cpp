@@ -11,8 +11,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-/// Calls a frame rule and checks its laws directly, because the assembler tolerates some
-/// violations.
+/// Checks the laws of a rule directly, because the assembler tolerates some violations.
 template <protocols::FrameRule protocols::Protocol::*kRule>
 protocols::Cut CheckedRule(View held, const protocols::Expectation& expect, bool idle) {
   const protocols::Cut cut = (UnderTest().*kRule)(held, expect, idle);

@@ -15,7 +15,6 @@ bool HasCrc(const protocols::Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
-/// True if the frames end in the one-byte checksum of old meters (protocols/set4tm/meter/codec.h).
 bool IsKs(const protocols::Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }

@@ -1,5 +1,5 @@
-// Makes a byte stream from the fuzzer's input. It consists of pieces. Some pieces end a fragment,
-// and some get a right checksum, because a fuzzer cannot guess a CRC.
+// Makes a byte stream from the fuzzer's input. Some pieces of it end a fragment, and some get a
+// right checksum, because a fuzzer cannot guess a CRC.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -18,8 +18,7 @@ enum class Protocols {
                        ///< modbus_rtu
 };
 
-/// Registers a target for each protocol. The target's name is `before`, the protocol's name and
-/// `behind`.
+/// Registers a target for each protocol, named `before`, the protocol's name, `behind`.
 class RegisteredFor {
  public:
   RegisteredFor(Protocols which, const std::string& before, const std::string& behind,
@@ -28,7 +27,6 @@ class RegisteredFor {
 
 config::Options OptionsOf(const protocols::Protocol& protocol, std::uint8_t variant);
 
-/// Returns options that are parsed on first use and never freed.
 const protocols::ParsedOptions& CachedOptions(std::uint8_t variant);
 
 }  // namespace baudgate::fuzz

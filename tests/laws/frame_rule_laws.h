@@ -23,15 +23,14 @@ struct LawSubject {
   std::string name;  ///< letters and digits only
   protocols::FrameRule rule = nullptr;
   protocols::Expectation expect;
-  std::vector<Bytes> frames;  ///< good frames that all fit `expect`
+  std::vector<Bytes> frames;
   /// Returns bytes without a whole frame: noise, truncated frames, foreign text.
   std::function<Bytes(std::mt19937&)> garbage;
   /// Returns the part of a frame that carries its meaning; by default the whole frame.
   std::function<Bytes(View)> essence = [](View frame) { return Bytes(frame.begin(), frame.end()); };
   /// True if the frames have a check value. Without one, damage cannot be detected.
   bool checksum = true;
-  /// True if a good frame after garbage is found, because frames are delimited, or the check value
-  /// is tried at every byte. False if only silence marks the beginning of a frame.
+  /// True if a good frame after garbage is found. False if only silence marks the begin of a frame.
   bool found_behind_garbage = true;
 };
 
@@ -162,7 +161,7 @@ TEST_P(FrameRuleLaws, RandomBytesMakeProgressInBoundedMemory) {
     std::vector<std::size_t> cuts;
     for (std::size_t at = random() % 50; at < stream.size(); at += 1 + random() % 200)
       cuts.push_back(at);
-    Deliver(subject, stream, cuts);  // also checks conservation of bytes and bounded memory
+    Deliver(subject, stream, cuts);
   }
 }
 

@@ -82,7 +82,7 @@ std::vector<std::string> WrongIncludes(const std::vector<Entry>& table, const st
 
 std::vector<std::string> WrongNames(const std::vector<Entry>& table) {
   std::vector<std::string> wrong;
-  std::set<std::string> above;  // names of the form "LAYER|NAME"
+  std::set<std::string> above;
   for (const Entry& entry : table) {
     for (const std::string& name : entry.may) {
       if (!above.contains(entry.layer + "|" + name)) {

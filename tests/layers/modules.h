@@ -1,5 +1,4 @@
-// Reads the table of layers and modules (docs/modules.txt), and checks the includes of a source
-// file against it.
+// Reads the table of layers and modules (docs/modules.txt), and checks includes against it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +14,10 @@ namespace baudgate::layers {
 struct Entry {
   std::string name;
   std::string layer;
-  /// For a layer: the layers that it is allowed to include. For a module: the modules of its layer
-  /// that it is allowed to include.
+  /// The layers, or the modules of the same layer, that this entry is allowed to include.
   std::vector<std::string> may;
 };
 
-/// Returns the entries in the order of the table, from bottom to top.
 std::vector<Entry> ReadTable(std::string_view table);
 
 struct Include {

@@ -1,5 +1,4 @@
-// Checks the source tree against docs/modules.txt, and tests that a forbidden include would be
-// found.
+// Checks the source tree against docs/modules.txt, and that a forbidden include is found.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/layers/modules.h"
 
@@ -140,8 +139,7 @@ TEST(Layers, ANameFromBelowIsReported) {
                           "a names b, which does not stand above it"));
 }
 
-// ---------------- Each source file that a comment names must exist: in the folder of the comment,
-// or at the given path.
+// ---------------- Each source file that a comment names must exist.
 
 using Exists = std::function<bool(const std::string& path)>;
 
@@ -192,9 +190,8 @@ TEST(FileNames, AMissingFileIsReportedWithItsLine) {
                   "gateway/bus/jobs/job.cpp:3: there is no gateway/bus/jobs/modules.h"));
 }
 
-// ---------------- gateway/outputs/status and gateway/diagnosis must not depend on the name of a
-// protocol, so that a new protocol needs no change there. The protocol provides its particulars
-// (config/model/options.h).
+// ---------------- gateway/outputs/status and gateway/diagnosis must not name a protocol, so that a
+// new protocol needs no change there.
 
 std::string ReadAll(const fs::path& path) {
   std::ifstream file(path);
@@ -210,8 +207,7 @@ std::string NamesIn(const std::string& list) {
   return std::regex_replace(names, std::regex(R"(\s+)"), "|");
 }
 
-/// Returns string literals that contain the name of a protocol, and code that compares parts of a
-/// protocol name.
+/// Returns string literals with a protocol name, and comparisons of parts of a protocol name.
 std::vector<std::string> NamedIn(const std::string& source, const std::string& names) {
   const std::regex named("\"(?:" + names + ")\"|protocol: (?:" + names +
                          ")\\b|protocol(?:\\.|->)(?:starts_with|ends_with|find|contains)\\b");

@@ -51,8 +51,7 @@ void LagPort::Take(View bytes) {
   SendNext();
 }
 
-/// Returns the next request. A request that only silence ends is returned as soon as it is
-/// complete.
+/// Returns the next request. One that only silence ends is returned as soon as it is complete.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
   protocols::Assembler after_silence = assembler_;
@@ -70,7 +69,7 @@ void LagPort::SendNext() {
     while (!leaving_.empty() && leaving_.begin()->first <= ReadClock()) {
       const auto piece = leaving_.extract(leaving_.begin());
       Keep(false, piece.mapped());
-      asio::error_code ignored;  // a full pty loses bytes, as a wire does
+      asio::error_code ignored;
       asio::write(descriptor_, asio::buffer(piece.mapped()), ignored);
     }
     SendNext();

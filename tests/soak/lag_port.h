@@ -26,12 +26,11 @@ class LagPort {
   using OnRequest =
       std::function<std::vector<tools::TimedPiece>(View request, Instant end_of_request)>;
 
-  /// `path` is a link to the pty. `io` and `protocol` must stay valid for the lifetime of this
-  /// object, which must end after the last run of `io`.
+  /// `path` is a link to the pty. `io` and `protocol` must outlive this object, which must end
+  /// after the last run of `io`.
   LagPort(asio::io_context& io, const protocols::Protocol& protocol, const config::Options& options,
           const tools::TwinWire& wire, const std::string& path, OnRequest on_request);
 
-  /// Returns the latest requests and replies with their ages, to explain a wrong value.
   std::string Latest() const;
 
  private:

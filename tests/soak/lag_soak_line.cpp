@@ -60,7 +60,6 @@ bool LagSoakLine::Submit(bus::WriteCommand command) {
   return runner_->Submit(std::move(command));
 }
 
-/// Creates the twins of present devices. A device that was removed loses its sessions.
 void LagSoakLine::MakeTwins() {
   for (std::size_t twin = 0; twin < twins(); ++twin) {
     if (!IsThere(twin)) {

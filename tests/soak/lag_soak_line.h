@@ -18,18 +18,16 @@ namespace baudgate {
 
 class LagSoakLine final : public protocols::LagStage {
  public:
-  /// The twins run on `world`, in the thread that calls all these functions. The line runs in
-  /// another thread.
+  /// The twins run on `world`, in the thread that calls these functions; the line has a thread.
   LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
               asio::io_context& world);
   ~LagSoakLine() override { runner_->Stop(); }
 
   void BeginTroubles(Duration turn);
   void EndTroubles();
-  /// True if some device is not the configured device, or is being replaced.
   bool IsReplacing() const;
-  /// Checks the store and does what is due. Must be called as often as possible. The first wrong
-  /// reading fails the test and prints the latest traffic.
+  /// Checks the store and does what is due; must be called as often as possible. A wrong reading
+  /// fails the test.
   void Look();
   void PrintSummary();
 

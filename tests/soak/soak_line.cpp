@@ -18,7 +18,6 @@ namespace {
 
 constexpr Duration kFastPeriod = 20ms;
 constexpr Duration kSlowPeriod = 5s;
-/// Only this many wrong values are reported one by one; further ones are counted.
 constexpr std::size_t kMostTold = 20;
 
 template <typename Work>
@@ -192,7 +191,6 @@ void SoakLine::EndFaults() {
     struck_ = simulator_->fault_counts();
     simulator_->SetFaults(Standing());
   });
-  // Every exchange had an echo, so its count is left out.
   if (echoes_) struck_.erase(struck_.begin());
 }
 

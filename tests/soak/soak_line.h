@@ -23,8 +23,7 @@ class WeakChecksums {
       : setup_(setup), options_(ParseOptions(*setup.protocol, options)) {}
 
   void OnDelivery(View request, View reply, View delivered);
-  /// True if an exchange that ended at `read_at` can have read a damaged frame with a good check
-  /// value.
+  /// True if an exchange that ended at `read_at` can contain an undetected damaged frame.
   bool MayHaveReached(Instant read_at, Duration longest_exchange) const;
   std::size_t count() const;
 
@@ -37,8 +36,8 @@ class WeakChecksums {
 
 class SoakLine {
  public:
-  /// `world` must run in another thread for the lifetime of this object. With `echoes` the bus
-  /// returns every request, and the line removes the echo.
+  /// `world` must run in another thread for the lifetime of this object. `echoes`: the bus echoes,
+  /// and the line removes the echo.
   SoakLine(const protocols::Setup& setup, bool echoes, const std::string& port,
            asio::io_context& world);
   ~SoakLine();

@@ -39,8 +39,7 @@ protocols::Task Poll(std::size_t query);
 protocols::Task Probe();
 protocols::Task Write(std::size_t point, Value value);
 
-/// Returns the first complete frame in bytes that are followed by silence; empty: no complete
-/// frame.
+/// Returns the first complete frame of `bytes`, which silence follows; empty: none is complete.
 Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
 /// Returns the twin's reply; empty: the bytes are no complete request, or the twin is silent.
@@ -58,8 +57,7 @@ class Talk {
   const protocols::Request& request() const { return request_; }
 
   Result<protocols::Request> Ask(const protocols::Task& task);
-  /// Handles `wire`, all bytes that were received for the latest request. If they contain no
-  /// complete frame, the request fails, and the answer contains the reason.
+  /// Handles `wire`, all bytes that were received. Without a complete frame the request fails.
   protocols::Answer Reply(const protocols::Task& task, View wire);
   protocols::Then Fail(const protocols::Task& task, Outcome outcome);
 

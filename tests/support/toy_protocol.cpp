@@ -251,7 +251,6 @@ class ToyConversation final : public protocols::Conversation {
       closing_ = true;
       answer.then = protocols::Then::ask_again;
     } else if (kind == 'W' || kind == 'P') {
-      // the write or probe is confirmed
     } else if (const auto value = ParseDecimal(rest.empty() ? rest : rest.substr(1))) {
       answer.readings.push_back({PointOf(task), *value, Quality::good, {}});
       trouble_ = {};

@@ -233,7 +233,7 @@ class Reader {
   const std::string& path_;
   int line_ = 0;
   bool silence_ = false;
-  Duration wait_{};  // duration of the silence before the next piece
+  Duration wait_{};
   TranscriptScript script_;
 };
 

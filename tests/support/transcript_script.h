@@ -19,7 +19,6 @@ struct TranscriptPiece {
 
 struct TranscriptStep {
   int line = 0;
-  /// The task that begins here: a write with a raw value, or events.
   std::optional<protocols::Task> task;
   bool unasked = false;          ///< true: no request; the device sends `reply` unasked
   std::optional<Bytes> request;  ///< nothing: the write must end without a request
@@ -34,7 +33,6 @@ struct TranscriptScript {
   std::vector<TranscriptStep> steps;
 };
 
-/// Every line that cannot be parsed is a GoogleTest failure.
 TranscriptScript ReadTranscript(const protocols::Protocol& protocol, const std::string& path);
 
 }  // namespace baudgate

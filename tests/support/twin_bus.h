@@ -17,7 +17,6 @@
 
 namespace baudgate {
 
-/// The bits on the wire in order of time; the wire is 1 when idle.
 using WireBits = std::vector<bool>;
 WireBits ToWire(View bytes, const config::SerialSettings& serial);
 struct FromWire {

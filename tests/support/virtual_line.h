@@ -39,7 +39,7 @@ struct Manner {
       0;  ///< number of bytes that arrive together; 0: the whole reply arrives with its last byte
   Duration pause{};  ///< additional silence between fragments
   int copies = 1;
-  Duration babble{};  ///< noise of this duration in place of a reply
+  Duration babble{};
   std::function<Bytes(Bytes reply)> distort;
   /// Returns a reply in place of the twin's; nothing: the twin's reply is sent. Not called for
   /// requests that the twin does not answer, such as those to other devices.
@@ -84,7 +84,7 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   void Restart();
   void RunFor(Duration time);
   /// Stops the program for `time`, as SIGSTOP does. Bytes that arrive meanwhile are delivered in
-  /// one piece afterwards, before the timers that are due or after them.
+  /// one piece, before the due timers or after them.
   void Stop(Duration time, bool timers_first = false);
   /// Runs until `done` returns true, at most for `limit`. Returns the last result of `done`.
   bool RunUntil(const std::function<bool()>& done, Duration limit);

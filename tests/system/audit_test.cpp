@@ -20,8 +20,8 @@ using ::testing::HasSubstr;
 
 constexpr int kPointUnit = 1;
 constexpr int kRouteUnit = 20;
-constexpr int kRegister = 4;      // a register of the slave
-constexpr int kFirstValue = 100;  // differs from the first value of the slave
+constexpr int kRegister = 4;
+constexpr int kFirstValue = 100;
 
 class Slave {
  public:
@@ -47,7 +47,7 @@ class Slave {
     return {{0ms, RegistersReply(request, base)}};
   }
 
-  std::uint16_t held_ = 1;  // used only on the slave's thread
+  std::uint16_t held_ = 1;
   ScriptedSlave slave_;
 };
 

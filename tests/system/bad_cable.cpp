@@ -16,10 +16,9 @@ namespace {
 
 // The longest time between two pieces of a reply, in ms. It is shorter than every protocol's gap.
 constexpr int kMostDelay = 15;
-constexpr int kMostNoise = 24;  // most bytes of noise at once
+constexpr int kMostNoise = 24;
 
 void WriteAll(int descriptor, View bytes) {
-  // Bytes that do not fit are lost, as on a wire.
   [[maybe_unused]] const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
 }
 

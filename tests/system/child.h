@@ -29,7 +29,6 @@ constexpr Duration kLongEnough = kSlower * 3s;
 /// The interval at which the thread of a cable or slave checks whether to end.
 constexpr int kPollMilliseconds = 20;
 
-/// Polls until `condition` holds. Returns false if it did not within `limit`.
 template <typename Condition>
 bool Eventually(Condition condition, Duration limit = kPatience) {
   const Instant deadline = std::chrono::steady_clock::now() + limit;
@@ -44,8 +43,8 @@ class Child {
  public:
   using Environment = std::map<std::string, std::string>;
 
-  /// Starts words[0] (looked up in PATH) in the working directory `directory`. Must be called from
-  /// a thread that lives as long as the child. `environment` is added to the test's own.
+  /// Starts words[0] (from PATH) in `directory`. The calling thread must live as long as the child.
+  /// `environment` is added to the test's own.
   Child(const std::vector<std::string>& words, const std::filesystem::path& directory,
         const Environment& environment = {});
   ~Child();
@@ -55,8 +54,7 @@ class Child {
   pid_t id() const { return id_; }
   void Signal(int number) const;
   bool Running();
-  /// Returns the exit code, or 128 + the signal that ended the child; nothing if it still runs
-  /// after `limit`.
+  /// Returns the exit code, or 128 + signal; nothing if the child still runs after `limit`.
   std::optional<int> WaitForEnd(Duration limit = kPatience);
 
   std::string Output() const;
@@ -65,7 +63,7 @@ class Child {
  private:
   pid_t id_ = -1;
   std::optional<int> ended_;
-  std::filesystem::path pty_;  // for a twin: the link to its pty
+  std::filesystem::path pty_;
   std::filesystem::path output_;
   std::filesystem::path errors_;
 };

@@ -1,5 +1,4 @@
-// Tests events on DDS while the gateway and the DDS process are killed, with a subscriber on Fast
-// DDS (`watch --events`) and one of another vendor.
+// Tests events on DDS while the gateway and the DDS process are killed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -102,7 +101,6 @@ TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
     if (line.starts_with("again ")) continue;
     EXPECT_EQ(std::stoull(line), ++number) << line;
   }
-  // The order between events of different devices is not defined.
   const auto printed = [&] {
     std::multiset<std::uint64_t> printed;
     const std::string output = example->Output();

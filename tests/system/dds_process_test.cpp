@@ -73,8 +73,6 @@ class DdsProcess : public ThreeDevices {
   std::size_t points_ = 0;
 };
 
-/// Another program uses the port of the domain's multicast group, so new subscribers cannot be
-/// discovered.
 TEST_F(DdsProcess, AnOccupiedDiscoveryPortIsReportedUntilItIsFree) {
   const int port = 7400 + 250 * domain();
   const int other = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -141,9 +139,8 @@ TEST_F(DdsProcess, AStoppedProcessDoesNotDelayTheEndOfTheGateway) {
   EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
 }
 
-/// Sends the datagram of CVE-2023-50716 to all participants of the domain on this machine: a
-/// fragment with inline QoS and no payload, which ends Fast DDS 2.9.1 with "free(): invalid
-/// pointer".
+/// Sends the datagram of CVE-2023-50716, a fragment with inline QoS and no payload, which ends Fast
+/// DDS 2.9.1 with "free(): invalid pointer".
 void SendHostileDatagram(int domain) {
   const Bytes datagram = *ParseHex(
       "52 54 50 53 02 03 01 0F 00 01 02 03 04 05 06 07 08 09 0A 0B "  // RTPS, vendor id of Fast DDS
@@ -185,7 +182,6 @@ TEST_F(DdsProcess, AHostileDatagramEndsNeitherGatewayNorWatch) {
   EXPECT_EQ(watch->WaitForEnd(), 0);
 }
 
-/// The points are no longer read, so no last sample must look good.
 TEST_F(DdsProcess, AKilledDaemonLeavesNoGoodValueAndNoProcess) {
   Begin();
   const auto watch =
@@ -233,7 +229,6 @@ TEST_F(DdsProcess, RenamedDevicesDisappearAfterAReload) {
   EXPECT_THAT(devices.output, Not(HasSubstr("\"renamed-4\"")));
 }
 
-/// The DDS process is started separately, as by systemd, and connects to the gateway's socket.
 TEST_F(DdsProcess, AProcessStartedSeparatelyConnectsToTheSocket) {
   const std::string socket = (directory() / "dds.sock").string();
   const std::string program = fs::path(BAUDGATE_BINARY).parent_path() / "baudgate-dds";
@@ -241,7 +236,7 @@ TEST_F(DdsProcess, AProcessStartedSeparatelyConnectsToTheSocket) {
     return std::make_unique<Child>(std::vector<std::string>{program, "--socket", socket},
                                    directory());
   };
-  auto process = start();  // waits, because the gateway does not run yet
+  auto process = start();
   ASSERT_TRUE(EventuallyLogged(*process, "waits for the gateway"));
   StartTwins();
   const auto file = Write("baudgate.yaml", Yaml(true));

@@ -88,9 +88,7 @@ TEST_F(DdsSecurity, AnExpiredIdentityReceivesNoValues) {
   MakeCertificates(1);
   constexpr Duration kShort = 8s;  // enough for the start on a busy machine
   const auto begun = ReadClocks();
-  const auto made =
-      // Makes subscriber-2, valid for a few seconds.
-      pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);
+  const auto made = pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);
   ASSERT_TRUE(made.ok()) << made.error();
   const auto expired = Start(Watch("subscriber-2"));
   ASSERT_TRUE(Eventually([&] { return ReadClocks().instant > begun.instant + kShort + 1s; }));

@@ -93,7 +93,6 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   const std::size_t points = PointCount();
   const auto watch = Start(WatchWords());
   const auto cyclone = StartCyclone(points, true);
-  // The output has one line for each sample of each point, and one for the gateway.
   const auto heard = [&] {
     const std::string text = cyclone->Output();
     std::set<std::string> distinct;
@@ -133,8 +132,7 @@ TEST_F(OnDds, ASecondGatewayThatCannotStartDoesNotDisturbTheFirst) {
     return found == samples.end() ? 0 : found->second.value("seq", 0);
   };
   ASSERT_TRUE(Eventually([&] { return seq() > 0; }));
-  // The second gateway has the same name and port, so subscribers would mistake its samples for
-  // those of the first gateway.
+  // Subscribers would mistake the second gateway's samples for those of the first.
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(Command({"run", "-c", (directory() / "baudgate.yaml").string()}).code, 4);
   }

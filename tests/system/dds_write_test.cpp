@@ -89,7 +89,6 @@ TEST_F(DdsWrites, ASetPointIsWrittenAnsweredAndRecorded) {
   EXPECT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 1; }));
   EXPECT_THAT(Ask("relay-1", "current_l1", {"--seq", "6", "--value", "1"}),
               HasSubstr("can only be read"));
-  // The request had expired before it arrived, so it must not be sent.
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "3", "--not-after", "-1"}),
               StartsWith("7 not_sent "));
   EXPECT_EQ(client_->Float(kIo, 0), 2.25F);
@@ -122,7 +121,6 @@ TEST_F(DdsWrites, DuplicatesAreAnsweredAgainAlsoByANewProcess) {
   ::kill(before, SIGKILL);
   ASSERT_TRUE(Eventually([&] { return Process() > 0 && Process() != before; }));
   ASSERT_TRUE(Eventually([&] { return DdsStatus()["state"] == "up"; }));
-  // Another client writes 4.0.
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25"}), "1 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}), HasSubstr("1 denied this client has"));
@@ -135,7 +133,6 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   daemon_->Signal(SIGTERM);
   ASSERT_EQ(daemon_->WaitForEnd(), 0);
   Run("write: allow, ");
-  // Another client writes 4.0.
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.5"}),
@@ -147,8 +144,7 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   EXPECT_EQ(records[1]["request"], nullptr) << "by Modbus";
 }
 
-/// A client without an answer repeats its request unchanged every two seconds. The gateway is
-/// killed while the device has the request.
+/// A client without an answer repeats its request unchanged every two seconds.
 TEST_F(DdsWrites, ARequestInterruptedByAKillIsUnknownToTheNextRun) {
   StartAll("write: allow, ");
   io_->Signal(SIGSTOP);
@@ -167,8 +163,7 @@ TEST_F(DdsWrites, ARequestInterruptedByAKillIsUnknownToTheNextRun) {
   EXPECT_EQ(Records().size(), 1U);
 }
 
-/// The reader of the killed gateway has not acknowledged the request, so Cyclone DDS delivers it to
-/// the next gateway.
+/// The killed gateway has not acknowledged the request, so Cyclone DDS delivers it to the next one.
 TEST_F(DdsWrites, ARequestToADeadGatewayIsNotDoneByTheNextRun) {
   StartAll("write: allow, ");
   Child asks(
@@ -209,8 +204,8 @@ TEST_F(DdsWrites, NeedThePermissionOfTheDeviceAsWell) {
   EXPECT_EQ(client_->Float(kIo, 0), 1.5F);
 }
 
-// Cyclone DDS stores the samples of a transient local writer, and sends them to a volatile reader
-// that requests them.
+// Cyclone DDS stores samples of a transient local writer, and sends them to volatile readers on
+// request.
 TEST_F(DdsWrites, ARequestFromBeforeTheStartOfTheGatewayIsNeverDone) {
   Child early(Words("io-1", "output_0", {"--value", "9", "--early", "--seconds", "40"}),
               directory());

@@ -118,8 +118,6 @@ TEST_F(Events, AnUnstoredAcknowledgementIsReported) {
   EXPECT_EQ(Status()["events"]["alarms"]["unacknowledged"], 0);
 }
 
-/// A point exceeds its limit, the alarm is acknowledged, and the gateway is killed; then a relay
-/// disappears.
 TEST_F(Events, OfPointsAreAlarmsUntilTheyAreAcknowledged) {
   const std::string yaml = Yaml(kHighAlarm, "events: {}\n");
   const auto alarms = [this] { return JsonLines(Station::Ask({"alarms", "--json"}).output); };
@@ -204,12 +202,11 @@ TEST_F(Events, OfAKilledGatewayAreNeitherLostNorDoubled) {
 
 using ::testing::SizeIs;
 
-constexpr std::int64_t kBefore = 4100;  // events in the file at the start
+constexpr std::int64_t kBefore = 4100;
 constexpr std::int64_t kRing = 4000;
 
 class EventRing : public EventStation {
  protected:
-  /// Stores ten events of the relay, ten of a device that no longer exists, and so on.
   void FillFile() const {
     const auto folder = directory() / "state" / gateway();
     std::filesystem::create_directories(folder);
@@ -247,8 +244,7 @@ TEST_F(EventRing, IsReadWithoutErrorsWhileEventsArrive) {
       << daemon->Errors();
   const std::int64_t last = Status()["events"]["newest"].get<std::int64_t>() + 60;
 
-  // Unit 255 returns all events, from the oldest in the ring. Events that leave the ring before
-  // they are read are counted.
+  // Unit 255 returns all events. Events that leave the ring before they are read are counted.
   const Json all = Read(255, kBefore - kRing + 1, last);
   EXPECT_THAT(all["wrong"], SizeIs(0)) << all["wrong"];
   EXPECT_GE(all["oldest"].size(), 2U) << "the ring did not go on";

@@ -20,9 +20,8 @@ using ::testing::HasSubstr;
 
 constexpr Duration kWatchdog = 2s;
 
-/// Stops a thread for the lifetime of this object, at its next system call that waits for events.
-/// Elsewhere the thread could hold a lock of the heap or of its queue, which a hanging driver call
-/// never does.
+/// Stops a thread at its next system call that waits for events. Elsewhere it could hold a lock,
+/// which a hanging driver call never does.
 class HeldThread {
  public:
   HeldThread(const Child& process, const std::string& name) : id_(Find(process, name)) {
@@ -137,8 +136,6 @@ TEST_F(Hang, AHangingLineDoesNotDisturbTheOtherLines) {
   EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kNoException);
 }
 
-/// Everything else ends in order: DDS subscribers receive the end of every point, including those
-/// of the hanging line.
 TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
   Begin(true);
   const auto watch =

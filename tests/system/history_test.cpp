@@ -86,7 +86,6 @@ TEST_F(History, IsStoredAndReadBack) {
   EXPECT_EQ(status["state"], "fine");
   EXPECT_EQ(status["dropped"], 0);
   EXPECT_GE(status["points"].get<int>(), 3);
-  // Another program can read the files while they are written.
   for (const auto& entry : std::filesystem::directory_iterator(folder())) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("values-") || !name.ends_with(".db")) continue;

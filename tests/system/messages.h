@@ -19,7 +19,6 @@ struct Message {
 
 Bytes FrameOf(const Message& message);
 void Send(const RawClient& client, const Message& message);
-/// Returns the next frame; nothing if no frame arrives or the server closes.
 std::optional<Message> Receive(const RawClient& client);
 
 Message ReadRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,

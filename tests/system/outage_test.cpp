@@ -26,7 +26,6 @@ class Outage : public ThreeDevices {
   bool EventuallyUnanswered(int unit) {
     return Eventually([&] { return client.Input(unit, 0, 2).exception == kNotAnswering; });
   }
-  /// Checks until `done` that every read returns `value` or fails.
   template <typename Condition>
   bool TrueValuesUntil(int unit, float value, Condition done) {
     return Eventually([&] {
@@ -160,7 +159,6 @@ TEST_F(Damage, OfALineNeverGivesAWrongValue) {
   BadCable* const cables[] = {&relay_cable, &io_cable, &meter_cable};
   for (const BadCable* cable : cables) ASSERT_TRUE(cable->connected());
   daemon = StartDaemon(YamlOverBadCables());
-  // Replies in pieces must be read like whole replies.
   ASSERT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
 
   std::map<int, std::uint32_t> ok_before;
@@ -198,16 +196,20 @@ TEST_F(Damage, OfALineNeverGivesAWrongValue) {
 std::vector<Bytes> HostileFrames() {
   std::vector<Bytes> frames;
   for (const char* hex : {
-           "00 01 00 01 00 06 0B 04 00 00 00 02", "00 01 00 00 FF FF 0B 04 00 00 00 02",
-           "00 01 00 00 00 00", "00 01 00 00 00 01 0B", "00 01 00 00 00 03 0B 04 00",
-           "00 01 00 00 00 06 0B 04 00",  // the rest never arrives
-           "00 01 00 00 00 06 0B 63 00 00 00 02", "00 01 00 00 00 06 0B 04 00 00 FF FF",
+           "00 01 00 01 00 06 0B 04 00 00 00 02",
+           "00 01 00 00 FF FF 0B 04 00 00 00 02",
+           "00 01 00 00 00 00",
+           "00 01 00 00 00 01 0B",
+           "00 01 00 00 00 03 0B 04 00",
+           "00 01 00 00 00 06 0B 04 00",
+           "00 01 00 00 00 06 0B 63 00 00 00 02",
+           "00 01 00 00 00 06 0B 04 00 00 FF FF",
            "00 01 00 00 00 06 0B 04 00 00 00 00",
-           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",        // announces data that never arrives
-           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",  // less data than announced
+           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",  // announces data that never arrives
+           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",
            "00 01 00 00 00 06 0B 16 00 00 00 00",
-           "00 01 00 00 00 02 0B 07",              // a function without data
-           "00 01 00 00 00 06 0B 04 00 00 00 10",  // valid, but its reply is never read
+           "00 01 00 00 00 02 0B 07",
+           "00 01 00 00 00 06 0B 04 00 00 00 10",
        }) {
     frames.push_back(*ParseHex(hex));
   }

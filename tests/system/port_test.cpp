@@ -61,7 +61,6 @@ TEST_F(Ports, APortInAFolderThatIsCreatedLaterIsFound) {
     fs::create_symlink("../../tty0", by_id / "usb-x");
     EXPECT_TRUE(EventuallyQualityIs(kGood));
     EXPECT_EQ(client.Float(1, 0), 100.25F);
-    // The last adapter is removed, and the folder with it.
     fs::remove_all(by_id);
     if (plugged > 0) break;
     ASSERT_EQ(Release({"bay", "--for", "1s"}).code, 0);
@@ -99,7 +98,6 @@ TEST_F(Ports, ALostPortComesBackRepeatedly) {
   }
 }
 
-/// The server accepts and ends each connection at once: by a close, a reset, or a text before.
 TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   TakenServer server(FreePort());
   ASSERT_TRUE(server.listening());
@@ -140,8 +138,7 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   ASSERT_TRUE(tool.ok()) << tool.error();
   EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
 
-  // The release is over, but the other program still has the port open. The daemon names that
-  // program.
+  // The other program still has the port open, so the daemon names that program.
   EXPECT_TRUE(EventuallyLogged(*daemon, "takes " + LinkOf("bay") + " back"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "in use by"));
   EXPECT_THAT(daemon->Errors(), HasSubstr("(pid " + std::to_string(::getpid()) + ")"));

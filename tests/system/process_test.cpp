@@ -87,8 +87,7 @@ TEST_F(Process, OtherSignalsDoNotEndTheGateway) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// The reader of the log is stalled (a terminal after Ctrl-S, `docker logs`), so the log is full
-/// from the start.
+/// The reader of the log is stalled (Ctrl-S in a terminal, `docker logs`), so the log is full.
 TEST_F(Process, StartsRunsAndStopsWhenItsLogIsNotRead) {
   const std::string fifo = (directory() / "log").string();
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
@@ -122,7 +121,6 @@ TEST_F(Process, ReplacesClosedStandardDescriptorsByDevNull) {
   EXPECT_EQ(daemon.WaitForEnd(10s), 0);
 }
 
-/// The daemon is the only process of a container.
 TEST_F(Process, AsPidOneEndsOnSignalsAndReapsOrphans) {
   // Root needs no user namespace, and a chroot forbids it.
   std::vector<std::string> apart = {"unshare", "-p", "-f", "--kill-child"};
@@ -135,8 +133,7 @@ TEST_F(Process, AsPidOneEndsOnSignalsAndReapsOrphans) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   const std::string first = (directory() / "first").string();
-  // The shell is process 1 and is replaced by the daemon. Its other child becomes an orphan at
-  // once.
+  // The daemon replaces the shell, process 1. The other child becomes an orphan at once.
   std::vector<std::string> command = apart;
   command.insert(command.end(),
                  {"/bin/sh", "-c", "(sh -c 'sleep 0.2; : > " + first + "' &) ; exec \"$@\"", "sh",
@@ -171,8 +168,7 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   auto daemon = StartDaemon(Yaml());
   for (int life = 0; life < 3; ++life) {
     ASSERT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
-    // The client's connection is open, so the kernel still uses this port when the daemon starts
-    // again.
+    // The client's connection is open, so the kernel still uses this port after the kill.
     daemon->Signal(SIGKILL);
     EXPECT_EQ(daemon->WaitForEnd(), 128 + SIGKILL);
     daemon = StartDaemon(Yaml());
@@ -180,8 +176,7 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
 }
 
-/// As with baudgate.socket: systemd listens, and the first client starts the service, which
-/// inherits the socket.
+/// As with baudgate.socket: systemd listens, and the first client starts the service.
 TEST_F(Process, ServesTheSocketThatSystemdHasOpened) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();

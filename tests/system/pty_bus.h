@@ -17,7 +17,6 @@ class PtyBus {
   explicit PtyBus(const std::string& link);
   ~PtyBus();
 
-  /// Must be called before Start().
   void Add(const TwinWish& wish) { bus_.Add(wish); }
   void Talk(const std::string& telegram) { talk_ = telegram; }
   void Start();

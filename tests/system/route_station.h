@@ -14,8 +14,7 @@ inline constexpr int kUnit = 20;
 
 class RouteStation : public Station {
  protected:
-  /// `listeners` and `routes` contain one list entry per text. The first listener is that of
-  /// port().
+  /// One list entry per text. The first listener is that of port().
   std::string Yaml(const std::vector<std::string>& routes, const std::string& lines,
                    const std::vector<std::string>& more_listeners = {}) const;
   std::string BareLine(const std::string& name, const std::string& keys = {},
@@ -26,7 +25,6 @@ class RouteStation : public Station {
   std::unique_ptr<Child> StartPymodbusSlave(const std::string& framing, const std::string& tty,
                                             const std::string& units,
                                             std::vector<std::string> ranges = {}) const;
-  /// Returns the results of a pymodbus master; see pymodbus_master.py.
   Json Pymodbus(const std::string& framing, const std::string& where, int unit,
                 std::vector<std::string> commands) const;
   Finished Mbpoll(std::vector<std::string> words) const;

@@ -75,7 +75,6 @@ TEST_F(Routes, CountersMatchTheTraffic) {
   EXPECT_EQ(route["by_unit"][0]["ok"], kReads);
   EXPECT_EQ(route["by_unit"][1]["no_reply"], 1);
 
-  // The client that waited for the daemon's start can still be listed.
   Json mine;
   for (const Json& peer : status["modbus"]["clients"]) {
     if (peer["requests"] == kReads + 2) mine = peer;
@@ -95,8 +94,6 @@ TEST_F(Routes, CountersMatchTheTraffic) {
   EXPECT_EQ(line["bytes_in"], kReads * 7 + 5);
 }
 
-/// Registers of 32 bits, a device that limits written values, and a reply that contains the whole
-/// write.
 TEST_F(Routes, ForwardOddRepliesUnchanged) {
   const std::map<std::string, std::string> odd = {{"03 13 89 00 01", "03 04 00 01 00 02"},
                                                   {"06 00 0D 00 6C", "06 00 0D 00 64"},

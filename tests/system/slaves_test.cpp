@@ -251,7 +251,6 @@ TEST_F(Slaves, SlavesOfSeveralLinesAnswerMbpoll) {
   EXPECT_THAT(silent.errors, HasSubstr("Target device failed to respond"));
 }
 
-/// The messages of a PLC: values, set point, start, a block of parameters.
 TEST_F(Slaves, TheInverterTwinAnswersAtItsBitRate) {
   const auto twin = Start({"simulate", "--profile", "mitsubishi-fr-d700", "--address", "20",
                            "--pty", LinkOf("drive"), "--baud", "19200 8E1"});

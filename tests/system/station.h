@@ -30,8 +30,8 @@ class Station : public testing::Test {
 
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path Write(const std::string& name, const std::string& text) const;
-  /// Copies a shipped profile under another name, with `values` fixed. Other points that would vary
-  /// between two values are fixed at the lower value.
+  /// Copies a shipped profile as `name`, with `values` fixed. Other varying values are fixed at the
+  /// lower end.
   void PinProfile(const std::string& protocol, const std::string& shipped, const std::string& name,
                   const FixedValues& values) const;
 
@@ -39,7 +39,6 @@ class Station : public testing::Test {
   int domain() const { return domain_; }
   const std::string& gateway() const { return gateway_; }
   std::string LinkOf(const std::string& line) const { return (directory_ / line).string(); }
-  /// The control socket that WithSocket() configures.
   std::string socket() const { return LinkOf("gate.sock"); }
   /// Adds socket() and `keys` to the gateway of `yaml`. Example of `keys`: "state: /tmp/x, ".
   std::string WithSocket(std::string yaml, const std::string& keys = {}) const;
@@ -49,12 +48,10 @@ class Station : public testing::Test {
                    const std::string& line_keys = {}) const;
 
   Child::Environment Environment() const;
-  std::unique_ptr<Child> Start(std::vector<std::string> words,
-                               Child::Environment more = {}) const;  ///< runs baudgate
+  std::unique_ptr<Child> Start(std::vector<std::string> words, Child::Environment more = {}) const;
   Finished Command(std::vector<std::string> words) const;
   Finished Ask(std::vector<std::string> words) const;
   Json Status(const std::string& target = {}) const;
-  /// Starts a twin on the pty of `line` and waits until the pty can be opened.
   std::unique_ptr<Child> StartTwin(const std::string& line, const std::string& profile,
                                    const std::string& address,
                                    const std::vector<std::string>& more = {}) const;
@@ -76,13 +73,11 @@ std::vector<Json> JsonLines(const std::string& output);
 
 pid_t ChildOf(const Child& process);
 
-/// Returns a loopback port on which nothing listens and that no other test uses, below the range
-/// from which the kernel takes client ports.
+/// Returns a loopback port that no other test uses, below the range of client ports.
 std::uint16_t FreePort();
 
-/// Returns a DDS domain, 1 to 99, that no other test uses. Each call returns another domain and
-/// releases the previous one, because the gateway of the previous test can still announce its end
-/// there.
+/// Returns a DDS domain, 1 to 99, that no other test uses. Each call returns another domain,
+/// because the previous gateway can still announce its end.
 int FreeDomain();
 
 }  // namespace baudgate::system_test

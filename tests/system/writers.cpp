@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint8_t kWriterUnit = 1;
 constexpr int kOutputs = 4;
-constexpr int kForbidden = 5;  // one of this many writes is forbidden
+constexpr int kForbidden = 5;
 
 std::string Number(int client, int number, const char* more = "") {
   char text[32];
@@ -139,10 +139,10 @@ WriteStep StepOf(int client, int number) {
   step.allowed = false;
   switch (number / kForbidden % 3) {
     case 0:
-      step.value = Number(client + 10, number);  // above 10 V
+      step.value = Number(client + 10, number);
       break;
     case 1:
-      step.value = Number(client, number, "5");  // finer than the module's resolution
+      step.value = Number(client, number, "5");
       break;
     default:
       step.point = "safe_" + std::to_string(output);

@@ -15,7 +15,7 @@ namespace baudgate::system_test {
 
 struct WriteStep {
   std::string point;
-  int address = 0;  ///< register address
+  int address = 0;
   std::string value;
   bool allowed = true;
 };
@@ -38,7 +38,6 @@ using RunOnce = std::function<Finished(const WriteStep& step)>;
 using RunPymodbus = std::function<nlohmann::json(const std::vector<std::string>& commands)>;
 
 std::unique_ptr<Writer> LibmodbusWriter(std::uint16_t port);
-/// Sends its own frames, with eight requests outstanding at once.
 std::unique_ptr<Writer> RawWriter(std::uint16_t port);
 std::unique_ptr<Writer> PymodbusWriter(RunPymodbus run);
 /// `refusal` is the program's exit code for a refused write.

@@ -1,5 +1,4 @@
-// Tests several programs that write to one device at once: each write is answered once and in
-// order, and the device receives what the audit lists.
+// Tests several programs that write to one device at once.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/writers.h"
 
@@ -59,8 +58,6 @@ class Writers : public RouteStation {
   }
 
 #ifdef CYCLONE_WRITER
-  /// Returns a function that runs one write and returns an exit code: 0 confirmed, 1 denied, 2 no
-  /// answer.
   RunOnce Cyclone() const {
     return [this, seq = 0](const WriteStep& step) mutable {
       Finished asked = RunToEnd({CYCLONE_WRITER, "--domain", std::to_string(domain()), "--gateway",
@@ -107,7 +104,6 @@ class Writers : public RouteStation {
     const std::string begin = std::string("#") + kAddress;
     Writes writes;
     for (const std::string& request : cable.Requests()) {
-      // a request without a value is a read of all inputs
       if (!request.starts_with(begin) || request.size() == begin.size()) continue;
       std::string value = request.substr(begin.size() + 2);
       value.erase(0, value[0] == '0' ? 1 : 0);
@@ -166,7 +162,7 @@ TEST_F(Writers, OfEveryKindWriteCorrectlyAtOnce) {
   RunAll(parts, kQuick, kCount);
 
   int forbidden = 0;
-  std::map<std::string, Writes> allowed;  // by the digit before the decimal point
+  std::map<std::string, Writes> allowed;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Part& part = parts[i];
     const std::string name = part.writer->name();

@@ -70,7 +70,6 @@ class FarEnd {
   Stream& stream() { return state_->stream; }
   const Bytes& received() const { return state_->received; }
   bool ended() const { return static_cast<bool>(state_->end); }
-  /// The reason why reading ended: eof or connection_reset.
   const std::error_code& end() const { return state_->end; }
 
  private:

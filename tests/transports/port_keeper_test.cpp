@@ -185,7 +185,6 @@ TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {
   close(*first);
 }
 
-/// Another process that has the port locked until it is stopped.
 class Holder {
  public:
   explicit Holder(const std::string& port) {

@@ -275,8 +275,7 @@ class StalledPort : public SerialPortTest {
   const Bytes much_ = Bytes(40'000, 'x');
 };
 
-/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h). The rest
-/// in the driver's and the port's queues must not follow.
+/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h).
 TEST_F(StalledPort, GetsNoMoreBytesOfAnAbandonedRequest) {
   port_->Send(much_);
   test::RunReady(io_);
@@ -319,7 +318,6 @@ TEST_F(StalledPort, IsNotLostWhileItSendsBytes) {
   EXPECT_TRUE(listener_.losses.empty());
 }
 
-/// A silent device does not mean that the port is bad.
 TEST_F(SerialPortTest, DropUnsentKeepsSentBytes) {
   Open();
   for (int round = 1; round <= 20; ++round) {
@@ -363,7 +361,7 @@ TEST_F(SerialPortTest, ComesBackAfterReplug) {
 TEST_F(SerialPortTest, AHangUpWhileSendingIsReportedOnce) {
   Open();
   pty_->Unplug();
-  far_->stream().close();  // the kernel has hung up, but the port has not noticed yet
+  far_->stream().close();
   port_->Send(ToBytes("request"));
   ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
   test::RunReady(io_);

@@ -177,7 +177,7 @@ using config::Parity;
 TEST(SoftwareParity, KnownCharactersHaveTheirParityBit) {
   EXPECT_EQ(WithParity('A', Parity::even), 0x41);
   EXPECT_EQ(WithParity('A', Parity::odd), 0xC1);
-  EXPECT_EQ(WithParity('>', Parity::even), 0xBE);  // five ones
+  EXPECT_EQ(WithParity('>', Parity::even), 0xBE);
   EXPECT_EQ(WithParity('>', Parity::odd), 0x3E);
   EXPECT_EQ(WithParity(0x00, Parity::odd), 0x80);
 }

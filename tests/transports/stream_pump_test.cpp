@@ -1,6 +1,5 @@
-// Tests how errors of a dying tty end a session (once and at once, from reading or writing), and
-// what happens to bytes that the stream does not accept. The stream is a fake, because a pty cannot
-// produce all these errors.
+// Tests how errors of a dying tty end a session. The stream is a fake, because a pty cannot produce
+// all these errors.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/stream_pump.h"
 
@@ -26,7 +25,7 @@ using Handler = std::function<void(const std::error_code&, std::size_t)>;
 
 struct Wire {
   Handler reading;
-  std::function<void(const std::error_code&)> waiting;  // waits for room
+  std::function<void(const std::error_code&)> waiting;
   std::size_t room = 0;
   std::error_code write_error;
   Bytes written;
@@ -97,7 +96,6 @@ TEST_F(SessionTest, WritesInPiecesAsThereIsRoom) {
   EXPECT_EQ(AsText(wire_->written), "firstsecondthird") << "at once";
 }
 
-/// A start command that was abandoned must not be sent when there is room again.
 TEST_F(SessionTest, DroppedBytesAreNeverWritten) {
   session_->Send(ToBytes("start"));
   session_->Send(ToBytes("more"));
@@ -195,8 +193,7 @@ struct Pipe {
   int writing = -1;
 };
 
-/// A TCP connection whose close() blocks because the peer does not read. A serial driver does the
-/// same if flow control holds back output.
+/// A TCP connection whose close() blocks, because the peer does not read.
 struct Stuck {
   Stuck() {
     const int listener = socket(AF_INET, SOCK_STREAM, 0);
@@ -235,7 +232,7 @@ TEST(CloseElsewhere, AStuckCloseDoesNotBlockOthers) {
   const Pipe other;
   CloseElsewhere(other.writing);
   EXPECT_TRUE(other.SeesEnd());
-  close(stuck.peer);  // lets the blocked thread end
+  close(stuck.peer);
 }
 
 TEST(CloseElsewhere, WaitsForAThreadWhenAllAreStuck) {

@@ -75,7 +75,7 @@ class TcpClientTest : public testing::Test {
   std::optional<tcp::acceptor> acceptor_;
   std::uint16_t number_ = 0;
   int accepted_ = 0;
-  bool stalled_ = false;  // true: the server accepts connections and reads nothing
+  bool stalled_ = false;
   std::optional<FarServer> far_;
   std::unique_ptr<Transport> client_;
 };
@@ -306,8 +306,7 @@ TEST_F(StalledServer, IsDrainedWhenTheServerHasTakenAll) {
   EXPECT_TRUE(client_->is_open());
 }
 
-/// A device can be silent although its serial server works. The connection stays if the server's
-/// kernel acknowledges the request, at once or later.
+/// The server's kernel acknowledges the request, at once or later, although the device is silent.
 TEST_F(TcpClientTest, AServerThatHasReceivedTheRequestKeepsItsConnection) {
   Open();
   const int fd = ClientDescriptor(number_);
@@ -375,8 +374,7 @@ TEST(TcpAddress, OnlyTheSchemeMakesATcpPort) {
   EXPECT_FALSE(IsTcpPort("/dev/serial/by-id/tcp://"));
 }
 
-/// A name server that does not answer for hosts named "dead…" until `revive` is set; other hosts
-/// are this machine.
+/// A name server that does not answer for hosts named "dead…" until `revive` is set.
 struct NameServer {
   std::promise<void> revive;
   std::shared_future<void> revived = revive.get_future().share();
@@ -397,8 +395,7 @@ class NamesTest : public testing::Test {
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
   bool WaitForAsked(int dead) {
-    // A look-up starts in another thread, which does not wake this loop, so the test posts
-    // something.
+    // A look-up runs in another thread, which does not wake this loop.
     return WaitFor([&] {
       asio::post(io_, [] {});
       return server_->asked_dead >= dead;
@@ -460,7 +457,6 @@ TEST_F(NamesTest, AbandonedHostsMakeRoom) {
   EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
 }
 
-/// The number of threads is limited, however many hosts hang: 16, of which 12 are abandoned.
 TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
   constexpr std::size_t kMost = HostNames::kMostAwaited + HostNames::kMostHanging;
   for (std::size_t i = 0; i < kMost; ++i) {

@@ -1,3 +1,4 @@
+// Shared by the benchmarks of the DDS library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -8,7 +9,6 @@
 
 namespace baudgate::bench {
 
-/// Starts this program as `baudgate_dds_bench ROLE ARGS…`. The child ends with this process.
 pid_t Start(const std::vector<std::string>& words);
 void End(pid_t child, int signal);
 

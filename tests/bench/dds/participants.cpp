@@ -1,6 +1,5 @@
-// Benchmark: cost of subscribers that join, leave, are killed, are stopped, or never acknowledge,
-// for the DDS process of a real gateway with 100 points. The subscribers of a phase share one
-// process.
+// Benchmark: cost of subscribers that join, leave, are killed or stopped, or never acknowledge, for
+// the DDS process of a gateway with 100 points.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.h>
 #include <fmt/format.h>
@@ -58,8 +57,8 @@ pid_t ChildOf(pid_t parent) {
   return 0;
 }
 
-/// Opens a reader of all points in a new participant. A `deaf` reader receives everything but never
-/// acknowledges. The readers ignore each other, because only the gateway is measured.
+/// Opens a reader of all points in a new participant. A `deaf` reader never acknowledges. The
+/// readers ignore each other, because only the gateway is measured.
 fast::DataReader* OpenReader(bool deaf) {
   auto transport = std::make_shared<eprosima::fastdds::rtps::test_UDPv4TransportDescriptor>();
   transport->interfaceWhiteList = {"127.0.0.1"};
@@ -102,8 +101,7 @@ bool IsWhole(fast::DataReader* reader) {
 class Table {
  public:
   explicit Table(pid_t daemon) : daemon_(daemon) {}
-  /// Prints one row: the processor time that the DDS process used during `time`, and its memory at
-  /// the end.
+  /// Prints one row: processor time of the DDS process during `time`, and its memory at the end.
   void Row(const std::string& what, std::chrono::seconds time) {
     const pid_t process = ChildOf(daemon_);
     const double before = ProcessorOf(process);
@@ -131,7 +129,6 @@ class Table {
   long first_ = 0;
 };
 
-/// Starts `count` subscribers and waits until each has received all points.
 pid_t Join(int count, const std::string& kind) {
   const std::string ready = fmt::format("/tmp/baudgate-participants-{}", ::getpid());
   fs::remove(ready);
@@ -146,8 +143,7 @@ pid_t Join(int count, const std::string& kind) {
 
 int BeSubscribers(const std::vector<std::string>& words) {
   const int count = std::stoi(words.at(1));
-  // Subscribers on other machines would not use the gateway's processors, so these subscribers get
-  // a low priority.
+  // A low priority, because on other machines subscribers would not use the gateway's processors.
   [[maybe_unused]] const int nice = ::nice(19);
   const bool deaf = words.at(2) == "deaf";
   sigset_t stop;

@@ -1,5 +1,4 @@
-// Tests that modules built for another interface are refused, and which of several profile folders
-// takes precedence.
+// Tests that modules of another interface are refused, and which profile folder takes precedence.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/modules.h"
 

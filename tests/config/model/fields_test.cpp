@@ -13,7 +13,6 @@
 namespace baudgate::config {
 namespace {
 
-/// Converts to any type, to initialise any member of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT: meant to be implicit

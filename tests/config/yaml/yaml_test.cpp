@@ -1,3 +1,4 @@
+// Tests the YAML reader: syntax errors, encodings, size, nesting, aliases, columns.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -260,7 +260,6 @@ TEST(Decimals, MultiplyExactlyWithinTheirDigits) {
   EXPECT_EQ(Decimal(kMost) * 1, kMost);
   EXPECT_EQ(Decimal(kLeast) * Number("-0.1"), Number("922337203685477580.8"));
   EXPECT_EQ(Number("1152921504606846977") * 10, Number("11529215046068469770"));
-  // A product of 39 digits does not fit in 64 bits, so it is rounded.
   EXPECT_EQ((Decimal(kMost) * kMost).ToDouble(), 3.4028236692093846e38);
 }
 

@@ -31,7 +31,6 @@ TEST(Journal, AMessageContainsItsFields) {
             "MESSAGE=runs\nPRIORITY=6\nSYSLOG_IDENTIFIER=baudgate\n");
 }
 
-/// The log text contains "LINE=other" behind a line break. It must stay part of the field MESSAGE.
 TEST(Journal, ALineBreakInAValueCreatesNoField) {
   const std::string message = JournalMessage(Level::error, {}, "a\nLINE=other");
   EXPECT_THAT(message, HasSubstr(std::string("MESSAGE\n\x0C\0\0\0\0\0\0\0a\nLINE=other\n", 29)));
@@ -146,7 +145,6 @@ TEST(LogFolder, HeldBackRepeatsAreReportedAfterAMinute) {
   EXPECT_TRUE(folder.Due(At(200s).instant).empty()) << "told once";
 }
 
-/// A repeat is written up to a minute late, so its text must contain the time at which it happened.
 TEST(LogFolder, ARepeatReportsItsTimes) {
   const auto local = [](Duration since) {
     const std::time_t time = std::chrono::system_clock::to_time_t(
@@ -325,7 +323,6 @@ TEST(Outlet, EndsWhileItsThreadWaitsForAStalledReader) {
     outlet.Put(std::string(100000, 'x') + "\n");
     EXPECT_FALSE(outlet.Flush(1ms));
   }
-  // The outlet is destroyed, but its thread must still write the whole line to the pipe.
   EXPECT_EQ(reader.ReadUntil("\n").size(), 100001u);
 }
 

@@ -1,3 +1,4 @@
+// Tests of PortHolders with the real /proc of this machine.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <gtest/gtest.h>
@@ -17,8 +18,7 @@
 namespace baudgate {
 namespace {
 
-/// Opens a pty in this process. After Begin, a child process has the pty open as well, until the
-/// test ends.
+/// Opens a pty in this process; after Begin, a child process has it open as well.
 class PortHolders : public ::testing::Test {
  protected:
   PortHolders() : master_(posix_openpt(O_RDWR | O_NOCTTY)) {

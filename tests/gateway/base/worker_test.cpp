@@ -21,7 +21,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// Blocks each round that calls Enter until the test calls Open.
 class Gate {
  public:
   void Enter() {

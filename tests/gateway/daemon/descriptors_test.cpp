@@ -1,3 +1,4 @@
+// Tests how many file descriptors the daemon requests, and how it divides them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/descriptors.h"
 

@@ -1,3 +1,4 @@
+// Test of an additional output, which needs only the interface and one row in a list.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/output.h"
 
@@ -39,7 +40,7 @@ struct Seen {
   std::mutex mutex;
   std::condition_variable changed;
   std::vector<std::string> samples;  // Example: "a p0 8" is device, point, quality
-  std::size_t devices = 0;           // devices in the running configuration
+  std::size_t devices = 0;
   std::vector<std::string> calls;
 };
 
@@ -86,7 +87,6 @@ class RememberingOutput final : public outputs::Output {
     seen_.Note([&] { seen_.devices = devices; });
     Call(what);
   }
-  /// Records all points once, then each point that changes.
   void Run(const std::stop_token& stop) {
     std::uint32_t known = 0;
     bus::Changes changes;

@@ -1,3 +1,4 @@
+// Test that a reload frees the configurations and device data that it has replaced.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>

@@ -1,5 +1,4 @@
-// Tests of `Reloader`: trials, confirmations and refusals. A configuration has one line, whose name
-// is the text of its file.
+// Tests of `Reloader`. A configuration has one line, whose name is the text of its file.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reloader.h"
 
@@ -22,8 +21,6 @@ using ::testing::Not;
 
 constexpr Duration kNever = Duration::zero();
 
-/// Returns the configuration of a file. A comment in `text` does not change it, but the text of the
-/// profile does.
 config::Config ConfigOf(const std::string& text, const std::string& profile = {}) {
   config::Config config;
   config.lines.emplace_back().name = text.substr(0, text.find('#')) + profile;
@@ -89,7 +86,6 @@ class ReloaderTest : public ::testing::Test {
     });
   }
   std::string Runs() const { return running_.lines[0].name; }
-  /// Returns the configuration that a start would use now.
   std::string AtAStart() const {
     const reload::KeptConfigs kept(folder_);
     return kept.IsUnconfirmed(file_) ? kept.confirmed().value_or("none") : file_;
@@ -137,7 +133,6 @@ TEST_F(ReloaderTest, ATrialEndsOnlyByConfirmationOrAnEarlierConfiguration) {
   EXPECT_EQ(Confirm().exit_code, 2);
 }
 
-/// The text of the file is confirmed, but the running configuration has another profile.
 TEST_F(ReloaderTest, AChangedProfileAloneCanBeOnTrial) {
   Start();
   profile_ = "2";

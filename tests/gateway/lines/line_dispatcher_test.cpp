@@ -79,7 +79,6 @@ TEST_F(LineDispatcherTest, AWriteToALineEndedByAReloadIsNotSent) {
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
 }
 
-/// During a reload, routes still send requests to a line that has ended.
 TEST_F(LineDispatcherTest, ARoutedRequestToAnEndedLineIsLineDown) {
   const auto ended = lines_->at(0).Take();
   std::optional<bus::RoutedReply> reply;
@@ -93,7 +92,6 @@ TEST_F(LineDispatcherTest, ARoutedRequestToAnEndedLineIsLineDown) {
   EXPECT_FALSE(reply->sent);
 }
 
-/// DDS clients can write to a line that a reload has added but not started.
 TEST_F(LineDispatcherTest, AWriteToALineThatAReloadIsAddingIsNotSent) {
   config::Line added = config_.lines[0];
   added.name = "added";
@@ -162,7 +160,6 @@ class SharedLoop : public testing::Test {
     });
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
-  /// True if the line sends a further request.
   bool GoesOn(std::size_t line) {
     const std::size_t before = ends_[line]->received().size();
     return WaitFor([&] { return ends_[line]->received().size() > before; });

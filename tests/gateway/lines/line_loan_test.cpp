@@ -1,5 +1,4 @@
-// Tests of a port that the gateway releases to another program, by hand or over the network, under
-// virtual time.
+// Tests of a port that is released to another program, by hand or over the network.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"
@@ -73,7 +72,6 @@ TEST_F(PortInAWrite, TakenBackBeforeTheWriteHasEndedIsNotLent) {
   EXPECT_GT(port_.sends, sends) << "polls go on";
 }
 
-/// A reload restarts the line before the write has ended.
 TEST_F(PortInAWrite, AReleaseThatWaitsForTheWriteSurvivesAReload) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   ReleaseDuringAWrite();
@@ -120,7 +118,6 @@ TEST_F(LocalPort, CommandsThatWaitAtTheStopAreAnswered) {
   EXPECT_EQ(ends_.size(), 2U);
 }
 
-/// A client that requests the port. It replaces gateway/lines/serial_server/server.h.
 struct FakeUser final : serial_server::PortUser {
   void Grant(transports::Transport& port, const config::SerialSettings&, Now) override {
     has = &port;
@@ -244,7 +241,6 @@ TEST_F(NetworkLoan, TheStopRestoresThePortSettings) {
   EXPECT_EQ(port_.resets, before + 1);
 }
 
-/// The driver hangs during a reload, so the line is abandoned. Then the driver returns.
 TEST_F(NetworkLoan, EndsOnARetiredLine) {
   Open();
   Pass(2s);
@@ -423,8 +419,6 @@ struct LoanOfAServer : NetworkLoan {
   LoanOfAServer() : NetworkLoan("tcp://server:4001") {}
 };
 
-/// The client loses its port when the server ends the connection. The gateway must not connect
-/// again for it.
 TEST_F(LoanOfAServer, EndsWhenTheServerEndsTheConnection) {
   for (const bool left : {false, true}) {
     Open();

@@ -1,3 +1,4 @@
+// `LinePortTest`: a line under virtual time, on a port that the test controls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -118,7 +119,7 @@ class LinePortTest : public testing::Test {
   }
   void End() {
     port_.open = false;
-    port_.sent.clear();  // so no device receives the request
+    port_.sent.clear();
     Handle([&] { line_->port.OnEnded("closed", false, now_); });
   }
   void Say(std::string_view text) {

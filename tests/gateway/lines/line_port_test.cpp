@@ -246,8 +246,6 @@ TEST_F(LinePortTest, AnOrderlyEndedConnectionReopensOnDemand) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-/// The connection opens after the exchange, after the deadline, or after the client has left. In
-/// each case the command must not be sent.
 TEST_F(LinePortTest, ACommandThatWaitsForAConnectionIsNotSentLate) {
   struct Row {
     const char* what;

@@ -70,8 +70,8 @@ TEST_F(LineReporterTest, ReportsADeviceThatGoesOfflineAndReturns) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "of a route, no device";
 }
 
-/// While the port is closed, all devices are offline without a report, so their first answers must
-/// not be reported either.
+/// While the port is closed, the devices are offline without a report, so their first answers are
+/// not reported either.
 TEST_F(LineReporterTest, ReportsALostPortOnceAndNotItsDevices) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
@@ -109,7 +109,6 @@ TEST_F(LineReporterTest, ReportsNothingOfAnAbandonedLine) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
 }
 
-/// Stored events from before the start do not count for events reported since.
 TEST_F(LineReporterTest, EventsAreStoredWhenTheLatestBatchIsStored) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});
@@ -182,7 +181,6 @@ TEST(ConnectionProof, AfterALoanTheConnectionIsCheckedAgain) {
 
 class Watched : public testing::Test {
  protected:
-  /// A loop that has not answered the watch yet. `Run` answers all waiting questions.
   struct Loop {
     std::vector<std::function<void()>> waiting;
     LoopWatch::Ask ask() {
@@ -194,7 +192,6 @@ class Watched : public testing::Test {
   };
 
   std::vector<LoopWatch::Change> Look() { return watch_.Look(now_ += 1s); }
-  /// Checks the loops `times` times. Each check must report no change.
   void LookQuietly(int times) {
     for (int i = 0; i < times; ++i) EXPECT_TRUE(Look().empty()) << i;
   }
@@ -250,7 +247,6 @@ TEST_F(Watched, AHangingRequiredLoopStopsTheSignOfLife) {
   EXPECT_FALSE(changes[0].line);
 }
 
-/// The watch did not run while the machine slept, so the loop has not hung.
 TEST_F(Watched, AClockJumpIsNoHang) {
   watch_.Add("line bay", 0, line_.ask());
   LookQuietly(1);

@@ -73,7 +73,7 @@ TEST_F(AlarmServiceTest, ASilentRoutedSlaveRaisesAnAlarm) {
        Outcome::no_reply,
        {},
        {"drive.unit-51 no answer to clients for 30s: why"}},
-      {"damage", 51, Slave::silent, Outcome::corrupt, {}, {}},  // still the same alarm
+      {"damage", 51, Slave::silent, Outcome::corrupt, {}, {}},
       {"an exception of its own",
        51,
        Slave::answered,

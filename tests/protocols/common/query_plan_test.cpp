@@ -96,11 +96,10 @@ TEST(QueryPlan, ARefusedBlockIsSplit) {
     std::vector<PlaceInQuery> places;
     const char* shown;
   };
-  for (const Case& c :
-       std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},  // at the widest hole
-                         {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},  // split in the middle
-                         {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
-                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // no point is split
+  for (const Case& c : std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},
+                                         {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},
+                                         {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
+                                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {
     Plan plan = MakePlan(c.places);
     ASSERT_EQ(plan.queries().size(), 1U);
     EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
@@ -270,8 +269,8 @@ TEST(QueryPlan, ABusyRarePointIsRetriedSoon) {
   EXPECT_EQ(Shown(plan), "slow a0");
 }
 
-/// A silent request costs time, so it is not repeated every few seconds. But silence proves
-/// nothing, so it is not moved to the daily group either.
+/// A silent request costs time, so it is repeated rarely. Silence proves nothing, so the request is
+/// not moved to the daily group.
 TEST(QueryPlan, ASilentPointMovesToTheSlowGroup) {
   for (const bool proven : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"b0"}}, {.refused = WhenRefused::ask_daily});
@@ -300,7 +299,7 @@ TEST(TryAgain, RetriesBecomeRarerUpToOnceAnHour) {
   Instant refused = kStart;
   for (const Duration wait : {8s, 16s, 32s, 64s, 128s, 256s, 512s, 1024s, 2048s, 3600s, 3600s}) {
     again.OnRefused(refused);
-    again.OnRefused(refused + 1s);  // the wait has not ended yet
+    again.OnRefused(refused + 1s);
     EXPECT_FALSE(again.IsDue(refused + wait - 1ms)) << wait / 1s;
     EXPECT_TRUE(again.IsDue(refused + wait)) << wait / 1s;
     refused += wait;
@@ -312,7 +311,6 @@ TEST(TryAgain, RetriesBecomeRarerUpToOnceAnHour) {
   EXPECT_TRUE(again.IsDue(refused + 8s)) << "it has worked meanwhile";
 }
 
-/// The refusal can have been a copy of the reply to another request.
 TEST(QueryPlan, ADoubtfulRefusalIsForgotten) {
   Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});
   EXPECT_FALSE(plan.ForgetRefusals()) << "nothing was refused";
@@ -336,8 +334,8 @@ TEST(QueryPlan, AReconnectRestoresWholeBlocks) {
   EXPECT_EQ(Shown(plan), "a0..1");
 }
 
-/// Silence costs a reply time and its retries. If the block was answered before, the silence is
-/// temporary, so the block is restored.
+/// Silence costs time. If the block was answered before, the silence is temporary, so the block is
+/// restored.
 TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   for (const bool answered : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
@@ -351,8 +349,7 @@ TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   }
 }
 
-/// A simulated device that answers some places only, and none for a while. It is polled with every
-/// group that is due.
+/// A simulated device that answers some places only, and none for a while.
 class AskedDevice {
  public:
   explicit AskedDevice(Plan& plan) : plan_(plan) {}
@@ -370,7 +367,6 @@ class AskedDevice {
   }
 
  private:
-  /// Polls one round of a group. If the plan changes, the rest of the round goes on.
   void Ask(Group group, std::size_t& requests) {
     std::size_t rest = 200;
     for (std::size_t query = 0; query < plan_.queries().size() && rest > 0; --rest) {
@@ -504,8 +500,7 @@ TEST(QueryPlan, AnUnknownQueryNumberChangesNothing) {
   EXPECT_EQ(Shown(plan), "a0");
 }
 
-// ---------------- Which probe is due, as text: "own" or the number of a read; '!' marks an
-// answered probe.
+// ---------------- Which probe is due: "own" or the number of a read; '!' marks an answered probe.
 
 using Own = ProbeChoice::Own;
 

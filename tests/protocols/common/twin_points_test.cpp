@@ -1,5 +1,4 @@
-// Tests the points of a simulated device by their addresses, civil time zones, and cuts of frame
-// rules.
+// Tests the points of a simulated device, civil time zones, and cuts of frame rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/twin_points.h"
 

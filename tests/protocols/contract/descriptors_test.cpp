@@ -239,7 +239,7 @@ ParsedOptions OptionsWith(const Protocol& protocol, const std::string& key,
 struct Row {
   const char* protocol;
   const char* written;
-  const char* sent;  ///< as text or hex
+  const char* sent;
   bool reads;
 };
 
@@ -343,7 +343,6 @@ TEST(Telegram, AnInvalidTelegramIsExplained) {
   }
 }
 
-/// The command `ask` selects the protocol by the first character of a telegram.
 TEST(Telegram, LeadCharactersAreUniqueToAProtocol) {
   std::map<char, std::string_view> owners;
   for (const Protocol* protocol : AllProtocols()) {

@@ -63,8 +63,8 @@ class DconLine : public ::testing::Test {
   std::vector<std::unique_ptr<Twin>> twins_;
   std::vector<std::unique_ptr<Conversation>> conversations_;
   std::vector<std::string> asked_;
-  std::optional<std::size_t> deaf_;  ///< index of the module that receives nothing
-  bool lost_ = false;                ///< true: replies are lost
+  std::optional<std::size_t> deaf_;
+  bool lost_ = false;
   Instant now_{1h};
 };
 
@@ -102,7 +102,6 @@ TEST_F(DconSamples, TheFirstSampleIsIgnored) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
-/// A fetch that is dropped for a probe must be requested again.
 TEST_F(DconSamples, AnUnsentFetchIsRepeated) {
   AddSampled("1");
   PollOf(0);
@@ -133,8 +132,7 @@ TEST_F(DconSamples, AModuleThatMissedTheBroadcastShowsNoOldSample) {
   EXPECT_TRUE(old.readings.empty()) << "its digit is 0";
 }
 
-/// The last sample of module 2 was not fetched, so the module reports this old sample until it is
-/// fetched.
+/// The last sample of module 2 was not fetched, so it reports this old sample until it is fetched.
 TEST_F(DconSamples, AfterALostReplyTheNextSampleMustBeProven) {
   AddSampled("1");
   AddSampled("2");
@@ -148,7 +146,7 @@ TEST_F(DconSamples, AfterALostReplyTheNextSampleMustBeProven) {
   EXPECT_EQ(PollOf(1).outcome, Outcome::no_reply);
   now_ += 1s;
   SetValue(1, 4.5);
-  PollOf(0);  // module 2 does not receive this broadcast either
+  PollOf(0);
   deaf_.reset();
   EXPECT_TRUE(PollOf(1).readings.empty()) << "1+03.500, of the broadcast before";
   now_ += 1s;

@@ -217,11 +217,11 @@ TEST(DconChannelTypes, TheTwinReturnsAndAcceptsTypes) {
 TEST(DconTypes, UnitsAreRecognisedInOtherSpellings) {
   struct Row {
     const char* unit;
-    /// Conversion factor if the input has type 0C; empty: the type does not measure this unit.
+    /// The factor of each type; empty: the type does not measure this unit. Here type 0C.
     std::optional<double> of_millivolts;
-    std::optional<double> of_volts;      ///< the same for type 08
-    std::optional<double> of_milliamps;  ///< the same for type 0D
-    std::optional<double> of_degrees;    ///< the same for type 0E
+    std::optional<double> of_volts;      ///< type 08
+    std::optional<double> of_milliamps;  ///< type 0D
+    std::optional<double> of_degrees;    ///< type 0E
   };
   constexpr std::nullopt_t kNone = std::nullopt;
   const Row kRows[] = {

@@ -121,8 +121,7 @@ TEST(DconCodec, ACounterReplyMayHaveItsChecksumInFront) {
   EXPECT_TRUE(ParseReply(ToBytes("?0AB0\r"), kChecksumFront).has_value());
 }
 
-/// Some counts can be read with and without a checksum. Both readings fit, so the count must be
-/// marked as ambiguous.
+/// Some counts fit with and without a checksum, so they must be marked as ambiguous.
 TEST(DconCodec, ACounterChecksumThatFitsBothWaysIsAmbiguous) {
   int ambiguous = 0;
   for (unsigned count = 0; count < 0x10000; ++count) {
@@ -141,10 +140,10 @@ TEST(DconCodec, ACounterChecksumThatFitsBothWaysIsAmbiguous) {
 }
 
 TEST(DconCodec, InvalidRequestsAreRefused) {
-  EXPECT_FALSE(ParseRequest(ToBytes("#0184"), true));    // no CR
-  EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));  // wrong checksum
-  EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));    // no checksum
-  EXPECT_FALSE(ParseRequest(ToBytes("#0G\r"), false));   // wrong address
+  EXPECT_FALSE(ParseRequest(ToBytes("#0184"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#0G\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes("#0\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes(">01\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes("#01\n\r"), false));
@@ -171,8 +170,7 @@ TEST(DconCodec, ChecksumIsTheSumOfAllCharacters) {
   EXPECT_FALSE(ChecksumFits("", kChecksum));
 }
 
-/// Decodes the reply to `command`, which is sent to address 01. `reply` is the text between lead
-/// and CR, without checksum.
+/// Decodes the reply to `command` to address 01. `reply` is the text between lead and CR.
 DecodedReply Decode(std::string_view command, std::string_view reply, std::size_t channels = 0,
                     const Settable& options = {}, std::optional<Form> form = std::nullopt,
                     std::uint8_t address = 1) {
@@ -233,8 +231,6 @@ TEST(DconDecode, AnotherCountOfNumbersIsUnexpected) {
   EXPECT_EQ(Decode("#", ">", 2).outcome, Outcome::unexpected);
 }
 
-/// The module appends a checksum, but none is configured. The two extra digits must not become part
-/// of a number.
 TEST(DconDecode, AnUnexpectedChecksumGivesNoNumber) {
   const DecodedReply decoded = Decode("#0", ">-02.47197");
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);

@@ -1,5 +1,4 @@
-// Tests the identification of a module before it is polled: name, checksum mode, channels. The
-// module can differ from its profile.
+// Tests the identification of a module before it is polled: name, checksum mode, channels.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/twin.h"
 #include "tests/protocols/dcon/support.h"
@@ -21,7 +20,6 @@ config::Device TwoInputs(Settable options = {}) {
   return MakeDevice({Volts("a", "#[0]"), Volts("b", "#[1]")}, options);
 }
 
-/// Runs one task with a list of requests and replies, "request → reply". An empty reply is silence.
 class Script {
  public:
   explicit Script(config::Device device)
@@ -128,8 +126,6 @@ TEST(DconIdentification, TheChannelMaskAssignsTheChannels) {
   EXPECT_EQ(answer.readings[1].value, Value{1.0});
   EXPECT_EQ(answer.readings[7].value, Value{7.0});
 
-  // A user has enabled all channels with another tool, so the reply has eight values. The mask must
-  // be read again.
   const std::string eight = ">+00.500+01.000+02.000+03.000+04.000+05.000+06.000+07.000";
   const Answer first = script.Run(Poll(0), {{"#01", eight}});
   EXPECT_TRUE(IsBad(first.readings[0].quality));
@@ -139,8 +135,8 @@ TEST(DconIdentification, TheChannelMaskAssignsTheChannels) {
   EXPECT_EQ(mended.readings[0].value, Value{0.5});
 }
 
-/// `checksum: true` is set for a module whose checksum is off. `@01A1`, a read with a checksum,
-/// would set its outputs.
+/// The module's checksum is off, but configured: `@01A1`, a read with a checksum, would set its
+/// outputs.
 TEST(DconIdentification, InAnUnknownModeNoPossibleWriteIsSent) {
   const config::Point bit = ReadPoint("bit", "@[b0]", Type::boolean);
   Script script(MakeDevice({bit}, {{"identify", true}, {"checksum", true}}));
@@ -163,7 +159,6 @@ TEST(DconIdentification, InAnUnknownModeNoPossibleWriteIsSent) {
   script.Run(Poll(0), {{"$012B7", ""}, {"@01A1", ">0001FF"}});
 }
 
-/// The late reply to a request with a checksum arrives after a request without one.
 TEST(DconIdentification, AReplyWithAChecksumDoesNotProveAnUncheckedMode) {
   Script script(TwoInputs({{"checksum", true}}));
   const Bytes request = ToBytes("$01M\r");

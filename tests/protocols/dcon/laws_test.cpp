@@ -35,8 +35,7 @@ Expectation Expecting(int variant) {
   return expect;
 }
 
-/// Returns lead and text without the checksum. The digits of the checksum can have either case, so
-/// a flipped bit that changes only their case is no damage.
+/// Lead and text without the checksum, whose digits can have either case.
 Bytes Meaning(View frame, int variant) {
   const auto reply = protocols::dcon::ParseReply(frame, variant);
   return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};
@@ -154,7 +153,6 @@ TEST(DconReplyRule, AnOverlongFrameIsDiscarded) {
 }
 
 TEST(DconReplyRule, AnOverlongTextGivesTheSameOutcomeAtEveryCut) {
-  // One start character within the longest frame, and one beyond it.
   for (const std::size_t start :
        {std::size_t{10}, protocols::dcon::kMaxFrame - 1, protocols::dcon::kMaxFrame + 10}) {
     std::string stream = ">" + std::string(2 * protocols::dcon::kMaxFrame, '0');

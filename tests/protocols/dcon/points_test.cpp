@@ -121,7 +121,7 @@ TEST(DconRepeat, SettingsAreNotRepeated) {
 struct WriteCase {
   std::string_view text;
   Value value;
-  std::string_view command;  ///< empty: `write` is refused
+  std::string_view command;
 };
 
 TEST(DconWrite, ValuesAreEncoded) {
@@ -345,7 +345,7 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
                     std::vector<bool>& seen) {
     Value truth = values.values.at(reading.point);
     if (device.points[reading.point].read == "$2" && device.options.Flag("checksum")) {
-      truth = ToText(truth).replace(4, 2, "40");  // the checksum mode of the twin
+      truth = ToText(truth).replace(4, 2, "40");
     }
     seen[reading.point] = true;
     EXPECT_EQ(reading.quality, Quality::good) << device.points[reading.point].name;

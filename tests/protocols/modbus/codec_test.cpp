@@ -13,7 +13,6 @@ struct Vector {
   const char* frame;
 };
 
-/// Returns the messages of an inverter as slave 20: cyclic messages, commands and parameter blocks.
 std::vector<Vector> Vectors() {
   const auto read = [](std::uint16_t address, std::size_t count) {
     return ReadRequest(kReadHolding, address, count);

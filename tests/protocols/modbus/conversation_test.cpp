@@ -199,8 +199,7 @@ config::Device ByLoopback(std::vector<config::Point> points) {
   return MakeDevice(std::move(points), {{"probe", std::string("loopback")}});
 }
 
-/// Polls read one register and the probe reads two, so a late reply to a poll is not accepted for
-/// the probe.
+/// Polls read one register, the probe two, so a late reply to a poll does not fit the probe.
 TEST(ModbusProbe, ReadsALengthThatNoPollUses) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -279,7 +278,6 @@ TEST(ModbusProbe, FindsADeviceThatIgnoresLoopbacksByARead) {
   EXPECT_EQ(Asked(talk, Probe()), kLoopback) << "it may be another device now";
 }
 
-/// The slave answers polls only.
 TEST(ModbusProbe, FindsADeviceThatIgnoresProbesByAPoll) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);

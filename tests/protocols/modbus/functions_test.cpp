@@ -164,8 +164,7 @@ class ModbusNames : public ::testing::Test {
     device.identity.others = {{config::SpokenName("OTHER 5"), "other-5"}};
     return device;
   }
-  /// Returns the request PDUs of one poll. `says` contains the reply PDU to each request; an empty
-  /// reply is silence.
+  /// Returns the request PDUs of one poll. `says`: the reply PDU to each request; empty: no reply.
   static std::vector<std::string> AskedBy(Talk& talk,
                                           const std::map<std::string, std::string>& says) {
     talk.asked.clear();
@@ -301,8 +300,7 @@ TEST(ModbusTwinFunctions, RefusesFunctionsMissingInItsProfile) {
   EXPECT_EQ(ToHex(AskTwin(twin, Hex("14 07 06 00 04 00 01 00 FF"))), "94 03");
 }
 
-/// Returns group, table, address and count of each request. Example: "fast holding 0+3 slow coil
-/// 5+1".
+/// Returns group, table, address and count, such as "fast holding 0+3 slow coil 5+1".
 std::string Shown(const SpacePlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.queries().size(); ++i) {

@@ -149,7 +149,6 @@ TEST(ModbusValues, DecodesNumbersInEveryForm) {
 }
 
 TEST(ModbusValues, DecodesEveryByteOrder) {
-  // 230.5 = 43 66 80 00
   const auto value = [](const char* order, const Registers& registers) {
     return Decoded16(std::string("holding 0 ") + order, Type::float32, registers);
   };

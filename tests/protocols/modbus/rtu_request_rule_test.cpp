@@ -293,7 +293,7 @@ TEST(ModbusRtuRequestRule, AWriteInsideAnIncompleteReplyIsNotExecuted) {
     for (std::size_t length = 1; length < reply.size(); ++length) {
       EXPECT_FALSE(Heard(View(reply).first(length)).Executed(kWrite)) << length;
       EXPECT_FALSE(Heard(Joined({Bytes(reply.begin(), reply.end() - 3), kRead})).Executed(kRead));
-      if (length == 3 || filler != 0x64) continue;  // a frame could begin there
+      if (length == 3 || filler != 0x64) continue;
       const bool begins = length == 3 + 50;
       EXPECT_EQ(Heard(View(reply).subspan(length)).Executed(kWrite), begins) << length;
     }
@@ -387,8 +387,7 @@ LawSubject Requests(Framing framing) {
   return subject;
 }
 
-/// Returns a subject with one request and its replies, because the request determines the length of
-/// a reply.
+/// One request with its replies, because the request determines the length of a reply.
 LawSubject Replies(Framing framing, const char* name, const char* request,
                    std::vector<const char*> replies) {
   LawSubject subject;
@@ -400,7 +399,6 @@ LawSubject Replies(Framing framing, const char* name, const char* request,
   return subject;
 }
 
-/// Returns truncated headers, and headers with wrong protocol numbers and lengths.
 Bytes TcpGarbage(std::mt19937& random) {
   Bytes bytes(random() % 40);
   for (std::uint8_t& byte : bytes) {
@@ -506,7 +504,6 @@ TEST(ModbusRtuReplyRule, AReplyOfAnotherSlaveIsSkipped) {
   EXPECT_TRUE(cutter.Take(Hex("14 03 02 00 31 74 53")).has_value());
 }
 
-/// A late reply can have another form, so the rule accepts it, and the conversation rejects it.
 TEST(ModbusReplyRules, AReplyOfAnotherFormIsAccepted) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     for (const char* pdu : {"030400310032", "080000A55A", "04020031", "8402", "0600080002"}) {

@@ -12,8 +12,7 @@ namespace {
 
 using config::Type;
 
-/// Returns a line with two slaves with three blocks each. Each value contains the slave and the
-/// register.
+/// Two slaves with three blocks each. Each value contains the slave and the register.
 config::Line Bus(const Settable& options = {}, Framing framing = Framing::rtu) {
   config::Line line;
   line.name = "bus";
@@ -158,7 +157,6 @@ TEST_F(ModbusSession, ALateNumberedReplyAffectsOnlyItsRequest) {
   EXPECT_TRUE(Becomes(0, 2min));
 }
 
-/// The retry is answered at once; the first try is answered after other requests.
 TEST_F(ModbusSession, ANumberShowsThatAReplyAfterARetryIsLate) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
@@ -234,7 +232,7 @@ TEST_F(ModbusSession, ASlaveThatIgnoresLoopbacksIsServed) {
   line_->twin(0).manner.dead = false;
   EXPECT_TRUE(Becomes(0, 2min)) << "found by a read";
   const std::size_t before = Count(20, kDiagnostics);
-  for (int i = 0; i < 5; ++i) {  // each silence makes the poller send a probe
+  for (int i = 0; i < 5; ++i) {
     line_->twin(0).manner.dead = true;
     line_->RunFor(3s);
     line_->twin(0).manner.dead = false;

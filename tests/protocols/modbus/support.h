@@ -66,7 +66,6 @@ inline std::string Asked(Talk& talk, const Task& task) {
   const auto sent = talk.protocol().carrier->unwrap_request(request->bytes);
   return sent ? ToHex(sent->second) : "no frame";
 }
-/// Runs one exchange with this reply PDU; empty: silence.
 inline Answer Exchange(Talk& talk, const Task& task, std::string_view pdu) {
   if (pdu.empty()) return talk.Exchange(task, View());
   return talk.Exchange(task, talk.protocol().carrier->wrap(kSlave, Hex(pdu)));

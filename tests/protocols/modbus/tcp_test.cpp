@@ -135,7 +135,6 @@ TEST(ModbusTcpReplyRule, AKnownReplySizeOverridesTheHeader) {
   EXPECT_FALSE(UnwrapReply(Framing::tcp, Hex("00 01 00 00 00 04 14 03 02 00 31")));
 }
 
-/// Replies of unusual length with a correct header: 32 bits in one register, and a returned write.
 TEST(ModbusTcpReplyRule, AReplyWithACorrectHeaderIsNotCut) {
   for (const auto& [request, reply] :
        {Misframed{kRead500, "00 01 00 00 00 07 14 03 04 00 31 00 32"},

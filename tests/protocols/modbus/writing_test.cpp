@@ -194,8 +194,7 @@ TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsOkWithAWait) {
   EXPECT_THAT(accepted.reason, IsEmpty());
 }
 
-/// The value is already converted to the raw value (Convert). Here it is only encoded as registers
-/// or bits.
+/// The value is already the raw value (Convert), so it is only encoded here.
 TEST(ModbusWrittenValue, IsEncodedFromTheConvertedValue) {
   struct Case {
     const char* place;
@@ -297,7 +296,6 @@ TEST_F(WritingLine, SeveralPointsAreOneExchange) {
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 1)), 8);
 }
 
-/// The device needs 900 ms to carry out an acknowledged write.
 TEST_F(WritingLine, AnAcknowledgedWriteIsReadBackLater) {
   for (const bool does_it : {true, false}) {
     results_.clear();

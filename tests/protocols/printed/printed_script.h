@@ -34,7 +34,6 @@ struct PrintedPart {
   std::vector<PrintedExchange> exchanges;
 };
 
-/// Returns the parts of a script. The test fails if a line cannot be read.
 std::vector<PrintedPart> ReadPrintedScript(const std::string& path);
 
 }  // namespace baudgate::protocols

@@ -114,8 +114,6 @@ TEST_F(ReaderCommandsTest, AReadTagIsOneEventWhileItStays) {
   EXPECT_EQ(Events(), kA + " " + kA + " ") << "it was away";
 }
 
-/// Tags arrive at every moment between the command and the end of its answer. Each must be one
-/// event.
 TEST_F(ReaderCommandsTest, ATagDuringACommandIsNotLostOrDuplicated) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
@@ -135,8 +133,6 @@ TEST_F(ReaderCommandsTest, ATagDuringACommandIsNotLostOrDuplicated) {
   EXPECT_EQ(Shown(kCounter), std::to_string(number));
 }
 
-/// After a time longer than `same_tag`, the same tag is present again. Its return must be an event;
-/// its further presence must not.
 TEST_F(ReaderCommandsTest, AReturningTagNextToItsReplyIsReported) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;

@@ -51,7 +51,7 @@ std::vector<LawSubject> Subjects() {
       "Information", asked, {"\r\nMOD-RFID125-BOX\r\n>", "i\r\nMOD\r\nVer 1.3\r\n>"}, "abc 123");
   information.expect = reader::Expect(reader::EncodeCommand(reader::Command::information),
                                       reader::ReadSettings(asked));
-  information.found_behind_garbage = false;  // garbage would become part of the text
+  information.found_behind_garbage = false;
   LawSubject marked = Subject("StartAndEnd", TextOptions("0x02", "0x03", 0),
                               {"\x02"
                                "ST,GS,+  12.35kg\x03",
@@ -105,7 +105,6 @@ TEST(ReaderFrames, ATagWithAMissingOrExtraCharacterIsDropped) {
     EXPECT_EQ(CutBy(tags, cut), Frames{}) << at;
     std::string more = good;
     more.insert(at, "7");
-    // At the beginning the extra character is noise before a good frame.
     EXPECT_EQ(CutBy(tags, more).size(), at == 0 ? 1U : 0U) << at;
   }
 }

@@ -195,7 +195,6 @@ TEST_F(ReaderLineTest, NumbersContinueAfterARestart) {
   EXPECT_EQ(ToText(line_.ValueOf(0, kCounter)), "2");
 }
 
-/// The disk fails while tags arrive as fast as the line can carry them.
 TEST_F(ReaderLineTest, WaitingEventsAreBoundedAndLostEventsAreReported) {
   bool works = false;
   std::size_t kept = 0;

@@ -64,13 +64,13 @@ Bytes BadWire::Damage(Bytes reply) {
     case 0:
       reply.erase(reply.begin() + static_cast<std::ptrdiff_t>(at));
       return reply;
-    case 1:  // noise becomes a character
+    case 1:
       reply.insert(reply.begin() + static_cast<std::ptrdiff_t>(at), Noise());
       return reply;
     case 2:
       reply.resize(at);
       return reply;
-    case 3:  // a burst of noise
+    case 3:
       return Flip(std::move(reply), at, 4, 12);
     default:
       return Flip(std::move(reply), 0, reply.size(), 1 + random_() % 6);

@@ -24,9 +24,8 @@ class BadWire {
   BadWire(Rig& rig, unsigned seed, WireFaults faults = {});
   void End();
 
-  /// True if one of the latest replies of the device was damaged but has a valid check value.
-  /// Several replies count, because a reading can be stored only after the next reply has proven
-  /// which device answers.
+  /// True if one of the latest replies of the device was damaged but has a valid check value. A
+  /// reading can be stored only after the next reply, so several replies count.
   bool IsBeyondDetection(std::uint32_t device);
 
   std::size_t replies() const { return replies_; }
@@ -64,8 +63,7 @@ class BadWire {
 /// Loses or truncates the reply, or flips one bit. Every checksum detects this damage.
 Bytes Spoiled(Bytes reply, std::mt19937& random);
 
-/// Returns the real lines, and an SPA Bus line without parity check, where only the weak XOR
-/// detects damage.
+/// Returns the real lines, and an SPA Bus line without parity, which has only the weak XOR.
 std::vector<Setup> DamagedLines();
 
 }  // namespace baudgate::protocols

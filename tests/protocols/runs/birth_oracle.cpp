@@ -117,7 +117,7 @@ void BirthOracle::JudgeMixture(std::uint32_t device, const bus::DeviceRecord& re
   if (!replaced) return;
   for (std::size_t i = 0; i < state.points.size(); ++i) {
     if (!state.points[i].good || is_new(state.points[i])) continue;
-    state.no_mixture = false;  // so that it is reported once
+    state.no_mixture = false;
     return Blame(
         device, i, record.points[i].seq,
         Shown(device, i, record) + ": of the replaced device, beside values of the new one");

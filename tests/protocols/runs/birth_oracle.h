@@ -17,20 +17,17 @@ namespace baudgate::protocols {
 
 class BirthOracle {
  public:
-  /// `values` are the values of each twin of the line. Initially twin n answers at the address of
-  /// device n.
+  /// `values`: of each twin. Initially twin n answers at the address of device n.
   BirthOracle(const bus::PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
-  /// Judges the new readings. Call this after every event, or as often as possible.
   void Look();
 
-  /// From now on, `twin` answers at the address of the device. `foreign`: the twin is not the
-  /// configured device, so its values are never right.
+  /// From now on, `twin` answers at the address. `foreign`: it is not the configured device, so its
+  /// values are never right.
   void Replace(std::uint32_t device, std::size_t twin, bool foreign);
-  /// Call this if a device with another identity replaces the device, and requests to the device
-  /// have failed meanwhile. From now on, values of the old and the new device must not be good at
-  /// the same time.
+  /// Call this if requests failed before a device of another identity took the address. From now
+  /// on, values of both devices must not be good together.
   void ForbidMixture(std::uint32_t device) { states_[device].no_mixture = true; }
   /// A write of this value was confirmed. From now on, no earlier value of the point must be good.
   void Confirm(std::uint32_t device, std::uint32_t point, double value);
@@ -54,10 +51,10 @@ class BirthOracle {
   struct PointState {
     std::uint64_t judged = 0;
     std::size_t twin = 0;
-    bool good = false;        // quality at the last call of Look
+    bool good = false;
     Instant must_be_newer{};  // time of the last confirmed write
     std::uint64_t pending = 0;
-    Instant pending_until{};  // end of the grace time
+    Instant pending_until{};
     std::string pending_what;
   };
   struct DeviceState {

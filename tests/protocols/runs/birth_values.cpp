@@ -32,9 +32,8 @@ bool BirthCode::CanTell(std::string_view protocol, const config::Point& point) {
          point.read.find(" energy@") != std::string::npos;
 }
 
-/// Returns a scale that the format of the point can represent. A DCON number has seven characters,
-/// one of them after the decimal point. A meter counts energy in steps of 0.1 Wh. float32
-/// represents whole numbers up to 2^24; a relay is written with seven digits.
+/// Returns a scale that the point's format can represent: seven characters in DCON, 0.1 Wh of a
+/// meter, 2^24 of a float32, seven digits of a relay.
 BirthCode::Scale BirthCode::ScaleOf(const config::Point& point) const {
   if (point.type == config::Type::uint16) return {1, 1, 60'000};
   if (protocol_ == "dcon") return {1000, 0.1, 89'000};

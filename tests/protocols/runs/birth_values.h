@@ -18,7 +18,6 @@
 
 namespace baudgate::protocols {
 
-/// The point of this twin had the value from `from` to `to`.
 struct Birth {
   std::size_t twin = 0;
   std::size_t point = 0;
@@ -26,16 +25,13 @@ struct Birth {
   Instant to{};
 };
 
-/// Converts between readings and numbers. The numbers repeat after more than a thousand readings,
-/// depending on the digits of the protocol.
+/// Converts between readings and numbers, which repeat after more than a thousand readings.
 class BirthCode {
  public:
-  /// `twins` are the devices of all twins of the run with their points. They must outlive this
-  /// object.
+  /// `twins`: the devices of all twins of the run. They must outlive this object.
   BirthCode(std::string_view protocol, std::vector<const config::Device*> twins);
 
-  /// True if the point is a number with enough digits for the code, and is not derived from other
-  /// points.
+  /// True if the point is a number with enough digits for the code, and not derived.
   static bool CanTell(std::string_view protocol, const config::Point& point);
 
   Value At(std::size_t twin, std::size_t point, std::uint64_t reading) const;

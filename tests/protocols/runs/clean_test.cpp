@@ -43,8 +43,6 @@ TEST_P(CleanRun, EveryPointBecomesGoodWithTheValueOfTheTwin) {
   EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, 0U);
 }
 
-/// In the first round no query must wait for a second slow or once cycle, and fast queries must not
-/// block the line.
 TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   Rig rig(GetParam(), [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1h;
@@ -56,8 +54,6 @@ TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   std::set<std::string> different;
   for (const Sent& sent : rig->sent) different.insert(sent.text);
   const std::size_t probes = 3 * rig.devices();
-  // The identity is read before the polls, and once more for its point; input types are read
-  // between.
   const std::size_t identity = 4 * rig.devices();
   EXPECT_LE(rig->sent.size(), different.size() + probes + identity + 4) << "requests made twice";
 }
@@ -193,7 +189,6 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
     device.trust_order = true;
     device.options.Set("identify", false);
     device.options.Set("channel_types", false);
-    // Without channels the probe is the same request as the poll.
     device.options.Set("channels", std::int64_t{0});
     config::Point point;
     point.name = "input";
@@ -245,8 +240,8 @@ TEST_P(FirstReading, AfterAnOutageIsNeverUsedAlone) {
 INSTANTIATE_TEST_SUITE_P(Rules, FirstReading,
                          ::testing::Values(config::Recheck::jump, config::Recheck::always));
 
-// ---------------- Tests of the oracle: it reports nothing on undisturbed lines, and it detects a
-// wrong point, a wrong device, an old value, a replaced device and an old setting.
+// ---------------- Tests of the oracle: it reports nothing on undisturbed lines, and detects each
+// kind of wrong value.
 
 class Undisturbed : public ::testing::TestWithParam<LagCase> {};
 
@@ -268,7 +263,6 @@ TEST_P(Undisturbed, AllValuesAreRightAndGood) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, Undisturbed, ::testing::ValuesIn(LagCases()), LagCaseName);
 
-/// A store that the test fills, and the oracle that judges it.
 class Judged {
  public:
   Judged() : rig(LagCaseOf("ModbusRtu19200", Queries::many, Proof::answered), 1) {

@@ -19,9 +19,7 @@ namespace baudgate::protocols {
 
 class EventConsumers {
  public:
-  /// Call this when the gateway starts. `keeper` stores its events.
   void Begin(EventKeeper& keeper);
-  /// Consumes some of the present events. Some samples can remain undelivered.
   void Take(std::mt19937& random);
   void End();
   /// Call this when the gateway is killed: undelivered samples are lost.
@@ -50,7 +48,7 @@ class EventConsumers {
   std::deque<std::int64_t> on_the_way_;
   std::int64_t subscriber_ = 0;
   std::int64_t wanted_ = 1;
-  bool may_repeat_ = false;  ///< true: the gateway was killed, so samples can arrive again
+  bool may_repeat_ = false;
 };
 
 }  // namespace baudgate::protocols

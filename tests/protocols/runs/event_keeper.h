@@ -24,11 +24,9 @@ class EventKeeper {
   explicit EventKeeper(const std::vector<std::string>& devices);
 
   void Begin(int power_left);
-  /// Call this when the program is killed. If the power failed, all unsynced data of the disk is
-  /// lost.
+  /// Call this when the program is killed. After a power cut, all unsynced data are lost.
   void End(std::mt19937& random);
 
-  /// Returns false if the events are not stored yet, so that they must be reported again.
   bool Keep(const bus::ReportedEvents& reported, const config::Device& device);
   std::vector<events::OwedRecord> TakeOwed() { return std::exchange(owed_, {}); }
   bool Keep(const events::KeptRecord& record);
@@ -44,7 +42,7 @@ class EventKeeper {
   std::vector<events::EventRecord> ReadAll();
   std::vector<events::KeptRecord> ReadRecords();
 
-  std::size_t asked_again = 0;  ///< batches that were reported again
+  std::size_t asked_again = 0;
 
  private:
   bool Open();

@@ -34,7 +34,6 @@ struct SoakTally {
   std::size_t sent_again = 0;
 };
 
-/// Two relays and two meters on a line each, and the gateway that stores their events.
 class SoakStation {
  public:
   explicit SoakStation(unsigned seed)
@@ -70,7 +69,6 @@ class SoakStation {
     }
   }
 
-  /// Runs without disturbances until all events are reported.
   void End() {
     peace_ = true;
     Restart();
@@ -144,8 +142,7 @@ class SoakStation {
     if (random_() % 2 == 0) RaiseInMeter(static_cast<std::uint32_t>(random_() % 2));
   }
 
-  /// A journal holds ten records. Two events of one journal in one second could not be
-  /// distinguished, so they are avoided.
+  /// A journal holds ten records. Two events of one journal and second could not be distinguished.
   void RaiseInMeter(std::uint32_t device) {
     constexpr std::uint32_t kCodes[] = {22, 51, 61, 601};
     const std::uint32_t code = kCodes[random_() % 4];

@@ -58,7 +58,6 @@ class RelayStation {
     rig_->RunFor(2min);
   }
 
-  /// Checks that the file has no gap and contains the raised events of each device in order.
   void Check() {
     std::vector<std::vector<EventRecord>> kept(rig_.devices());
     for (const EventRecord& record : keeper_.ReadAll()) {
@@ -187,7 +186,7 @@ struct Minute {
   }
 
   std::size_t polls = 0;
-  Duration longest{};  ///< longest time between two equal requests to device 1
+  Duration longest{};
   std::size_t asked = 0;
 
  private:
@@ -237,9 +236,8 @@ TEST(EventFlood, EndlessNewEventsTakeARoundOfTheLine) {
   RecordProperty("asked", static_cast<int>(flooded.asked));
 }
 
-// ---------------- The device that events belong to. A batch after a lost request waits until the
-// relay has sent its name, because another relay could have replaced it. If the relay sends no
-// name, the batch is stored nevertheless.
+// ---------------- A batch after a lost request waits for the relay's name, because the relay could
+// have been replaced. Without a name the batch is stored nevertheless.
 
 class EventOwner : public ::testing::Test {
  protected:
@@ -324,9 +322,8 @@ TEST_F(EventOwner, EventsOfARelayWithoutANameAreHeldBack) {
   EXPECT_EQ(rig_->events[0].batch.events[0].code, 7U);
 }
 
-// ---------------- Every record of a meter's journals is in the file exactly once, in the order of
-// its journal and with the time of the meter's clock. There are damaged, lost and late replies,
-// killed programs and power cuts. A meter drops a record only when ten newer records replace it.
+// ---------------- Every record of a meter's journals is in the file exactly once, in order and
+// with the meter's time, in spite of faults, kills and power cuts.
 
 using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
 using History = std::map<std::uint32_t, Told>;
@@ -341,7 +338,6 @@ class Meters {
                for (config::Device& device : line.devices) {
                  device.events = true;
                  device.options.Set("time_zone", std::string("+03:00"));
-                 // Only these points are polled.
                  device.points.resize(30);
                }
              }),

@@ -20,7 +20,7 @@ struct Came {
 };
 
 struct Row {
-  std::string line;  ///< name of a line of RealLines
+  std::string line;
   std::string request;
   std::vector<Came> came;
   Outcome outcome;
@@ -160,7 +160,7 @@ struct Words {
   std::string line;
   std::string request;
   std::string heard;
-  std::string cause;  ///< empty: nothing is recognised
+  std::string cause;
 };
 
 TEST(Recognise, ReportsRepliesThatNearlyFitTheProtocol) {

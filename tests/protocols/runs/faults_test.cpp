@@ -44,8 +44,7 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
   Rig rig_;
 };
 
-/// Faults of a serial wire only: a TCP connection has neither echoes nor noise, and rejects all
-/// bytes after an invalid Modbus TCP header.
+/// A TCP connection has neither echoes nor noise, so it is left out.
 class FaultySerialRun : public FaultyRun {};
 
 TEST_P(FaultyRun, ADeadNeighbourDoesNotAffectTheOtherDevice) {
@@ -63,8 +62,7 @@ TEST_P(FaultyRun, ADeadNeighbourDoesNotAffectTheOtherDevice) {
   EverythingComesBack();
 }
 
-/// If replies contain the address of the device, the line does not wait for the late reply of an
-/// absent device.
+/// If replies contain the address of the device, its late reply is not waited for.
 TEST_P(FaultyRun, AnAbsentNeighbourCostsOnlyItsTimeout) {
   Rig rig(GetParam());
   rig->twin(1).manner.dead = true;
@@ -176,12 +174,11 @@ INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), Setu
 INSTANTIATE_TEST_SUITE_P(Network, FaultyRun, ::testing::Values(TcpLine()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Real, FaultySerialRun, ::testing::ValuesIn(RealLines()), SetupName);
 
-/// Answers come late, up to the end of the ceiling, so several later requests can already have been
-/// sent. Then answers come in time again.
+/// Answers come late, up to the end of the ceiling, then in time again.
 class LateRun : public ::testing::TestWithParam<Setup> {};
 
 struct Lateness {
-  Duration reply;  ///< an answer that begins later is late
+  Duration reply;
   /// An answer that begins later ends after the ceiling and can be mistaken for another answer.
   Duration most;
 };
@@ -215,7 +212,6 @@ TEST_P(LateRun, ALateReplyIsNeverTakenForAnother) {
   }
 }
 
-/// A device that answers some requests late and others in time, in the order of requests.
 class MoodyDevice {
  public:
   MoodyDevice(Rig& rig, std::uint32_t device, Duration late, std::mt19937& random)
@@ -246,8 +242,6 @@ class MoodyDevice {
   Instant said_until_{};
 };
 
-/// One device or both answer late at random. Their lateness grows up to the largest that the line
-/// handles.
 void RunMoody(const Setup& setup, bool both) {
   const auto steps = static_cast<int>(LongRun(30));
   for (int step = 1; step <= steps; ++step) {
@@ -273,8 +267,7 @@ TEST_P(LateRun, ALateReplyAmongPunctualOnesIsNeverTakenForAnother) { RunMoody(Ge
 
 TEST_P(LateRun, LateRepliesOfTwoDevicesAreNeverTakenForOthers) { RunMoody(GetParam(), true); }
 
-/// The worst case of late answers: numbers that do not contain what was read, eight queries of one
-/// form, two modules.
+/// The worst case of late answers: eight queries of one form, two modules, numbers without a tag.
 Setup SingleChannels() {
   Setup setup = RealLine("Dcon115200");
   setup.name = "DconSingleChannels";
@@ -307,16 +300,14 @@ TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
   }
 }
 
-// ---------------- Real protocols on a bad wire: thousands of exchanges with flipped bits, lost and
-// inserted characters. The oracle compares with the twins. A wrong value is allowed to be good only
-// if the damage produced a valid check value, which no receiver could detect.
+// ---------------- Real protocols on a bad wire. A wrong value is allowed to be good only if the
+// damage produced a valid check value, which no receiver could detect.
 
 /// Returns how many of the damaged replies are allowed to remain undetected.
 std::size_t MostUndetected(const Setup& setup, std::size_t damaged) {
-  // Without parity, the frame has only a sum or an XOR.
   if (setup.serial.parity == config::Parity::none) return damaged / 64;
-  // A character with a parity error is received as 0xFF, which does not occur in 7-bit text. In a
-  // binary protocol 0xFF is an ordinary byte, so only the CRC detects the error.
+  // A parity error is received as 0xFF. In 7-bit text 0xFF never occurs; in a binary protocol it is
+  // an ordinary byte.
   return setup.serial.data_bits == 7 ? 0 : damaged / 1000;
 }
 
@@ -339,7 +330,6 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
       EXPECT_GT(rig->StatusOf(device).Count(Outcome::corrupt), 40U);
       EXPECT_GT(rig->StatusOf(device).Count(Outcome::ok), 280U);
     }
-    // On a good wire, conclusions that were drawn from damage are corrected.
     EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 10min));
     const std::size_t wrong = rig.wrong();
     rig->RunFor(2min);
@@ -402,8 +392,6 @@ class Returning {
     rig_->RunFor(20s);
   }
 
-  /// Returns the time from the opening to the first answer. `phase` is the time from that answer to
-  /// the loss of the port.
   Duration LoseAndReturn(Duration phase) {
     rig_->RunFor(phase);
     rig_->Close();
@@ -442,8 +430,8 @@ TEST_P(APortThatReturns, IsServedAtOnce) {
   EXPECT_LE(Longest(line), kWanted);
 }
 
-/// A serial server stores bytes while no client is connected, for as long as a reply can take. Only
-/// the device with the outstanding reply waits.
+/// A serial server stores bytes without a client, for as long as a reply can take. Only the device
+/// with the outstanding reply waits.
 TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServer) {
   Returning line(GetParam(), "tcp://server:4001");
   EXPECT_LE(Longest(line, 15s), kWanted);

@@ -29,7 +29,6 @@ config::Point Alone(config::Point point, std::string read) {
   return point;
 }
 
-/// Returns two points that are read by separate requests of the same form.
 std::vector<config::Point> TwoOf(const LagCase& which, const std::vector<config::Point>& all) {
   const std::string_view protocol = ProtocolOf(which);
   const bool snapshot = which.setup.name == "Set4tmSnapshot";
@@ -91,7 +90,6 @@ Bytes SpaReply(std::string text) {
   return ToBytes(text + HexByte(sum) + "\r\n");
 }
 
-/// The replies to RF, $AAM and function 08 that replace the usual ones.
 Bytes SpaIdentification(const config::Device& device, Proof proof) {
   return SpaReply("<" + device.address + (proof == Proof::refused ? "N:6:" : "D:ANOTHER RELAY:"));
 }

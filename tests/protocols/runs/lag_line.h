@@ -29,8 +29,7 @@ struct LagCase {
 
   std::string name() const;
   /// True if some request has a reply that fits no other request. Otherwise the order of replies
-  /// cannot be proven, as for DCON modules without a name whose reads have one form
-  /// (docs/timeouts.md, "The limit").
+  /// cannot be proven (docs/timeouts.md, "The limit").
   bool CanProve() const;
 };
 
@@ -39,14 +38,11 @@ inline std::string LagCaseName(const ::testing::TestParamInfo<LagCase>& info) {
   return info.param.name();
 }
 
-/// Returns all combinations of real lines, numbers of queries, and proofs that the protocol
-/// supports.
 const std::vector<LagCase>& LagCases();
 LagCase LagCaseOf(const std::string& line, Queries queries, Proof proof);
 
 /// Returns a line whose poll period is 2 s, or 10 s for slow points: longer than any reply takes.
 config::Line LagLineOf(const LagCase& which);
-/// Returns a device with the same address, to replace `device`.
 config::Device StrangerOf(const LagCase& which, const config::Device& device, bool other_identity);
 
 enum class Naming : std::uint8_t {
@@ -56,12 +52,10 @@ enum class Naming : std::uint8_t {
 };
 Naming NamingOf(const LagCase& which, const config::Device& device);
 
-/// Returns the reply that replaces the reply of the twin; nothing: the twin's reply is used; empty:
-/// no reply.
+/// Returns the reply in place of the twin's; nothing: the twin's reply is used; empty: no reply.
 std::optional<Bytes> SayIdentification(const LagCase& which, const config::Device& device,
                                        View request, bool other_identity);
 
-/// Returns the writable point of the device; nothing: the device has no writable point.
 std::optional<std::uint32_t> WritablePoint(const config::Device& device);
 
 }  // namespace baudgate::protocols

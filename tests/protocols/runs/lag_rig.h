@@ -20,8 +20,6 @@ class LagRig final : public LagStage {
   void Open();
   VirtualLine* operator->() { return line_.get(); }
   VirtualLine& line() { return *line_; }
-  /// Runs for this time, with changes that become due, such as a replaced device that is switched
-  /// on.
   void RunFor(Duration time);
 
  private:

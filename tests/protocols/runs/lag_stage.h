@@ -31,9 +31,8 @@ class LagStage {
   bool AllGood() const;
 
   void Suffer(Trouble trouble);
-  /// Switches the device off. After `off`, another device (a stranger) answers at its address, with
-  /// or without another identity (name or serial number). If a stranger answers there already, the
-  /// configured device comes back.
+  /// Switches the device off. After `off` a stranger answers at its address, with or without
+  /// another identity; if a stranger is there already, the configured device comes back.
   void Replace(std::uint32_t device, Duration off, bool other_identity);
   /// True if the device at this address is not the configured device, so its values are never good.
   bool IsForeign(std::uint32_t device) const;
@@ -51,8 +50,7 @@ class LagStage {
 
   void Judge(const bus::PointStore& store);
   const config::Line& line_config() const { return line_; }
-  /// Devices that replace the configured devices. Their twins come after the twins of the
-  /// configured devices.
+  /// Devices that replace the configured devices. Their twins come last.
   const std::vector<config::Device>& strangers() const { return strangers_; }
   std::size_t twins() const { return twins_.size(); }
   BirthValues& ValuesOf(std::size_t twin) { return *values_[twin]; }
@@ -74,7 +72,7 @@ class LagStage {
   };
   struct TwinState {
     bool there = false;
-    bool off = false;  ///< the twin is off, and its replacement is not on yet
+    bool off = false;
     bool missed = false;
     bool told_apart = false;  ///< the stranger has another identity
     std::size_t writes = 0;
@@ -92,9 +90,9 @@ class LagStage {
   std::vector<std::unique_ptr<BirthValues>> values_;
   const bus::PointStore* store_ = nullptr;
   std::unique_ptr<BirthOracle> oracle_;
-  std::vector<Replacement> replacements_;  ///< pending replacements, sorted by time
+  std::vector<Replacement> replacements_;
   std::vector<TwinState> twins_;
-  std::vector<std::size_t> answers_;  ///< for each device: the twin at its address
+  std::vector<std::size_t> answers_;
   std::size_t confirmed_ = 0;
   std::size_t replaced_ = 0;
 };

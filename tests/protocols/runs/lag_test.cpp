@@ -28,7 +28,7 @@ namespace {
 
 constexpr std::size_t kExchanges = 1'000'000;
 constexpr int kToldFailures = 3;
-constexpr std::size_t kRecoveries = 14;  // runs of each line: every trouble once
+constexpr std::size_t kRecoveries = 14;
 
 /// The lines begin with different seeds, so that a few runs of each cover all troubles.
 std::size_t FirstSeed(const LagCase& which) {
@@ -37,9 +37,8 @@ std::size_t FirstSeed(const LagCase& which) {
   return static_cast<std::size_t>(std::ranges::find_if(all, is_it) - all.begin()) + 1;
 }
 
-/// A copy that is mistaken for the next answer moves all answers one request back. This is detected
-/// only when an answer arrives while the line is idle, at the end of a round of polls, or by the
-/// next probe, after a minute (docs/timeouts.md, "The limit").
+/// A copy that is mistaken for the next answer delays all answers by one request, until the line is
+/// idle or a probe follows (docs/timeouts.md, "The limit").
 constexpr Duration kUntilTheNextProbe = 65s;
 
 /// One run: half a minute undisturbed, a few minutes of trouble, half a minute undisturbed.
@@ -54,8 +53,8 @@ class RandomRun {
     if (!which.CanProve() && IsBeyondProof(trouble_)) trouble_ = Trouble::lost;
     if (IsCopied(trouble_)) {
       rig.oracle().grace = kUntilTheNextProbe;
-      replaces_ = false;  // the identification is copied as well
-      stops_ = false;     // lagging is not detected during a stop
+      replaces_ = false;
+      stops_ = false;
     }
     if (random_() % 2 == 0) rig.silent_after_write = 1400ms;
   }
@@ -187,8 +186,6 @@ TEST_P(LagAvailability, MostReadingsAreGood) {
   EXPECT_GE(lost, 0.95 * kToday);
   const std::string_view protocol = GetParam().setup.protocol->name;
   if (protocol == "spabus" || protocol.starts_with("modbus")) {
-    // Replies contain the address of their device. If one of two devices stayed offline, the share
-    // would be a half.
     for (const double share : behind) EXPECT_GE(share, 0.9 * kToday);
   }
   if (GetParam().proof != Proof::answered) return;  // only a proof guarantees a share
@@ -216,8 +213,7 @@ class Queue {
  public:
   explicit Queue(unsigned seed = 1) : server({{}, false, 5ms}, seed) {}
 
-  /// Returns what arrives after request `number`, which is sent a second after the previous
-  /// request. Example: "2+5 3+5" are replies 2 and 3, after 5 ms each.
+  /// Example: "2+5 3+5" are replies 2 and 3, after 5 ms each. Requests are one second apart.
   std::string Ask(int number, bool answered = true) {
     const Instant at = kStart + number * 1s;
     Bytes reply;

@@ -30,13 +30,13 @@ struct ServerFaults {
   unsigned hold = 0;
   std::size_t behind =
       0;  ///< each request gets the reply to the request this many before, permanently
-  unsigned overtake = 0;   ///< puts a reply aside, and releases it before or after a later reply
-  Duration aside = 500ms;  ///< a reply that was put aside for longer is dropped
+  unsigned overtake = 0;  ///< puts a reply aside, and releases it before or after a later reply
+  Duration aside = 500ms;
   unsigned copy = 0;
   enum class Copy : std::uint8_t {
     at_once,
-    after_a_pause,  ///< the pause is up to half a second
-    in_place,       ///< at once after the next request; the answer to that request follows
+    after_a_pause,
+    in_place,  ///< at once after the next request; the answer to that request follows
   } copy_comes = Copy::at_once;
   unsigned cut = 0;
   unsigned damage = 0;
@@ -60,8 +60,7 @@ class LaggingServer {
   };
   const Counts& counts() const { return counts_; }
 
-  /// The latest requests, replies and arrivals. An oracle uses them to recognise undetectable
-  /// damage: a frame with a valid check value that no device has sent.
+  /// The latest traffic. It lets an oracle recognise valid frames that no device has sent.
   struct Arrival {
     Instant at;
     Bytes bytes;

@@ -106,8 +106,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     for (const Outcome outcome : outcomes) sum += own_[outcome];
     EXPECT_EQ(sum, own_.all()) << ::testing::PrintToString(own_);
   }
-  /// `failed` is the most exchanges that can have collided with untimely bytes of the faulty
-  /// device.
+  /// `failed`: the most exchanges that can collide with untimely bytes of the faulty device.
   void TheNeighbourWasServed(std::uint32_t failed = 0) {
     EXPECT_GT(neighbour_[Outcome::ok], 20U);
     EXPECT_LE(neighbour_.failed(), failed) << ::testing::PrintToString(neighbour_);
@@ -136,7 +135,6 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     neighbour_ = Tally(neighbour_before_, rig_->StatusOf(kNeighbour));
   }
 
-  /// Returns another device of the same kind, with the same values as the neighbour.
   tools::TwinFaults::Stranger MeetStranger() {
     const Protocol& protocol = *GetParam().protocol;
     const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};

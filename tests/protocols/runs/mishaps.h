@@ -30,8 +30,7 @@ class Mishaps {
   bool StrikesLate() { return OneIn(troubles_.late_one_in); }
   Bytes Carry(Bytes reply) { return StrikesWire() ? Spoiled(std::move(reply), random_) : reply; }
   bool Kills(unsigned one_in) { return troubles_.kills && OneIn(one_in); }
-  /// Returns the number of disk writes after a program start until the power fails; see
-  /// EventKeeper::Begin.
+  /// Number of disk writes until the power fails; see EventKeeper::Begin.
   int PowerLeft(unsigned most) {
     return troubles_.power_cuts ? static_cast<int>(1 + Below(most)) : -1;
   }

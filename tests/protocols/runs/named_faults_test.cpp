@@ -58,7 +58,6 @@ Bytes Random(std::size_t size, std::uint32_t seed) {
   return bytes;
 }
 
-/// Delivers the reply `at` after the end of the request.
 void DeliverAt(Stage stage, Duration at) {
   stage.twin.manner.deliver = [stage, at](View, Bytes reply, Instant) {
     if (reply.empty()) return std::vector<tools::TimedPiece>{};
@@ -390,7 +389,6 @@ TEST_P(NamedFaults, AreNamed) {
   }
 }
 
-/// The first status of a started line must contain no advice either.
 TEST_P(NamedFaults, HealthyLinesGetNoAdvice) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, Small(setup));
@@ -425,7 +423,6 @@ TEST_P(NamedFaults, ASecondMasterIsNamed) {
       << text;
 }
 
-/// One device takes 350 ms for a reply, beside a fast one. The line has no time for both.
 TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   const auto& setup = SetupOf(GetParam());
   Rig rig(setup, [&setup](config::Line& line) {
@@ -440,7 +437,7 @@ TEST_P(NamedFaults, TheSlowDeviceIsNamedAndNotItsNeighbour) {
   rig->Open();
   rig->RunFor(90s);
   const std::string text = Text(SentencesOf(rig, 1));
-  if (rig->StatusOf(1).missed < 10) return;  // this line has enough time
+  if (rig->StatusOf(1).missed < 10) return;
   EXPECT_TRUE(std::regex_search(
       text, std::regex(rig.device(0).name + " takes [0-9]+ % of the "
                                             "line's time, [0-9]+ ms an exchange: raise its poll")))

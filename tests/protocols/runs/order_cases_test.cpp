@@ -37,8 +37,8 @@ void OneDeviceEverySecond(config::Line& line) {
   line.devices[0].poll = 1s;
 }
 
-/// The slave does not answer function 08, and has two blocks of one register. The server holds one
-/// reply back once. From then on it answers each request with the reply to the previous request.
+/// The slave does not answer function 08. The server holds one reply back once, and from then on
+/// answers each request with the reply to the previous request.
 TEST(OrderCases, TwoPointsAreNeverExchanged) {
   ForPhases([](Duration phase) {
     LagRig rig(LagCaseOf("ModbusRtu19200", Queries::two, Proof::silent), 1, [](config::Line& line) {
@@ -130,13 +130,12 @@ class AnotherDevice : public ::testing::TestWithParam<Exchanged> {
   }
 };
 
-/// `serial_number` is configured. The new meter has another number, and its channel is not open
-/// (status 05).
+/// `serial_number` is configured. The new meter has another number, and a closed channel (status
+/// 05).
 TEST_P(AnotherDevice, WithAnotherSerialNumberIsNeverAccepted) {
   Replace(LagCaseOf("Set4tm9600", Queries::many, Proof::answered));
 }
 
-/// Points of group `once` were read from the replaced relay, other values come from the new relay.
 TEST_P(AnotherDevice, IsNeverMixedWithValuesReadOnceFromTheOldDevice) {
   Replace(LagCaseOf("Spa9600", Queries::many, Proof::answered));
 }
@@ -152,8 +151,7 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, AnotherDevice,
 
 class ConfirmedWrite : public ::testing::TestWithParam<LagCase> {};
 
-/// The device confirms the write and restarts, as devices do after a change of a parameter. It is
-/// silent for 1.4 s, and the value is not read back.
+/// After the write the device restarts, as after a change of a parameter, and is silent for 1.4 s.
 TEST_P(ConfirmedWrite, IsNotFollowedByTheOldValueAsGood) {
   LagRig rig(GetParam(), 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1s;
@@ -176,8 +174,8 @@ INSTANTIATE_TEST_SUITE_P(
                       LagCaseOf("Spa9600", Queries::many, Proof::answered)),
     LagCaseName);
 
-/// Module 0 answers a request and its retry late, both within the ceiling (679 ms), with as many
-/// values as its neighbour has. Neither answer must become a value of the neighbour.
+/// Module 0 answers a request and its retry late, within the ceiling (679 ms), with as many values
+/// as its neighbour has. No answer must become a value of the neighbour.
 void AnswerLate(LagRig& rig, Duration first, Duration retry) {
   auto late = std::make_shared<std::deque<Duration>>();
   rig->server = [&rig, late](View request, Bytes reply, Instant end) {
@@ -209,8 +207,6 @@ TEST(OrderCases, ARetryAnsweredLaterThanItsFirstTryGivesNoWrongValue) {
 
 class NamedNeighbour : public ::testing::TestWithParam<Setup> {};
 
-/// A client writes continuously to a point whose writes the device ignores. Replies contain the
-/// address, so the neighbour waits only for the tries of the write.
 TEST_P(NamedNeighbour, IsServedDuringIgnoredWrites) {
   LagRig rig({GetParam(), Queries::many, Proof::answered}, 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 100ms;
@@ -243,8 +239,7 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, NamedNeighbour,
 
 class EarlyDamage : public ::testing::TestWithParam<Setup> {};
 
-/// On a pty or behind a network, a reply can arrive before the computed end of its request. A
-/// damaged reply must count as damaged, not as silence.
+/// On a pty or behind a network, a reply can arrive before the computed end of its request.
 TEST_P(EarlyDamage, IsCountedAsCorruptAndNotAsNoReply) {
   LagRig rig({GetParam(), Queries::one, Proof::answered}, 1, OneDeviceEverySecond);
   rig->keeps_bit_rate = false;
@@ -276,8 +271,6 @@ void PrintTo(const BehindBefore& before, std::ostream* out) {
 
 class Predecessor : public ::testing::TestWithParam<BehindBefore> {};
 
-/// The server stays behind while the program restarts, so it answers requests of the earlier
-/// program.
 TEST_P(Predecessor, LeavesNoReplyThatIsAccepted) {
   const BehindBefore& before = GetParam();
   LagRig rig(before.which, 1, [](config::Line& line) {
@@ -309,8 +302,8 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, Predecessor, ::testing::ValuesIn(Predecesso
                                   "Behind";
                          });
 
-// ---------------- Devices that answer one in three or one in ten requests late. Within the ceiling
-// the answers are used; beyond it no wrong value must be good.
+// ---------------- Late answers: within the ceiling they are used; beyond it no wrong value is
+// good.
 
 class LateReplies : public ::testing::TestWithParam<LagCase> {
  protected:
@@ -357,7 +350,7 @@ TEST_P(LateReplies, AreUsed) {
 /// A reply must be complete at the ceiling, so it can begin no later than this.
 TEST_P(LateReplies, AreUsedUpToTheCeiling) {
   const config::Timing times = GetParam().setup.protocol->timing(GetParam().setup.serial);
-  const Duration whole = *times.ceiling - *times.reply;  // time for characters and gaps of a reply
+  const Duration whole = *times.ceiling - *times.reply;
   EXPECT_GE(Share(3, kReply + whole / 2), 0.60);
 }
 

@@ -18,12 +18,12 @@ namespace {
 struct Card {
   const char* name;
   const Protocol* protocol;
-  const char* write;  ///< the key `write` of the point
+  const char* write;
   config::Type type;
   Value value;
   std::optional<Bytes> (*answers)(View request);
   Settable options{};
-  const char* read_once = nullptr;  ///< the key `read` of a second point, which is read once
+  const char* read_once = nullptr;
 };
 
 void PrintTo(const Card& card, std::ostream* out) { *out << card.name; }
@@ -140,8 +140,6 @@ INSTANTIATE_TEST_SUITE_P(
                            Value(4.5), AnswersDconWrites}),
     [](const auto& info) { return std::string(info.param.name); });
 
-/// Makes a line with a DCON card with one writable relay, whose configuration has this `checksum`
-/// option.
 std::unique_ptr<VirtualLine> DconRelay(bool checksum) {
   config::Line line;
   line.name = "line";
@@ -164,8 +162,6 @@ bool WasWritten(const VirtualLine& line) {
                              [](const auto& sent) { return sent.text.starts_with("#"); });
 }
 
-/// The checksum is on in the configuration, but off in the module. The requests before the write
-/// show this, so the write must not be sent.
 TEST(OutputsOfDcon, AnUnsentWriteIsNotConfirmed) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -179,7 +175,7 @@ TEST(OutputsOfDcon, AnUnsentWriteIsNotConfirmed) {
   EXPECT_FALSE(WasWritten(*line));
 }
 
-/// The module is silent, so its checksum mode is unknown. A command with the wrong mode could be
+/// The module is silent, so its checksum mode is unknown. In the wrong mode a command could be
 /// another write.
 TEST(OutputsOfDcon, AModuleOfUnknownChecksumModeIsNotWritten) {
   const auto line = DconRelay(true);

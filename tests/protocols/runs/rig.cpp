@@ -30,7 +30,6 @@ std::string PlaceOf(const std::string& read) {
   return read.substr(0, read.rfind(' ')) + read.substr(at);
 }
 
-/// Returns a number that differs for every address and device, if the profile simulates a range.
 double NumberOf(const config::Point& point, std::size_t device) {
   const config::Simulate& range = *point.simulate;
   const std::uint16_t share = Crc16(ToBytes(PlaceOf(point.read) + " " + std::to_string(device)));
@@ -209,9 +208,8 @@ config::Line LineOf(const Setup& setup) {
     config::Device device =
         config::DeviceFromProfile(loaded.profile, *setup.protocol, "device-" + address, address);
     KeepFewDaily(device.points);
-    std::erase_if(device.points, [](const config::Point& point) {
-      return point.access == config::Access::write;  // a write-only point is never shown
-    });
+    std::erase_if(device.points,
+                  [](const config::Point& point) { return point.access == config::Access::write; });
     for (const auto& [name, value] : setup.options) device.options.Set(name, value);
     line.options = device.options;
     line.devices.push_back(std::move(device));

@@ -34,8 +34,7 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
   return info.param.name;
 }
 
-/// Returns each protocol with the bit rate and character format of its reference, and two equal
-/// devices.
+/// Returns each protocol with the serial settings of its reference, and two equal devices.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
 /// Returns a Modbus TCP line. Its bytes are never damaged, because TCP protects them.
@@ -43,13 +42,12 @@ const Setup& TcpLine();
 
 /// The result of the reply rule for `bytes` that follow `request` and are followed by silence.
 struct HeardReply {
-  std::optional<Bytes> frame;  ///< first whole frame
+  std::optional<Bytes> frame;
   Outcome blame = Outcome::none;
 };
 HeardReply Hear(const Protocol& protocol, const config::Options& options, View request, View bytes);
 
-/// True if an echo before `reply` hides it, because bytes of the request are mistaken for the
-/// reply.
+/// True if an echo before `reply` hides it, because its bytes are mistaken for the reply.
 bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply);
 
 config::Line LineOf(const Setup& setup);
@@ -58,12 +56,12 @@ class Rig {
  public:
   explicit Rig(const Setup& setup, const std::function<void(config::Line&)>& change = {});
 
-  /// Opens the line and runs it until every point is good. Compares the stored values with those of
-  /// the twins; from then on they are the truth for the oracle.
+  /// Opens the line, runs it until every point is good, and compares the store with the twins.
+  /// These values are then the truth.
   void LearnTruth();
 
-  /// From now on, every stored value that is not bad must be the truth. `excuse` is called for each
-  /// wrong value with its device; without an excuse, a wrong value is a failure.
+  /// From now on, every value that is not bad must be the truth, unless `excuse` accepts the wrong
+  /// value of the device.
   void Watch(std::function<bool(std::uint32_t device)> excuse = {});
 
   VirtualLine& line() { return *line_; }

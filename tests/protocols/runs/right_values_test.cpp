@@ -40,9 +40,9 @@ struct Oddity {
   std::string name;
   std::function<void(config::Device&)> options = [](config::Device&) {};
   std::function<void(Twin&)> settings = [](Twin&) {};
-  std::vector<std::pair<std::string, std::string>> says{};  ///< the values of text points, by name
-  /// Returns the true value of the point, as a factor of the right device's value; nothing: the
-  /// point has no true value.
+  std::vector<std::pair<std::string, std::string>> says{};
+  /// Factor between this device's and the right device's value; nothing: the point has no true
+  /// value.
   std::function<std::optional<double>(const config::Point& point)> means =
       [](const config::Point&) { return std::nullopt; };
   bool is_named = true;    ///< true: the state or trouble of the device must report the difference
@@ -210,7 +210,6 @@ class RightValues : public ::testing::TestWithParam<Case> {
   }
   Duration ShowsOf(std::size_t twin) { return twin == 0 ? kSlow : OddityOf(twin).shows; }
 
-  /// Checks the readings that were taken after the change must have been detected.
   void Look() {
     const Instant due = since_ + shows_ + kPoll;
     if (line_->now().instant < due || line_->twin(there_).manner.dead) return;
@@ -245,7 +244,6 @@ class RightValues : public ::testing::TestWithParam<Case> {
         reason = reason || why == Reason::other_module || why == Reason::swapped;
       }
     });
-    // A device that answers only in the other checksum mode can be offline.
     reason = reason || line_->StatusOf(0).state == bus::DeviceState::offline;
     EXPECT_TRUE(reason) << Name() << ": '" << trouble << "', state "
                         << static_cast<int>(line_->StatusOf(0).state) << ", "
@@ -288,9 +286,8 @@ TEST_P(RightValues, NoValueThatTheDeviceDidNotSendIsGood) {
 INSTANTIATE_TEST_SUITE_P(Lines, RightValues, ::testing::ValuesIn(Cases()),
                          [](const auto& info) { return info.param.name; });
 
-// ---------------- Points with constant values, behind a server that falls one or two replies
-// behind permanently. Equal replies prove nothing about their order, but a point must never show
-// the value of another point. Each kind of device lacks something that would prove the order.
+// ---------------- Points with constant values, behind a server that falls permanently behind.
+// Equal replies prove nothing about their order, but no point must show the value of another.
 
 using protocols::modbus::Framing;
 
@@ -350,7 +347,6 @@ config::Line LineOf(const Constant& constant) {
   return line;
 }
 
-/// Replaces the reply to a read by `count` registers, from the first requested register on.
 Bytes SayRegisters(View request, Bytes reply, std::size_t count) {
   const auto asked = protocols::modbus::Unwrap(Framing::rtu, request);
   if (reply.empty() || !asked || asked->pdu.size() < 5) return reply;
@@ -393,8 +389,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
     return reply;
   }
 
-  /// Writes the number of the current request into each piece; if there is no piece, adds an
-  /// exception.
+  /// Writes the number of the current request into each piece; without a piece, adds an exception.
   void Stamp(View request, std::vector<tools::TimedPiece>& pieces) const {
     if (!GetParam().tcp()) return;
     const bool units = GetParam().kind == Kind::converter_of_units;
@@ -409,8 +404,8 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
         {200ms, protocols::modbus::Wrap(Framing::tcp, asked->slave, pdu, asked->transaction)});
   }
 
-  /// Counts how often a point was good with the value of another point, and how often it was not
-  /// good. `falls`: the server falls behind after a few seconds.
+  /// Counts how often a point was good with another point's value, or not good. `falls`: the server
+  /// falls behind after a few seconds.
   void Run(std::mt19937& random, bool falls, Duration time) {
     constexpr std::uint8_t kSilences[] = {0, 0x0A, 0x0B};
     says_nothing_ = kSilences[random() % 3];
@@ -480,7 +475,6 @@ TEST_P(ConstantValues, AreNeverExchanged) {
   }
 }
 
-/// If the server does not fall behind, points without proof of order must be good.
 TEST_P(ConstantValues, AreGoodWithoutALaggingServer) {
   std::mt19937 random(20261126);
   Run(random, false, 10min);

@@ -21,7 +21,6 @@ constexpr std::size_t kFlat = 256 * 1024;
 
 std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
 
-/// Returns how many minutes of each hour are run.
 std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
 
 /// A short hour has as many outages as a full hour.
@@ -51,7 +50,6 @@ class Soak : public ::testing::TestWithParam<Setup> {
                        random_() % static_cast<std::uint64_t>((most - least).count())));
   }
 
-  /// One echo in a hundred has a wrong bit.
   void LetTheBusEcho() {
     rig_->echo = [this](View request) {
       Bytes echo(request.begin(), request.end());
@@ -116,7 +114,6 @@ TEST_P(Soak, NoWrongValueIsEverGoodAndMemoryDoesNotGrow) {
   if (Rechecks() != config::Recheck::off) {
     EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
   }
-  // About one per minute in a full hour; a short hour has a few.
   const bool is_short = Minutes() < 60;
   EXPECT_GT(wire.damaged(), is_short ? 1 : 5 * Minutes() / 6);
   EXPECT_GT(wire.lost(), is_short ? 1 : 5 * Minutes() / 6);

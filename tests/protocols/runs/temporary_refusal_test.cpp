@@ -1,5 +1,4 @@
-// Tests a device that refuses all requests for a while, for example while it starts. Points that
-// were answered before must be read again soon, with as few requests as before.
+// Tests a device that refuses all requests for a while, for example while it starts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -96,8 +95,6 @@ TEST_P(TemporaryRefusal, RecoversSoon) {
   }
 }
 
-/// A device restarts repeatedly: it refuses all requests, is silent, refuses again in every second
-/// round, and then answers for a while.
 TEST_P(TemporaryRefusal, AmongSilencesRecoversSoon) {
   struct Cycle {
     Duration refused{};
@@ -127,8 +124,7 @@ TEST_P(TemporaryRefusal, AmongSilencesRecoversSoon) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, TemporaryRefusal, ::testing::ValuesIn(RealLines()), SetupName);
 
-// ---------------- A slave that does not answer unsupported requests. It answers probes, so its
-// silence is a refusal.
+// ---------------- A slave that does not answer unsupported requests, but answers probes.
 
 constexpr std::size_t kPoints = 8;
 
@@ -202,7 +198,6 @@ std::optional<Bytes> SmallRelay(View request) {
   return said;
 }
 
-/// Simulates a meter that does not return its serial number.
 std::optional<Bytes> ShyMeter(View request) {
   if (request.size() != 5 || request[1] != 0x08 || request[2] != 0x00) return std::nullopt;
   Bytes said = {request[0], 0x01};
@@ -212,8 +207,6 @@ std::optional<Bytes> ShyMeter(View request) {
 
 class RefusingStart : public ::testing::Test {
  protected:
-  /// Starts a line. The first device answers with `instead`; its neighbour has one point, which is
-  /// read in each poll.
   void Start(const std::string& setup, std::optional<Bytes> (*instead)(View request),
              std::optional<std::int64_t> serial_number = {}) {
     rig_ = std::make_unique<Rig>(RealLine(setup), [&](config::Line& line) {

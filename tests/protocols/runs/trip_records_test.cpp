@@ -1,6 +1,5 @@
-// Tests that the recorded data of a trip is stored completely with this trip, and never with
-// another: with damaged and lost replies, killed programs and power cuts. The registers of the
-// relays contain the number of their latest trip.
+// Tests that the recorded data of a trip is stored completely with this trip, in spite of faults.
+// The registers of the relays contain the number of their latest trip.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -216,7 +215,7 @@ TEST(TripRecords, AreNeverMixedUpOverABadLineKillsAndPowerCuts) {
 }
 
 // ---------------- The answer of a reader after a tag is stored with this tag, and never with
-// another: with killed programs and tags at any time, including between the command and its answer.
+// another.
 
 const std::string kNoTag = "0000000000";
 
@@ -352,7 +351,7 @@ TEST(ReaderRecords, AreStoredTogetherWithTheirTag) {
   gate.RunFor(5s);
   gate.Pass("0000000001", 5s);
   gate.RunFor(10s);
-  gate.Pass("0000000002", 1ms);  // the tag has gone before it is read
+  gate.Pass("0000000002", 1ms);
   gate.RunFor(10s);
   const auto all = gate.ReadAll();
   ASSERT_EQ(all.size(), 2U);
@@ -406,7 +405,6 @@ TEST(ReaderRecords, AreNeverMixedUp) {
   EXPECT_GT(superseded, seeds);
 }
 
-/// The program was stopped. Meanwhile a tag arrived, and the reader was unplugged.
 TEST(StoppedReader, DatesItsTagBeforeTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(GateLine(), {&ReaderProtocol()});
@@ -423,8 +421,8 @@ TEST(StoppedReader, DatesItsTagBeforeTheStop) {
   }
 }
 
-// ---------------- Clock messages to relays on a working line: T and D contain the time at which
-// their last character is sent, and polls are not delayed.
+// ---------------- T and D contain the time at which their last character is sent, and delay no
+// poll.
 
 class ClockRun : public ::testing::Test {
  protected:
@@ -437,8 +435,7 @@ class ClockRun : public ::testing::Test {
              }
            }};
 
-  /// Returns the difference between the time in the message and the time when its last character
-  /// was sent.
+  /// Returns the difference between the sent time and the time of the last character.
   Duration Error(const Sent& sent) const {
     constexpr Duration kCharacter = Duration(1s) / 960;  // ten bits at 9600 bit/s
     const std::size_t at = sent.text.rfind(':', sent.text.size() - 4) - 6;
@@ -479,7 +476,6 @@ TEST_F(ClockRun, SendsTheTimeOnlyWhileTheHostClockIsRight) {
   EXPECT_EQ(rig_->CountSent(">900W"), 0U);
 }
 
-/// The message waits for a late relay. Its time must be that of the sending, not of the waiting.
 TEST_F(ClockRun, SendsTheRightTimeAfterSilenceAndLateReplies) {
   rig_.LearnTruth();
   rig_->poller().OnHostClock(true);

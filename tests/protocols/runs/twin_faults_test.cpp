@@ -1,5 +1,4 @@
-// Tests every fault of `baudgate simulate --fault` on the line of every protocol: the outcomes, the
-// readings, the service of the neighbour, and the recovery.
+// Tests every fault of `baudgate simulate --fault` on the line of every protocol.
 // tests/gateway/tools/simulate/twin_faults_test.cpp tests the faults alone.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/twin_faults.h"
@@ -32,8 +31,7 @@ TEST_P(MisbehavingTwin, LostRepliesAreNoReply) {
 
 TEST_P(MisbehavingTwin, RetriesCompensateSomeLostReplies) {
   Misbehave("loss:rate=0.15,seed=3");
-  // After a lost reply, a later reply of the task can belong to any of its requests if it does not
-  // contain what was read.
+  // After a lost reply, a reply without a tag can belong to any request of the task.
   OnlyThese({Outcome::ok, Outcome::no_reply, Outcome::unexpected});
   EXPECT_EQ(own_[Outcome::no_reply], struck_);
   EXPECT_TRUE(rig_.FastUsable(kTroubled));
@@ -51,8 +49,7 @@ TEST_P(MisbehavingTwin, BitErrorsAreCorrupt) {
   EverythingComesBack();
 }
 
-/// If only the length identifies a reply (no start character), an echo of a request can look like a
-/// reply.
+/// If only the length identifies a reply, an echo of a request can look like a reply.
 TEST_P(MisbehavingTwin, AnEchoIsNeverAValue) {
   Misbehave("echo");
   if (echo_hides_ > 0) {
@@ -121,8 +118,7 @@ TEST_P(MisbehavingTwin, GarbageAfterAReplyAffectsNoOtherReply) {
 
 TEST_P(MisbehavingTwin, DoubledRepliesAffectNoOtherReply) {
   Misbehave("double");
-  // The second copy of a probe's answer can be accepted for the next request, if replies do not
-  // contain their device.
+  // A second copy can be accepted for the next request, if replies do not contain their device.
   if (untagged_ > 0) {
     OnlyThese({Outcome::ok, Outcome::unexpected});
   } else {
@@ -144,8 +140,7 @@ TEST_P(MisbehavingTwin, LateRepliesAreAwaitedAndReportedInAWarning) {
   EverythingComesBack();
 }
 
-/// The device answers each request with the reply to the previous request, even after silence. The
-/// probe shows the lag. See Shifted below for more cases.
+/// The device does not catch up after silence. The probe shows the lag. See Shifted below.
 TEST_P(MisbehavingTwin, RepliesOneRequestBehindAreNeverAccepted) {
   Misbehave("late:exchanges=1");
   EXPECT_GT(own_[Outcome::no_reply], 0U) << "the first";
@@ -154,8 +149,7 @@ TEST_P(MisbehavingTwin, RepliesOneRequestBehindAreNeverAccepted) {
   EverythingComesBack();
 }
 
-/// Numbers of DCON modules contain no address, so a wrong address cannot be detected. A reply with
-/// a wrong address is unexpected.
+/// DCON numbers contain no address, so a wrong address cannot be detected.
 TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedInAddressedReplies) {
   rig_.Watch([this](std::uint32_t device) { return device == kTroubled && untagged_ > 0; });
   Misbehave("wrong_address");
@@ -178,8 +172,6 @@ TEST_P(MisbehavingTwin, ADeadDeviceRecoversAfterItsReturn) {
   EverythingComesBack();
 }
 
-/// The frames of the stranger are valid frames of another device with the expected form. With equal
-/// values they differ only by the address, if replies contain it.
 TEST_P(MisbehavingTwin, ItsStrangerSendsValidFrames) {
   const tools::TwinFaults::Stranger stranger = MeetStranger();
   const Protocol& protocol = *GetParam().protocol;
@@ -213,8 +205,7 @@ std::vector<Setup> FaultyLines() {
 }
 INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(FaultyLines()), SetupName);
 
-// ---------------- `~**` on a fully loaded line: modules that are polled and written to, an absent
-// module, and host watchdogs that trip if `~**` comes too late.
+// ---------------- Host watchdogs on a fully loaded line must not trip.
 
 constexpr Duration kPeriod = 500ms;
 constexpr std::uint32_t kWritten = 0;
@@ -239,8 +230,7 @@ class HostWatchdog : public ::testing::Test {
           for (config::Device& device : line.devices) device.poll = 300ms;
         }) {}
 
-  /// Sends a watchdog command: "~04310F" sets 1.5 s and on; "~040" reads whether the watchdog has
-  /// tripped.
+  /// Sends a watchdog command: "~04310F" sets 1.5 s and on; "~040" reads whether it has tripped.
   std::string Tell(std::uint32_t module, const std::string& command) {
     const std::string address = "0" + std::to_string(module + 1);
     const Bytes request = ToBytes("~" + address + command + "\r");
@@ -276,7 +266,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalUnderLoad) {
   ASSERT_GT(sent.size(), 1000U) << "it was a busy minute";
   std::optional<Instant> told;
   std::size_t times = 0;
-  std::size_t late = 0;  // requests since `~**` was due
+  std::size_t late = 0;
   for (const Sent& one : sent) {
     if (one.text != "~**\r") {
       if (told && one.at - *told >= kPeriod) ++late;
@@ -292,7 +282,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalUnderLoad) {
   }
   EXPECT_GE(times, 60U);
   for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
-    if (module == kDead) continue;  // this module receives nothing
+    if (module == kDead) continue;
     EXPECT_EQ(Tell(module, "0").substr(3, 2), "00") << module << " has tripped";
     EXPECT_TRUE(rig_.FastUsable(module)) << module;
   }
@@ -310,8 +300,7 @@ TEST_F(NoHostWatchdog, LetsModulesTrip) {
   EXPECT_EQ(Tell(1, "0").substr(3, 2), "04");
 }
 
-// ---------------- Devices that answer every request with the reply to the request k exchanges
-// before. Each reply is valid, but none must become the value of another point.
+// ---------------- Devices that answer with the reply to the request k exchanges before.
 
 /// Delays the replies of these devices, in one common queue, by this many requests.
 class Shifted {

@@ -1,5 +1,4 @@
-// Tests billing readings across outages, replies to wrong requests, midnights, batches that are not
-// stored, and restarts: each day and month is reported once, with the meter's values.
+// Tests that each billing day and month is reported once, with the meter's values.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -65,7 +64,7 @@ class BillingBench {
   std::function<bool()> late;
   std::function<bool()> dropped;
   std::function<bool(View pdu)> deaf;
-  std::optional<std::chrono::local_days> installed;  // the registers are zero before this day
+  std::optional<std::chrono::local_days> installed;
 
  private:
   void Task() {

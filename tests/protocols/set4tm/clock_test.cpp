@@ -1,3 +1,4 @@
+// Tests the clock of a meter as a number.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/clock.h"
 
@@ -80,8 +81,6 @@ TEST(MeterClock, IsAcceptedInItsOwnRequestOnly) {
   EXPECT_FALSE(ParseField("04 00 clock@1"));
 }
 
-// ---------------- The drift of a meter's clock and its correction: golden bytes, and a whole line.
-
 constexpr Duration kCharacter = 1146us;  // 11 bits at 9600 bit/s
 
 Scale InZone(std::string_view zone) {
@@ -137,7 +136,6 @@ TEST(ClockDrift, CorrectionMatchesTheReference) {
   EXPECT_FALSE(ClockCorrection(Value(false), drift, Instant(1h)));
 }
 
-/// `baudgate check` rejects a configuration without the points that the correction needs.
 TEST(ClockCare, RequiresItsPoints) {
   config::Device right = MakeDevice("5", {MakePoint("04 00 drift@0")});
   right.points[0].name = "clock_drift";
@@ -254,7 +252,6 @@ TEST_F(ClockLine, TheMeterClockIsCorrectedOnceADay) {
   EXPECT_NE(line->ends[0], line->ends[1]);
 }
 
-/// A meter that answers the first write with this status and does not execute it.
 class Reluctant : public Twin {
  public:
   Reluctant(std::unique_ptr<Twin> twin, std::uint8_t status)
@@ -273,8 +270,7 @@ class Reluctant : public Twin {
   bool said_ = false;
 };
 
-/// Status 05: the channel was closed meanwhile; 06: repeat the request. The meter has not executed
-/// the write.
+/// Status 05: the channel was closed meanwhile; 06: repeat the request. The write was not executed.
 TEST_F(ClockLine, ACorrectionIsRepeatedOnRequestOfTheMeter) {
   for (const int status : {5, 6}) {
     Make();

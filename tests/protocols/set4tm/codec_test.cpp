@@ -227,8 +227,6 @@ TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
   }
 }
 
-// ---------------- Integers in place of floats, for meters without floats.
-
 std::string IntegerOf(std::string_view read) {
   const auto field = ParseField(read);
   if (!field) return field.error();
@@ -236,8 +234,7 @@ std::string IntegerOf(std::string_view read) {
   return integer ? FieldText(*integer) : "";
 }
 
-/// SET-4TM reference, 9.5 to 9.7: the parameter byte stays the same, but each of the four values
-/// has three bytes.
+/// SET-4TM reference, 9.5 to 9.7: the same parameter byte, but four values of three bytes.
 TEST(Set4tmIntegers, UseTheSameParameterAsFloats) {
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");

@@ -1,5 +1,4 @@
-// Tests what the type of a SET-4TM meter (08 12) determines: whether its profile fits, and the
-// names of the bits in its status word.
+// Tests what the type of a SET-4TM meter (08 12) determines: profile and names of status bits.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -82,7 +81,6 @@ TEST(Set4tmType, StatusBitsOfAnotherTypeHaveNoNames) {
     const std::string code(1, "0123456789ABCDEF"[type]);
     Talk talk = OpenTalk(OfTypes({code}));
     Answer answer = talk.Run(Poll(1), Script({"10 40 " + code + "0", "FF FF FF FF FF"}));
-    // Points of a type without floats are read with other requests.
     if (answer.then == Then::restart) answer = talk.Run(Poll(1), Script({"FF FF FF FF FF"}));
     ASSERT_EQ(answer.readings.size(), 2U) << code;
     for (const Reading& reading : answer.readings) {
@@ -224,8 +222,7 @@ TEST(Set4tmKs, AStatusHasThreeBytesAndWaitsForSilence) {
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
 }
 
-/// A reply proves only that the meter is present, because some damaged replies have a valid
-/// checksum of the other kind.
+/// Some damaged replies have a valid checksum of the other kind, so a reply proves only presence.
 TEST(Set4tmKs, ASilentMeterIsSometimesProbedWithTheOtherChecksum) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
   device.options.Set("checksum", std::string("ks"));
@@ -300,7 +297,6 @@ config::Profile Load(const std::string& name) {
   return loaded.profile;
 }
 
-/// Returns the simulated values of the profile: the lower end of a range, or the text.
 FixedValues Simulated(const std::vector<config::Point>& points) {
   FixedValues values;
   for (std::size_t i = 0; i < points.size(); ++i) {

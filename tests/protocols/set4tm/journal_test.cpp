@@ -114,8 +114,8 @@ TEST(Journal, BeginAndEndOfSummerTimeAreDecoded) {
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 23 04 31 12 26"), Events{"E51 2026-12-31T22:59:59"});
 }
 
-// ---------------- Journals that are read while they grow and wrap, with replies to wrong requests,
-// batches that are not stored, and restarts: each record is reported once and in order.
+// ---------------- Journals that grow and wrap, with wrong replies, lost batches and restarts: each
+// record is reported once and in order.
 
 constexpr std::size_t kRecords = 10;
 
@@ -125,7 +125,6 @@ class JournalBench {
  public:
   JournalBench() { Restart(); }
 
-  /// The program is killed and restarted. Only the stored state `said` is left.
   void Restart() {
     session_ = std::make_unique<JournalSession>(true, kRecords);
     EXPECT_FALSE(session_->has_events()) << "nobody knows what was told";
@@ -175,10 +174,10 @@ class JournalBench {
   History told;
   std::vector<std::string> asked;
   int asks = 1;
-  std::string said;  // stored state of the session
+  std::string said;
   std::function<bool()> late;
   std::function<bool()> dropped;
-  std::set<unsigned> deaf;  // journals that the meter refuses
+  std::set<unsigned> deaf;
   std::vector<std::string> gaps;
 
  private:
@@ -294,7 +293,7 @@ TEST(JournalSession, AnotherMeterHasItsOwnHistory) {
   bench.Raise(71);
   bench.Run(500);
   EXPECT_EQ(bench.told[7].size(), 1U);
-  bench.meter = kMeter + 1;  // another meter, with the same record by chance
+  bench.meter = kMeter + 1;
   bench.Restart();
   bench.Run(500);
   EXPECT_EQ(bench.told[7].size(), 2U);
@@ -369,7 +368,7 @@ TEST(JournalSession, EachRecordIsReportedOnceInSpiteOfDisturbances) {
     JournalBench bench;
     bench.late = [&] { return one_in(20); };
     bench.dropped = [&] { return one_in(4); };
-    std::map<std::uint32_t, bool> lost;  // of phases and power
+    std::map<std::uint32_t, bool> lost;
     bench.Run(600);
     for (int round = 0; round < 30; ++round) {
       for (std::size_t i = random() % 6; i > 0; --i) {

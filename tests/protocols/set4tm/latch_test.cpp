@@ -197,7 +197,7 @@ class LatchLine : public ::testing::Test {
   }
 
   bool deaf[2] = {};
-  std::unique_ptr<VirtualLine> line;  // begins at 20 s past a minute
+  std::unique_ptr<VirtualLine> line;
 };
 
 TEST_F(LatchLine, BothMetersShowTheSameMoment) {
@@ -223,8 +223,7 @@ TEST_F(LatchLine, BothMetersShowTheSameMoment) {
   EXPECT_EQ(Said(1, kLatched), 201);
 }
 
-/// `08 14 50` returns the new latch time at once, but the latched power would be read a minute
-/// later.
+/// `08 14 50` returns the new latch time at once; the latched power is read a minute later.
 TEST_F(LatchLine, NoValueIsShownWithTheTimeOfAnother) {
   for (int second = 0; second < 200; ++second) {
     Show(second < 45 ? 100 : second < 105 ? 200 : 300);
@@ -254,7 +253,6 @@ TEST_F(LatchLine, AMeterThatMissedABroadcastShowsNoLatchedValue) {
   EXPECT_EQ(line->StatusOf(1).learned, "");
 }
 
-/// The meter missed a broadcast, and can have been replaced.
 TEST_F(LatchLine, AMeterThatWasAbsentWaitsForTheNextBroadcast) {
   line->RunFor(45s);
   line->twin(1).manner.dead = true;
@@ -270,7 +268,6 @@ TEST_F(LatchLine, AMeterThatWasAbsentWaitsForTheNextBroadcast) {
   EXPECT_TRUE(Good(1, kLatched));
 }
 
-/// A meter that refuses 08 14 50 has no proven latch. Its other requests go on.
 TEST_F(LatchLine, AMeterWithoutLatchTimeHasNoGoodLatchedValue) {
   line->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
     const auto parts = SplitFrame(request);

@@ -17,8 +17,7 @@ Bytes Noise(std::mt19937& random) {
   return bytes;
 }
 
-/// Returns replies of another length, replies of another meter, truncated replies, or bytes of a
-/// break on the line.
+/// Returns replies of another length or meter, truncated replies, or a break on the line.
 Bytes ForeignReplies(std::mt19937& random) {
   const Bytes kTimeReply = Hex("05 31 30 15 01 02 09 02 00 28 A4");
   switch (random() % 4) {
@@ -124,7 +123,6 @@ TEST(Set4tmReplyRule, StatusFollowedByABreakIsNoValue) {
   EXPECT_EQ(cut.blame, Outcome::corrupt);
 }
 
-/// A late reply can have another length, so the rule accepts it, and the conversation rejects it.
 TEST(Set4tmReplyRule, AReplyOfAnotherLengthIsAFrameBeforeSilence) {
   for (const char* body : {"12 34", "00 89 A2 61 06 09 02", "00 00 27 11 00 00 00 00"}) {
     const Bytes reply = protocols::set4tm::MakeFrame(Bytes{0xC8}, Hex(body));

@@ -130,9 +130,8 @@ TEST(LoadPlace, IsPrintedAndParsed) {
   }
 }
 
-// ---------------- Load profiles on a whole line in virtual time: polls stay as punctual as without
-// load profiles, and each record is stored once, with killed programs, absent meters and a failing
-// disk.
+// ---------------- Load profiles on a whole line: polls stay punctual, and each record is stored
+// once, in spite of kills, absent meters and a failing disk.
 
 using Utc = CivilZone::Utc;
 
@@ -200,8 +199,7 @@ Polls PollsSince(Instant begin, const VirtualLine& line) {
   return polls;
 }
 
-/// Returns, for each poll up to `end`, how much later it was sent than the same poll of the other
-/// run.
+/// Returns how much later each poll up to `end` was sent than in the other run.
 std::vector<Duration> Later(const Polls& with, const Polls& without, Instant end) {
   std::vector<Duration> later;
   for (const auto& [text, times] : without) {
@@ -224,8 +222,8 @@ std::optional<Bytes> NoJournals(View request) {
   return MakeFrame(request.first(1), Bytes{0x01});
 }
 
-/// Lets a meter answer 7 to 108 ms after a request (reference, chapter 4). The time depends only on
-/// the request and on how often it was sent, so a poll takes the same time in both runs.
+/// Answers after 7 to 108 ms (reference, chapter 4). The time depends only on the request and its
+/// repetition, so it is equal in both runs.
 std::function<std::optional<Bytes>(View)> Thinks(Manner& manner, bool journals) {
   auto times = std::make_shared<std::map<Bytes, std::uint32_t>>();
   return [&manner, times, journals](View request) {
@@ -248,7 +246,6 @@ class LoadPace : public testing::TestWithParam<Pace> {
  protected:
   static constexpr Duration kLearns = 2min;
 
-  /// Runs a station whose meters have a backlog, which is read after the start.
   std::unique_ptr<Station> Run(std::chrono::days backlog, Duration time) const {
     const Pace& pace = GetParam();
     auto station = std::make_unique<Station>(true, pace.poll);
@@ -277,8 +274,7 @@ TEST_P(LoadPace, ABacklogOfAHundredDaysDelaysNoPoll) {
   const Polls alone = PollsSince(begin, without->line);
   ASSERT_EQ(beside.size(), 6U);
   ASSERT_GE(alone.begin()->second.size(), 895U);
-  // After the backlog each meter is still identified once a minute, but at another second, so the
-  // comparison ends before.
+  // After the backlog each meter is still identified once a minute, but at another second.
   const Instant end = std::min(with->read_at[0], with->read_at[1]);
   EXPECT_GT(end, begin + 8min) << "there is something to compare";
   EXPECT_EQ(Later(beside, alone, end), std::vector<Duration>());
@@ -289,7 +285,6 @@ INSTANTIATE_TEST_SUITE_P(, LoadPace,
                                          Pace{"journals", 1s, false, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-/// Polls are due faster than they can be answered, so there are no pauses for the backlog.
 TEST(LoadLine, ABusyLineGivesABacklogOneExchangeAMinute) {
   const auto run = [](std::chrono::days backlog) {
     auto station = std::make_unique<Station>(true, 100ms);

@@ -1,6 +1,4 @@
-// Tests load profiles that are read while they grow and wrap, with outages of the gateway and the
-// meter, batches that are not stored, restarts and replaced meters: each record is reported once,
-// with the value of the twin.
+// Tests that each record of a load profile is reported once, with the value of the twin.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -92,7 +90,6 @@ class LoadDesk {
   }
   LoadSession& session() { return *session_; }
 
-  /// Expects all records of the twin from `from` up to the last read, without a gap.
   void ExpectAll(Utc from = kBegin) const {
     const std::chrono::minutes span(ways.minutes);
     Utc next = from;
@@ -107,8 +104,7 @@ class LoadDesk {
       }
       next += span;
     }
-    // The slices of an hour appear when its first slice is over, and are then read at the next
-    // look.
+    // The slices of an hour appear when its first slice is over.
     EXPECT_GE(next, utc() - span - LoadSession::kLook - 1min);
     EXPECT_LE(next, utc());
   }
@@ -126,9 +122,9 @@ class LoadDesk {
   std::function<bool()> lost;
   std::function<bool()> dropped;
   bool deaf = false;
-  bool odd = false;                // the reply has two extra bytes after the id
-  std::optional<Bytes> unwritten;  // replaces the header of the current hour
-  std::optional<Bytes> pointer;    // replaces the pointer of the twin
+  bool odd = false;  // the reply has two extra bytes after the id
+  std::optional<Bytes> unwritten;
+  std::optional<Bytes> pointer;
 
  private:
   Bytes Reply(const Bytes& pdu) {
@@ -238,7 +234,6 @@ TEST(LoadSession, AnOverwrittenRingIsAGap) {
   service.ExpectAll(found);
 }
 
-/// Depending on the hours, none or exactly one hour is overwritten.
 TEST(LoadSession, AnExactlyFullRingIsNoGap) {
   for (const int hours : {168, 169, 170, 171}) {
     SCOPED_TRACE(hours);
@@ -358,11 +353,9 @@ TEST_P(LoadHeaderMissing, ReadsTheExistingRecordsAndWaitsForTheNextSlice) {
 }
 INSTANTIATE_TEST_SUITE_P(, LoadHeaderMissing,
                          testing::Values("FF FF FF FF FF FF FF FF", "00 00 00 00 00 00 00 00",
-                                         "14 14 08 02 00 1E 50 00",  // a header of an earlier round
-                                         "14 14 08 35 00 1E 83 00",  // a header of a later clock
-                                         "00 64 00 00 80 0A 00 00"));  // a slice
+                                         "14 14 08 02 00 1E 50 00", "14 14 08 35 00 1E 83 00",
+                                         "00 64 00 00 80 0A 00 00"));
 
-/// While an hour has no header, the pointer contains the place after the last record.
 TEST(LoadSession, APointerAfterTheLastRecordIsAccepted) {
   for (const unsigned minutes : {30U, 15U, 60U}) {
     for (const std::size_t bytes : {65536U, 4096U, 120U * 24}) {
@@ -386,12 +379,12 @@ TEST(LoadSession, APointerAfterTheLastRecordIsAccepted) {
 
 TEST(LoadSession, AnInvalidMemoryPointerIsReported) {
   LoadDesk service;
-  service.pointer = *ParseHex("10 15 03 09 26 05 A4");  // not the place of a record
+  service.pointer = *ParseHex("10 15 03 09 26 05 A4");
   service.Pass(60h);
   service.Run(1min);
   EXPECT_NE(service.session().Shown().find("05 A4"), std::string::npos)
       << service.session().Shown();
-  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // the place of another record
+  service.pointer = *ParseHex("10 15 03 09 26 05 98");
   service.Run(6min);
   EXPECT_NE(service.session().Shown().find("0598"), std::string::npos) << service.session().Shown();
   EXPECT_TRUE(service.told.empty());

@@ -176,7 +176,7 @@ TEST(Set4tmConstants, TheVariantGivesMeterConstantAndCoefficients) {
   EXPECT_EQ(ParseVariant(Hex("14 40 70")).power_coefficient, 20);  // PSCH-3TM.05M
   EXPECT_EQ(ParseVariant(Hex("14 50 90")).current_coefficient, 10);
   EXPECT_FALSE(ParseVariant(Hex("15 40 10")).power_coefficient);  // not certain
-  EXPECT_FALSE(ParseVariant(Hex("14 40 B0")).power_coefficient);  // not documented
+  EXPECT_FALSE(ParseVariant(Hex("14 40 B0")).power_coefficient);
   EXPECT_FALSE(ParseVariant(Hex("14 40")).meter_constant);
 }
 
@@ -221,8 +221,7 @@ TEST(Set4tmSnapshot, SlotsOfGroupReadsMatchTheReference) {
 
 using ::testing::ElementsAre;
 
-/// A meter with its programmed ratios, the configured ratios (0: not configured) and the kind of
-/// its floats.
+/// The ratios in the meter, the configured ratios (0: not configured) and the kind of floats.
 struct Site {
   const char* name;
   int kn_in_meter;
@@ -268,7 +267,6 @@ class Set4tmRatios : public ::testing::TestWithParam<Site> {
     return device;
   }
 
-  /// Returns the meter's float for `secondary`, the value at its terminals.
   std::string Float(double secondary, bool voltage, bool current) const {
     double value = secondary;
     if (std::string(GetParam().floats) == "primary") {
@@ -434,7 +432,6 @@ TEST(Set4tmStatus, ARefusedSerialNumberIsReadOnce) {
   }
 }
 
-/// The meter was not known before, so nothing contradicts it.
 TEST(Set4tmStatus, AMeterWithoutSerialNumberIsNoContradiction) {
   for (const char* status : {"01", "02", "03", "04", "0A"}) {
     Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint(kOneFloat),
@@ -453,7 +450,6 @@ TEST(Set4tmStatus, AMeterWithoutSerialNumberIsNoContradiction) {
   }
 }
 
-/// Without its serial number, the values can be those of another meter.
 TEST(Set4tmStatus, AMissingRequiredSerialNumberIsReadRarely) {
   for (const char* status : {"01", "02", "0A"}) {
     config::Device device = OneFloat();

@@ -1,5 +1,4 @@
-// Tests the channel of a SET-4TM meter: it is opened first and opened again, and the state of the
-// conversation is cleared with it.
+// Tests the channel of a SET-4TM meter: it is opened first, and again after a loss.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -276,7 +275,6 @@ TEST(Set4tmSnapshotTrial, IsOmittedWhereItSavesNothingOrIsUnsupported) {
   EXPECT_THAT(TakeAsked(second), ElementsAre("08 12")) << "integers from now on";
 }
 
-/// Each float has a different value. Read by mask, by group or alone, it must be at its place.
 TEST(Set4tmSnapshotRead, EveryValueIsReadFromItsOwnPlace) {
   config::Device device = MakeDevice("5", {});
   FixedValues values;
@@ -359,7 +357,6 @@ TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_THAT(answer.reason, HasSubstr("9020001"));
   EXPECT_EQ(talk->trouble().reason, Reason::swapped) << "of all points";
-  // The new meter is asked once for its serial number.
   talk->OnReconnect();
   EXPECT_TRUE(talk->trouble()) << "until it is known to be right";
   TakeAsked(talk);

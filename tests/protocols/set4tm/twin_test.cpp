@@ -55,8 +55,8 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndOtherAddresses) {
   EXPECT_EQ(Ask("06", "00"), "");
   EXPECT_EQ(Ask("FE", "03 08 55 AA 33 CC"), "");
   EXPECT_EQ(Ask("FC 00 89 A2 62", "00"), "");
-  EXPECT_EQ(Ask("05", "08 00 00 00"), "");  // no meter accepts this length
-  EXPECT_EQ(Ask("00", "03 0B 00 0A"), "");  // no writes to the common address
+  EXPECT_EQ(Ask("05", "08 00 00 00"), "");
+  EXPECT_EQ(Ask("00", "03 0B 00 0A"), "");
   EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
 }
 

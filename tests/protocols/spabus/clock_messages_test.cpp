@@ -43,8 +43,7 @@ TEST(SpaClock, SendsTheDateInTheFormOfTheReference) {
             ToBytes(">900WT:12.345:1B\r"));
 }
 
-/// Central Europe: summer time began on 2026-03-29 at 01:00 UTC and ended on 2026-10-25 at 01:00
-/// UTC.
+/// Central Europe: summer time began on 2026-03-29 and ended on 2026-10-25, both at 01:00 UTC.
 TEST(SpaClock, UsesTheChosenZone) {
   const Zoned zone("CET-1CEST,M3.5.0,M10.5.0/3");
   constexpr std::int64_t kSpring = 1774746000;
@@ -159,8 +158,8 @@ TEST(SpaClockOffset, IsReadOnlyAndANumber) {
       MakePoint("T offset", Type::float32, Group::fast, Access::read_write)));
 }
 
-// ---------------- A relay with the designation of another profile has no good value. Clones and
-// variants with other names have good values. Texts: SPA reference, F of SPCJ 4D29 and SPAU 130 C.
+// ---------------- Only a relay with the right designation has good values. Texts: SPA reference, F
+// of SPCJ 4D29 and SPAU 130 C.
 
 config::Device Relay() {
   config::Device device = MakeDevice({MakePoint("I1"), MakePoint("S1")}, "1");
@@ -215,7 +214,6 @@ TEST(SpaDesignation, SilenceAndRefusalAreNoContradiction) {
   }
 }
 
-/// Another task fails while the designation is outstanding, so the designation is requested again.
 TEST(SpaDesignation, AFailureOfAnotherTaskDoesNotReplaceItsReply) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");

@@ -297,8 +297,7 @@ std::string HundredthsText(int hundredths) {
   return text;
 }
 
-/// A register that is written as 30.3 contains 30.299999237. Tests all values of 0.05…300 in steps
-/// of 0.01: as float, as double, with the decimals of the point and without.
+/// A register that is written as 30.3 contains 30.299999237.
 TEST(SpaValue, EncodesTheIntendedDecimals) {
   config::Point settled = MakePoint("S23");
   settled.writing.decimals = 2;

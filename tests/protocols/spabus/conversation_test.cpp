@@ -1,5 +1,4 @@
-// Tests the requests to a device and its replies: values, refusals, replies of other devices,
-// learned checksums.
+// Tests the requests to a device and its replies: values, refusals, foreign and learned replies.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/conversation.h"
 
@@ -47,11 +46,8 @@ TEST(SpaConversation, ProbesWithTheIdentification) {
 TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
-  for (const char* reply : {"<1D:0.52/0.49/0.51/0.00:",      // one value too few
-                            "<1D:0.52/0.49/0.51/0.00/0/1:",  // one too many
-                            "<1D::",                         // no value
-                            "<1A:",                          // an acknowledge
-                            "<1N::"}) {                      // a refusal without its code
+  for (const char* reply :
+       {"<1D:0.52/0.49/0.51/0.00:", "<1D:0.52/0.49/0.51/0.00/0/1:", "<1D::", "<1A:", "<1N::"}) {
     const Answer answer = Hear(talk, Poll(0), reply);
     EXPECT_EQ(answer.outcome, Outcome::unexpected) << reply;
     EXPECT_TRUE(answer.readings.empty()) << reply;
@@ -59,8 +55,7 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   }
 }
 
-/// "<1D:SPAJ 140 C:" is the reply to RF. It is accepted for a number only if no other reply is
-/// outstanding.
+/// "<1D:SPAJ 140 C:" is the reply to RF, which can come late.
 TEST(SpaConversation, ATextInsteadOfANumberMayAnswerAnotherRequest) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   const Bytes request = talk->Ask(Poll(0), Instant{})->bytes;

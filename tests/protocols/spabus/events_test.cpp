@@ -189,9 +189,8 @@ TEST_F(EventSessionTest, ReportsUnreadableEvents) {
 }
 
 constexpr const char* kOne = "12.345 1E100";
-constexpr const char* kOther = "12.345 2E103";  // has the same check value
+constexpr const char* kOther = "12.345 2E103";
 
-/// Tests of events in a session that must neither lose nor repeat them.
 class HeldEvents : public ::testing::Test {
  protected:
   Answer Say(char wanted, const std::string& data) {
@@ -239,8 +238,7 @@ TEST_F(HeldEvents, AreNotLostWhileTheBackupIsSilent) {
   EXPECT_EQ(SaidIn(Say('B', kOne)), kOne) << "it has answered B before";
 }
 
-/// L removes events from the relay, so the events of a lost reply are only in the backup (command
-/// B).
+/// L removes events from the relay, so the events of a lost reply are only in the backup (B).
 TEST_F(HeldEvents, OfALostReplyAreReadFromTheBackup) {
   Begin(false);
   Fail('L');

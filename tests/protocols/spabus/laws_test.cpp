@@ -21,8 +21,7 @@ std::string LongData() {
   return data;
 }
 
-/// Returns the bytes from `<` to the last colon, because checksum and line end can have several
-/// forms.
+/// The bytes from `<` to the last colon, because checksum and line end have several forms.
 Bytes ReplyEssence(View frame) {
   const std::string_view text = AsText(frame);
   return ToBytes(text.substr(0, text.rfind(':') + 1));

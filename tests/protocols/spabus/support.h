@@ -58,7 +58,6 @@ inline std::string Asked(Talk& talk, const Task& task) {
   if (!request) return "error: " + request.error();
   return std::string(AsText(View(request->bytes).first(request->bytes.size() - 1)));
 }
-/// Returns the requests of all queries, without check values.
 inline std::vector<std::string> AllRequests(Talk& talk) {
   std::vector<std::string> requests;
   for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
@@ -67,7 +66,6 @@ inline std::vector<std::string> AllRequests(Talk& talk) {
   }
   return requests;
 }
-/// Returns the answer to the latest request. The reply is made of `covered`.
 inline Answer Hear(Talk& talk, const Task& task, const std::string& covered) {
   return talk.Reply(task, ReplyText(covered));
 }

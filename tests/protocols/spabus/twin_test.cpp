@@ -113,7 +113,6 @@ TEST_F(SpaTwinTest, AnotherValueInTheClosingItemChangesThePassword) {
   EXPECT_EQ(Heard(">1WV160:7:XX"), "<1A:");
 }
 
-/// Returns a device with 64 long texts in one range, so the reply takes several lines.
 config::Device Talkative(const std::string& reading, FixedValues& values) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 20; ++i) {

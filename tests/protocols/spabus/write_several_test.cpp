@@ -125,7 +125,7 @@ TEST(SpaWriteSeveral, TheTwinAcceptsValuesUpToTheFirstRefusal) {
   EXPECT_EQ(values.Get(0, {}), Value(0.5));
   EXPECT_EQ(values.Get(1, {}), Value(1.2));
   EXPECT_EQ(values.Get(2, {}), Value(3.0));
-  config::Device free = SeveralSettings(8, 345);  // without the number of decimals
+  config::Device free = SeveralSettings(8, 345);
   Talk careless(SpabusProtocol(), free);
   Task task = ThreeSettings();
   task.value = Value(0.7);
@@ -156,12 +156,10 @@ config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
 
 class SpaWriteLine : public ::testing::Test {
  protected:
-  /// Makes the relay answer requests that begin with `start` with `reply`; empty: no reply.
   void Says(const std::string& start, const std::string& reply) {
     replies_[start] = reply.empty() ? Bytes() : ReplyText(reply);
   }
-  /// Runs the write on a new line and returns its result. Sets sent_ (write requests without
-  /// checksum) and first_ (the value of S21 in the relay).
+  /// Runs the write on a new line. Sets sent_ (write requests without checksum) and first_ (S21).
   WriteResult Write(config::Line relay, std::vector<bus::PointWrite> writes) {
     VirtualLine line(std::move(relay), {&SpabusProtocol()});
     for (std::size_t point = 0; point < 3; ++point) line.twin(0).values.Set(point, 1.0);

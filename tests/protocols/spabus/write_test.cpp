@@ -261,7 +261,6 @@ INSTANTIATE_TEST_SUITE_P(Each, SpaWriteEnd, ::testing::ValuesIn(kCourses),
 
 const Task kPoll = Poll(0);
 
-/// A relay that needs a password, on a line that is lost after this many steps of a write.
 struct Interrupted {
   explicit Interrupted(int steps) {
     values.fallback = std::int64_t{0};
@@ -353,7 +352,7 @@ TEST(SpaWrite, AnUnsentClosingStaysPending) {
   EXPECT_FALSE(relay.is_open());
 }
 
-/// The write was forbidden at the last moment, and the conversation is not told.
+/// The write was forbidden at the last moment, which the conversation does not notice.
 TEST(SpaWrite, AnUnsentWriteIsClosedBeforeTheNextPoll) {
   Interrupted relay(1);
   Asked(relay.talk, kWrite);

@@ -52,7 +52,6 @@ std::vector<std::string> ItemsOf(const config::OptionValue& value) {
     for (const auto& [word, text] : *pairs) items.push_back(word + "=" + text);
     return items;
   }
-  // Descriptions are tested with transcripts.
   if (std::holds_alternative<config::DescriptionRef>(value)) return {"described"};
   return std::get<std::vector<std::string>>(value);
 }

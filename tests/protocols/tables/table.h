@@ -50,8 +50,7 @@ struct Table {
   int Count(Standing standing) const;
 };
 
-/// Parses the text of a table. Adds a sentence with `file` and the line number to `problems` for
-/// each unreadable line and each point that occurs twice.
+/// Adds a sentence to `problems` for each unreadable line and each point that occurs twice.
 Table ReadTable(std::string_view text, const std::string& file, std::vector<std::string>& problems);
 
 /// Returns each difference as a sentence with the profile, the point or option, and the field.

@@ -54,7 +54,6 @@ TEST_P(ShippedProfile, MatchesItsTable) {
   EXPECT_THAT(Differences(LoadShipped(GetParam()), table), IsEmpty());
 }
 
-/// Changes one field of every row. Exactly that field of each row must be reported.
 TEST_P(ShippedProfile, EveryChangedFieldIsFound) {
   const Table table = TableOf(NameOf(GetParam()));
   const config::Profile profile = LoadShipped(GetParam());
@@ -110,7 +109,6 @@ TEST(Tables, EveryTableHasAProfile) {
   EXPECT_EQ(tables, profiles);
 }
 
-/// Counts rows that no reference confirms, so a new uncertain row must be added here.
 TEST(Tables, UncertainRowsAreCounted) {
   struct Doubt {
     int inferred;

@@ -204,11 +204,11 @@ TEST(TelegramNumbers, CharactersNextToACutNumberMakeItBad) {
   const std::pair<const char*, const char*> kRows[] = {
       {"ST,G 12.50 kg \r", "weight 12.5 good"},
       {"ST,G-12.50 kg \r", "weight -12.5 good"},
-      {"ST,112.500 kg \r", "weight bad: sensor failure"},  // a digit before the field
+      {"ST,112.500 kg \r", "weight bad: sensor failure"},
       {"ST,-12.500 kg \r", "weight bad: sensor failure"},
       {"ST,(12.500 kg \r", "weight bad: sensor failure"},
-      {"ST,G 12.505kg \r", "weight bad: sensor failure"},  // a digit behind the field
-      {"ST,G 12.50-kg \r", "weight bad: sensor failure"},  // a sign behind the field
+      {"ST,G 12.505kg \r", "weight bad: sensor failure"},
+      {"ST,G 12.50-kg \r", "weight bad: sensor failure"},
       {"ST,G 12.50 - k\r", "weight bad: sensor failure"},
       {"ST,G       kg \r", "weight bad: sensor failure"},
       {"ST,G 12,50 kg \r", "weight bad: sensor failure"},

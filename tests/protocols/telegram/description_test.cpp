@@ -79,7 +79,6 @@ TEST(TelegramDescription, EveryErrorIsReportedWithItsPlace) {
   }
 }
 
-/// An answer without check value needs the permission of the description, or fixed bytes.
 TEST(TelegramDescription, AReplyWithoutCheckValueNeedsPermission) {
   const auto said = [](const std::string& checksum, const std::string& receive) {
     return Sentences(LoadText(
@@ -313,7 +312,7 @@ constexpr TextRow kTexts[] = {
     {"scientific", "+1.25E+01", "12.5"},
     {"scientific", "-1e-3", "-0.001"},
     {"scientific", "1E5", "100000"},
-    {"scientific", "12.5", ""},  // the exponent is lost
+    {"scientific", "12.5", ""},
     {"scientific", "1.25E+", ""},
     {"scientific", ".25E+01", ""},
     {"scientific", "1.E+01", ""},

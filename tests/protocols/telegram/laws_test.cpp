@@ -1,5 +1,4 @@
-// Tests the laws of frame rules for telegrams of the shipped profiles, and for descriptions with
-// other features: sizes in the telegram, bytes, binary check values.
+// Tests the laws of frame rules for telegrams of the shipped profiles and of other descriptions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/rules.h"
@@ -28,7 +27,6 @@ telegrams:
 points: []
 )";
 
-/// A profile of telegrams with almost no fixed characters.
 constexpr char kSparse[] = R"(
 device: d
 telegrams:

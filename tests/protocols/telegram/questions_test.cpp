@@ -1,5 +1,5 @@
 // Tests to which point an answer belongs. A question is the list of all telegrams that were sent
-// for the answer: selections before a read, parameters of points and of the device, retries, twins.
+// for the answer.
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
 
@@ -111,8 +111,6 @@ TEST(TelegramQuestions, AValueBelongsToItsSelectedChannel) {
   }
 }
 
-/// The answer to the selection is missing, belongs to another channel or parameter, or has a bad
-/// status.
 TEST(TelegramQuestions, AFailedSelectionGivesNoValue) {
   const config::Device device = Described(Selecting(kAnsweredSel, kVal + ", before: sel", kBoth));
   for (const char* refusal : {"", "NO\r", "OK E\r", "??\r"}) {

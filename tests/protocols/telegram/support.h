@@ -22,7 +22,6 @@ inline config::LoadedProfile LoadText(const std::string& text) {
   return config::LoadProfileText(text, "p.yaml", "p", TelegramProtocol(), catalog);
 }
 
-/// Returns a device of the profile `text`, which must have no problems.
 inline config::Device Described(const std::string& text, const Settable& options = {},
                                 const std::string& address = "1") {
   const config::LoadedProfile loaded = LoadText(text);
@@ -42,7 +41,6 @@ inline config::Device ShippedDevice(const Protocol& protocol, const std::string&
   return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
 }
 
-/// Returns the answer to the first frame of `stream`, the bytes that follow `request`.
 inline Answer AnswerTo(const Protocol& protocol, const config::Device& device, View request,
                        View stream) {
   Assembler assembler;

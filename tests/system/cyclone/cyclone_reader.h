@@ -13,14 +13,14 @@
 #define BATCH 64
 
 struct topic {
-  const char* program;  // for error messages
+  const char* program;
   const char* what;
   const char* name;
   const dds_topic_descriptor_t* type;
   int32_t depth;  // history of each instance
   int32_t instances;
-  char* samples;                     // array of BATCH samples
-  size_t size;                       // size of one sample
+  char* samples;  // array of BATCH samples
+  size_t size;
   bool (*show)(const void* sample);  // prints a sample; returns false if the sample does not count
 };
 

@@ -29,7 +29,6 @@
 namespace {
 
 using Words = std::vector<std::string>;
-// The words of each line, by directive.
 using Directives = std::map<std::string, std::vector<Words>>;
 
 constexpr int kCannot = 125;

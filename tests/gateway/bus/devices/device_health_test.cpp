@@ -189,7 +189,6 @@ TEST(Roster, EntriesWithEqualSenderNamesAreTheSameDevice) {
   EXPECT_TRUE(toys.a.IsSame(toys.b));
 }
 
-/// A conversation that only returns the times that its device needs.
 class Slow : public protocols::Conversation {
  public:
   explicit Slow(config::Timing least) : least_(least) {}
@@ -240,7 +239,6 @@ TEST(RosterTimes, TheLongerOfConfiguredAndConversationTimesApplies) {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// A conversation that returns the trouble that the test has set.
 class Saying final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return {}; }
@@ -301,7 +299,6 @@ TEST_F(DeviceStatesTest, ADisabledDeviceIsTakenIntoUse) {
   EXPECT_EQ(Status().state, DeviceState::never_seen);
 }
 
-/// A remark is shown in the status and logged once. The values stay good, and no event is reported.
 TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
   const std::string wrong = "type 0D, the profile says 08";
   const std::string remark = "gives no events";

@@ -134,7 +134,6 @@ struct Seen {
   bool operator==(const Seen&) const = default;
 };
 
-/// Runs one exchange with every fragmentation of `received`. Each must give `expected`.
 void Check(Echo mode, std::string_view request, std::string_view received, const Seen& expected) {
   test::EachFragmentation(ToBytes(received), [&](const std::vector<Bytes>& pieces) {
     EchoFilter filter(mode);

@@ -1,6 +1,5 @@
-// Tests of `Line` with replies that are early, late, damaged or doubled. Early bytes (received
-// before the request is fully sent) can be the reply only if the port does not keep its bit rate,
-// like a serial server.
+// Tests of `Line` with replies that are early, late, damaged or doubled. Bytes before the end of a
+// request can be its reply only if the port does not keep its bit rate, like a serial server.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 
@@ -45,7 +44,7 @@ TEST_F(LineTest, APossibleEchoIsJudgedAtTheEndOfTransmission) {
 TEST_F(LineTest, EarlyBytesAreStrayOnAPortThatKeepsItsBitRate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.Feed(ToyReply("A1=4"), At(1002ms));  // a late copy of an earlier reply
+  line_.Feed(ToyReply("A1=4"), At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
   line_.Feed(reply_, At(1020ms));
@@ -89,7 +88,7 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   line_.Feed(reply_, At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
-  line_.OnTimer(At(1104ms));  // the reply time has ended, and no other bytes were received
+  line_.OnTimer(At(1104ms));
   ASSERT_EQ(frames_.size(), 1U);
   EXPECT_EQ(ends_.back().outcome, Outcome::ok);
   Start(2s);
@@ -98,8 +97,7 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
-/// The program was stopped until 5 s, so the age of the early reply is unknown and the reply must
-/// be dropped.
+/// The program was stopped until 5 s, so the age of the early reply is unknown.
 TEST_F(LineTest, AnEarlyReplyIsDroppedWhenTheTimerIsVeryLate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -127,8 +125,6 @@ TEST_F(LineTest, AReplyIsAcceptedWhenTheTransmissionTimerIsLate) {
   ASSERT_EQ(frames_.size(), 1U);
 }
 
-// ---------------- Replies that waited while the program was stopped, so their age is unknown.
-
 TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   Reach(State::await_first);
   line_.Feed(reply_, At(5s));
@@ -138,7 +134,6 @@ TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   EXPECT_EQ(strays_.size(), 1U);
 }
 
-/// The program was busy for less than 100 ms, so the reply still counts.
 TEST_F(LineTest, AReplyLessThan100MsAfterItsReplyTimeIsAccepted) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1104ms + 99ms));
@@ -222,9 +217,6 @@ TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
   EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
 }
 
-// ---------------- Reactions to a second reply. second_reply_test.cpp tests which bytes are a
-// second reply.
-
 TEST_F(LineTest, BytesAfterAFrameAreStrayAndDrained) {
   Reach(State::await_first);
   Bytes twice = reply_;
@@ -260,8 +252,7 @@ TEST_F(LineTest, ARepeatedEqualReplyIsNotASecondReply) {
   EXPECT_EQ(second_, 0);
 }
 
-/// A console answers "5\r" and then an empty line "\r", in the same read or later. The empty line
-/// must not count as a second reply.
+/// A console answers "5\r" and then an empty line "\r", in the same read or later.
 TEST_F(LineTest, AnEmptyLineAfterAReplyIsNotASecondReply) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     const auto end = std::find(held.begin(), held.end(), '\r');
@@ -323,8 +314,6 @@ TEST_F(LineTest, ADifferentReplyAfterTheAcceptedReplyIsReportedOnce) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
-/// Bytes that arrive while a request is sent must be reported as a second reply, but only when the
-/// reply to that request has arrived.
 TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -345,7 +334,6 @@ TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   EXPECT_EQ(second_, 1) << "a copy is no second reply";
 }
 
-/// the most heap memory of a line, in bytes, regardless of how much it receives
 constexpr std::size_t kLittle = 16'384;
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }

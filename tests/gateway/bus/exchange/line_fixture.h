@@ -23,7 +23,6 @@ inline constexpr LineTimes kTimes = {
 
 class LineTest : public ::testing::Test, protected LineClient {
  protected:
-  /// Calls the line, and stores the news that each call returns.
   class Tested {
    public:
     explicit Tested(LineTest& test) : test_(test), line_(test) {}
@@ -98,8 +97,8 @@ class LineTest : public ::testing::Test, protected LineClient {
   Outcome verdict_ = Outcome::ok;
   protocols::FrameRule rule_ = ToyProtocol().reply_rule;
   bool lags_ = false;
-  bool named_ = true;     // the reply contains the address of its device
-  bool mirrors_ = false;  // the reply may equal the request
+  bool named_ = true;
+  bool mirrors_ = false;
   bool any_order_ = false;
   bool numbered_ = false;
   Duration aftermath_{};

@@ -1,5 +1,4 @@
-// Tests of `Line`, one for each row of the state table at the head of
-// gateway/bus/exchange/line.cpp.
+// Tests of `Line`, one for each row of the state table in gateway/bus/exchange/line.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/exchange/line.h"
 
@@ -80,7 +79,7 @@ TEST_F(LineTest, AClosedConnectionInPlaceOfAReplyIsNoReplyAtOnce) {
 
 TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   Reach(State::sending);
-  line_.OnTimer(At(1006ms));  // late: the reply time still counts from the computed end
+  line_.OnTimer(At(1006ms));
   EXPECT_EQ(line_.state(), State::await_first);
   EXPECT_EQ(DeadlineIn(), 1104ms);
 }
@@ -184,8 +183,6 @@ TEST_F(LineTest, AReplyOfAnotherDeviceEndsOnlyTheExchangeOfALaggingDevice) {
   }
 }
 
-/// The program was stopped between the last byte and the timer. The reply must get the time of its
-/// last byte.
 TEST_F(LineTest, AReplyEndedBySilenceIsTimedByItsLastByte) {
   rule_ = [](View held, const protocols::Expectation&, bool idle) {
     return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
@@ -233,8 +230,7 @@ TEST_F(LineTest, TheReplyRuleIsAppliedAgainWhenTheLineIsIdle) {
   exchange.request.bytes = ToBytes("?");
   exchange.times = kTimes;
   exchange.reply_rule = [](View held, const protocols::Expectation&, bool idle) {
-    return idle ? protocols::Cut::Frame(held.size())
-                : protocols::Cut::NeedMore();  // only silence ends a frame
+    return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
   };
   line_.Start(std::move(exchange), At(1s));
   line_.OnTimer(At(1001ms));

@@ -1,3 +1,4 @@
+// Tests of `SecondReply`: copies, other replies and noise behind an accepted reply.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -30,7 +31,6 @@ struct Behind {
 
 class SecondReplyTest : public ::testing::TestWithParam<Behind> {
  protected:
-  /// Feeds the reply and `behind` in one read. True if `behind` contains no different reply.
   bool Come(View behind) {
     protocols::Assembler assembler;
     assembler.Begin(ToyProtocol().reply_rule, ToyProtocol().expect(ToBytes("?A1\r"), {}));

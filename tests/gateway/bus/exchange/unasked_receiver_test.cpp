@@ -1,5 +1,4 @@
-// Tests of `UnaskedReceiver`, which cuts messages out of bytes that a device sends without a
-// request.
+// Tests of `UnaskedReceiver`: messages that a device sends without a request.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -17,7 +16,6 @@ namespace {
 
 constexpr Instant kOpened = Instant() + 1h;
 
-/// Cuts messages of the form "<abc>".
 protocols::Cut Bracketed(View held, const protocols::Expectation& expect, bool) {
   if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::partial, "noise");
   const auto end = std::find(held.begin(), held.end(), '>');
@@ -40,7 +38,7 @@ protocols::Cut Silent(View held, const protocols::Expectation&, bool idle) {
 }
 
 struct Piece {
-  Duration at;  ///< time from the opening of the port
+  Duration at;
   std::string bytes;
 };
 
@@ -72,7 +70,6 @@ class UnaskedReceiverTest : public ::testing::TestWithParam<Case> {
     EXPECT_EQ(heard.why.empty(), heard.damaged == 0);
     Append(rest_, heard.rest);
   }
-  /// Calls OnTimer for each deadline before a piece, then feeds the piece.
   void Play(const std::vector<Piece>& pieces, protocols::FrameRule rule) {
     const protocols::Standing standing = StandingOf(rule);
     UnaskedReceiver ear(standing);
@@ -178,8 +175,6 @@ TEST_F(UnaskedReceiverCutTest, AnyTwoCutsGiveTheSameMessages) {
   }
 }
 
-/// The timer after "12" is late: the bytes "34" are fed before it. They must become a message of
-/// their own.
 TEST_F(UnaskedReceiverCutTest, ALateTimerDoesNotJoinMessages) {
   const protocols::Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
@@ -200,7 +195,6 @@ TEST_F(UnaskedReceiverCutTest, MemoryIsBounded) {
   }
 }
 
-/// Cuts messages of the form "<abc>".
 protocols::Cut Message(View held, const protocols::Expectation&, bool) {
   if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::none, "no message");
   const auto end = std::find(held.begin(), held.end(), '>');
@@ -294,8 +288,6 @@ TEST_F(LineUnaskedTest, AnIncompleteMessageIsDamagedAndFreesTheLine) {
   EXPECT_EQ(damaged_, 1U);
 }
 
-/// The message begins after each byte of the reply in turn. Message and reply must both arrive
-/// whole.
 TEST_F(LineUnaskedTest, AMessageInsideAReplyIsRemovedFromTheReply) {
   Duration at = 1s;
   for (std::size_t place = 0; place <= reply_.size(); ++place) {

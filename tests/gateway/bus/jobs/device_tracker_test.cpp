@@ -42,7 +42,6 @@ class DeviceTrackerTest : public ::testing::Test, protected ToyMembers, protecte
                 [&](const DeviceRecord& record) { quality = QualityAt(record, 0, kStart); });
     return quality;
   }
-  /// Returns the names of the devices whose polls are due, in the order of their polls.
   std::string Due(Duration at) {
     std::string due;
     while (const auto pick = schedule_.Next(kStart + at)) due += pick->device == 0 ? 'a' : 'b';
@@ -71,8 +70,7 @@ TEST_F(DeviceTrackerTest, ADeviceOutOfUseIsNotPolledAfterThePortOpens) {
   EXPECT_EQ(Due(0s), "b");
 }
 
-/// Device a was sent a request before the port closed, so its late reply can still arrive. Device a
-/// must wait for it.
+/// Device a was sent a request before the port closed, so its late reply can still arrive.
 TEST_F(DeviceTrackerTest, AfterThePortOpensOnlyTheDeviceWithALateReplyWaits) {
   owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();

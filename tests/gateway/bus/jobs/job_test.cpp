@@ -124,8 +124,6 @@ TEST_F(JobTest, TheGoalOfAProbeIsTheJobThatWaitsForIt) {
   EXPECT_FALSE(before.asked().lone_probe);
 }
 
-// ---------------- The effects of the end of each kind of job, one table per kind.
-
 using Next = EndEffects::Write::Next;
 
 class JobEndTest : public JobTest {
@@ -188,8 +186,7 @@ TEST_F(JobEndTest, AFailedReadBackMakesItsPointsDoubtful) {
   EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
-/// The query has gone, and another query can have its number now. So the job cannot tell which
-/// points it read.
+/// Another query can have the number of the missing query, so it is unknown which points were read.
 TEST_F(JobEndTest, AReadWhoseQueryIsGoneIsRepeated) {
   EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
@@ -213,13 +210,13 @@ TEST_F(JobEndTest, ABackgroundTaskReportsItsDurationAndWhetherItWasSent) {
 TEST_F(JobEndTest, TheEndOfAWriteDependsOnItsProgressAndOutcome) {
   struct Row {
     const char* what;
-    std::size_t points;  // points of the command
-    std::size_t next;    // the point that is being written, counted from 1
-    bool sent;           // a request that can have changed the device has been sent
+    std::size_t points;
+    std::size_t next;  // the point that is being written, counted from 1
+    bool sent;         // a request that can have changed the device has been sent
     Outcome outcome;
     Next follows;
-    WriteEnd end;         // used only for Next::answer
-    std::size_t unknown;  // number of points whose values are unknown afterwards
+    WriteEnd end;
+    std::size_t unknown;
     bool polls_first;
     bool unfit = false;
   };

@@ -66,7 +66,6 @@ const protocols::Protocol& TalkerProtocol() {
   return protocol;
 }
 
-/// Device a is polled. Device b sends unasked and has one point.
 class SpeakerTest : public ::testing::Test {
  protected:
   SpeakerTest() { line_.devices[1].protocol = "talker"; }

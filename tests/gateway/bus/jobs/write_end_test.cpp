@@ -153,7 +153,6 @@ TEST(Comparison, DecimalsApplyToTheUnscaledValue) {
   EXPECT_EQ(Compare(point, write, 344.0), Comparison::another) << "0.86";
 }
 
-/// With a scale of 0.1, the value 25 is written as the raw value 250, and the point shows 25 again.
 TEST(Comparison, IntegersAreComparedInScaledUnits) {
   config::Point point;
   point.type = Type::int16;

@@ -174,7 +174,7 @@ TEST(ToSample, SentinelsMatchNumbersAsTheyAreShown) {
       {"1e30", static_cast<double>(1e30F), true},
       {"3.4028235e38", static_cast<double>(std::numeric_limits<float>::max()), true},
       {"-3.402823466E+38", static_cast<double>(-std::numeric_limits<float>::max()), true},
-      {"999.90", 999.9, true},  // the device sent this reading as text
+      {"999.90", 999.9, true},
       {"999.9", 999.9001, false},
       {"999.9", static_cast<double>(999.8F), false},
       {"999.9", static_cast<double>(std::nextafter(999.9F, 0.0F)), false},

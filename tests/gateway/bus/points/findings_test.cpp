@@ -87,8 +87,7 @@ TEST(Findings, SilenceOnlyAfterShortPausesIsDetected) {
   EXPECT_EQ(findings.ShortPause(), Duration());
 }
 
-/// After long replies have arrived whole, they arrive damaged. Example: a serial server with a
-/// smaller buffer was inserted.
+/// Example: a serial server with a smaller buffer was inserted.
 TEST(Findings, LongRepliesThatBecomeDamagedAreDetected) {
   Findings findings;
   const Finding whole{.symptom = clean, .bytes = 49, .expected = 49};
@@ -115,8 +114,7 @@ TEST(Findings, AShortRefusalDoesNotCountAsALongReply) {
 
 constexpr Instant kFirst{1000s};
 
-/// Simulates one exchange per second: 'o' is answered, 'x' fails. '-' is a minute without
-/// exchanges.
+/// One exchange per second: 'o' is answered, 'x' fails. '-' is a minute without exchanges.
 FailureRuns After(std::string_view exchanges) {
   FailureRuns failures;
   Instant now = kFirst;
@@ -130,8 +128,7 @@ FailureRuns After(std::string_view exchanges) {
   return failures;
 }
 
-/// Returns the runs as text. Example: "2x3" is two answered exchanges, then three failures; "2x3."
-/// is a run that has not ended.
+/// Example: "2x3" is two answered exchanges, then three failures; "2x3." has not ended.
 std::string ShownRuns(const FailureRuns& failures) {
   std::string text;
   for (const FailureRuns::Run& run : failures.runs()) {

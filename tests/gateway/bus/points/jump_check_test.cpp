@@ -27,8 +27,8 @@ class JumpCheckTest : public ::testing::Test {
     check_.emplace(points_);
   }
 
-  /// Returns how the reading is stored: "counts", "uncertain", or "-" (not stored); with " again"
-  /// if the point must be read again, and " doubt" if the value stored before becomes uncertain.
+  /// Returns how the reading is stored: "counts", "uncertain" or "-" (not stored); " again": the
+  /// point must be read again; " doubt": the stored value becomes uncertain.
   std::string Read(const Value& value, Quality quality = Quality::good) {
     std::vector<Sample> samples = {{0, value, quality}};
     const JumpCheck::Result result = check_->Check(samples);

@@ -510,8 +510,6 @@ TEST_F(GrowingStore, AForgottenLineIsFreedWhenItsLastHolderReleasesIt) {
   EXPECT_EQ(store().device(1)->name, "b");
 }
 
-/// After a reload, the driver of the removed line can still send an update. The store must ignore
-/// it.
 TEST_F(GrowingStore, UpdatesOfAForgottenDeviceAreIgnored) {
   store().Retire(0);
   store().Forget(0);

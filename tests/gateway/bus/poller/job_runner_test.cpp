@@ -1,3 +1,4 @@
+// Tests of `JobRunner`: the rows of the table in gateway/bus/jobs/job.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/poller/job_runner.h"
 
@@ -15,18 +16,16 @@ namespace {
 
 using ::testing::StartsWith;
 
-/// Runs jobs on a line of two devices. Device A has the points `read` and "2", B has "1". All have
-/// been answered, so the identity of A is proven, and no reply is outstanding.
+/// Runs jobs on a line with device A (points `read` and "2") and B ("1"), whose identities are
+/// proven.
 class Rig : private PollerListener, private RequestPort {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     Pass({});
     runner_.OnOpened(false);
     context_.tracker.OnOpened(now_.instant);
-    while (context_.agenda.schedule.Next(now_.instant))
-      continue;  // takes all due polls, so that no poll is due for 1 s
+    while (context_.agenda.schedule.Next(now_.instant)) continue;
     Poll(1);
-    // Another master could have used the line before, so the line needs more than one probe.
     for (Turn(); runner_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
   }
 
@@ -69,7 +68,6 @@ class Rig : private PollerListener, private RequestPort {
     }
   }
   void Answer(const std::string& reply) { Receive(ToyReply(reply)); }
-  /// Chooses the next job and sends its request. False if the job has ended without a request.
   bool Go() {
     Turn();
     if (runner_.job() == nullptr) return false;
@@ -92,7 +90,6 @@ class Rig : private PollerListener, private RequestPort {
     while (runner_.job() != nullptr && runner_.TakeTurn() == JobRunner::Turn::next) continue;
   }
 
-  /// Returns the request that will be sent next, or "parked" or "ended".
   std::string Next() {
     if (runner_.job() == nullptr) return context_.agenda.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(runner_.job()->step.request.bytes));
@@ -279,8 +276,7 @@ TEST(JobRunnerTest, AForbiddenWriteIsWithdrawnWhileTheLineIsNotQuiet) {
   EXPECT_TRUE(rig.writes().read_backs().empty()) << "nothing was written";
 }
 
-/// The first try of the write can have been carried out, so the write must end "unknown" and not
-/// "denied".
+/// The first try of the write can have been carried out, so the end is unknown, not denied.
 TEST(JobRunnerTest, AForbiddenWriteIsNotRetried) {
   Rig rig("1");
   rig.Write({0});

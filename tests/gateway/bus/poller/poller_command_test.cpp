@@ -18,7 +18,7 @@ class PollerCommand : public ::testing::Test {
  protected:
   void Open() {
     line_.Open();
-    line_.RunFor(1500ms);  // now is between two polls
+    line_.RunFor(1500ms);
     line_.sent.clear();
   }
   WriteCommand Command(std::vector<PointWrite> writes, Duration within = 1h) {
@@ -153,7 +153,7 @@ TEST_F(PollerCommand, AWriteToAnOfflineDeviceOrAClosedLineFailsAtOnce) {
   line_.RunFor(1min);
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
-  line_.RunFor(150ms);  // the drain is over, and the next probe is not due
+  line_.RunFor(150ms);
   line_.Write(0, 0, 1.0);
   EXPECT_EQ(line_.ends, (Ends{WriteEnd::not_sent, WriteEnd::not_sent}));
   EXPECT_EQ(line_.CountSent("W"), 0U);
@@ -201,8 +201,6 @@ TEST_F(PollerCommand, IsNotSentWhileALateAnswerCouldConfirmIt) {
   EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
 }
 
-// The device accepts the password in time. The value could only be sent after the answer "not
-// sent", so it must not be sent.
 TEST_F(PollerCommand, TheWriteIsNotSentAfterTheDeadlineAndTheSessionIsClosed) {
   line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const Duration think = request[0] == 'O' ? 190ms : 5ms;

@@ -20,8 +20,7 @@ struct Crowd {
   std::size_t points = 4;
 };
 
-/// Makes a line of living devices, then dead devices, at 9600 7E1: a character takes a little over
-/// a millisecond.
+/// Makes living devices, then dead devices, at 9600 7E1: a character takes about a millisecond.
 std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   std::vector<std::string> reads;
   for (std::size_t i = 0; i < crowd.points; ++i) reads.push_back(std::to_string(i));
@@ -116,7 +115,6 @@ TEST(PollerDead, ADeadDeviceAloneOnItsLineIsProbedAtFullRate) {
   EXPECT_GE(line->store().ReadLine(0).probes - before, 60U);
 }
 
-/// A cut bus silences ten devices at one moment.
 TEST(PollerDead, LivingDevicesArePolledWhileManyFallSilentTogether) {
   const auto line = MakeCrowd({.living = 1, .dead = 10, .points = 1});
   for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = false;
@@ -201,8 +199,6 @@ std::unique_ptr<VirtualLine> DeadBesideBusy() {
   return line;
 }
 
-/// A radio link loses the first two requests to device b. Device b must be online again within
-/// seconds.
 TEST(PollerDead, ADeviceLostAtTheStartReturnsWithinSeconds) {
   const auto line_of_two = DeadBesideBusy();
   VirtualLine& line = *line_of_two;
@@ -259,7 +255,7 @@ TEST(Poller, AReturningDeviceIsPolledAtOnce) {
   line.twin(0).manner.dead = false;
   ASSERT_TRUE(line.RunUntil([&] { return line.twin(0).answered == 1; }, 2s))
       << "probed on an idle line";
-  line.RunFor(1200ms);  // an earlier probe can be answered until this ceiling ends
+  line.RunFor(1200ms);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good) << "the slow group as well";
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
   ASSERT_FALSE(line.states.empty());
@@ -303,8 +299,6 @@ TEST(PollerFaults, ASecondReplyOfAFastDeviceMakesASlowDeviceBeReadAgain) {
   EXPECT_GT(line.StatusOf(1).exchanges, before) << "read again, long before its period is over";
 }
 
-/// The device answers one request always with the reply to another request. The other values must
-/// stay good.
 TEST(PollerFaults, AnOddFormOfOneReplyLeavesTheOtherValuesGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "2", "U3"})}), {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -336,8 +330,8 @@ TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
   EXPECT_NE(line.QualityOf(0, 0), Quality::good);
 }
 
-/// A copy of a reply is mistaken for the reply to the next request. The true reply follows the
-/// copy, so the last reading must become uncertain and be read again at once.
+/// A copy is mistaken for the reply to the next request. The true reply follows, so the last
+/// reading must become uncertain and be read again.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(SecondReply, ACopyMistakenForTheNextReplyIsDetected) {

@@ -1,3 +1,4 @@
+// Tests of buses that echo, of faulty devices and of late replies, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -192,7 +193,6 @@ TEST(PollerFaults, NoiseAfterOneReplyDoesNotSlowTheLineForEver) {
   EXPECT_GE(rate(), clean - clean / 50);
 }
 
-/// Device a answers with a wrong address. The line must not wait for further replies of device a.
 TEST(PollerFaults, ADeviceWithAWrongAddressSlowsANeighbourByAtMostFivePercent) {
   const auto answered_in_a_minute = [](bool wrong) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
@@ -221,7 +221,6 @@ TEST(PollerFaults, ADeviceWithAWrongAddressSlowsANeighbourByAtMostFivePercent) {
   EXPECT_GE(answered_in_a_minute(true), 0.95 * answered_in_a_minute(false));
 }
 
-/// Each reply of device a arrives slowly, for longer than a reply time.
 TEST(PollerFaults, ADribblingDeviceGoesOfflineAndItsNeighbourStaysGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
                    {&ToyProtocol()});
@@ -369,8 +368,6 @@ TEST(PollerLate, ALateAnswerIsNeverStoredForAnotherDevice) {
   }
 }
 
-/// The late reply to the first try is taken for the reply to the retry. The value is right, but the
-/// status must show that the device is slow.
 TEST(PollerLate, ALateReplyIsDetectedWhenItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
@@ -384,7 +381,6 @@ TEST(PollerLate, ALateReplyIsDetectedWhenItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// The program was stopped while the reply waited to be read, so the age of the reply is unknown.
 TEST(PollerLate, AReplyReadAfterAStopIsAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
@@ -398,8 +394,6 @@ TEST(PollerLate, AReplyReadAfterAStopIsAsOldAsTheStop) {
   }
 }
 
-/// Replies contain the address, so device b is asked while the late reply of device a is
-/// outstanding. That reply arrives during the exchange with b.
 TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   config::Device a = ToyDevice("a", "A", {"1"});
   a.retries = 0;
@@ -469,7 +463,7 @@ TEST(PollerLate, ARecoveredRetryIsFollowedByTimeForItsOwnReply) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
-  int late = 2;  // the request and its retry are answered after 300 ms
+  int late = 2;
   const std::size_t before = line.sent.size();
   line.twin(0).manner.distort = [&](Bytes reply) {
     line.twin(0).manner.think = late-- > 0 ? 300ms : 5ms;

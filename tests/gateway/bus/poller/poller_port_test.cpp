@@ -1,3 +1,4 @@
+// Tests of a port that closes and opens, of sessions, and of the status, under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -246,7 +247,6 @@ TEST(LineStatusTest, CountsTheSumOfItsDevices) {
   EXPECT_EQ(status.late, 0U);
 }
 
-/// A period of 5 ms is shorter than many waiting times of a line, but must be met.
 TEST(FastPoll, APeriodOfFiveMillisecondsIsMetWhenTheLineHasTime) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
   config.serial.baud = 921'600;
@@ -266,7 +266,7 @@ TEST(FastPoll, APeriodOfFiveMillisecondsIsMetWhenTheLineHasTime) {
   EXPECT_EQ(after.missed, before.missed);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good) << "it ages by its own interval";
-  line.twin(0).manner.think = 12ms;  // now the line has time for one of three polls
+  line.twin(0).manner.think = 12ms;
   line.RunFor(10s);
   const DeviceStatus slow = line.StatusOf(0);
   const auto asked = slow.Count(Outcome::ok) - after.Count(Outcome::ok);
@@ -284,8 +284,7 @@ TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
   line.RunFor(25s);
   EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02) << "of the first half minute";
   line.RunFor(95s);
-  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11,
-              0.02);  // the line is busy for 90 ms and the characters in each second
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);
   line.Close();
   EXPECT_EQ(line.store().ReadLine(0).use, 0);
 }

@@ -144,8 +144,7 @@ config::Device Entry(const std::string& name, const std::string& address) {
   return device;
 }
 
-/// Devices 0 and 1 are both slave 20; device 2 is slave 21. Each slave has 120 registers and eight
-/// coils.
+/// Devices 0 and 1 are slave 20, device 2 is slave 21. Slaves have 120 registers and eight coils.
 struct OutdatedLine : RoutedLine {
   enum : std::uint32_t { whole, bit, next, coil, pair, input, apart };
 
@@ -203,7 +202,7 @@ TEST(PollerOutdated, PointsWrittenByARouteAreReadAgain) {
       {"0F 00 00 00 08 01 FF", {L::coil}},
       {"06 00 32 00 02", {}},
       {"03 00 05 00 02", {}},
-      {"06 03 E7 00 02", {}},  // the slave refuses with exception code 02
+      {"06 03 E7 00 02", {}},
   };
   for (const Case& one : cases) {
     L line;

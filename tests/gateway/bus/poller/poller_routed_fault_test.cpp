@@ -1,5 +1,4 @@
-// Tests of transparent routes on a line with faults, under virtual time. No client gets the reply
-// to another request, and a write ends "ok" only if the slave received it.
+// Tests of transparent routes on a line with faults, under virtual time.
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
@@ -12,18 +11,14 @@ namespace {
 
 using Pieces = std::vector<tools::TimedPiece>;
 
-// Function 16 for one register. The reply does not contain the value, so replies to start and stop
-// are equal.
+// Function 16: its reply does not contain the value, so replies to start and stop are equal.
 constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
 constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
-// A function of one manufacturer. Other slaves ignore it.
 constexpr const char* kOdd = "41 00 00";
 
 /// The first bytes of a reply of slave 20 without the rest, so the exchange ends as damaged.
 const Bytes kNoise = {0x14, 0x55};
 
-// Noise ends the exchange, so the read is repeated and the slow slave answers twice. The second
-// reply must not be given to the next request.
 TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
   RoutedLine line;
   line.Number(0, 1);
@@ -101,7 +96,6 @@ TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   EXPECT_NE(line.Of("stop").outcome, Outcome::ok) << "the slave never heard it";
 }
 
-// A write is not retried, so the late reply of another slave must not end it.
 TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   RoutedLine line;
   line.Ask("warm", kRead, 20);
@@ -117,7 +111,6 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
 
-// No reply is damaged. One late slave and one slow slave suffice to assign replies wrongly.
 TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
   RoutedLine line;
   line.Number(1, 1);
@@ -153,7 +146,6 @@ TEST(PollerRoutedFaults, AReplyFromBeforeAReconnectIsIgnored) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
-/// A request and the reply that the slave sends in place of the twin's reply.
 using Odd = std::pair<std::string, std::string>;
 constexpr const char* kEnron = "03 13 89 00 01";
 constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
@@ -161,7 +153,7 @@ constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
 const Odd kOddReplies[] = {
     {kEnron, "03 04 00 01 00 02"},
     {"06 00 0D 00 6C", "06 00 0D 00 64"},  // the slave limits the value
-    {kWhole, kWhole},                      // the reply repeats the whole request
+    {kWhole, kWhole},
     {"0F 00 00 00 01 01 01", "0F 00 00 00 01 01 01"},
     {"08 00 00 12 34", "08 00 00 12 35"},
     {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},
@@ -203,8 +195,6 @@ TEST(PollerRoutedFaults, AnOddReplyIsAcceptedWhenNoOtherReplyIsOutstanding) {
   }
 }
 
-/// No other request was sent before, so the bus can be one that echoes. The echo must not count as
-/// a reply.
 TEST(PollerRoutedFaults, AWholeEchoOfAWriteIsNoReplyWhenTheBusMayEcho) {
   RoutedLine line(DriveLine(), {"20"});
   AnswerOddly(line.twin(0).manner, kWhole, kWhole);
@@ -298,8 +288,7 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotBlockTheSlaveForOthers) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A busy client of another slave leaves 2 % of the line's time for probes, so the next probe is far
-// off.
+// A busy client of another slave leaves 2 % of the line's time for probes, so a probe comes late.
 TEST(PollerRoutedFaults, AWriteReachesAReturnedSlaveBeforeAProbeFindsIt) {
   RoutedLine line;
   BusyClients clients(line);
@@ -312,7 +301,7 @@ TEST(PollerRoutedFaults, AWriteReachesAReturnedSlaveBeforeAProbeFindsIt) {
     line.RunFor(1s);
   }
   line.twin(1).manner.dead = false;
-  line.RunFor(10s);  // no client asks the slave in this time
+  line.RunFor(10s);
   const int before = clients.answered(0);
   line.Ask("stop", kStartDrive, 21, 2);
   line.RunFor(3s);

@@ -30,8 +30,7 @@ config::Line WrittenDrive() {
   return settings;
 }
 
-/// Sends a long read of another slave, so that the line is busy. Returns how many requests were
-/// sent before it.
+/// Makes the line busy with a long read of another slave. Returns the number of requests before it.
 std::size_t StartBlock(RoutedLine& line) {
   line.RunFor(5s);
   const std::size_t before = line.sent.size();
@@ -126,7 +125,6 @@ TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   EXPECT_GT(line.CountSent("BA7"), 0U);
 }
 
-// The poll waits until no late reply can arrive. The start must not wait.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   config::Line settings = DriveLine({Polled("21", 2, 100ms)});
   settings.devices[0].retries = 0;
@@ -208,7 +206,6 @@ TEST(PollerRoutedOrder, NoRetryIsSentForAClientThatHasLeft) {
   EXPECT_THAT(line.Names(), ElementsAre("read"));
 }
 
-// The deadline counts from the arrival of the request, not from the first damaged reply.
 TEST(PollerRoutedOrder, NoRetryIsSentBeyondTheDeadline) {
   RoutedLine line;
   line.twin(0).manner.distort = Damaged;
@@ -375,7 +372,7 @@ TEST(PollerRoutedOrder, AProbeDelayedByAWriteIsCountedWhenItIsSent) {
     line.Ask("read", kRead);
     line.Ask("look", kRead, 21, 2, config::Priority::normal, 3s);
     ASSERT_TRUE(line.RunUntil([&] { return line.Names().back() == "read"; }, 1s));
-    line.RunFor(10ms);  // the probe waits for a quiet line
+    line.RunFor(10ms);
     line.Ask("start", kStartDrive);
     line.RunFor(4s);
   }

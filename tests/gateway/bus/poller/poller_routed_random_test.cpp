@@ -49,8 +49,6 @@ void Disturb(RoutedLine& line, std::size_t slaves, Dice& dice) {
   }
 }
 
-/// Runs clients of two routed slaves, of a polled device in every second run, and of a missing
-/// slave.
 class RandomRun {
  public:
   explicit RandomRun(unsigned seed)
@@ -123,7 +121,6 @@ class RandomRun {
   std::size_t asked_ = 0;
 };
 
-// A client would take a second answer for the answer to its next request.
 TEST(PollerRoutedRandom, EveryRequestIsAnsweredOnce) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -172,8 +169,7 @@ Tally ReadAtRandom(unsigned seed) {
   return TallyOf(line);
 }
 
-// A Modbus RTU reply does not contain its register number, so only the order of replies assigns
-// them.
+// A Modbus RTU reply does not contain its register number, so only the order assigns it.
 TEST(PollerRoutedRandom, NoReadReturnsAValueOfAnotherRegister) {
   int ok = 0;
   for (unsigned seed = 1; seed <= 150; ++seed) {
@@ -184,7 +180,6 @@ TEST(PollerRoutedRandom, NoReadReturnsAValueOfAnotherRegister) {
   EXPECT_GT(ok, 1400);
 }
 
-/// Reads from a slave that answers requests in order. One of `every` replies is late by `late`.
 Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   const std::size_t devices = settings.devices.size();
   RoutedLine line(std::move(settings),
@@ -209,7 +204,6 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   return TallyOf(line);
 }
 
-// `late` is longer than the ceiling, so the reply arrives during another request or a probe.
 TEST(PollerRoutedRandom, AVeryLateReplyIsNeverGivenToAnotherRequest) {
   for (const bool polled : {false, true}) {
     for (const Duration late : {800ms, 900ms, 1000ms, 1500ms, 3000ms}) {
@@ -247,8 +241,8 @@ TEST(PollerRoutedEcho, AnEarlyEchoDoesNotConfirmTheFirstWrite) {
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// The echo arrives in one piece after the request, so it is not early. A reply to a read differs
-// from its request, so only a read shows that the bus echoes.
+// The echo arrives after the request, so it is not early. Only a read shows that the bus echoes,
+// because its reply differs from its request.
 TEST(PollerRoutedEcho, AnEchoDoesNotConfirmAWriteAfterAReadRevealedTheEcho) {
   RoutedLine line(DriveLine(), {"20"});
   bool dead = false;

@@ -33,7 +33,6 @@ TEST(PollerRouted, AnExceptionOfTheSlavePassesUnchanged) {
   EXPECT_EQ(ToHex(line.Of("beyond").pdu), "83 02");
 }
 
-/// The client gets the slave's exception. The device must not be marked as refusing.
 TEST(PollerRouted, ARefusedClientRequestIsNotCountedForTheDevice) {
   RoutedLine line(DriveLine({Polled("20", 1)}), {});
   line.RunFor(100ms);
@@ -166,8 +165,7 @@ TEST(PollerRouted, NoRequestIsSentAfterItsDeadlineWhenTheProgramResumes) {
   RoutedLine line;
   line.Ask("first", kRead);
   ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
-  line.Ask("start", kStartDrive, 20, 2, Priority::normal,
-           50ms);  // the start waits for a quiet line
+  line.Ask("start", kStartDrive, 20, 2, Priority::normal, 50ms);
   line.Stop(1s, true);
   EXPECT_EQ(line.Of("start").outcome, Outcome::no_reply);
   EXPECT_FALSE(line.Of("start").sent);
@@ -286,7 +284,6 @@ TEST(PollerRouted, ADeadSlaveFailsQuicklyAndBarelySlowsTheOthers) {
     line.RunFor(10s);
     const int before = clients.answered(0);
     line.RunFor(60s);
-    // Reads of a dead slave fail at once, so the client fails often.
     if (dead) {
       EXPECT_GT(clients.failed(2), 1000);
     }

@@ -137,7 +137,6 @@ TEST(Poller, APauseRequestedInAProbeReplyIsObserved) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
-// A busy meter requests two pauses of 15 s. They must not make the line count as slow.
 TEST(Poller, PausesOfABusyDeviceDoNotLengthenItsAgeLimits) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options = ToyOptions();
@@ -167,7 +166,6 @@ VirtualLine OneOnce() {
   return {ToyLine({device}), {&ToyProtocol()}};
 }
 
-/// Makes the twin ignore the first `times` requests that begin with `start`.
 void Swallow(VirtualLine::WireTwin& twin, std::string start, int times) {
   twin.manner.instead = [start = std::move(start), times](View request) mutable {
     if (!AsText(request).starts_with(start) || times == 0) return std::optional<Bytes>();
@@ -211,8 +209,6 @@ TEST(PollerOnce, AnUnansweredPointIsRequestedOncePerSlowPeriod) {
   EXPECT_LE(tasks, 61U);
 }
 
-// The device is replaced while the port is closed, and the new device ignores the first reads of
-// its serial number. Meanwhile no value of the old device can be good.
 TEST(PollerOnce, AValueFromBeforeAReopeningIsNotGoodUntilReadAgain) {
   VirtualLine line = OneOnce();
   line.twin(0).values.Set(0, 1001.0);
@@ -306,8 +302,7 @@ TEST(PollerDaily, APointIsReadAgainAfterSilence) {
   EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
-/// Device B sends a second, different reply when `doubled` is set. The refusal of A can be such a
-/// reply, so refused queries must be asked again.
+/// Device B sends a second reply when `doubled` is set. The refusal of A can be such a reply.
 struct Doubled {
   explicit Doubled(config::Device a)
       : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {
@@ -379,8 +374,6 @@ TEST(Poller, AReplanDropsPointsThatTheDeviceRefuses) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// While four urgent reads wait, the reply to a poll removes query 0 from the plan, so all other
-/// queries get new numbers.
 TEST(Poller, AWaitingReadFollowsItsPointsWhenThePlanChanges) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5", "6"})}),
                    {&ToyProtocol()});

@@ -56,8 +56,6 @@ TEST_F(PollerUnasked, ASilentDeviceIsNotOnlineAndItsNextWriteIsSent) {
   EXPECT_TRUE(line_.warnings.empty());
 }
 
-/// The first write was never answered, so the reply to the second write can be the late reply to
-/// the first.
 TEST_F(PollerUnasked, WithoutAProofAnAmbiguousReplyConfirmsNoWrite) {
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 0, 7.0));
@@ -71,7 +69,6 @@ TEST_F(PollerUnasked, WithoutAProofAnAmbiguousReplyConfirmsNoWrite) {
   EXPECT_EQ(line_.ends, (std::vector{WriteEnd::ok, WriteEnd::unknown, WriteEnd::unknown}));
 }
 
-/// A conversation that always has a background task due, and refuses to make a request for it.
 class Stubborn final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return queries_; }
@@ -165,8 +162,6 @@ TEST(TurnLimitTest, TurnsAtDifferentTimesAreNotLimited) {
   }
 }
 
-// ---------------- Which replies to a request are accepted.
-
 class ReplyTest : public ::testing::Test, protected PollerListener {
  protected:
   void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&, Now) override {}
@@ -200,8 +195,6 @@ TEST_F(ReplyTest, AReplyEqualToItsRequestIsRefusedOnAnEchoingBus) {
   }
 }
 
-/// An absent device is probed, and another device can answer. If replies contain no name, the
-/// readings of the reply must not be stored.
 TEST_F(ReplyTest, AProbeWithoutNameGivesNoReadingsOfANamedDevice) {
   const EchoWatch echo(config::Echo::off);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {

@@ -1,5 +1,4 @@
-// Tests of the results of writes: the client is told what the device has done, as far as it is
-// known.
+// Tests of the results of writes that a client receives.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -30,7 +29,6 @@ class PollerWriteEnd : public ::testing::Test {
     command.kind = Reads{std::move(points)};
     return command;
   }
-  /// Makes the device answer each request that begins with `kind` with `reply`.
   void Say(char kind, Bytes reply) {
     line_.twin(0).manner.instead = [kind, reply](View request) -> std::optional<Bytes> {
       return request[0] == kind ? std::optional(reply) : std::nullopt;
@@ -118,7 +116,6 @@ TEST_F(PollerWriteEnd, AnUnansweredWriteIsUnknown) {
   EXPECT_EQ(line_.CountSent("W"), 1U) << "not repeated, and the second not begun";
 }
 
-/// The device never answered the request that opens the session, so nothing has been written.
 TEST_F(PollerWriteEnd, AnUnansweredPreparationLeavesTheWriteUnsent) {
   line_.Close();
   Say('O', {});
@@ -199,8 +196,6 @@ TEST_F(PollerWriteEnd, AReadNowOfAnOfflineDeviceFailsAtOnce) {
   EXPECT_FALSE(results_[1].read_back);
 }
 
-/// Device A does not answer its write, so its read-back waits for a late reply. Device B must not
-/// wait.
 TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});

@@ -1,5 +1,4 @@
-// `RoutedLine`: a virtual line with Modbus RTU slaves on the wire (tests/support/virtual_line.h),
-// for tests of transparent routes.
+// `RoutedLine`: a virtual line with Modbus RTU slaves on the wire, for tests of transparent routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -55,7 +54,6 @@ struct RoutedLine : VirtualLine {
   std::vector<Reply> replies;
 };
 
-/// Clients that repeat one request each, as soon as it is answered.
 class BusyClients {
  public:
   explicit BusyClients(RoutedLine& line);

@@ -1,5 +1,5 @@
-// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are single letters. 'P' is a
-// proof: its reply differs from the replies to all other letters, which look alike.
+// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are letters. Only the reply to 'P'
+// (a proof) differs from the replies to other letters.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -15,12 +15,10 @@ namespace {
 
 class Order {
  public:
-  /// Sends a request that has not been answered yet.
   void Send(char request) {
     order.OnSent({0, {static_cast<std::uint8_t>(request)}, kStart + ++sent_ * 1s, request == 'P'});
     latest_ = request;
   }
-  /// Receives a reply, which really answers the request `to`.
   void Reply(char to) {
     known =
         order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent, std::size_t) {
@@ -34,7 +32,7 @@ class Order {
   bool IsOnly(char request) const { return order.IsAnswerTo({static_cast<std::uint8_t>(request)}); }
 
   AnswerOrder order;
-  bool known = false;  ///< true: OnAnswer has found the request of the last reply
+  bool known = false;
 
  private:
   int sent_ = 0;
@@ -115,7 +113,7 @@ TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   Order order;
   order.Answered('a');
   order.Send('a');
-  order.Reply('P');  // no P was sent, so the reply fits no request
+  order.Reply('P');
   EXPECT_FALSE(order.known);
   EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
   order.order.OnLost();
@@ -161,7 +159,6 @@ TEST(AnswerOrderTest, ARequestRepeatedPastAllOutstandingRepliesHasItsAnswer) {
   EXPECT_EQ(order.order.Older(), 2s);
 }
 
-/// The device never answers P. The replies to all other requests arrive.
 TEST(AnswerOrderTest, UnansweredRequestsDoNotShiftTheOrder) {
   Order order;
   order.Send('a');
@@ -207,7 +204,6 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
-/// The oldest requests are no longer stored, but their replies can still arrive.
 TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   Order order;
   for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
@@ -216,8 +212,6 @@ TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   EXPECT_FALSE(order.IsOnly('b'));
 }
 
-/// At most three outstanding replies belong to other masters, so the fourth reply answers this
-/// gateway.
 TEST(AnswerOrderTest, ThreeRepliesToStrangersAreAssumedOutstanding) {
   Order order;
   order.order.OnStranger(kStart);
@@ -288,8 +282,6 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhenRepliesAreUnnamed) {
   }
 }
 
-/// After a lost reply, the next reply is in doubt if it comes from the same device, or from a
-/// neighbour whose replies contain no address.
 TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
   for (const bool named : {true, false}) {
     for (const Device* lost : {&a, &b}) {
@@ -341,9 +333,6 @@ TEST_F(ReplyOrdersTest, EventsApplyToTheDeviceOrderAndTheLineOrder) {
   }
 }
 
-/// If a serial server delivers replies late, replies of device a can have arrived while b was
-/// asked. They count as outstanding for ever, so the outstanding replies of a must not be compared
-/// with those of b.
 TEST_F(ReplyOrdersTest, OutstandingRepliesOfANeighbourCountBesideThoseOfTheDevice) {
   const protocols::Request theirs = AskFor("?B1\r");
   const protocols::Request asked = AskFor("?A1\r");

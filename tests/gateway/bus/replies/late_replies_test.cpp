@@ -1,3 +1,4 @@
+// Tests of `LateReplies`: how long replies are waited for, and which devices wait.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
 
@@ -65,8 +66,6 @@ TEST_F(LateRepliesTest, ABroadcastDoesNotEndTheWaiting) {
   EXPECT_EQ(LateUntil(a), 1000ms);
 }
 
-/// A client of the serial server, or a manual telegram, sent a request that the gateway does not
-/// know.
 TEST_F(LateRepliesTest, TheReplyToAnUnknownRequestIsAwaitedUntilTheCeiling) {
   late_.OnUnknownRequest(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
@@ -121,7 +120,6 @@ TEST_F(LateRepliesTest, EntriesOfOneAddressWaitTogether) {
   EXPECT_EQ(LateUntil(b), 1000ms);
 }
 
-/// Example: the tare command of a scale takes seconds, so its request has a reply time of 3 s.
 TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   request_.reply = 3s;
   asked_ = {.member = &a, .request = &request_, .sent = kStart};
@@ -193,7 +191,6 @@ TEST_F(LateRepliesTest, FourBytesMayBeAReplyOfUnknownLength) {
   EXPECT_EQ(late_.OnStray({3, 10ms}, kStart + 2210ms).late_member, nullptr) << "counted anew";
 }
 
-/// The next requests get a longer reply time. Probes of an absent device do not.
 TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   for (const Duration began : {0s, 10s}) {
     EXPECT_EQ(late_.PatienceFor(a), 0ms);
@@ -209,8 +206,6 @@ TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// The reply arrived within the extended reply time. If the request was a retry, the reply can
-/// answer the first try, so its lateness is unknown.
 TEST_F(LateRepliesTest, AReplyReceivedInExtendedTimeSetsThePatience) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .retry = true};
   const Duration characters = 4 * a.times.character;
@@ -255,7 +250,6 @@ TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "but it has been counted";
 }
 
-/// Bytes after the next request are a copy of its reply, not an answer to the retry before.
 TEST_F(LateRepliesTest, BytesAfterTheNextRequestAreNoAnswerToARetry) {
   for (const Duration began : {0s, 10s}) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
@@ -286,10 +280,9 @@ TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTryThatMetSilence) {
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}, {600ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::no_reply}, {300ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 170ms},
-      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}},
-       0ms},  // the bytes are the rest of the partial reply
+      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}}, 0ms},
       {{{0ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 0ms},
-      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // the gateway rejected the first reply
+      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},
   };
   Duration began = 2s;
   for (const Case& one : cases) {

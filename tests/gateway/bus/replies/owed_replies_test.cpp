@@ -1,5 +1,4 @@
-// Tests of `OwedReplies`: how outstanding replies change an exchange, and which readings they put
-// in doubt.
+// Tests of `OwedReplies`: how outstanding replies change an exchange.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -80,7 +79,6 @@ class OwedRepliesTest : public ::testing::Test, protected ToyMembers {
   Exchange Give(bool trusted = false, Duration idle_for = 0s) {
     return owed_.ExchangeOf(asked_, trusted, kStart - idle_for, kStart);
   }
-  /// Simulates a first try whose reply arrives `lateness` after the reply time.
   void BeLate(Duration lateness) {
     asked_.sent = kStart - 10s;
     const Instant end = asked_.sent_out() + a.times.reply;
@@ -121,7 +119,6 @@ TEST_F(OwedRepliesTest, ALateDeviceGetsMoreReplyTimeAndMoreDrain) {
   EXPECT_EQ(Give().times.reply, 200ms);
 }
 
-/// Before a first try, the line has already waited for late replies.
 TEST_F(OwedRepliesTest, ATrustedDeviceHasNoOutstandingRepliesBeforeAFirstTry) {
   for (const bool trusted : {false, true}) {
     for (const bool retry : {false, true}) {
@@ -134,7 +131,7 @@ TEST_F(OwedRepliesTest, ATrustedDeviceHasNoOutstandingRepliesBeforeAFirstTry) {
   }
 }
 
-/// The late reply arrives only after the next request, so it is useless to wait for it.
+/// The late reply arrives only after the next request, so waiting for it is useless.
 TEST_F(OwedRepliesTest, ALaggingDeviceGetsOnlyTheDrainAsAftermath) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;

@@ -1,5 +1,5 @@
 // Tests of `WhoseReply`, by the table in whose_reply.cpp. "?A…" polls device a, "PA…" asks for its
-// name. A reply "!=1*XX" does not contain what was read, so it can answer any request "U…".
+// name. A reply "!=1*XX" can answer any request "U…", because it does not contain what was read.
 #include "gateway/bus/replies/whose_reply.h"
 
 #include <gtest/gtest.h>
@@ -20,7 +20,6 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
         .member = &member, .request = &request, .first = !request.steady, .probe = request.steady};
   }
   void Send(const Asked& asked) { order_.OnSent(asked, kStart + ++sent_ * 1s); }
-  /// Sends a request that is not answered.
   void Silence(const Member& member, const protocols::Request& request) {
     const Asked asked = Of(member, request);
     Send(asked);
@@ -249,7 +248,6 @@ TEST_F(WhoseReplyTest, ALaggingDeviceIsProbedWhenItsOutstandingRepliesGrow) {
   EXPECT_TRUE(NeedsProbe(a, one_));
 }
 
-/// The reply "B0" comes in place of a reply of device a, so one reply of a is outstanding.
 TEST_F(WhoseReplyTest, AReplyOfAnotherDeviceDoesNotChangeTheOwnOrder) {
   Reply(b, Identification("PB0\r"), "B0");
   Reply(a, name_, "A0");
@@ -334,7 +332,6 @@ TEST_F(WhoseReplyTest, ABroadcastLeavesNoReplyOutstanding) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// A lost port or a broadcast is no silence. A damaged reply shows that the device is present.
 TEST_F(WhoseReplyTest, OnlySilenceRequiresANewProbe) {
   const Asked asked = Of(a, one_);
   const auto needs_probe_after = [&](Outcome outcome, bool silent) {
@@ -349,8 +346,7 @@ TEST_F(WhoseReplyTest, OnlySilenceRequiresANewProbe) {
   EXPECT_TRUE(NeedsProbe(a, two_)) << "nor was the probe answered";
 }
 
-/// Silence to a retry, a write or a known request does not show that the device ignores the
-/// request.
+/// Silence to a retry, a write or a known request does not show that the request is ignored.
 TEST_F(WhoseReplyTest, OnlySilentFirstTriesOfReadsCountAsUnanswered) {
   struct Case {
     bool retry = false;
@@ -544,8 +540,6 @@ TEST_F(WhoseReplyTest, ProbesUnlikeThePollsLeaveThreeRepliesOutstanding) {
   EXPECT_EQ(Run("UA2:=2 ?A1:A9 ?A1:A9"), "elsewhere") << "such a probe restores the order";
 }
 
-/// The replies to other masters look like the replies to this gateway, so no later reply would
-/// prove more.
 TEST_F(WhoseReplyTest, ADeviceWithoutAProofIsTrustedFromItsFirstReply) {
   order_.OnOpened(a, kStart);
   ProbeWithARead(1);

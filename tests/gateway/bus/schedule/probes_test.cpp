@@ -1,3 +1,4 @@
+// Tests of `Probes`, `ProbeBudget` and `Hold`: which absent device is probed next, and when.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/probes.h"
 
@@ -12,10 +13,7 @@ namespace {
 
 class ProbesTest : public ::testing::Test, protected ToyMembers {
  protected:
-  static void PutOffline(Member& member) {
-    member.health.OnTask(Outcome::no_reply,
-                         kStart);  // makes the device one that has never answered
-  }
+  static void PutOffline(Member& member) { member.health.OnTask(Outcome::no_reply, kStart); }
   Probes::Facts At(Duration at) const {
     Probes::Facts facts;
     facts.now = facts.idle_since = kStart + at;
@@ -91,8 +89,6 @@ TEST_F(ProbesTest, TheNextProbeWaitsUntilItsShareIsEarned) {
   EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
 }
 
-/// The device may have lost only its first requests, so two probes do not wait for their share of
-/// the line.
 TEST_F(ProbesTest, ANewlyOfflineDeviceIsProbedSoonTwice) {
   PutOffline(a);
   PutOffline(b);
@@ -232,7 +228,6 @@ TEST(ProbeBudget, ContendedProbesTakeTheCappedShareAtMost) {
   ProbeBudget budget;
   Duration spent{};
   for (Instant now = kStart; now < kStart + 1h;) {
-    // The line is always busy: a poll is due, and another has just ended.
     const bool probe = budget.NextProbe(now, now, now, 600ms) == now;
     const Duration took = probe ? 600ms : 20ms;
     if (probe) budget.OnProbe(now, now + took, took);

@@ -1,3 +1,4 @@
+// Tests of `Schedule`: the grid of periods, fairness, missed periods, events, restart and hold.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/schedule/schedule.h"
 
@@ -279,7 +280,7 @@ TEST(Schedule, AFloodingDeviceGetsAtMostOneExtraRound) {
       continue;
     }
     ++events[pick->device];
-    if (pick->device != 0) continue;  // only device 0 has events
+    if (pick->device != 0) continue;
     schedule.HoldEvents(0);
     schedule.ReleaseEvents(0, true, Brought::news, now);
   }
@@ -416,7 +417,7 @@ TEST(Schedule, AHeldDeviceWaitsAndOtherDevicesContinue) {
   schedule.Restart(0, kStart);
   schedule.Restart(1, kStart);
   schedule.Hold(0, kStart + 300ms);
-  schedule.Hold(0, kStart + 100ms);  // shorter than the hold above, so it has no effect
+  schedule.Hold(0, kStart + 100ms);
   EXPECT_EQ(schedule.Next(kStart)->device, 1U);
   EXPECT_FALSE(schedule.Next(kStart + 299ms));
   EXPECT_EQ(schedule.NextDue(), kStart + 300ms);
@@ -445,8 +446,6 @@ TEST(Schedule, NewQueriesEndTheRound) {
   EXPECT_FALSE(schedule.NextDue());
 }
 
-/// Random devices share a line that can be far too slow. Each device waits at most for its own
-/// period and one poll of all others, and NextDue is always right.
 TEST(Schedule, NoDeviceStarvesWhateverThePeriods) {
   std::mt19937 random(4711);
   for (int round = 0; round < 60; ++round) {
@@ -614,10 +613,10 @@ TEST(Schedule, ANewPlanSkipsNoDailyQuery) {
   schedule.Restart(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
-  schedule.SetQueries(0, std::vector(3, Group::daily));  // the device refused query 1
+  schedule.SetQueries(0, std::vector(3, Group::daily));
   schedule.RestartAsPlanned(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
-  schedule.SetQueries(0, std::vector(5, Group::daily));  // one query was split in two
+  schedule.SetQueries(0, std::vector(5, Group::daily));
   schedule.RestartAsPlanned(0, kStart);
   for (std::size_t query = 0; query < 5; ++query) EXPECT_EQ(schedule.Next(kStart)->query, query);
   EXPECT_FALSE(schedule.Next(kStart + 23h));
@@ -630,7 +629,7 @@ TEST(Schedule, ARestartAsPlannedContinuesTheDailyRound) {
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(3, Group::daily));
   schedule.Restart(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
-  schedule.SetQueries(0, std::vector(2, Group::daily));  // the device refused query 0
+  schedule.SetQueries(0, std::vector(2, Group::daily));
   schedule.RestartAsPlanned(0, kStart);
   EXPECT_EQ(schedule.Next(kStart)->query, 0U);
   EXPECT_EQ(schedule.Next(kStart)->query, 1U);

@@ -99,9 +99,8 @@ struct Spell {
 TEST(Turns, HealthyDevicesGetBackTheTimeOfFailingDevices) {
   Turns turns;
   const Spell spells[] = {
-      {1s, false, false},  // an idle line: no other device lost time
-      {3s, true, true},   {2s, false, true},  {1s, false, false}, {1h, true, true},
-      {59s, false, true}, {1s, false, false},  // at most one minute is given back
+      {1s, false, false}, {3s, true, true},   {2s, false, true},  {1s, false, false},
+      {1h, true, true},   {59s, false, true}, {1s, false, false},
   };
   for (const Spell& spell : spells) {
     turns.OnTime(spell.passed, spell.failing);
@@ -177,8 +176,7 @@ TEST_F(IdleTimeTest, RestartsWhenTheLineResumes) {
   EXPECT_EQ(Since(), 5s);
 }
 
-// ---------------- Reads that can wait are sent in gaps where they delay no poll, but never wait
-// for ever.
+// ---------------- Reads that can wait are sent in gaps where they delay no poll.
 
 using Which = Background::Which;
 

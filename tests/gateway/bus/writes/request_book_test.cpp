@@ -59,8 +59,7 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
 }
 
 TEST_F(RequestBookTest, ARequestOfAnEarlierRunIsNotRepeated) {
-  // The audit log has not been read yet. It will return the requests of earlier runs, the latest
-  // first.
+  // The audit log is not read yet. It will return the requests of earlier runs, the latest first.
   std::optional<PastRequests> past;
   book_ = RequestBook([&past] { return past; });
   EXPECT_EQ(Begin(RequestOf(40)), What::refused);
@@ -134,7 +133,7 @@ TEST_F(RequestBookTest, ClientsAreLimitedAndRecentClientsAreRemembered) {
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
   now_ += RequestBook::kKept - 1s;
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
-  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);  // this request never ends
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);
   now_ += 1s;
   EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::fresh) << "who was silent has left";
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);

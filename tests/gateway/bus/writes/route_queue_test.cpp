@@ -24,7 +24,6 @@ constexpr const char* kBlock = "03 03 E7 00 78";
 constexpr const char* kWrite = "06 00 08 00 02";
 constexpr const char* kStop = "06 00 08 00 00";
 
-/// A write of 40 registers, which does not count as a short write.
 std::string BlockWrite() {
   std::string pdu = "10 03 E7 00 28 50";
   for (int i = 0; i < 80; ++i) pdu += " 00";
@@ -48,7 +47,6 @@ class RouteQueueTest : public ::testing::Test {
     queue.Push(std::move(request));
   }
 
-  /// Returns "client:pdu" for each request in the batch.
   static std::vector<std::string> Names(const RouteQueue::Batch& batch) {
     std::vector<std::string> names;
     for (const RoutedRequest& request : batch) {
@@ -167,7 +165,7 @@ TEST_F(RouteQueueTest, IdenticalReadsShareOneExchange) {
   Push(2, kRead);
   Push(3, kRead, 21);
   Push(4, BlockWrite());
-  Push(4, kRead);  // waits behind the write of the same client
+  Push(4, kRead);
   Push(5, "04 00 00 00 01");
   Push(6, kRead, 20, Priority::low);
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead), Of(2, kRead), Of(6, kRead)));

@@ -1,3 +1,4 @@
+// Tests of `WriteGate`: the rules in their order. Nothing of a refused request is sent.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_gate.h"
 
@@ -234,7 +235,6 @@ TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked) << "read an hour ago, at a poll of a second";
 }
 
-/// Example: a parameter of an inverter limits its frequency.
 TEST_F(WriteGateTest, APointCanBeTheMaximumOfAnotherPoint) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.max.reset();
@@ -337,12 +337,9 @@ TEST(Selections, AreBounded) {
   EXPECT_EQ(selections.Take(kLast, {0, kLast}, kStart), Taken::selected) << "the last stay";
 }
 
-// ---------------- Which states can follow a state of a write, and which ends are allowed in a
-// state.
-
 struct StateRow {
   WriteState state;
-  const char* next;  ///< the numbers of the states that can follow
+  const char* next;
   const char* ends;
 };
 

@@ -54,7 +54,6 @@ TEST(WriteLimits, AFloat32IsTakenAsItsShortestDecimal) {
   EXPECT_EQ(AsMeant(SettingOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
 }
 
-/// The shortest text of these numbers has an exponent. Example: 5e-04.
 TEST(WriteLimits, SmallAndLargeFloat32AreTakenAsTheirShortestDecimal) {
   config::Point point = SettingOf(Type::float32);
   EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
@@ -69,8 +68,7 @@ std::string Inexact(const config::Point& point, const Value& value) {
   return WhyInexact(point, value, Convert(point, 0, value).value()).value_or("");
 }
 
-/// With scale 10 the device accepts 40 or 50. A value of 46 would become 50, which exceeds a
-/// maximum of 46.
+/// With scale 10 the device accepts 40 or 50, so 46 would become 50: more than a maximum of 46.
 TEST(WriteLimits, AValueThatTheDeviceCannotRepresentIsRefused) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
@@ -89,7 +87,6 @@ TEST(WriteLimits, AValueThatTheDeviceCannotRepresentIsRefused) {
   }
 }
 
-/// Checks the raw value that is written for a value, and the value that the point then shows.
 TEST(Convert, GivesTheRawAndTheShownValue) {
   struct Case {
     Type type;

@@ -1,3 +1,4 @@
+// Tests of `WriteQueue` and `RoutedSide`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/write_queue.h"
 
@@ -70,7 +71,6 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   EXPECT_TRUE(queue.TakeConfirmed(Nobody).empty());
 }
 
-/// A set point is written every 30 ms, so a read-back shows only the value of the latest write.
 TEST(WriteQueue, APointWrittenAgainIsNoLongerCompared) {
   WriteQueue queue;
   WriteCommand command = To(1);
@@ -130,8 +130,6 @@ TEST(WriteQueue, AClosedPortEndsAllCommands) {
   EXPECT_EQ(queue.TakeAll().size(), 1U);
   EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U);
 }
-
-// ---------------- `RoutedSide`: what a line stores about the clients of transparent routes.
 
 constexpr const char* kReadOne = "03 00 00 00 01";
 

@@ -82,7 +82,6 @@ class ClockCorrectorTest : public ::testing::Test, private bus::CommandSink {
     now_.wall += time;
     corrector_->Tick(now_);
   }
-  /// Answers the read of the meter's clock, which is off by `drift`.
   void AnswerRead(double drift) {
     ASSERT_THAT(asked_, SizeIs(1));
     ASSERT_THAT(asked_[0].reads(), ElementsAre(0U));
@@ -157,7 +156,7 @@ TEST_F(ClockCorrectorTest, DoesNotTryAgainAfterARestartOnTheSameDay) {
   Pass(1s);
   AnswerRead(12.3);
   ASSERT_THAT(asked_, SizeIs(1));
-  asked_.clear();  // the gateway restarts before an answer arrives
+  asked_.clear();
   Restart();
   Show(12.3);
   Pass(1s);

@@ -1,3 +1,4 @@
+// Tests of AskTimeService. The test simulates the time service at the other end of a socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <sys/socket.h>

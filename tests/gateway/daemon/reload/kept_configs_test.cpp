@@ -1,5 +1,4 @@
-// Tests which configuration the gateway uses at its start. In the tables, "again" is a restart,
-// also by kill -9.
+// Tests which configuration the gateway uses at its start. "again" is a restart, also by kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -185,8 +184,7 @@ TEST(Probation, ADeviceIsGivenTimeAfterItsPortWasLent) {
   EXPECT_TRUE(probation.Look(kStart + 50s, {{"bay.a", Health::unknown}}));
 }
 
-// At the second trial, device bay.a has not been polled yet, so its state before the first trial
-// counts.
+// At the second trial, bay.a has not been polled yet, so its state before the first trial counts.
 TEST(Probation, RestartedDuringATrialRemembersWhichDevicesWorkedBefore) {
   Probation probation;
   probation.Begin(kStart, 60s, {{"bay.a", Health::well}});

@@ -1,3 +1,4 @@
+// A configuration of three lines, which tests change.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

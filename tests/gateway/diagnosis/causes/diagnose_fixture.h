@@ -1,3 +1,4 @@
+// `DiagnoseTest`: a device, its neighbour and their line, whose status each test changes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -54,7 +55,6 @@ class DiagnoseTest : public ::testing::Test {
   }
 
   bus::DeviceStatus& device() { return record_.status; }
-  /// Adds `count` exchanges with this symptom, one per second.
   void Looked(bus::DeviceStatus& status, Symptom symptom, std::uint32_t count,
               Finding finding = {}) {
     finding.symptom = symptom;
@@ -84,7 +84,6 @@ class DiagnoseTest : public ::testing::Test {
     device() = {};
     device().state = bus::DeviceState::never_seen;
   }
-  /// Removes all exchanges of the neighbour, so no other device answers.
   void Alone() { neighbour_.status.findings = {}; }
   bus::MinuteCounts& Minute() { return device().hour.At(status::kNow.instant); }
 

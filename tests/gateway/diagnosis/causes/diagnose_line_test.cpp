@@ -1,3 +1,4 @@
+// Tests of the diagnosis of a line: its port, its bytes, and troubles that several devices share.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -377,7 +378,7 @@ TEST(Absences, AreDistinguishedFromLosses) {
       {Times(30, "o") + "x", ""},
       {Times(30, "o") + "xxo", ""},
       {Times(30, "o") + "xxxxo", "4.0 s"},
-      {Times(30, "o") + "xxxx", ""},  // the device has not come back yet
+      {Times(30, "o") + "xxxx", ""},
       {Times(4, "oooooooooooooxxx") + "o", "3.0 s every 16 s"},
       {Times(4, "oooooxxxxx") + "o", "5.0 s every 10 s"},
       {"ooooooxxxxxooooooooxxxoooooooooooooooooooxxxxoooooo", "4.0 s"},
@@ -412,8 +413,8 @@ TEST(Absences, OfTwoDevicesAtTheSameTimeAreRecognised) {
       {"ooooxxxooooxxxoooo", "oooooxxooooxxxxooo", true},
       {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},
       {"ooooxxxooooxxxoooo", "oxxoooooxxooooooxx", false},
-      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},  // single losses
-      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},  // the other device was always absent
+      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},
+      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},
   };
   for (const auto& row : rows) {
     EXPECT_EQ(AreAwayTogether(After(row.one), After(row.other)), row.together) << row.other;
@@ -490,10 +491,10 @@ TEST(Absences, SilenceIsUsualIfItHasEndedTwiceBefore) {
   } rows[] = {
       {"oooo", false},
       {"ooooxxx", false},
-      {"ooooxxxooooxxx", false},  // one return is too few
+      {"ooooxxxooooxxx", false},
       {"ooooxxxooooxxxooooxxxx", true},
       {"ooooxxxooooxxxooooxxxxxxxxxxxx", false},
-      {"ooooxxxooooxxxoooo", false},  // the device answers
+      {"ooooxxxooooxxxoooo", false},
   };
   for (const auto& row : rows) {
     const Instant now = kStart + std::chrono::seconds(row.exchanges.size());

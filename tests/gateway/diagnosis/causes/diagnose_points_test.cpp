@@ -1,3 +1,4 @@
+// Tests of the diagnosis of the points of a device, and of a device that sends unasked.
 // SPDX-License-Identifier: Apache-2.0
 #include <bit>
 #include <string>
@@ -217,8 +218,7 @@ TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
   its.options.Set("order", std::string("ABCD"));
   its.points.resize(3, its.points[0]);
   record_.points.resize(3, record_.points[0]);
-  // The registers 0, 2 and 4 contain 230.25, 50.02 and 12.5, but the points read registers 1, 3 and
-  // 5.
+  // The registers 0, 2 and 4 contain 230.25, 50.02 and 12.5; the points read 1, 3 and 5.
   const std::uint32_t read[] = {0x40004248U, 0x147B4148U, 0x00000000U};
   for (std::size_t i = 0; i < 3; ++i) {
     its.points[i].name = "p" + std::to_string(i);
@@ -230,7 +230,6 @@ TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
   }
   EXPECT_THAT(Say()[0], ::testing::EndsWith("read one register lower (or higher) they fit: correct "
                                             "their addresses"));
-  // With another value behind, order and address explain the numbers equally well.
   record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
   EXPECT_THAT(Say()[0],
               ::testing::EndsWith("set order: CDAB, or correct their addresses by one register: "

@@ -1,3 +1,4 @@
+// Tests of the diagnosis of a device: occasional failures, late replies, no answer at all.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/causes/diagnose.h"
 
@@ -113,7 +114,7 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTimeNameEachOther) {
 }
 
 /// The neighbour is silent at the same times, so the line is idle before each request. An idle line
-/// before a failure therefore does not show that the device sleeps.
+/// before a failure is therefore no sign of a sleeping device.
 TEST_F(DiagnoseTest, DevicesAbsentAtTheSameTimeAreNotTakenForSleeping) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;

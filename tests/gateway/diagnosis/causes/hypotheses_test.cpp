@@ -45,7 +45,7 @@ TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
       .first_point = 1, .points = 1, .in_vain = 8, .symptom = silence, .asked = kXon};
   bus::QueryCount other = dead;
   other.asked = 0;
-  bus::QueryCount cut = other;  // its reply contains the flow-control byte
+  bus::QueryCount cut = other;
   cut.symptom = tail_lost;
   const std::string says =
       "requests fail that contain 11, and no others: switch XON/XOFF off at the converter or "
@@ -70,8 +70,6 @@ TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
   }
 }
 
-/// Noise on the line damages replies in many ways, so a bad wire of one device must not be named as
-/// the cause.
 TEST_F(HypothesesTest, DamagedNeighboursSuggestNoiseOnTheLine) {
   const auto mixed = [this](bus::DeviceStatus& status) {
     Looked(status, clean, 25);
@@ -236,8 +234,7 @@ TEST_F(HypothesesTest, TheTableOfTheDocsContainsEveryCause) {
   EXPECT_EQ(rows, Hypotheses().size()) << "a row is a cause";
 }
 
-/// Some replies do not fit their form, but at other times the same requests are answered well. So
-/// the line damages the replies, and the settings are right.
+/// The same requests are answered well at other times, so the line damages the replies.
 TEST_F(HypothesesTest, OccasionalMisfitsAreReportedAsDamageOnceValuesWereRead) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
   status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};

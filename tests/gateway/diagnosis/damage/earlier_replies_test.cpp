@@ -1,5 +1,4 @@
-// Tests of `EarlierReplies`, by the table in gateway/diagnosis/damage/earlier_replies.h, and of
-// `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`.
+// Tests of `EarlierReplies`, `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/earlier_replies.h"
 

@@ -60,15 +60,15 @@ TEST(ChangedBytes, OneOrTwoBytesLostInsideAReplyAreDetected) {
   } rows[] = {
       {">+0.34\r", ">+02.34\r", true},
       {">+0.4\r", ">+02.34\r", true},
-      {">+0.4\r\n", ">+02.34\r", true},   // line ends do not count
-      {">+02.34\r", ">+02.34\r", false},  // nothing is lost
-      {">+.4\r", ">+02.34\r", false},     // three lost bytes are too many
+      {">+0.4\r\n", ">+02.34\r", true},
+      {">+02.34\r", ">+02.34\r", false},
+      {">+.4\r", ">+02.34\r", false},  // three lost bytes are too many
       {">+0.35\r", ">+02.34\r", true},
-      {">+9.51\r", ">+02.34\r", false},                          // another text
+      {">+9.51\r", ">+02.34\r", false},
       {":0103043666F0\r\n", ":010304436643660866F0\r\n", true},  // several bytes are lost in a row
-      {":0103043666F0", ":010304436643660866F0\r\n", false},     // bytes at the end can be missing
-      {"<+0.34\r", ">+02.34\r", false},                          // another first byte
-      {">+4\r", ">+04\r", false},                                // too short for a proof
+      {":0103043666F0", ":010304436643660866F0\r\n", false},
+      {"<+0.34\r", ">+02.34\r", false},
+      {">+4\r", ">+04\r", false},  // too short for a proof
       {"", ">+02.34\r", false},
   };
   for (const auto& row : rows) {
@@ -119,9 +119,8 @@ TEST_F(HeardExchangeTest, KeepsNoMoreThanALongReply) {
   EXPECT_LE(exchange_.arrivals().size(), 256U);
 }
 
-/// Returns `text` as a receiver with a bit rate `per_bit` times as high reads it. A character has
-/// ten bits, without pauses between characters. Where the stop bit is missing, the receiver
-/// delivers FF and takes that bit for the next start bit, as UARTs do.
+/// Returns `text` as received at `per_bit` times its bit rate: ten bits for each character, no
+/// pauses. Without a stop bit, a UART delivers FF and takes that bit for the next start bit.
 Bytes Received(std::string_view text, double per_bit) {
   std::vector<bool> wire;
   for (const char character : text) {
@@ -184,8 +183,8 @@ TEST(OtherBitRate, NoiseAndConstantBytesAreNotDetected) {
 
 class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// Runs an exchange in which the replies `came` arrive. `own` is the accepted reply; empty: no
-  /// reply is accepted.
+  /// Runs an exchange with the replies `came`. `own` is the accepted reply; empty: none is
+  /// accepted.
   void Exchange(std::string_view asked, const std::vector<Bytes>& came, const Bytes& own = {}) {
     exchange_.Begin(a, bus::AskFor(asked), a.times, kStart);
     habits_.OnBegin(a);

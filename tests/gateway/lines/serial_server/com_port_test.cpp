@@ -15,7 +15,6 @@ using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::IsEmpty;
 
-/// Returns the content of one answer: the bytes between "FF FA 2C" and "FF F0".
 std::string Inner(const Bytes& answer) {
   const std::string text = ToHex(answer);
   constexpr std::size_t kAround = 9 + 6;
@@ -31,7 +30,7 @@ struct Step {
 
 class ComPortTest : public testing::Test {
  protected:
-  ComPortTest() { com_.On(*ParseHex("0B FF")); }  // the first answer is the modem state
+  ComPortTest() { com_.On(*ParseHex("0B FF")); }
   std::string On(const char* command) { return Inner(com_.On(*ParseHex(command))); }
   void Try(const Step& step) {
     port_.calls.clear();

@@ -31,7 +31,6 @@ std::size_t OpenDescriptors() {
   return static_cast<std::size_t>(std::distance(begin(all), end(all)));
 }
 
-/// A line that grants the port at once; while `is_down` is set, it takes the port back instead.
 struct FakeLine final : PortOwner {
   void Want(PortUser& user, const Visit& visit, Now now) override {
     wanted.push_back(visit.client);

@@ -1,5 +1,4 @@
-// `ControlTest`: a gateway with the configuration of two_lines.h and a control server. `FakeLines`
-// records its calls.
+// `ControlTest`: a gateway (two_lines.h) with a control server. `FakeLines` records its calls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -48,7 +47,6 @@ class FakeLines final : public lines::LineControl, public bus::CommandSink {
   bool full = false;
   const protocols::Protocol* protocol = nullptr;
 
-  /// Sends a record to the traces of a line. Returns false if the line has no traces.
   bool Push(std::uint32_t line, const records::TraceRecord& record);
   bool WaitForTraces(std::uint32_t line, std::size_t count);
   std::vector<std::string> calls();
@@ -70,7 +68,6 @@ inline std::string Ask(const RawClient& client, const std::string& request) {
   return client.ReceiveLine().value_or("(no answer)");
 }
 
-/// Sets the environment variable XDG_RUNTIME_DIR until the end of the test.
 class RuntimeDirectory {
  public:
   explicit RuntimeDirectory(const std::filesystem::path& path);

@@ -427,8 +427,7 @@ TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
   command_.done({WriteEnd::not_sent, "its client has left"});
 }
 
-/// The client closes only its sending side, as `socat` does at the end of its input. The write must
-/// go on.
+/// The client closes only its sending side, as `socat` does at the end of its input.
 TEST_F(WaitingWrite, ContinuesWhenItsClientClosesOnlyItsSendingSide) {
   ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
   Ask(Connect(), kStatus);

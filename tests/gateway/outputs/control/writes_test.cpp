@@ -40,7 +40,7 @@ struct FakeAudit final : audit::AuditSource {
     return page;
   }
   audit::AuditState shown;
-  std::atomic<bool> hangs = false;  ///< Read blocks, as on a hanging disk
+  std::atomic<bool> hangs = false;
   mutable std::counting_semaphore<> reading{0};
   mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
@@ -359,7 +359,6 @@ TEST_F(AlarmsTest, AreAcknowledgedByTheirShownName) {
   }
 }
 
-/// Without an events file, the alarms of the gateway itself still exist.
 TEST_F(AlarmsTest, AreServedWithoutAnEventsFile) {
   events_.in_memory = true;
   EXPECT_EQ(Ask("alarms", "")["records"].size(), 3U);

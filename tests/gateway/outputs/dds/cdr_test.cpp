@@ -265,7 +265,7 @@ TEST(Cdr, RefusesDamagedRequestsAndReplies) {
     EXPECT_FALSE(Decode(Bytes(reply.begin(), reply.begin() + static_cast<long>(length)), read));
   }
   Bytes maybe = request;
-  maybe[90] = 2;  // the byte of `confirm`, which is 0 or 1
+  maybe[90] = 2;
   RequestSample read;
   ASSERT_EQ(request[90], 1);
   EXPECT_FALSE(Decode(maybe, read)) << "neither true nor false";
@@ -380,7 +380,7 @@ TEST(Cdr, RefusesOtherEncapsulations) {
 TEST(Cdr, RefusesToDecodeTextsBeyondTheirBound) {
   Bytes bytes = *ParseHex("00 01 00 00 42 00 00 00");
   Append(bytes, std::string(65, 'k') + '\0');
-  bytes.resize(bytes.size() + 2);  // pads to a multiple of four
+  bytes.resize(bytes.size() + 2);
   const Bytes good = Encoded(APoint());
   Append(bytes, View(good).subspan(4 + 12));
   EXPECT_FALSE(DecodesAsPoint(bytes));

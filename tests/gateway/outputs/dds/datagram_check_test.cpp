@@ -45,8 +45,7 @@ TEST(DatagramCheck, RemovesATrailingVendorSubmessage) {
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).length, bytes.size() - 60);
   const Bytes& cyclone = Captured().at("cyclone_heartbeats");
   EXPECT_EQ(check.Check(cyclone, kPeer, kStart).length, cyclone.size());
-  // This vendor submessage of Fast DDS, alone in a datagram, once ended the process: only the
-  // header must pass.
+  // Alone in a datagram, this vendor submessage once ended Fast DDS, so only the header must pass.
   Bytes statistics = Rtps("80 01 38 00");
   statistics.resize(statistics.size() + 57, 0xEE);
   statistics.resize(20 + 60);
@@ -90,8 +89,7 @@ TEST(DatagramCheck, DamagedBytesAreNeverReadBeyondTheEnd) {
 }
 
 TEST(DatagramCheck, HidesTypeDescriptions) {
-  // A DATA submessage of discovery. The parameters 69 00 and 72 00 are at the offsets 48 and 56 of
-  // the datagram.
+  // DATA of discovery. The parameters 69 00 and 72 00 are at the offsets 48 and 56.
   const Bytes bytes = Rtps(
       "15 05 2C 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
       "69 00 04 00 FF FF FF FF 72 00 04 00 EE EE EE EE 01 00 00 00");

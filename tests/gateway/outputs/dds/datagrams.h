@@ -1,3 +1,4 @@
+// RTPS datagrams for tests: captured (captured.txt) or made.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,8 +22,7 @@ inline constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
 /// Reader and writer of the announcements of publishers, in hex.
 inline constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
-/// Returns datagrams by name. They were captured on loopback between Fast DDS 2.9.1 and Cyclone DDS
-/// 0.10.2.
+/// Datagrams by name, captured on loopback between Fast DDS 2.9.1 and Cyclone DDS 0.10.2.
 inline const std::map<std::string, Bytes>& Captured() {
   static const std::map<std::string, Bytes> captured = [] {
     std::map<std::string, Bytes> read;
@@ -33,8 +33,7 @@ inline const std::map<std::string, Bytes>& Captured() {
   return captured;
 }
 
-/// Returns an RTPS 2.3 header with the vendor id of Fast DDS and a prefix that ends in `number`,
-/// then the bytes of `rest_hex`.
+/// Returns an RTPS 2.3 header of Fast DDS whose prefix ends in `number`, then `rest_hex`.
 inline Bytes Rtps(std::string_view rest_hex, std::uint16_t number = 0) {
   Bytes bytes = *ParseHex("52 54 50 53 02 03 01 0F 01 0F AA BB CC DD 00 00 01 00");
   bytes.push_back(static_cast<std::uint8_t>(number >> 8));
@@ -102,8 +101,7 @@ inline Bytes Gap(std::uint16_t number, std::string_view reader_writer, std::uint
   return bytes;
 }
 
-/// Sends datagrams to the discovery port of each participant on this machine: base of the domain +
-/// 10 + 2 x number. Fast DDS gives each participant a number.
+/// Sends datagrams to the discovery ports of this machine: base of the domain + 10 + 2 x number.
 class DatagramSender {
  public:
   explicit DatagramSender(int domain) : base_(7400 + 250 * domain) {}

@@ -1,3 +1,4 @@
+// Tests of `EventSender`, with a supply that forgets old events.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -119,8 +119,7 @@ inline SubscriberOptions TestSubscriber() {
   return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
 }
 
-/// The gateway and the DDS process in one object. Each sample is encoded and decoded as on the link
-/// between them.
+/// Gateway and DDS process in one object. Samples are encoded and decoded as on the link.
 class ThroughLink : public SampleWriter {
  public:
   explicit ThroughLink(std::unique_ptr<SampleWriter> writer)

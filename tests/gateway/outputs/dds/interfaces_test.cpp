@@ -34,7 +34,6 @@ const std::string kLoopback = "127.0.0.1";
 const std::string kInterface = OwnNetwork::kHere;
 using Addresses = std::vector<std::string>;
 
-/// A subscriber like that of another program: Fast DDS with its own transport.
 class Stranger {
  public:
   explicit Stranger(const Addresses& interfaces) {

@@ -271,7 +271,6 @@ Bytes Encoded(const PointSample& sample) {
   return bytes;
 }
 
-// While a callback is slow, all points change. The publisher must not wait.
 TEST(Subscriber, FiveThousandPointsAreReadInAFewTakes) {
   constexpr std::size_t kPoints = 5000;
   Published heard;

@@ -25,7 +25,6 @@ void Ip(const std::string& words) {
   EXPECT_EQ(std::system(("ip " + words).c_str()), 0) << "ip " << words;
 }
 
-/// Opens a socket on which the kernel reports changes of interfaces and addresses.
 int InterfaceNews() {
   const int news = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
   sockaddr_nl wanted{};

@@ -113,8 +113,6 @@ TEST(Publisher, SendsEverythingToANewSessionAndNothingWithoutOne) {
   for (const auto& [session, value] : writer->got()) EXPECT_NE(session, 0U) << value;
 }
 
-// ---------------- `PublishPlan` and `Pacer`, under virtual time.
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 PointState Number(double value, Quality quality = Quality::good) {
@@ -152,7 +150,7 @@ TEST(PublishPlan, KeepsSmallChangesBack) {
 TEST(PublishPlan, MeasuresTheDeadbandFromTheLastSentValue) {
   PublishPlan plan = SentSample(10, 0.5);
   EXPECT_FALSE(plan.WantsPoint(0, Number(10.3)));
-  EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));  // reached in two small steps
+  EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));
 }
 
 TEST(PublishPlan, SendsAChangeOfQualityWhateverTheDeadband) {
@@ -217,7 +215,6 @@ TEST(PublishPlan, SendsAnUnchangedPointWithinTheHeartbeat) {
     }
   }
   for (const auto& [slot, at] : last) EXPECT_GE(at, kStart + 49s) << slot;
-  // All points were sent at the same moment, but their heartbeats must be spread.
   EXPECT_LE(most_at_once, 12U);
 }
 
@@ -299,8 +296,6 @@ TEST(Pacer, KeepsItsRateWhenWokenAtTheRequestedTimes) {
   EXPECT_LE(waits, 45);
 }
 
-// ---------------- `PacedWriter`: how often a writer without room is asked again.
-
 TEST(PacedWriter, WaitsLongerAfterEachFullWriter) {
   testing::RememberingWriter writer;
   PacedWriter paced(writer, {});
@@ -323,8 +318,6 @@ TEST(PacedWriter, WaitsLongerAfterEachFullWriter) {
   EXPECT_EQ(paced.written(), 1U);
   EXPECT_EQ(paced.failed(), 0U) << "nothing was refused";
 }
-
-// ---------------- `DueQueue`, compared with a plain list that is searched each time.
 
 TEST(DueQueue, IsEmptyWithoutSlots) {
   DueQueue queue(0, kStart);

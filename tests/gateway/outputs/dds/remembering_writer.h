@@ -43,7 +43,7 @@ class RememberingWriter : public SampleWriter {
   Subscribers there{.events = 1};
   TakeRequest on_request;
   DatagramCounters counted;
-  int asked = 0;            ///< number of calls to Write
+  int asked = 0;
   Sent answer = Sent::yes;  ///< answer to each Write; only with `yes` the sample is recorded
 
  private:

@@ -261,7 +261,7 @@ TEST(SampleSender, SendsTheLatestValueWhenTheWriterHasRoomAgain) {
   ASSERT_NE(run.writer.Latest("p1"), nullptr);
   EXPECT_EQ(run.writer.Latest("p1")->value, 50.5);
   EXPECT_EQ(run.writer.Latest("p1")->seq, 50U);
-  EXPECT_LE(run.writer.points.size(), 4U);  // far fewer than fifty, because values are not queued
+  EXPECT_LE(run.writer.points.size(), 4U);
   EXPECT_EQ(run.sender.counters().failed, 0U);
   EXPECT_THAT(run.lines, SizeIs(0));
 }
@@ -318,8 +318,7 @@ TEST(SampleSender, SendsFinalSamplesOfRemovedDevicesAndContinues) {
   EXPECT_THAT(run.writer.points, SizeIs(4));
 }
 
-/// A late subscriber gets all samples that the writers hold. Removed names must not use their room,
-/// so the writers are replaced.
+/// Removed names would use room in the writers, so the writers are replaced.
 TEST(SampleSender, RemovedPointsReplaceTheWritersAfterTheirFinalSamples) {
   Sending run(MakeConfig(2, 1));
   run.RunFor(1s);

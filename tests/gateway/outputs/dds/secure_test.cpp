@@ -64,7 +64,6 @@ class SecureTest : public ::testing::Test {
     Set(store_, 0, 0, value);
     return heard_.WaitFor([&] { return heard_.points[{"feeder-0", "p0"}].value == value; });
   }
-  /// Sends the datagram and waits until it is refused. Meanwhile samples must arrive.
   bool Refuses(Refusal reason, const Bytes& datagram) {
     const std::uint64_t before = subscriber_->datagrams().Refused(reason);
     attacker_.Send(datagram);
@@ -198,8 +197,7 @@ TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
     config_.dds.security = gateway;
     Published heard;
     const SentBytes sent;
-    // Fast DDS 2.9 can end the process if the subscriber leaves before the publisher, right after
-    // its handshake.
+    // Fast DDS 2.9 can end the process if the subscriber leaves first, right after its handshake.
     auto subscriber = DdsSubscriber::Create(With(reader), heard.Callbacks());
     EXPECT_TRUE(subscriber.ok()) << subscriber.error();
     const auto publisher = Publish(config_, store);

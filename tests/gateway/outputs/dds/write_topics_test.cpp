@@ -93,7 +93,6 @@ TEST(WriteTopics, DamagedRequestsAreDropped) {
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));
   Bytes good(kMaxBytes<RequestSample>);
   good.resize(Encode(Request(9), good));
-  // When this request has arrived, the stranger is connected, too.
   ASSERT_TRUE(Eventually([&] {
     stranger.Write(good);
     return !gateway.arrived().empty();
@@ -111,8 +110,7 @@ TEST(WriteTopics, DamagedRequestsAreDropped) {
   }
 }
 
-// The library holds back requests of more clients than fit, and delivers them when a writer leaves.
-// Then they must not be executed.
+// When a writer leaves, the library delivers requests that it has held back.
 TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   Gateway gateway;
   WriteClient client;

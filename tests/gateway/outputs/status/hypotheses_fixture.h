@@ -20,10 +20,10 @@ struct Seen {
 };
 
 enum : unsigned {
-  kAnswered = 1,   ///< the device has answered before
-  kNeighbour = 2,  ///< a neighbour answers
-  kServer = 4,     ///< the line is Modbus TCP
-  kHere = 8,       ///< the device answers at present
+  kAnswered = 1,
+  kNeighbour = 2,
+  kServer = 4,  ///< the line is Modbus TCP
+  kHere = 8,
 };
 
 struct Row {

@@ -57,8 +57,7 @@ class FakeEvents final : public events::EventSource {
   std::string by;
 };
 
-/// A point read each second: 10, 11, 12 … within a minute, and bad in the second half of each
-/// minute.
+/// A point read each second: 10, 11, 12 … within a minute, and bad in its second half.
 class FakeHistory final : public history::HistorySource {
  public:
   history::HistoryState state() const override { return {}; }

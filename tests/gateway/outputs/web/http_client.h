@@ -21,7 +21,6 @@ class HttpClient {
   explicit HttpClient(std::uint16_t port, int receive_buffer = 0)
       : port_(port), raw_(port, receive_buffer) {}
 
-  /// Sends a GET with the header lines `more`, each with its line end.
   Reply Get(const std::string& path, const std::string& more = "");
   Reply Post(const std::string& path, const std::string& body, const std::string& more = "");
   Reply Send(const std::string& bytes);

@@ -18,7 +18,6 @@ using ::testing::StartsWith;
 
 Now After(Duration time) { return {kNow.instant + time, kNow.wall + time}; }
 
-/// Reads all that is there, and appends "(end)" if the stream has ended.
 std::string ReadAll(Stream& stream) {
   std::string all;
   std::array<char, 100> part{};

@@ -218,8 +218,7 @@ TEST(Families, AreDerivedFromTheRowsOfATable) {
             2 + outputs::SeriesIn<bus::LineStatus>() - 1 - bus::kLineUses);
 }
 
-/// Fails if a row names a metric but its type has no values, because the metric would then be
-/// missing without notice.
+/// Fails if a row names a metric but its type has no values: the metric would be missing.
 template <typename T>
 void ExpectValues() {
   VisitFields(static_cast<const T*>(nullptr), [](auto row) {

@@ -269,7 +269,7 @@ TEST(Assets, NoFileOfThePageContainsAnAbsolutePath) {
   int read = 0;
   for (const PackedFile& file : PackedFiles()) {
     const std::string path(file.path);
-    if (path == "/chart.js" || path.ends_with(".svg")) continue;  // a library and a picture
+    if (path == "/chart.js" || path.ends_with(".svg")) continue;
     Request request;
     request.path = path;
     const auto response = AssetResponse(request);

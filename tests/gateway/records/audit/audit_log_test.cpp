@@ -19,7 +19,6 @@ namespace {
 using ::testing::HasSubstr;
 using Written = WriteLog::Written;
 
-/// Returns a time limit for events that must happen, even on a slow machine.
 Instant Ever() { return ReadClocks().instant + 60s; }
 
 class AuditLogTest : public FolderTest {
@@ -143,7 +142,6 @@ TEST_F(AuditLogTest, TheFileIsCheckedAlsoWithoutWrites) {
   log->End(*ticket, {WriteEnd::ok, {}, 3ms});
 }
 
-/// The table does not exist yet, so the page is empty.
 TEST_F(AuditLogTest, ReadReturnsAnEmptyPageWhileTheFileIsOpening) {
   FaultyDisk disk;
   disk.Hang(true);
@@ -318,8 +316,8 @@ TEST(AuditBook, AllRecordsAreInsertedIntoANewFile) {
   EXPECT_EQ(book.Due()[0].record.seq, 1);
 }
 
-// ---------------- The power fails at a random moment, hundreds of times. No stored record is lost
-// or doubled, no record reports a success that did not happen, and the file always opens.
+// ---------------- Random power cuts. No stored record is lost or doubled, no record reports a
+// success that did not happen, and the file always opens.
 
 const std::size_t kSeeds = LongRun(400);
 constexpr int kLives = 4;

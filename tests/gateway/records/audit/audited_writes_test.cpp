@@ -117,7 +117,6 @@ TEST_F(AuditedWritesTest, WritesKeepTheirOrder) {
   for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(lines_.commands[i].writes()[0].point, i);
 }
 
-/// Modbus clients, the control socket and DDS use different threads.
 TEST_F(AuditedWritesTest, RecordsAndCommandsOfManyThreadsHaveTheSameOrder) {
   Make();
   std::vector<std::thread> clients;

@@ -79,7 +79,6 @@ int FileSize(sqlite3_file* file, sqlite3_int64* size) {
 }
 
 /// Refuses an exclusive lock while another connection is open, so that only the last one cleans up.
-/// Only one thread uses connections at a time.
 int Lock(sqlite3_file* file, int level) {
   return level == SQLITE_LOCK_EXCLUSIVE && FileOf(file).handles > 1 ? SQLITE_BUSY : SQLITE_OK;
 }

@@ -24,7 +24,6 @@ class FaultyDisk {
   FaultyDisk(const FaultyDisk&) = delete;
   FaultyDisk& operator=(const FaultyDisk&) = delete;
 
-  /// The name of this disk for SQLite.
   const std::string& vfs() const { return name_; }
 
   /// Number of writes and syncs until the power fails; negative: the power does not fail.
@@ -38,20 +37,19 @@ class FaultyDisk {
   std::atomic<int> sync_error = 0;
   std::atomic<int> open_error = 0;
 
-  /// While the disk hangs, syncs block.
   void Hang(bool hang);
   void WaitUntilItHangs();
 
   struct Change {
     std::size_t offset = 0;
     std::vector<char> bytes;
-    bool truncate = false;  // cuts the file at `offset`
+    bool truncate = false;
   };
   struct File {
     std::vector<char> now;
     std::vector<char> synced;
     std::vector<Change> pending;
-    std::vector<std::unique_ptr<std::vector<char>>> shared;  // shared memory of all connections
+    std::vector<std::unique_ptr<std::vector<char>>> shared;
     int handles = 0;
   };
   bool Spend();

@@ -43,7 +43,6 @@ class DatabaseFileTest : public ::testing::Test {
       ASSERT_TRUE(made.database->Execute("INSERT INTO t VALUES (1)"));
     }
   }
-  /// Leaves the file as a killed gateway does: three transactions are in the log only.
   void MakeKilled() const {
     MakeFile(1);
     OpenedDatabase made = OpenDatabase(file(), kKind);
@@ -221,7 +220,6 @@ class Versions : public ::testing::Test {
   }
   ~Versions() override { fs::remove_all(folder_); }
 
-  /// Makes a file of a program whose version is higher by one.
   void MakeNewer(const std::string& name, std::int64_t application) const {
     Database database((folder_ / name).string(), Database::Mode::write);
     EXPECT_TRUE(
@@ -312,7 +310,6 @@ TEST(DiskCalls, TheResultOfACallIsReturned) {
   EXPECT_EQ(calls.Wait([] { return 7; }), 7);
 }
 
-/// The patience is zero, so no call waits for the disk.
 TEST(DiskCalls, AHangingDiskBlocksNoCallerAndLosesNoCall) {
   std::promise<void> disk;
   std::vector<int> done;

@@ -79,7 +79,6 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
   EventsConnection b(file(), {}, writer);
   ASSERT_TRUE(a.Open().ok);
   ASSERT_TRUE(b.Open().ok);
-  // Overwrites all bytes behind the header, so SQLite reports damage to both connections.
   ASSERT_TRUE(a.database().Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
   constexpr int kHeader = 100;
   std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
@@ -145,7 +144,6 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   EXPECT_EQ(second.Open().put_aside, "");
 }
 
-/// The disk is full while the file is created. The remains of this failed creation are no loss.
 TEST_F(EventsFileTest, AFailedCreationIsNotReportedAsALoss) {
   const auto ignore = std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
@@ -175,8 +173,8 @@ TEST_F(EventsFileTest, ARemovedFileIsDetected) {
   EXPECT_TRUE(opened.new_file);
 }
 
-/// A page changes after the reader began, so it is only in the log, but the header of the file
-/// counts it.
+/// A page changes after the reader began, so it is only in the log, but the file's header counts
+/// it.
 TEST_F(EventsFileTest, ACheckpointDelayedByAReaderIsNoDamage) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
@@ -266,7 +264,7 @@ TEST_F(EventsFileTest, ChecksAndReadersKeepTheLockOfTheFile) {
 struct InUse {
   const char* name;
   std::function<void(const std::filesystem::path& file, const std::filesystem::path& log)> harm;
-  std::string said;  ///< part of the message
+  std::string said;
   std::string kept;  ///< what can still be read of "old" (in the file) and "new" (in its log)
   bool aside = false;
 };
@@ -340,8 +338,7 @@ TEST_F(EventsFileTest, DamageToAFileInUseIsDetectedByACheck) {
   }
 }
 
-/// While a reader is active, a checkpoint copies only pages that have not changed since the reader
-/// began.
+/// While a reader is active, a checkpoint copies only pages that are unchanged since it began.
 TEST_F(EventsFileTest, AFileWithAPartOfALostLogIsDamaged) {
   OpenBoth();
   Add(*one_, "a");

@@ -225,7 +225,7 @@ TEST_F(DeviceMemoryTest, FollowsTheDeviceWhenAReloadRenumbersIt) {
 }
 
 TEST_F(DeviceMemoryTest, AFailingDiskIsReportedUntilARetrySucceeds) {
-  fs::create_directories(file().string() + ".part");  // makes every write fail
+  fs::create_directories(file().string() + ".part");
   {
     const auto memory = Start();
     memory->Set(0, "serial 1");

@@ -105,7 +105,6 @@ TEST(Alarm, IsAcknowledgedOnce) {
   }
 }
 
-/// A user who acknowledges event 3 has not seen event 5, which raised the alarm again.
 TEST(Alarm, AnAcknowledgementOfAnEarlierEventIsIgnored) {
   EventRecord event = Event(Step::acknowledge);
   event.mark.seq = 2;
@@ -171,8 +170,8 @@ TEST(AlarmBoard, ForgetsEndedAlarmsFirst) {
   EXPECT_EQ(all[1].alarm.name, "2");
 }
 
-// ---------------- The power fails at a random moment, hundreds of times. The alarms in the file
-// must fit its events, and no stored event is lost.
+// ---------------- Random power cuts. The alarms in the file must fit its events, and no stored
+// event is lost.
 
 using audit::FaultyDisk;
 
@@ -180,8 +179,6 @@ const std::size_t kSeeds = LongRun(300);
 constexpr int kLives = 4;
 constexpr Step kSteps[] = {Step::raise, Step::clear, Step::pulse, Step::acknowledge};
 
-/// Makes a random event. Its text contains the step and the alarm, such as "2 of 4", so that Follow
-/// can read them.
 EventRecord Event(std::mt19937& random) {
   EventRecord event;
   event.line = "bay";

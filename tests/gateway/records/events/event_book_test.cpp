@@ -64,9 +64,9 @@ TEST(EventBook, ContinuesTheNumbersOfTheFile) {
 TEST(EventBook, RecognisesRepeatedEvents) {
   EventBook book;
   book.OnOpened(7, {{NameOf(0), "a"}, {NameOf(1), "x"}});
-  book.Add(BatchOf(0, "a", 2, true));  // stored before the restart
-  book.Add(BatchOf(1, "y", 1, true));  // not stored before the restart
-  book.Add(BatchOf(2, "a", 1, true));  // of another device
+  book.Add(BatchOf(0, "a", 2, true));
+  book.Add(BatchOf(1, "y", 1, true));
+  book.Add(BatchOf(2, "a", 1, true));
   EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(8, 9));
   EXPECT_THAT(book.Kept(3), ElementsAre(NameOf(0), NameOf(1), NameOf(2)))
       << "all may be asked for more";

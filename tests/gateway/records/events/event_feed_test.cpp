@@ -94,7 +94,7 @@ TEST(EventFeed, ShowsTheNewestEventsOrThoseFromANumber) {
   }
 }
 
-/// The feed holds 3 events and the owners of 4 more. So events 1…5 are forgotten, of 6…9 only the
+/// The feed holds 3 events and the owners of 4 more: events 1…5 are forgotten, of 6…9 only the
 /// owners are known, and 10…12 are shown.
 TEST(EventFeed, CountsLostEventsPerDevice) {
   EventFeed feed({.events = 3, .remembered = 4});

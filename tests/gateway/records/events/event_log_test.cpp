@@ -140,7 +140,6 @@ TEST_F(EventLogTest, RecordsADiskFailure) {
   EXPECT_EQ(log->state().waiting, 0U);
 }
 
-/// Both write without a pause. Neither must find the file busy.
 TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
   const auto writer = std::make_shared<records::EventsWriter>();
   const auto log = Start(file(), {}, writer);
@@ -220,7 +219,7 @@ TEST_F(EventLogTest, TheLastMessageOfADeviceFollowsItsName) {
     EXPECT_EQ(log->queue().said(2), "12.345 E1");
     EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
     EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
-    log->queue().Add(BatchOf(2, "12.345 E1", true));  // the confirmation was lost
+    log->queue().Add(BatchOf(2, "12.345 E1", true));
     log->queue().Add(BatchOf(2, "12.346 E2"));
     AwaitKept(3);
     EXPECT_EQ(log->state().repeats, 1U);
@@ -439,7 +438,6 @@ TEST_F(EventLogTest, StoresConsumerPositionsAndReadsOlderEventsFromTheFile) {
   while (!cursors_->Of("dds")) std::this_thread::yield();
   EXPECT_EQ(cursors_->Of("dds"), (Cursor{320, true}));
   EXPECT_EQ(take(320).front().record.seq, 321);
-  // The new file lacks events that the consumer has not read.
   std::filesystem::remove(file());
   log->queue().Add(BatchOf(0, "b"));
   AwaitKept(2);

@@ -38,7 +38,6 @@ class Gateway {
  public:
   explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, disk.vfs()) {}
 
-  /// Returns the stored read position in the meter; nothing if the file does not open.
   std::optional<std::string> Said(Source source) {
     const auto opened = file_.Open();
     if (opened && !opened->ok) return std::nullopt;

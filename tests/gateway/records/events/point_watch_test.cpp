@@ -28,8 +28,7 @@ Seen Num(double value) { return {Value(value)}; }
 Seen Bit(bool value) { return {Value(value)}; }
 Seen Word(const std::string& value) { return {Value(value)}; }
 
-/// Takes one reading per second. In the result, "2 on" means that reading 2 caused an event; "!"
-/// marks the first known state.
+/// One reading per second. "2 on" means that reading 2 caused an event; "!" marks the first state.
 std::vector<std::string> Play(const PointEvent& rule, const std::vector<Seen>& readings) {
   PointWatch watch(rule);
   std::vector<std::string> found;
@@ -248,19 +247,19 @@ TEST(Watched, AlarmsAreThoseOfTheConfiguration) {
   };
   const Row rows[] = {
       {"bay-1", "feeder-1", "current above 5", "current", true},
-      {"bay-1", "feeder-1", "current above 6", "current", false},  // another limit
-      {"bay-1", "feeder-1", "current below 5", "current", false},  // no alarm for this rule
+      {"bay-1", "feeder-1", "current above 6", "current", false},
+      {"bay-1", "feeder-1", "current below 5", "current", false},
       {"bay-1", "feeder-1", "voltage above 5", "voltage", false},
       {"bay-1", "feeder-1", "0:3", "", true},
       {"bay-1", "feeder-1", "2:3", "", true},
-      {"bay-1", "feeder-1", "0:1", "", false},  // no alarm for this rule
+      {"bay-1", "feeder-1", "0:1", "", false},
       {"bay-1", "feeder-1", "0:13", "", false},
-      {"bay-1", "feeder-2", "current above 5", "current", false},  // the device has `events: off`
+      {"bay-1", "feeder-2", "current above 5", "current", false},
       {"bay-1", "feeder-2", "0:3", "", false},
       {"bay-1", "feeder-3", "0:3", "", false},
-      {"bay-2", "feeder-1", "0:3", "", false},  // the device has been moved to another line
+      {"bay-2", "feeder-1", "0:3", "", false},
       {"bay-1", "feeder-1", "no answer", "", true},
-      {"bay-1", "feeder-2", "no answer", "", false},  // the device has `alarms: off`
+      {"bay-1", "feeder-2", "no answer", "", false},
       {"bay-1", "feeder-3", "no answer", "", false},
       {"bay-1", "", "port down", "", true},
       {"bay-2", "", "port down", "", false},

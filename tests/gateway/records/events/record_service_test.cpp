@@ -143,7 +143,7 @@ TEST_F(RecordServiceTest, ACheckForEventsBeforeTheReadProvesNothing) {
 TEST_F(RecordServiceTest, AFurtherEventSupersedesTheRecordOfThePrevious) {
   Owe(412);
   ReadAll(5);
-  Owe(413);  // the relay can still have more events
+  Owe(413);
   ASSERT_THAT(kept_, SizeIs(1));
   ASSERT_THAT(asked_, SizeIs(1)) << "it is read once more";
   ReadAll(7);

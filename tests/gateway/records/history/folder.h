@@ -1,3 +1,4 @@
+// `FolderTest`: a folder that is removed after the test.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -191,7 +191,6 @@ TEST_F(KeptFiles, ARemovedFileIsNoticedAtTheNextCommit) {
   EXPECT_EQ(records[4].entry.time, anew);
 }
 
-/// The file of the day before contains the run and its last time.
 TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   const Millis began = kBegin + kDay - 2 * kSecond;
   auto store = Open(began);
@@ -210,8 +209,7 @@ TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   EXPECT_EQ(records[3].entry.time, next);
 }
 
-/// A reader that repeats its request must not clear the fault. Only a check by the store is allowed
-/// to.
+/// A reader that repeats its request must not clear the fault.
 TEST_F(KeptFiles, AnUnreadableFileIsForgottenWhenItIsReadableAgain) {
   const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
   const std::filesystem::path kept = folder() / "kept";

@@ -53,7 +53,6 @@ std::vector<Trend> Rolled(const std::vector<Set>& sets, Millis end, Millis width
   Rollup rollup(width);
   for (const Set& set : sets) {
     rollup.Set(set.time, set.value, set.reading, out);
-    // Extra calls of Advance must change nothing.
     if (random() % 3 == 0) rollup.Advance(set.time, out);
   }
   rollup.Forget(end, out);

@@ -55,7 +55,6 @@ TEST_F(ValueStoreTest, StoredValuesAreReadBack) {
 
 TEST_F(ValueStoreTest, ARestartIsAGap) {
   Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), At(kBegin + 5 * kSecond), true);
-  // The store ended without packing its rows into chunks, so rows are left.
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 2 * kSecond),
                            At(kBegin + kHour + 2 * kSecond)));
@@ -73,7 +72,6 @@ TEST_F(ValueStoreTest, AClockSetBackReordersNothing) {
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 3 * kSecond),
                            At(kBegin + kHour + 3 * kSecond)));
-  // Back into the previous day.
   const Millis back = kBegin - kHour;
   ASSERT_TRUE(
       store->Write(Seconds(2, back, back + 3 * kSecond, RunBegin::clock), At(back + 3 * kSecond)));
@@ -157,7 +155,6 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
   EXPECT_EQ(mended->spans[1], hours->spans[1]);
 }
 
-/// All samples that were committed before the last second must be there, in order and once.
 TEST(ValuePowerCuts, LoseASecondAtMost) {
   std::mt19937 random(14);
   const std::vector<PointName> names = {{"a", config::Type::float64}};
@@ -204,7 +201,6 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
   }
 }
 
-/// gateway/records/disk must contain the versions of this module, to refuse newer files.
 TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
   ASSERT_TRUE(store.Open(At(kBegin)));
@@ -288,8 +284,7 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// Checks after each round of the log, and also after 100 ms, because the last round may be over
-  /// already.
+  /// Checks after each round of the log, and also after 100 ms, because the last round may be over.
   template <typename Ready>
   void Await(Ready ready) {
     for (;;) {
@@ -416,8 +411,6 @@ TEST_F(HistoryLogTest, AHangingDiskIsShown) {
   });
 }
 
-/// The previous history has been ended by a reload, but still has the files open because its disk
-/// hangs.
 TEST_F(HistoryLogTest, WaitsForThePreviousOwnerOfTheFiles) {
   std::atomic<bool> taken = true;
   taken_ = [&taken] { return taken.load(); };

@@ -217,7 +217,7 @@ TEST_F(LineRecorderTest, AReplyToASecretIsMaskedInAnyPieces) {
       SendSecret();
       if (cut > 0) Receive(echo.substr(0, cut));
       End();
-      if (cut < echo.size()) Receive(echo.substr(cut));  // the rest is received later
+      if (cut < echo.size()) Receive(echo.substr(cut));
       EXPECT_EQ(LastReceivedText(), std::string(echo.size(), '*')) << echo << " cut at " << cut;
     }
   }
@@ -245,8 +245,6 @@ TEST_F(LineRecorderTest, TheMaskOutlivesTheExchangeAndThePort) {
   EXPECT_EQ(LastReceivedText(), "***");
 }
 
-/// The task goes on after the request with the password. The reason at its end can quote any reply
-/// of the task.
 TEST_F(LineRecorderTest, NoReasonQuotesTheReplyToASecret) {
   const char* const reason = "the device says: wrong password '724'";
   SendSecret();
@@ -520,7 +518,6 @@ TEST_F(RecordingsTest, AnUnwritableFolderIsReported) {
 }
 
 TEST_F(RecordingsTest, ARecordingRefusedByAFullDiskIsRetried) {
-  // The part file is a link to a device without room, so the write fails.
   const fs::path part = folder_ / ".bay-1.trace.part";
   fs::create_symlink("/dev/full", part);
   Begin(folder_);

@@ -75,7 +75,7 @@ std::string RecordOf(const std::string& time, const std::string& bytes) {
 
 TEST(FrameLines, UnaskedMessagesAreDecoded) {
   config::Catalog catalog = Protocols();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   const std::string head = "# device wind, protocol telegram, profile nmea-0183-weather";
   const std::string sentence = "$WIMWV,045,R,011.63,N,A*09\r\n";
   const std::string records = RecordOf("12:00:00.000000", sentence.substr(0, 9)) +

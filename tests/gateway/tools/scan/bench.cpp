@@ -6,8 +6,8 @@
 
 namespace baudgate::scan {
 
-/// Appends what the second master sends within `window`, as this port receives it. True if the
-/// master sent anything.
+/// Appends what the second master sends within `window`, as received here. True if it sent
+/// anything.
 bool Bench::TakeMaster(Duration window, Bytes& heard) {
   bool spoke = false;
   for (; master && next_ < now_ + window; next_ += master->every) {
@@ -67,7 +67,7 @@ ProfileNames ShippedNames(const Wish& wish) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     catalog.protocols[std::string(protocol->name)] = protocol;
   }
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   ProfileNames names;
   for (const Tongue& tongue : wish.tongues) {
     names[std::string(tongue.protocol->name)] = config::NamesAndTitles(catalog, *tongue.protocol);

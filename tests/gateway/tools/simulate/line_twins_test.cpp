@@ -32,7 +32,6 @@ config::Device Module(const std::string& address, bool checksum) {
   return device;
 }
 
-/// Returns one reply for each request. A reply that has not ended after 10 s is incomplete.
 std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &protocols::DconProtocol();

@@ -157,7 +157,7 @@ TEST(Listening, IsReopenedUntilItSucceeds) {
   const Row rows[] = {
       {1s, 2, "", "", 1},
       {2s, 0, "", "", 1},
-      {2500ms, 7, "", "", 1},  // the interfaces are read once a second
+      {2500ms, 7, "", "", 1},
       {3s, 7, "no room", "the interface of 10.0.0.5 was made anew; no room", 2},
       {4s, 7, "no room", "", 3},
       {5s, 7, "no port", "no port", 4},

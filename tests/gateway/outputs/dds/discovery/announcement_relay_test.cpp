@@ -198,7 +198,6 @@ TEST_F(Relay, TheNumberOfParticipantsIsLimited) {
 TEST_F(Relay, TheNumberOfParticipantsOfAnAddressIsLimited) {
   Hears({.number = 1000});
   for (std::uint16_t number = 0; number < 200; ++number) {
-    // minus the number that at() adds, so all have the address 10.1.0.0
     Hears({.number = number, .address = 0x0A010000U - number, .lease = 1});
     EXPECT_EQ(refused_, number < 128 ? "" : "too many participants of one address");
   }
@@ -218,7 +217,6 @@ TEST_F(Relay, TheRateOfForwardedAnnouncementsIsLimited) {
   relay_ = AnnouncementRelay(limits);
   std::map<std::string, int> sent;
   for (std::uint16_t number = 0; number < 12; ++number) {
-    // minus the number that at() adds, so all have the address 10.0.0.0
     for (const auto& text : Hears({.number = number, .address = kPlant - number})) {
       ++sent[text.substr(text.find("to "))];
     }

@@ -19,7 +19,6 @@ using ::testing::ElementsAre;
 using Phase = LinkState::Phase;
 using Wish = LinkKeeper::Wish;
 
-/// Calls the keeper until it asks for a start. Returns the time until then.
 Duration UntilStart(LinkKeeper& keeper, Instant& now) {
   const Instant from = now;
   while (keeper.Look(now) != Wish::start) now = std::max(now, keeper.NextLook());

@@ -152,8 +152,7 @@ TEST(LinkMessage, OpenWithSecurityIsEncodedAndDecoded) {
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(DecodeOpen(body.first(size)).ok()) << size;
   }
-  // A damaged message must not open a link without security: it has a wrong number of texts, or no
-  // identity.
+  // A damaged message must not open a link without security.
   Bytes six = packet;
   six[kLinkHeaderBytes + 0x4E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());

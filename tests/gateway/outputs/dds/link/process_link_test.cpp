@@ -1,5 +1,4 @@
-// Tests of `ProcessLink`, the end of the link in the daemon. The test simulates the DDS process,
-// and waits for log lines, never for a time.
+// Tests of `ProcessLink`, the daemon's end of the link. The test simulates the DDS process.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/process_link.h"
 

@@ -1,5 +1,5 @@
-// Tests that a confined DDS process cannot make certain calls. Each test runs in a child, whose
-// exit code names a call that still works.
+// Tests that a confined DDS process cannot make certain calls. The exit code of a child names a
+// call that still works.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <netinet/in.h>

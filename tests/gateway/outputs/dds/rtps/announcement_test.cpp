@@ -91,7 +91,6 @@ TEST(Announcement, AGoodbyeIsRecognised) {
 TEST(Announcement, MustContainTheAddressOfItsSender) {
   EXPECT_EQ(WhyNot(Captured().at("fast_spdp"), {0x0A000001, 40000}),
             "an announcement without the address that it came from");
-  // Two addresses: 10.0.0.9, and the address of the sender.
   const Bytes two = testing::AnnouncementOf(
       7, 20, "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A 00 00 09");
   const auto there = ReadAnnouncement(two, {0x0A000009, 40000});
@@ -119,7 +118,6 @@ TEST(Announcement, OtherDatagramsAreRefused) {
   Bytes elsewhere = testing::AnnouncementOf(7);
   elsewhere[20 + 4 + 4 + 2] = 0x03;
   EXPECT_EQ(WhyNot(elsewhere), "no announcement of a participant");
-  // A token that claims to contain 268435456 properties.
   EXPECT_EQ(WhyNot(testing::AnnouncementOf(
                 7, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 00")),
             "a broken parameter list");

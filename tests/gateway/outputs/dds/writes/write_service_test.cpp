@@ -224,17 +224,10 @@ struct Deadline {
 
 TEST_F(WriteServiceTest, TheEarliestDeadlineOfARequestApplies) {
   const Deadline cases[] = {
-      {0, 0s, {}, 5s},
-      {2500, 0s, {}, 2500ms},
-      {2500, 2s, {}, 500ms},
-      {1, 3s, {}, -2999ms},  // already expired at its arrival, so nothing is sent
-      {4'294'967'295U, 0s, {}, 60s},
-      {0, 0s, 1s, 1s},
-      {0, 0s, 1h, 5s},
-      {0, 0s, Duration::max(), 5s},
-      {0, 0s, -1ns, 0s},
-      {100, 0s, 1s, 100ms},
-      {0, 59min, {}, 5s - 59min},
+      {0, 0s, {}, 5s},      {2500, 0s, {}, 2500ms},        {2500, 2s, {}, 500ms},
+      {1, 3s, {}, -2999ms}, {4'294'967'295U, 0s, {}, 60s}, {0, 0s, 1s, 1s},
+      {0, 0s, 1h, 5s},      {0, 0s, Duration::max(), 5s},  {0, 0s, -1ns, 0s},
+      {100, 0s, 1s, 100ms}, {0, 59min, {}, 5s - 59min},
   };
   std::uint64_t seq = 0;
   for (const Deadline& one : cases) {

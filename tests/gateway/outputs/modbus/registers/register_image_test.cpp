@@ -29,8 +29,7 @@ struct Answer {
   bool operator==(const Answer&) const = default;
 };
 
-/// Registers: float 0-1, int16 2, text 3-4 (slow), uint16 6, write-only 7, uint16 8; bits 0, 1 and
-/// 3.
+/// Registers: float 0-1, int16 2, text 3-4 (slow), uint16 6, write-only 7, uint16 8; bits 0, 1, 3.
 class RegisterImageTest : public testing::TestWithParam<OnBad> {
  protected:
   RegisterImageTest() : config_(MakeConfig({MakeDevice(1, Points())})) {
@@ -99,8 +98,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     return answer;
   }
 
-  /// Compares the image with a direct read, for all ranges of up to twelve words. A range that is
-  /// not in the image must give an exception, or extend beyond one run of an area.
+  /// Compares the image with a direct read for all ranges of up to twelve words. A range outside
+  /// the image must be an exception, or exceed one run of an area.
   template <typename Word>
   std::size_t CompareTable(Table table, Instant now) {
     std::size_t found = 0;
@@ -108,7 +107,6 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
       for (std::uint16_t start = base; start < base + 12; ++start) {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
-          // The image never answers for one bit, because the answer can be an exception.
           if (table == Table::bits && count == 1 && base == 0) {
             EXPECT_FALSE(place);
             continue;
@@ -194,7 +192,7 @@ TEST_P(RegisterImageTest, EveryChangeMakesTheImageStale) {
     Compare(kStart + 4s);
     ASSERT_TRUE(Refresh(kStart));
   }
-  store_->SetLineCycle(0, 60s, kStart);  // the limit of the age becomes longer
+  store_->SetLineCycle(0, 60s, kStart);
   EXPECT_FALSE(Refresh(kStart, 0));
   Compare(kStart + 100s);
   store_->SetLineCycle(0, 1ms, kStart);
@@ -205,7 +203,7 @@ TEST_P(RegisterImageTest, AChangeOfNoValueKeepsTheImageFresh) {
   UpdateAll();
   Compare(kStart);
   store_->UpdateStatus(0, [](bus::DeviceStatus& status) { ++status.exchanges; });
-  store_->SetLineCycle(0, 1ms, kStart);  // still below the limits of age
+  store_->SetLineCycle(0, 1ms, kStart);
   EXPECT_TRUE(Refresh(kStart, 0));
 }
 

@@ -113,7 +113,6 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
     io_.restart();
     io_.poll();
   }
-  /// Lets the time of all bytes on the line pass, then delivers them.
   void Hear(const Bytes& bytes) {
     Pass(LineTime(bytes.size()));
     session_->OnBytes(bytes, now_);

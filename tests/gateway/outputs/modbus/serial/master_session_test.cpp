@@ -272,8 +272,7 @@ class MasterEchoTest : public MasterSessionTest {
     Pass(session_->Deadline().value() - now_.instant);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWriteZero))));
   }
-  /// Delivers the bytes so that the last one comes `after_the_reply`, counted from the hand-over of
-  /// the reply to the port.
+  /// Delivers the bytes so that the last one comes `after_the_reply` was handed to the port.
   void HearAt(const Bytes& bytes, Duration after_the_reply) {
     Pass(sent_at_.back() + after_the_reply - now_.instant - LineTime(bytes.size()));
     Hear(bytes);

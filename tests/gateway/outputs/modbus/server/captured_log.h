@@ -1,5 +1,4 @@
-// `CapturedLog` captures the log from standard output, where it goes because no test calls
-// log::Begin.
+// `CapturedLog` captures the log, which goes to standard output because no test calls log::Begin.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

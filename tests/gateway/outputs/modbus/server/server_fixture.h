@@ -20,7 +20,6 @@
 
 namespace baudgate::modbus {
 
-/// Stores commands until the test answers them; can also answer at once, or refuse as full.
 class ScriptedSink : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override {
@@ -61,7 +60,6 @@ class ScriptedSink : public bus::CommandSink {
   std::vector<bus::WriteCommand> commands_;
 };
 
-/// Returns the PDU of the answer to one request; empty if the server has closed the connection.
 inline std::string Ask(const RawClient& client, std::uint8_t unit, const std::string& pdu) {
   client.Send(Frame(unit, pdu));
   const Bytes answer = client.ReceiveFrame();

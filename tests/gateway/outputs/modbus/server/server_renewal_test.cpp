@@ -34,7 +34,6 @@ class RenewalTest : public RouteTest {
     next_ = config_;
   }
 
-  /// A renewal in which the first listeners and routes stay the same.
   static Renewal Same(std::size_t listeners, std::size_t routes) {
     Renewal renewal;
     for (std::size_t i = 0; i < listeners; ++i) renewal.listeners.push_back({i, true});

@@ -133,15 +133,15 @@ TEST_F(EventsOfService, RefuseOtherWrites) {
     const char* pdu;
     const char* answer;
   } cases[] = {
-      {"06 23 38 00 01", "86 03"},                       // writes half of the number
-      {"06 23 39 00 01", "86 03"},                       // writes the other half
-      {"10 23 38 00 01 02 00 01", "90 03"},              // writes half of the number
-      {"10 23 38 00 03 06 00 00 00 01 00 00", "90 02"},  // includes a read-only register
-      {"10 23 37 00 02 04 00 00 00 01", "90 02"},  // also writes the register before the number
+      {"06 23 38 00 01", "86 03"},
+      {"06 23 39 00 01", "86 03"},
+      {"10 23 38 00 01 02 00 01", "90 03"},
+      {"10 23 38 00 03 06 00 00 00 01 00 00", "90 02"},
+      {"10 23 37 00 02 04 00 00 00 01", "90 02"},
       {"10 23 39 00 02 04 00 00 00 01", "90 02"},
       {"06 23 3A 00 01", "86 02"},
       {"06 23 87 00 01", "86 02"},
-      {"05 23 38 FF 00", "85 02"},  // bits, not registers
+      {"05 23 38 FF 00", "85 02"},
       {"0F 23 38 00 02 01 03", "8F 02"},
   };
   for (const auto& c : cases) {

@@ -45,7 +45,6 @@ class WriteSink final : public bus::CommandSink {
   std::vector<bus::DeniedWrite> denied;
 };
 
-/// Unit 1 is a device with one register. Tests add routes.
 class ServiceTest : public testing::Test {
  protected:
   using Answers = std::vector<std::string>;

@@ -235,7 +235,6 @@ TEST_F(TrafficTest, EachClientHasItsOwnCounters) {
   EXPECT_EQ(IdOf(0), second);
 }
 
-/// Alarms need the end of each routed request, with the unit number that the client used.
 TEST_F(TrafficTest, TheEndOfARoutedRequestIsReported) {
   Add(1, 20, 22).remap = 1;
   std::vector<std::string> told;

@@ -133,7 +133,6 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   EXPECT_TRUE(RunUntil(io_, [&] { return back.accepted() == 1; }));
 }
 
-/// Each read is sent twice. After two failures, requests to its unit fail at once for a while.
 TEST_F(UpstreamConnectionTest, AServerThatClosesAtOnceIsRetriedAfterAPause) {
   server_.turns_away = true;
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::no_reply);
@@ -200,8 +199,6 @@ TEST_F(ClosingServer, FailsOnlyForTheUnitThatItClosesOn) {
   EXPECT_LE(server_.accepted(), 6U) << "unit 7 pauses";
 }
 
-/// The server closes the connection at this request only. Its unit answers all other requests, so
-/// they must not fail.
 TEST_F(ClosingServer, FailsOnlyForTheRequestThatItClosesOn) {
   closes_on = "01 01 00";
   int failed = 0;

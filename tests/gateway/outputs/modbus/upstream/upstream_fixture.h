@@ -18,7 +18,6 @@
 
 namespace baudgate::modbus {
 
-/// Accepts connections and stores their requests. The test calls it to answer.
 class ScriptedServer {
  public:
   explicit ScriptedServer(asio::io_context& io, std::uint16_t port = 0)
@@ -51,7 +50,6 @@ class ScriptedServer {
   void Close(std::size_t session = 0) {
     sessions_.at(session).stream().shutdown(asio::ip::tcp::socket::shutdown_send);
   }
-  /// Closes each connection as soon as it is accepted.
   bool turns_away = false;
 
  private:
@@ -118,8 +116,8 @@ class UpstreamTest : public testing::Test {
   static constexpr std::size_t kReadsOnWire =
       RequestsOnWire::kMost - RequestsOnWire::kKeptForWrites;
 
-  /// Sends a request that is not answered in time. On a slow machine a request can expire before it
-  /// is sent, so the deadline grows until it is sent.
+  /// Sends a request that is not answered in time. It gets more time if it expires before it is
+  /// sent.
   const Asked& SendInVain(std::uint8_t slave = 20) {
     const Asked* asked = nullptr;
     for (Duration within = 5ms; asked == nullptr || !asked->reply.sent; within *= 4) {

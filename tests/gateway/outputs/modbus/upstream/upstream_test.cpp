@@ -87,8 +87,6 @@ struct Misframed {
   Outcome outcome = Outcome::ok;
 };
 
-/// The length in the header is wrong. The next reply must be found with and without the missing
-/// bytes.
 TEST_F(UpstreamTest, AKnownReplySizeOverridesTheHeader) {
   const Misframed kCases[] = {
       {"03 00 C8 00 01", "00 00 00 04 14 83 02", "83 02", Outcome::refused},
@@ -110,7 +108,6 @@ TEST_F(UpstreamTest, AKnownReplySizeOverridesTheHeader) {
   EXPECT_EQ(server_.accepted(), 1U);
 }
 
-/// Two replies come in one piece, and the length of the first is wrong.
 TEST_F(UpstreamTest, TheHeaderBehindAMisframedReplyIsFound) {
   const Asked& first = Submit();
   const Asked& second = Submit({.slave = 21});

@@ -256,7 +256,6 @@ TEST(OtherFraming, RecognisesEachFraming) {
 TEST(OtherFraming, WaitsForAWholeRequest) {
   for (const Framing spoken : {Framing::rtu, Framing::ascii}) {
     const Bytes request = RequestIn(spoken);
-    // With its CR the request counts as whole, because the LF follows at once.
     const std::size_t whole = request.size() - (spoken == Framing::ascii ? 1 : 0);
     for (std::size_t count = 0; count < whole; ++count) {
       EXPECT_FALSE(OtherFraming(View(request).first(count), Framing::tcp, Both()))

@@ -175,8 +175,7 @@ TEST_F(ClientTest, TheOnlyGatewayInTheDefaultPlacesIsFound) {
   const control::RuntimeDirectory runtime(directory_);
   std::filesystem::create_directory(directory_ / "baudgate");
   const auto connect = [] { return ControlClient::Connect({}); };
-  // The test does not expect that no gateway is found, because a real one could run on this
-  // machine.
+  // A real gateway could run on this machine, so the test does not expect that none is found.
   config_.socket = (directory_ / "baudgate" / "a.sock").string();
   StartServer();
   asio::io_context io;

@@ -161,8 +161,6 @@ TEST_F(SettingsTest, AnUnknownSettingIsWrittenWithoutAValue) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-/// The file was made with another ratio of the current transformer, so its values have another
-/// meaning.
 TEST_F(SettingsTest, AFileOfAnotherScaleIsRefused) {
   config_.lines[0].devices[0].points[kHigh].scale = 400;
   StartServer();
@@ -310,7 +308,6 @@ TEST_F(SettingsTest, AValueThatReadsBackDifferentlyIsReported) {
   EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but the relay shows 25\n"));
 }
 
-/// Each row has one result, even if its reason contains another.
 TEST_F(SettingsTest, AFailedReadBackIsReportedOnce) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
