@@ -39,7 +39,7 @@ protocols::Task Poll(std::size_t query);
 protocols::Task Probe();
 protocols::Task Write(std::size_t point, Value value);
 
-/// Returns the first complete frame of `bytes`, which silence follows; empty: none is complete.
+/// Returns the first complete frame of `bytes`, which silence follows; empty: no frame is complete.
 Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
 /// Returns the twin's reply; empty: the bytes are no complete request, or the twin is silent.

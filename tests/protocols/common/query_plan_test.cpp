@@ -349,7 +349,7 @@ TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   }
 }
 
-/// A simulated device that answers some places only, and none for a while.
+/// A simulated device that answers some places only, and at times no request at all.
 class AskedDevice {
  public:
   explicit AskedDevice(Plan& plan) : plan_(plan) {}

@@ -35,7 +35,7 @@ Expectation Expecting(int variant) {
   return expect;
 }
 
-/// Lead and text without the checksum, whose digits can have either case.
+/// Returns lead and text without the checksum, because its digits can have either case.
 Bytes Meaning(View frame, int variant) {
   const auto reply = protocols::dcon::ParseReply(frame, variant);
   return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};

@@ -83,7 +83,7 @@ class LagStage {
 
   LagCase which_;
   config::Line line_;
-  /// Two for each device: one of the same identity, one of another identity.
+  /// Two for each device: one with the same identity, one with another identity.
   std::vector<config::Device> strangers_;
   LaggingServer server_;
   BirthCode code_;

@@ -11,7 +11,7 @@ namespace baudgate::protocols {
 
 struct Troubles {
   unsigned wire_one_in = 0;  ///< one in this many replies is damaged or lost
-  unsigned late_one_in = 0;
+  unsigned late_one_in = 0;  ///< one in this many replies comes after the timeout
   bool kills = false;
   bool power_cuts = false;
 };

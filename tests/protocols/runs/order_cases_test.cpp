@@ -1,4 +1,4 @@
-// Seven cases in which a reply was attributed to the wrong request. None must happen again.
+// Seven cases in which a reply was attributed to the wrong request. No case must happen again.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

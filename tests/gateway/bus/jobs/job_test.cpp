@@ -212,7 +212,7 @@ TEST_F(JobEndTest, TheEndOfAWriteDependsOnItsProgressAndOutcome) {
     const char* what;
     std::size_t points;
     std::size_t next;  // the point that is being written, counted from 1
-    bool sent;         // a request that can have changed the device has been sent
+    bool sent;         // a request that may have changed the device has been sent
     Outcome outcome;
     Next follows;
     WriteEnd end;

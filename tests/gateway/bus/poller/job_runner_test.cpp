@@ -276,7 +276,7 @@ TEST(JobRunnerTest, AForbiddenWriteIsWithdrawnWhileTheLineIsNotQuiet) {
   EXPECT_TRUE(rig.writes().read_backs().empty()) << "nothing was written";
 }
 
-/// The first try of the write can have been carried out, so the end is unknown, not denied.
+/// The first try of the write may have been carried out, so the end is unknown, not denied.
 TEST(JobRunnerTest, AForbiddenWriteIsNotRetried) {
   Rig rig("1");
   rig.Write({0});

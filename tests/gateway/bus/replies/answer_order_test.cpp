@@ -289,7 +289,7 @@ TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
       orders_.Reset(a);
       orders_.Reset(b);
       protocols::Request asked = AskFor("?A1\r");
-      asked.numbered = !named;  // a converter can have written the address, so only the number in
+      asked.numbered = !named;  // a converter may have written the address, so only the number in
                                 // the reply counts
       const bool doubted = lost == &a || !named;
       Send(*lost, AskFor("?A2\r", named));

@@ -183,8 +183,8 @@ TEST(OtherBitRate, NoiseAndConstantBytesAreNotDetected) {
 
 class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// Runs an exchange with the replies `came`. `own` is the accepted reply; empty: none is
-  /// accepted.
+  /// Runs an exchange with the replies `came`. `own` is the accepted reply; empty: no
+  /// reply is accepted.
   void Exchange(std::string_view asked, const std::vector<Bytes>& came, const Bytes& own = {}) {
     exchange_.Begin(a, bus::AskFor(asked), a.times, kStart);
     habits_.OnBegin(a);

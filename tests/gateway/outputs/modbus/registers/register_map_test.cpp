@@ -20,8 +20,8 @@ constexpr auto kNone = kNoException;
 
 class RegisterMapTest : public testing::Test {
  protected:
-  // Registers: int16 0, float 1, int64 3, int16 8 (rw), float 9 (rw), write-only 11; bits 0, 1
-  // (rw), 5.
+  // Registers: int16 0, float 1, int64 3, int16 8 (rw), float 9 (rw), write-only 11, int16 8999,
+  // 9100 and 19999; bits 0, 1 (rw), 5.
   RegisterMapTest()
       : config_(MakeConfig(
             {MakeDevice(5, {}),

@@ -371,7 +371,7 @@ TEST_F(ServerTest, RefusedAndMalformedClientsDoNotFloodTheLog) {
   }
   EXPECT_EQ(server_->counters().refused, 5U);
   EXPECT_EQ(server_->counters().malformed, 5U);
-  // Earlier tests can have written these lines already, and they are written only once.
+  // Earlier tests may have written these lines already, and they are written only once.
   EXPECT_LE(log.CountLines("modbus: client 127.0.0.1:"), 2);
 }
 
