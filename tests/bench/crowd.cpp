@@ -249,8 +249,7 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGUSR1);
   sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals,
-                  nullptr);  // blocked here, because threads that start later inherit the mask
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // also for threads that start later
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);

@@ -36,8 +36,7 @@ constexpr int kDomain = 112;
 constexpr int kPort = 15112;
 constexpr auto kPhase = std::chrono::seconds(12);
 constexpr auto kReadPeriod = std::chrono::milliseconds(2);
-constexpr double kWantedUs =
-    1000;  // in us; the limit: p99 at most this much above p99 without disturbance
+constexpr double kWantedUs = 1000;  // limit of p99 minus p99 without disturbance
 
 class Gateway {
  public:

@@ -42,8 +42,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kServers = 10;
 constexpr std::size_t kFloatsOfRequest = 62;
-constexpr std::size_t kWritable =
-    10;  // number of points of each device that can be written: its last ones
+constexpr std::size_t kWritable = 10;  // the last points of each device are writable
 constexpr int kWrites = 100;
 constexpr std::uint16_t kPort = 15998;
 constexpr auto kSettle = std::chrono::seconds(8);

@@ -34,10 +34,9 @@ namespace baudgate {
 /// How a device behaves on the wire, independent of its twin's answers. Can be changed at any time.
 struct Manner {
   bool dead = false;
-  Duration think = 5ms;  ///< time from the end of the request to the first byte of the reply
-  std::size_t fragment =
-      0;  ///< number of bytes that arrive together; 0: the whole reply arrives with its last byte
-  Duration pause{};  ///< additional silence between fragments
+  Duration think = 5ms;      ///< time from the end of the request to the first byte of the reply
+  std::size_t fragment = 0;  ///< bytes that arrive together; 0: the whole reply
+  Duration pause{};          ///< additional silence between fragments
   int copies = 1;
   Duration babble{};
   std::function<Bytes(Bytes reply)> distort;
@@ -109,9 +108,8 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   bus::DeviceStatus StatusOf(std::uint32_t device) const;
   std::size_t CountSent(std::string_view start) const;
 
-  bool keep_sent = true;  ///< false in runs that are too long to store all requests
-  bool keeps_bit_rate =
-      true;  ///< false: the port is a pty or a network connection; set it before Open()
+  bool keep_sent = true;       ///< false in runs that are too long to store all requests
+  bool keeps_bit_rate = true;  ///< false: a pty or a network; set it before Open()
   std::vector<Sent> sent;
   bool holds = false;  ///< true: bytes wait, because the port has no connection
   std::size_t dropped = 0;

@@ -181,9 +181,8 @@ class LinePortTest : public testing::Test {
   FixedValues values_ = ToyValues();
   std::unique_ptr<protocols::Twin> twin_;
   bool answers_ = true;
-  bool closes_ = false;  // the server closes the connection after each answer
-  std::set<std::uint8_t>
-      closes_for_;  // the server closes the connection in place of an answer of these addresses
+  bool closes_ = false;                // the server closes the connection after each answer
+  std::set<std::uint8_t> closes_for_;  // closes in place of an answer of these addresses
   LoosePort port_;
   FakeRetries retries_;
   NewsSink sink_;

@@ -59,9 +59,8 @@ class BirthOracle {
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    std::vector<std::size_t>
-        twins;                  // twins at the address of this device; the last one answers now
-    std::vector<bool> foreign;  // for each twin
+    std::vector<std::size_t> twins;  // all at this address; the last one answers now
+    std::vector<bool> foreign;       // for each twin
     bool no_mixture = false;
     std::vector<PointState> points;
   };

@@ -25,12 +25,8 @@ class EventConsumers {
   /// Call this when the gateway is killed: undelivered samples are lost.
   void Kill();
 
-  std::int64_t of_dds() const {
-    return subscriber_;
-  }  ///< last event that the DDS subscriber received
-  std::int64_t of_modbus() const {
-    return wanted_ - 1;
-  }                       ///< last event that the Modbus client read
+  std::int64_t of_dds() const { return subscriber_; }     ///< last event of the subscriber
+  std::int64_t of_modbus() const { return wanted_ - 1; }  ///< last event of the Modbus client
   std::size_t again = 0;  ///< samples that the subscriber recognised as repeats by their numbers
 
  private:

@@ -194,8 +194,7 @@ class SoakStation {
   bool peace_ = false;
   std::uint32_t serial_ = 0;
   std::size_t raised_ = 0;
-  std::map<std::string, std::size_t>
-      outstanding_;  // events that are not stored yet, for each ordered sequence (KeyOf)
+  std::map<std::string, std::size_t> outstanding_;  // events not stored yet, by KeyOf()
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::int64_t> last_second_;
   std::map<std::string, std::vector<std::uint32_t>> told_;
 };

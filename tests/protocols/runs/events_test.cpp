@@ -72,8 +72,7 @@ class RelayStation {
 
   std::size_t raised() const { return serial_; }
   std::size_t restarts = 0;
-  std::size_t asked_again =
-      0;  ///< batches that were read again from the relay's backup (command B)
+  std::size_t asked_again = 0;  ///< batches that were read from the relay's backup (B)
   std::uint64_t repeats = 0;
   std::size_t guessed = 0;  ///< events whose minute was estimated
 

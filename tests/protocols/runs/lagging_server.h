@@ -28,9 +28,8 @@ struct ServerFaults {
   bool growing = false;  ///< delays grow by a tenth of `longest_delay`, then start again
   /// Keeps 1…3 replies in the queue for up to eight replies, then releases or drops all at once.
   unsigned hold = 0;
-  std::size_t behind =
-      0;  ///< each request gets the reply to the request this many before, permanently
-  unsigned overtake = 0;  ///< puts a reply aside, and releases it before or after a later reply
+  std::size_t behind = 0;  ///< permanently, each reply answers the request this many before
+  unsigned overtake = 0;   ///< puts a reply aside, and releases it before or after a later reply
   Duration aside = 500ms;
   unsigned copy = 0;
   enum class Copy : std::uint8_t {

@@ -250,8 +250,7 @@ TEST(TelnetOptions, OffersTheOptionsThatASerialPortNeeds) {
 
 struct Dialogue {
   const char* what;
-  std::vector<std::pair<const char*, const char*>>
-      steps;  ///< pairs of verb and option, and the expected answer
+  std::vector<std::pair<const char*, const char*>> steps;  ///< verb and option, answer
 };
 
 const Dialogue kDialogues[] = {

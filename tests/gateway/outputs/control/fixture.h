@@ -42,8 +42,7 @@ class FakeLines final : public lines::LineControl, public bus::CommandSink {
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
   WriteResult result{.read_back = true};
-  std::promise<bus::WriteCommand>* hold =
-      nullptr;  ///< if set: takes the next command, which is then not answered
+  std::promise<bus::WriteCommand>* hold = nullptr;  ///< if set: takes the next command
   bool full = false;
   const protocols::Protocol* protocol = nullptr;
 
