@@ -52,7 +52,7 @@ class BirthOracle {
     std::uint64_t judged = 0;
     std::size_t twin = 0;
     bool good = false;
-    Instant must_be_newer{};  // time of the last confirmed write
+    Instant must_be_newer{};  // values from before a confirmed write are wrong
     std::uint64_t pending = 0;
     Instant pending_until{};
     std::string pending_what;
