@@ -1,4 +1,4 @@
-// Tests Examine() with bytes that come instead of a reply: the symptom and the texts.
+// Tests Examine() with bytes that arrive in place of a reply: the symptom and the texts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/examine.h"
 
@@ -20,7 +20,7 @@ struct Came {
 };
 
 struct Row {
-  std::string line;  ///< as in RealLines
+  std::string line;
   std::string request;
   std::vector<Came> came;
   Outcome outcome;
@@ -56,7 +56,7 @@ Finding Look(const Row& row) {
 
 const std::string kRtu = "010300000001840A";
 
-/// Parses hex and text: "010302+"text\r"".
+/// Parses parts that are joined by "+": hex, or quoted text.
 Bytes BytesOf(std::string_view written) {
   Bytes bytes;
   while (!written.empty()) {
@@ -157,13 +157,11 @@ TEST(Examine, AReplyToAPasswordIsNotQuoted) {
   EXPECT_EQ(finding.cause.find("234"), std::string::npos) << finding.cause;
 }
 
-// ---------------- Protocol::recognise for the protocols of real lines.
-
 struct Words {
   std::string line;
   std::string request;
   std::string heard;
-  std::string cause;  ///< empty: nothing is recognised
+  std::string cause;
 };
 
 TEST(Recognise, ReportsRepliesThatNearlyFitTheProtocol) {

@@ -271,8 +271,6 @@ TEST_F(DiagnoseTest, AnOpenRingIsReportedForTheLineNotItsDevices) {
                                  "Close the ring first: the device itself may be well"));
 }
 
-// ---------------- The diagnosis of missed polls: a full line, a slow device, a device that fails.
-
 /// The device is polled every second, and has missed 60 of about 200 polls in the last minutes.
 class MissedTest : public DiagnoseTest {
  protected:
@@ -344,11 +342,9 @@ TEST_F(MissedTest, AFailingDeviceDoesNotReportMissedPolls) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-// ---------------- Outages differ from single losses in how the failures follow one another.
-
 constexpr Instant kStart{1000s};
 
-/// Plays one exchange per second: 'o' is answered, 'x' fails.
+/// Simulates one exchange per second: 'o' is answered, 'x' fails.
 bus::FailureRuns After(std::string_view exchanges) {
   bus::FailureRuns failures;
   Instant now = kStart;
@@ -362,7 +358,7 @@ std::string Times(int times, std::string_view part) {
   return text;
 }
 
-/// Returns "3.0 s every 15 s", or nothing if the failures are losses.
+/// Returns, for example, "3.0 s every 15 s"; nothing if the failures are single losses.
 std::string Shown(const bus::FailureRuns& failures) {
   const auto found = FindAbsences(failures);
   if (!found) return {};
@@ -379,17 +375,15 @@ TEST(Absences, AreDistinguishedFromLosses) {
       {Times(30, "o") + "x", ""},
       {Times(30, "o") + "xxo", ""},
       {Times(30, "o") + "xxxxo", "4.0 s"},
-      {Times(30, "o") + "xxxx", ""},  // the device may stay away
+      {Times(30, "o") + "xxxx", ""},
       {Times(4, "oooooooooooooxxx") + "o", "3.0 s every 16 s"},
       {Times(4, "oooooxxxxx") + "o", "5.0 s every 10 s"},
       {"ooooooxxxxxooooooooxxxoooooooooooooooooooxxxxoooooo", "4.0 s"},
       {"x" + Times(40, "o") + "xxxxxooo", "5.0 s"},
       {Times(20, "o") + "x" + Times(20, "o") + "xxxxxooo", "5.0 s"},
-      // Failures at random or by a rule, however many.
       {Times(16, "oox"), ""},
       {Times(16, "oxx"), ""},
       {Times(16, "ox"), ""},
-      // One outage among losses.
       {Times(30, "o") + "xxxxxxxx" + Times(6, "oooox") + "o", ""},
   };
   for (const auto& row : rows) EXPECT_EQ(Shown(After(row.exchanges)), row.says) << row.exchanges;
@@ -414,10 +408,10 @@ TEST(Absences, OfTwoDevicesAtTheSameTimeAreRecognised) {
     bool together;
   } rows[] = {
       {"ooooxxxooooxxxoooo", "oooooxxooooxxxxooo", true},
-      {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},  // once may be chance
+      {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},
       {"ooooxxxooooxxxoooo", "oxxoooooxxooooooxx", false},
-      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},  // single losses
-      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},  // the other device was always away
+      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},
+      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},
   };
   for (const auto& row : rows) {
     EXPECT_EQ(AreAwayTogether(After(row.one), After(row.other)), row.together) << row.other;
@@ -494,10 +488,10 @@ TEST(Absences, SilenceIsUsualIfItHasEndedTwiceBefore) {
   } rows[] = {
       {"oooo", false},
       {"ooooxxx", false},
-      {"ooooxxxooooxxx", false},  // one return is too few
+      {"ooooxxxooooxxx", false},
       {"ooooxxxooooxxxooooxxxx", true},
       {"ooooxxxooooxxxooooxxxxxxxxxxxx", false},
-      {"ooooxxxooooxxxoooo", false},  // the device answers
+      {"ooooxxxooooxxxoooo", false},
   };
   for (const auto& row : rows) {
     const Instant now = kStart + std::chrono::seconds(row.exchanges.size());

@@ -196,7 +196,7 @@ TEST_F(DiagnoseTest, TheByteOrderThatMakesAllNumbersPlausibleIsNamed) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
-  // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B. Here their words are swapped:
+  // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B. Here the words are swapped.
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
     its.points[i].type = config::Type::float32;
     its.points[i].scale = 1;
@@ -211,14 +211,15 @@ TEST_F(DiagnoseTest, TheByteOrderThatMakesAllNumbersPlausibleIsNamed) {
   EXPECT_THAT(Say()[0], ::testing::EndsWith("and their register"));
 }
 
-/// With swapped words the floats look usual, too, but the order alone must not be blamed.
+/// The addresses are off by one register. With swapped words the numbers look usual, too, so the
+/// order must not be named as the only cause.
 TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
   its.points.resize(3, its.points[0]);
   record_.points.resize(3, record_.points[0]);
-  // The registers 0, 2 and 4 contain 230.25, 50.02 and 12.5.
+  // The registers 0, 2 and 4 contain 230.25, 50.02 and 12.5; the points read 1, 3 and 5.
   const std::uint32_t read[] = {0x40004248U, 0x147B4148U, 0x00000000U};
   for (std::size_t i = 0; i < 3; ++i) {
     its.points[i].name = "p" + std::to_string(i);
@@ -273,7 +274,7 @@ TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
   }
 }
 
-/// The NaN of a stopped motor, the FFFFFFFF of a meter for one direction, an optional register.
+/// Examples: NaN of a stopped motor, FFFFFFFF of a meter for one direction, an optional register.
 TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
   const struct {
     Quality quality;

@@ -113,8 +113,8 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTimeNameEachOther) {
   }
 }
 
-/// If the neighbours are silent, too, the line is idle before every request, so an idle line before
-/// a failure does not show that the device sleeps.
+/// The neighbour is silent at the same times, so the line is idle before each request. An idle line
+/// before a failure is therefore no sign of a sleeping device.
 TEST_F(DiagnoseTest, DevicesAbsentAtTheSameTimeAreNotTakenForSleeping) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;
@@ -360,8 +360,6 @@ TEST_F(DiagnoseTest, ADegradedDeviceReportsItsLastTrouble) {
                  "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
 }
 
-// ---------------- Reasons, shortened to the length of a first sentence.
-
 TEST(Reason, IsShortened) {
   const struct {
     std::string reason;
@@ -378,8 +376,6 @@ TEST(Reason, IsShortened) {
   };
   for (const auto& row : rows) EXPECT_EQ(Shortened(row.reason), row.text);
 }
-
-// ---------------- The diagnosis of devices that do not answer, or are not asked.
 
 TEST_F(DiagnoseTest, AnAbsentDeviceReportsSinceWhenWhyAndItsNoticeBound) {
   line_.notice_bound = 9s;

@@ -37,7 +37,7 @@ TEST_F(HypothesesTest, FewerRegistersThanRequestedSuggestASmallerBlock) {
   }
 }
 
-/// One request with a flow-control byte is not enough: the byte may be chance.
+/// One failing request with a flow-control byte can be chance, so the converter is not named.
 TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
   constexpr std::uint8_t kXon = 0b00100;
   const bus::QueryCount good = {.first_point = 0, .points = 1};
@@ -45,7 +45,7 @@ TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
       .first_point = 1, .points = 1, .in_vain = 8, .symptom = silence, .asked = kXon};
   bus::QueryCount other = dead;
   other.asked = 0;
-  bus::QueryCount cut = other;  // the reply contains the flow-control byte
+  bus::QueryCount cut = other;
   cut.symptom = tail_lost;
   const std::string says =
       "only requests that contain 11 fail. Switch XON/XOFF off at the converter or serial server";
@@ -69,7 +69,6 @@ TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
   }
 }
 
-/// Noise on the line damages replies in many ways. Then a bad wire of one device is no cause.
 TEST_F(HypothesesTest, DamagedNeighboursSuggestNoiseOnTheLine) {
   const auto mixed = [this](bus::DeviceStatus& status) {
     Looked(status, clean, 25);
@@ -99,14 +98,14 @@ TEST_F(HypothesesTest, EndlessBytesAreReported) {
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 30s;
   Looked(device(), noise, 20);
-  line_.babble = 3000;  // bytes, at 9600 bit/s
+  line_.babble = 3000;
   line_.babble_since = status::kNow.instant - 30s;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("bytes come without an end"));
   line_.babble_since = status::kNow.instant - 10min;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged"));
 }
 
-/// The other master sometimes sends the same requests, which look like late echoes.
+/// The other master sometimes sends the same requests as the gateway. They look like late echoes.
 TEST_F(HypothesesTest, AnotherMasterSeenBesideANeighbourIsReported) {
   Looked(device(), late_echo, 5);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("the gateway's own requests come back late"));
@@ -131,7 +130,6 @@ Symptom SymptomNamed(std::string_view name) {
   return static_cast<Symptom>(number);
 }
 
-/// Parses a line such as "late 4 | time=380ms | cause=a text".
 status::Seen SeenOf(const std::string& line) {
   const std::string between = " | ";
   std::size_t at = line.find(between);
@@ -234,9 +232,7 @@ TEST_F(HypothesesTest, TheTableOfTheDocsContainsEveryCause) {
   EXPECT_EQ(rows, Hypotheses().size()) << "a row is a cause";
 }
 
-// ---------------- Causes that depend on the configuration, and of messages that come unasked.
-
-/// Some replies do not fit their form, but at other times the same requests are answered well.
+/// The same requests are answered well at other times, so the line damages the replies.
 TEST_F(HypothesesTest, OccasionalMisfitsAreReportedAsDamageOnceValuesWereRead) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
   status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};

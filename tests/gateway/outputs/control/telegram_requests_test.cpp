@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A telegram that begins with '?' reads, its second byte is a password, and CR ends it.
+/// A telegram that begins with '?' is a read. Its second byte is a password, and CR ends it.
 const protocols::TelegramRule kRule = {
     "?!",
     [](View written, const protocols::ParsedOptions&) -> Result<Bytes> {
@@ -105,8 +105,6 @@ TEST_F(TelegramRequestsTest, AnInvalidTelegramIsRefused) {
   lines_.protocol = nullptr;
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("telegrams by hand are not supported"));
 }
-
-// ---------------- Each request without a socket: its calls to the lines, and its answer.
 
 using ::testing::IsEmpty;
 
@@ -274,8 +272,6 @@ TEST_F(ServiceTest, RecordedReturnsTheStoredRecordsOfALineOrDevice) {
   EXPECT_FALSE(wish_);
 }
 
-// ---------------- `read` and `write` over the control socket.
-
 config::Config WithWrites() {
   config::Config config = status::TwoLines();
   config::Point setting;
@@ -405,7 +401,6 @@ TEST_F(PointRequestsTest, AFailedReadReturnsTheStoredValues) {
   EXPECT_THAT(Ask(R"({"command":"read","target":"io"})"), HasSubstr("name a point"));
 }
 
-/// A write waits for its line. Meanwhile the client leaves or closes its side.
 class WaitingWrite : public ControlTest {
  protected:
   WaitingWrite() : ControlTest(WithWrites()) {
@@ -437,7 +432,7 @@ TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
 /// The client closes only its sending side, as `socat` does at the end of its input.
 TEST_F(WaitingWrite, ContinuesWhenItsClientClosesOnlyItsSendingSide) {
   ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
-  Ask(Connect(), kStatus);  // after this answer, the server has noticed the closed side
+  Ask(Connect(), kStatus);
   EXPECT_FALSE(abandoned());
   command_.done({.read_back = true});
   EXPECT_THAT(client_->ReceiveLine().value_or(""), HasSubstr(R"("end":"ok")"));

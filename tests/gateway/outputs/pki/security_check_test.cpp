@@ -34,7 +34,6 @@ class SecurityCheck : public ::testing::Test {
     ASSERT_TRUE(folder_.Make({"g"}, 1, kNow).ok());
     ASSERT_TRUE(other_.Make({"g"}, 0, kNow).ok());
   }
-  /// Returns findings such as "warning key: …" or "key: …", without the folder.
   std::vector<std::string> Found(WallTime now = kNow) const {
     std::vector<std::string> found;
     for (const Finding& one : CheckSecurity(files_, now).findings) {
@@ -158,9 +157,6 @@ TEST_F(SecurityCheck, RecognisesAGovernanceWithUnprotectedMessages) {
   EXPECT_THAT(report.findings, IsEmpty());
   EXPECT_FALSE(report.messages_protected);
 }
-
-// ---------------- The files of `baudgate certs dds`: modes, permissions, and what is never
-// overwritten.
 
 mode_t ModeOf(const std::string& file) {
   struct ::stat about {};

@@ -1,4 +1,4 @@
-// Tests of the whole status, as JSON and as text for people.
+// Tests of the whole status, as JSON and as text.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/client/status.h"
 
@@ -15,7 +15,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// feeder-1 answers, feeder-2 is gone, the port of io is closed.
 class StatusTest : public ::testing::Test {
  protected:
   StatusTest() {
@@ -116,7 +115,7 @@ TEST(StatusFrame, PartsShareTheHeight) {
   EXPECT_THAT(tools::Shares(0, {3, 0}), ElementsAre(0, 0));
 }
 
-/// Returns `text` without the rest of the row behind `last`: a new counter appears there.
+/// Returns `text` without the rest of the row behind `last`, where new counters are added.
 std::string CutBehind(std::string_view last, std::string text) {
   const std::size_t at = text.find(last);
   if (at == std::string::npos) return text;

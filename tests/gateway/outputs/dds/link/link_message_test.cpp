@@ -152,7 +152,7 @@ TEST(LinkMessage, OpenWithSecurityIsEncodedAndDecoded) {
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(DecodeOpen(body.first(size)).ok()) << size;
   }
-  // Damage must not open the link to everybody: a wrong number of texts, or no identity.
+  // A damaged message must not open a link without security.
   Bytes six = packet;
   six[kLinkHeaderBytes + 0x4E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
@@ -260,7 +260,7 @@ TEST(LinkMessage, AFailureTextIsShortenedAndMadePrintable) {
   EXPECT_THAT(sentence, HasSubstr("no?such"));
 }
 
-/// Each prefix has memory of its own, so a sanitizer finds a read beyond the end.
+/// Each prefix is in a separate buffer, so a sanitizer finds a read beyond the end.
 TEST(LinkMessage, EveryTruncationIsRefused) {
   Bytes sample(kMaxLinkMessage);
   sample.resize(EncodeSample(LinkKind::point, PointSample(), sample));
