@@ -276,7 +276,7 @@ void LinePort::AfterTheWrite(std::function<void()> then) {
 
 void LinePort::Lend(Duration time) {
   lent_until_ = now_.instant + time;
-  loan_.OnClosed("the port is released to another program", now_);
+  loan_.OnClosed("the port is lent to another program", now_);
   out_of_service_ = true;
   open_ = false;
   ClosePort();
@@ -297,7 +297,7 @@ void LinePort::EndLoan() {
 
 std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return stopping_;
-  if (lent_until_) return "the port is released to another program";
+  if (lent_until_) return "the port is lent to another program";
   if (resting_.rests())
     return "the server has closed the connection; the next request opens it again";
   if (!transport_.is_open()) return "the port is not open: " + display_.text();

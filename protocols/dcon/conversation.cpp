@@ -323,8 +323,10 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   Request request = requests_.Own(step->command);
   if (identification_.IsTakenCutShort(request.bytes)) {
     return Error{
-        "the module has not reported its checksum mode, and this command happens to end in a valid "
-        "checksum; write another value, or set identify: false if the checksum is off"};
+        "not sent: the module has not reported its checksum mode, and this command happens to end "
+        "in "
+        "a valid checksum, so the module might set another value; write another value, or set "
+        "identify: false if the checksum is off"};
   }
   request.prepares = step->prepares;
   return request;

@@ -253,7 +253,7 @@ constexpr int kOwnMode = 2;
 constexpr std::string_view kAdvice = "; correct the profile, the address or the module";
 
 constexpr const char* kAdviceOnInputs =
-    " (the values are bad until then; correct the unit, the input's type or its wiring)";
+    " (these values are bad until you correct the unit, the input's type or its wiring)";
 
 std::string_view WordOf(unsigned format) {
   constexpr std::string_view kWords[] = {"engineering", "percent", "hex", "ohms"};

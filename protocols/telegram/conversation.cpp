@@ -77,7 +77,7 @@ Answer AnswerReader::Interpret(View request, View frame) const {
   const auto sent = description_.Recognise(request);
   if (!sent) {
     return {Outcome::corrupt,
-            "request '" + Printable(request) + "' is not a telegram of the description"};
+            "request '" + Printable(request) + "' is not a telegram of its profile"};
   }
   const Reply reply = DecodeReply(description_.telegrams[sent->telegram], frame, sent->values);
   Answer answer{reply.outcome, reply.reason};
@@ -94,7 +94,7 @@ Answer AnswerReader::Interpret(View request, View frame) const {
 }
 
 Answer AnswerReader::ReadUnasked(View message, const Bound& bound) const {
-  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is not a telegram of the description"};
+  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is not a telegram of its profile"};
   for (std::size_t i = 0; i < description_.telegrams.size(); ++i) {
     if (!description_.telegrams[i].listen) continue;
     Answer answer = Read(i, bound, bound, message);

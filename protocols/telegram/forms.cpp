@@ -134,9 +134,10 @@ void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t
   if (placed.empty()) return;
   std::size_t at = pattern.elements.empty() ? 0 : pattern.size().value_or(0);
   if (!pattern.elements.empty() && !pattern.size()) {
-    problems.Error(placed.front().mark,
-                   "fields: the position of a field is unknown after a field without a width; give "
-                   "each field a width");
+    problems.Error(
+        placed.front().mark,
+        "fields: a field in 'receive' has no width, so the positions after it are unknown; "
+        "give each field in 'receive' a width");
     return;
   }
   for (const PlacedField& one : placed) {

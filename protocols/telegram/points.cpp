@@ -122,7 +122,7 @@ std::string RemedyOfUnknown(const Codes& codes) {
     return "check the device, or add the text to the codes of its profile";
   std::string names;
   for (const auto& [text, meaning] : codes) names += (names.empty() ? "'" : " or '") + text + "'";
-  return "set " + names + " at the device, or correct the description";
+  return "set the device to " + names + ", or correct the codes of its profile";
 }
 
 class Interpreter {
@@ -195,7 +195,8 @@ class Interpreter {
     const Quality says = meaning != nullptr ? meaning->quality : Quality::bad;
     if (says < reply_.quality) reply_.quality = says;
     if (meaning == nullptr) {
-      reply_.reason = "'" + element.name + "' says '" + text + "', which is not in the description";
+      reply_.reason =
+          "'" + element.name + "' says '" + text + "', which is not in the codes of its profile";
       reply_.remedy = RemedyOfUnknown(codes);
     }
   }

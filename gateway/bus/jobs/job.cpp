@@ -260,8 +260,7 @@ Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/)
 /// in the reply is stored with its reason.
 Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
-  answer.reason =
-      "the reply may belong to an earlier request; the request is repeated until that is certain";
+  answer.reason = "the reply may belong to an earlier request, so it is not used";
   attempt.unproven = Unproven{};
   if (outcome != Outcome::ok && !is_routed()) {
     protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);

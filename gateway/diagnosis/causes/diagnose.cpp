@@ -179,8 +179,9 @@ Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
   return {fmt::format(
-      "{} of its readings changed when they were read again. Replies come damaged without a check "
-      "value: switch a checksum on at the device and here, and look for noise",
+      "{} of its readings changed when they were read again, so replies may be damaged although "
+      "they "
+      "look whole. Look for noise, and switch a checksum on at the device and here if it is off",
       status.unconfirmed)};
 }
 

@@ -172,7 +172,7 @@ std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus
   }
   const bool released = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   if (!by_tcp || !released) return std::nullopt;
-  return "the port of line '" + line.name + "' is released to another program until " +
+  return "the port of line '" + line.name + "' is lent to another program until " +
          FormatWallTime(status.released_until) + end;
 }
 

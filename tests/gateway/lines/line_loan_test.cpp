@@ -1,4 +1,4 @@
-// Tests of a port that is released to another program, by hand or over the network.
+// Tests of a port that is lent to another program, by hand or over the network.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"

@@ -129,7 +129,7 @@ points:
   EXPECT_EQ(said("42 4D 00 07 02 00 98"), "level bad; ok false good");
   const Answer unknown =
       AnswerTo(TelegramProtocol(), device, ToBytes("D"), *ParseHex("42 4D 00 07 02 00 98"));
-  EXPECT_EQ(unknown.reason, "'state' says '0x02', which is not in the description");
+  EXPECT_EQ(unknown.reason, "'state' says '0x02', which is not in the codes of its profile");
   EXPECT_FALSE(unknown.remedy.empty()) << "status quotes it with that";
 }
 
@@ -168,7 +168,7 @@ TEST(TelegramAnswers, ARepeatedFieldMustHaveEqualValues) {
                                           "\x04"
                                           "1222PV\x05",
                                           "\x02PV10.5\x03\x1F")))
-      << "not a telegram of the description";
+      << "not a telegram of its profile";
 }
 
 TEST(TelegramAnswers, OfSimilarTelegramsTheLiteralOneMatches) {

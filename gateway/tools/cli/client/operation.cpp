@@ -107,8 +107,9 @@ int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& e
   if (seen.code != 0) return seen.code;
   if (!seen.reached) {
     err << "baudgate: " << options.line
-        << ": the port is not closed yet, because its driver is busy; see "
-        << "'baudgate status " << options.line << "' before you use the port\n";
+        << ": the port is not closed yet, because its driver is busy; use the port "
+           "only when 'baudgate status "
+        << options.line << "' shows it as released\n";
     return kNotClosed;
   }
   out << options.line << ": " << answer.value("port", "the port")

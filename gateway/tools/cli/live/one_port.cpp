@@ -71,7 +71,9 @@ Result<config::HostPort> Place(const std::string& listen) {
   const auto place = config::ParseServer(listen, kUsualPort);
   if (!place) return Error{"--listen: " + place.error()};
   if (!config::IsIpAddress(place->host)) {
-    return Error{"--listen: " + place->host + " is no IP address of this machine"};
+    return Error{"--listen: " + place->host +
+                 " is not an IP address; write an address of this machine, for example "
+                 "127.0.0.1"};
   }
   return place;
 }

@@ -36,8 +36,8 @@ TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
       {"-----", "'-----' stands for no measurement. Check its inputs and cards"},
       {"READY",
        "'READY' is no number. Check that the profile fits the device, or set type: string in it"},
-      {"'unit' says 'kg', which is not in the description",
-       "'unit' says 'kg', which is not in the description. Set that", "set that"},
+      {"'unit' says 'kg', which is not in the codes of its profile",
+       "'unit' says 'kg', which is not in the codes of its profile. Set that", "set that"},
   };
   for (const auto& row : rows) {
     Looked(device(), Symptom::no_number, 1, {.cause = row.stands, .remedy = row.remedy});

@@ -199,8 +199,9 @@ TEST_F(DiagnoseTest, UnconfirmedReadingsAreReportedAsDamage) {
   EXPECT_THAT(
       Say(),
       ElementsAre(
-          "4 of its readings changed when they were read again. Replies come damaged without a "
-          "check value: switch a checksum on at the device and here, and look for noise"));
+          "4 of its readings changed when they were read again, so replies may be damaged although "
+          "they look whole. Look for noise, and switch a checksum on at the device and here if it "
+          "is off"));
   device().rechecks = 13;
   EXPECT_THAT(Say(), IsEmpty()) << "most jumps were real";
   device().rechecks = 12;

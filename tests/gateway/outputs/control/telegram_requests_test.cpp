@@ -151,8 +151,7 @@ TEST_F(ServiceTest, APortInUseIsNotReleasedToAnotherProgram) {
   };
   EXPECT_THAT(release(""), HasSubstr("true"));
   EXPECT_THAT(release(""), HasSubstr("true")) << "its time begins anew";
-  EXPECT_THAT(release(R"(,"tcp":"127.0.0.1:4001")"),
-              HasSubstr("is released to another program until"));
+  EXPECT_THAT(release(R"(,"tcp":"127.0.0.1:4001")"), HasSubstr("is lent to another program until"));
   Ask(R"({"command":"take_back","target":"io"})");
   const auto set = [this](const std::string& why) {
     store_.UpdateLine(1, [&](bus::LineStatus& status) {
