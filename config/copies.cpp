@@ -27,7 +27,7 @@ class Masker {
   explicit Masker(const std::set<std::string>& secrets)
       : secrets_(secrets), names_(secrets.begin(), secrets.end()) {}
 
-  /// Collects the values of secrets. False: the document is endless or too large.
+  /// Collects the values of secrets. Returns false if the document is endless or too large.
   bool Collect(const YAML::Node& node, bool secret, int depth = 0) {
     if (depth > kDeepest || ++seen_ > kMostText) return false;
     if (node.IsScalar() && secret && node.Scalar().size() >= kShortestCopy) {
@@ -57,8 +57,8 @@ class Masker {
   }
 
  private:
-  /// In "{ password: SEC,RET }" the rest of the secret, RET, is a key without a value, so it is
-  /// masked.
+  /// Writes a map with masked secrets. In "{ password: SEC,RET }", the rest of the secret, RET, is
+  /// a key without a value, so keys without a value behind a secret are masked.
   void EmitMap(const YAML::Node& node, YAML::Emitter& out) const {
     bool behind_secret = false;
     out << YAML::BeginMap;
@@ -87,8 +87,8 @@ class Masker {
     return secrets_.contains(key.Scalar()) || !Nearest(key.Scalar(), names_).empty();
   }
 
-  /// Masks text behind a secret word: "password:SECRET" (missing blank) and "pasword=SECRET" are
-  /// single words in YAML.
+  /// Returns the text with everything behind a secret word masked: "password:SECRET" (missing
+  /// blank) and "pasword=SECRET" are single words in YAML.
   std::string Shown(const std::string& text) const {
     if (values_.contains(text)) return kMask;
     const std::string head = text.substr(0, text.find_first_of(":= \t"));
@@ -105,7 +105,7 @@ class Masker {
 
   const std::set<std::string>& secrets_;
   const std::vector<std::string_view> names_;
-  std::set<std::string> values_;  // values of secrets
+  std::set<std::string> values_;
   std::size_t seen_ = 0;
 };
 
@@ -160,7 +160,7 @@ class Trial {
     for (std::size_t i = 0; i < lines.size(); ++i) {
       YAML::Node line = lines[i];
       line["port"] = places_.ports.at(i);
-      line.remove("parity");  // a pty carries every format and has no direction to switch
+      line.remove("parity");  // a pty supports every format and has no direction to switch
       KeepFormat(line);
       for (const char* server : {"serial_server", "lend"}) {
         if (line[server] && line[server].IsMap()) MoveKey(line[server], "at");
@@ -224,7 +224,8 @@ class Trial {
     gateway.remove("recordings");
   }
 
-  /// Returns "127.0.0.1:1502" for "0.0.0.0:502", or the next port that is not used yet.
+  /// Returns a free address on loopback: "127.0.0.1:1502" for "0.0.0.0:502", or the next unused
+  /// port.
   std::string OnLoopback(const std::string& at) {
     const auto place = ParseHostPort(at);
     std::uint16_t port = place ? place->port : kFirstFreePort;

@@ -1,4 +1,4 @@
-// Copies of a configuration. MaskedConfig makes a copy that may be given away, without secrets and
+// Copies of a configuration. MaskedConfig makes a copy that can be given away, without secrets and
 // without comments, which may contain secrets too. MakeTrialConfig makes a copy that runs beside
 // the real gateway and does not touch the plant.
 // SPDX-License-Identifier: Apache-2.0
@@ -17,12 +17,12 @@ namespace baudgate::config {
 std::set<std::string> SecretKeys(const Catalog& catalog);
 
 /// Returns the YAML with "***" instead of the values of secret keys, of keys that look like
-/// misspelt secret keys, and of copies of such values. Error: the text is no YAML, or an alias
-/// contains itself.
+/// misspelt secret keys, and of copies of secret values. Fails if the text is no YAML, or if
+/// aliases make it endless or too large.
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets);
 
-// The places that a trial configuration uses for `baudgate simulate --write`: ports of simulated
-// devices, outputs on loopback, and a separate folder for stored data.
+// TrialPlaces contains the places that a trial configuration uses for `baudgate simulate --write`:
+// ports of simulated devices, outputs on loopback, and a separate folder for stored data.
 struct TrialPlaces {
   std::vector<std::string> ports;  ///< ports of the lines, in the order of the file
   std::filesystem::path profiles;  ///< base of relative profile paths; absolute

@@ -67,8 +67,8 @@ void Apply(const Ratio& ratio, Point& point) {
   point.unit = ratio.unit;
 }
 
-/// Applies a device's `ratios`, the values of its units at this site, to every point that has such
-/// a unit.
+/// Applies a device's `ratios`. They contain the values of its units at this site, and apply to
+/// every point that has one of these units.
 ///
 ///     ratios: { xIn: 400 A, xUn: 10 kV }      current_l1, unit xIn, reads 0.52 → 208 A
 ///
@@ -143,8 +143,8 @@ const RawProfile* FindProfile(MapReader& map, const protocols::Protocol* protoco
   return &context.profiles.emplace(key, std::move(profile)).first->second;
 }
 
-/// Reads times, retries and ages of the device. The line's timing and retries stay with the line as
-/// fallbacks. Returns the pace merged from device, profile and line.
+/// Reads times, retries and ages of the device. The line's timing and retries are not copied to the
+/// device, because they stay fallbacks. Returns the pace merged from device, profile and line.
 Pace ReadTimes(MapReader& map, const Profile& profile, const Pace& line, Device& device) {
   const Pace said = ReadPace(map, Level::device);
   const Pace own = Merge(said, profile.pace);
@@ -190,7 +190,7 @@ void ReadDeviceOptions(MapReader& map, const protocols::Protocol* protocol,
 Identity IdentityOf(MapReader& map, const Profile& profile, const protocols::Protocol* protocol,
                     LoadContext& context) {
   Identity identity = ReadIdentity(map, profile.identity);
-  // Without names of its own type, a name cannot be a contradiction.
+  // If the device type lists no names, a reported name cannot contradict it.
   if (!protocol || identity.ignore || identity.names.empty()) return identity;
   const auto [listed, is_new] = context.listed_names.try_emplace(std::string(protocol->name));
   if (is_new) listed->second = ListedNames(context.catalog, *protocol);
@@ -218,7 +218,8 @@ void ReadPoints(MapReader& map, const RawProfile* profile, const protocols::Prot
   AssignIntervals(device, context.problems);
 }
 
-// The errors are reported at the profile; this error names the device that uses it.
+// Reports an error at the device that uses a profile with errors; the errors themselves are
+// reported in the profile.
 void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& context) {
   if (!context.problems.HasErrorIn(raw.file) || !context.bad_profiles.insert(raw.file).second) {
     return;
@@ -227,7 +228,8 @@ void BlameProfile(const MapReader& map, const RawProfile& raw, LoadContext& cont
                                                     map.what() + " has errors; see " + raw.file);
 }
 
-// The line decides whether there are serial settings, so all its devices must agree.
+// Reports a protocol over TCP on a line for serial protocols, or the reverse. The line decides
+// whether there are serial settings, so all its devices must agree.
 void CheckOwnTcp(const protocols::Protocol& protocol, const LineContext& of, const Keys& keys,
                  Problems& problems) {
   CheckTcp(protocol, {}, keys, problems);

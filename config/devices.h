@@ -10,21 +10,22 @@
 
 namespace baudgate::config {
 
-/// Returns the protocol that `protocol:` names. If it is not installed, reports a problem and
-/// returns the most likely intended protocol, so that the rest can be checked; null: no name is
-/// similar. `port` is the line's port.
+/// Returns the protocol that `protocol:` names. If the protocol is not installed, reports a problem
+/// and returns the most likely intended protocol, so that the rest can be checked; null if no name
+/// is similar. `port` is the line's port.
 const protocols::Protocol* ReadProtocol(const YamlNode& node, const std::string& port,
                                         LoadContext& context);
 
 struct LineContext {
   const Line& line;
-  const Pace& pace;                     ///< of the line, else of the gateway
+  const Pace& pace;                     ///< the pace of the line, else of the gateway
   const Options& options;               ///< options of scope line that the line sets
   const protocols::Protocol* protocol;  ///< null if the line's protocol was not found
   LineAddresses& addresses;
 };
 
-/// Returns the default of `recheck`: jump, if replies have neither a strong check value nor parity.
+/// Returns the default of `recheck`: jump, if replies have neither a strong check value nor parity,
+/// else off.
 Recheck DefaultRecheck(const protocols::Protocol& protocol, const SerialSettings& serial);
 
 /// True if the silence of a device with this protocol and these options is normal.

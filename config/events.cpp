@@ -18,7 +18,7 @@ namespace baudgate::config {
 namespace {
 
 struct EventAlarm {
-  std::optional<std::uint32_t> channel{};  ///< empty: every channel
+  std::optional<std::uint32_t> channel{};  ///< empty: the row for every channel
   std::uint32_t code = 0;
   AlarmPriority priority = AlarmPriority::none;
 };

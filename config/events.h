@@ -29,21 +29,21 @@ namespace baudgate::config {
 //   alarms: { priority: low, delay: 5min }    each key overrides separately
 //   event_alarms: { "2E17": high, "E3": off } of a device: rows of its profile's table
 
-/// `above` has the values for keys that are not set here.
+/// Reads the key `alarms`. `above` contains the settings of the level above, for absent keys.
 AlarmSetting ReadAlarmSetting(MapReader& map, const AlarmSetting& above);
 
-/// Call it when `device.event_texts` and `device.events` are set.
+/// Must be called after `device.event_texts` and `device.events` were set.
 void ReadEventAlarms(MapReader& map, Device& device);
 
-// Reads the key `events:` of a point: { on: above, value: 5, delay: 3s, alarm: high }, or a list of
-// such maps. Reports all problems. All other keys of `point` must have been read.
+// ReadPointEvents reads the key `events:` of a point: { on: above, value: 5, delay: 3s, alarm: high
+// }, or a list of such maps. All other keys of `point` must have been read.
 
 std::vector<PointEvent> ReadPointEvents(MapReader& map, const Point& point);
 
 Events ReadEvents(const YamlNode& node, Problems& problems);
 /// `given`: the gateway has the key `events`. `device` must have its event table and its points.
 void ReadDeviceEvents(MapReader& map, bool given, Device& device);
-/// `records` are those of the same profile.
+/// Reads the table `events:` of a profile; `records` are the records of the profile.
 std::vector<EventText> ReadEventTable(const YamlNode& node,
                                       const std::vector<RecordPattern>& records,
                                       Problems& problems);

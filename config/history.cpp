@@ -140,7 +140,8 @@ Result<std::uint64_t> ParseLimit(std::string_view text) {
   return size;
 }
 
-/// Splits the text into three patterns. False: it has another form, which has been reported.
+/// Splits the text into three patterns. Returns false after it has reported that the text has
+/// another form.
 bool Split(Pattern& pattern, Problems& problems) {
   std::string_view rest = pattern.text;
   for (std::size_t i = 0; i < pattern.parts.size(); ++i) {

@@ -33,16 +33,16 @@ namespace baudgate::config {
 
 std::vector<RecordPattern> ReadRecords(const YamlNode& node, Problems& problems);
 
-/// Reports a problem if there is no such record; an empty name is allowed.
+/// Reports a problem if `records` does not contain `name`; an empty name is allowed.
 void CheckRecordName(const std::string& name, const Mark& mark,
                      const std::vector<RecordPattern>& records, Problems& problems);
 
 /// Sets `device.records` from the profile's patterns. `device` must have its points and its event
-/// settings. If a recorded event uses a record, the record's slow points become daily, because they
-/// are read after the event.
+/// settings. If a recorded event uses a record, the slow points of the record become daily, because
+/// they are read after the event anyway.
 void ResolveRecords(const std::vector<RecordPattern>& records, Device& device, Problems& problems);
 
-/// Reads `history`. Call it after the lines, whose points are matched.
+/// Reads `history`. Must be called after the lines were read, because their points are matched.
 History ReadHistory(const YamlNode& node, const Config& config, Problems& problems);
 
 }  // namespace baudgate::config

@@ -33,7 +33,7 @@ std::optional<std::string> ReadName(MapReader& map, std::string_view example) {
 
 namespace {
 
-/// Empty: parity is made by the gateway, so the port's parity is not changed.
+/// The meaning of a word of the key `parity`; empty: the gateway makes the parity (`software`).
 using MapParity = std::optional<Parity>;
 constexpr MapParity kSoftware;
 constexpr std::array<Word<MapParity>, 11> kParities = {{{"none", Parity::none},
@@ -207,8 +207,8 @@ void ReadPort(MapReader& map, bool shared, Line& line, LoadContext& context) {
   context.uniques.Port(line.port, line.name, shared, node->mark());
 }
 
-// The Bus of a device's own protocol reads its options from the line, so the line needs their
-// defaults too.
+// Adds the defaults of options to the line: the Bus of a device's own protocol reads its options
+// from the line.
 void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   for (const Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
@@ -219,8 +219,8 @@ void CompleteOptions(Line& line, const Options& given, const Catalog& catalog) {
   Override(line.options, given);
 }
 
-// A device that sends unasked must be alone on its line, because its bytes could be mistaken for a
-// reply.
+// Reports a device that sends unasked and is not alone on its line, because its bytes could be
+// mistaken for a reply.
 void CheckSpeakers(const Line& line, const Catalog& catalog, Problems& problems) {
   if (line.devices.size() < 2) return;
   for (const Device& device : line.devices) {

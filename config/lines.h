@@ -27,20 +27,18 @@ namespace baudgate::config {
 /// the name.
 std::optional<std::string> ReadName(MapReader& map, std::string_view example);
 
-// The functions below read serial settings, named times and periods of the gateway, a line, a
-// profile or a device.
-
-/// Parses "9600 7E1" and overrides these settings of `base`; all others stay.
+/// Parses "9600 7E1". Settings that the text does not contain are those of `base`.
 Result<SerialSettings> ParseSerial(std::string_view text, SerialSettings base);
 
-/// Reads `serial:`, a text or a map { baud, data, parity, stop, … }, and overrides `base`.
+/// Reads `serial:`, a text or a map { baud, data, parity, stop, … }. Settings that are absent are
+/// those of `base`.
 SerialSettings ReadSerial(const YamlNode& node, const SerialSettings& base, Problems& problems);
 
 /// Reads the keys of a line beside `serial:`: `parity: software`, `rs485: {…}`.
 void ReadSerialExtras(MapReader& line, SerialSettings& serial);
 
 /// Reads `timing`, `retries`, `poll`, `slow`, `daily` and `recheck`, which are allowed in gateway,
-/// line, profile and device. `level` is the owner of the map.
+/// line, profile and device. `level` says to which of these the map belongs.
 Pace ReadPace(MapReader& map, Level level);
 
 /// State that the readers of one file share.
@@ -55,10 +53,10 @@ struct LoadContext {
   Pace pace;            ///< the gateway's settings for all lines
   AlarmSetting alarms;  ///< the gateway's settings for all lines
   bool events = false;  ///< the gateway has the key `events:`
-  std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< by protocol and path
-  /// By protocol: names of device types, each with the profile that lists it.
+  std::map<std::pair<std::string, std::string>, RawProfile> profiles;  ///< key: protocol and path
+  /// Key: protocol. Value: names of device types, each with the profile that lists it.
   std::map<std::string, std::map<std::string, std::string>> listed_names;
-  /// Files whose errors have been reported at a device that uses them.
+  /// Profile files whose errors have already been reported at a device that uses them.
   std::set<std::string> bad_profiles;
   /// Number of points of all devices so far; limits the size that YAML aliases can produce.
   std::size_t points = 0;

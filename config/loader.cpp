@@ -47,7 +47,8 @@ Config ReadConfig(const YamlNode& root, LoadContext& context) {
   return config;
 }
 
-// yaml-cpp throws on access as well as on parsing; no exception passes this function.
+// Calls `read`, and reports exceptions as a problem. yaml-cpp throws on access as well as on
+// parsing.
 template <typename Read>
 void Guarded(const std::string& file, Problems& problems, Read read) {
   try {

@@ -33,7 +33,8 @@ Loaded LoadText(const std::string& text, const std::string& name, const Catalog&
 /// Loads a profile: a name in the catalog, or a path (with a '/' or ending in .yaml).
 LoadedProfile LoadProfile(const std::string& profile, const protocols::Protocol& protocol,
                           const Catalog& catalog);
-/// `file` is the file's name in messages; `name` is the name by which devices use the profile.
+/// Like LoadProfile, for a text. `file` is the file's name in messages; `name` is the name by which
+/// devices use the profile.
 LoadedProfile LoadProfileText(const std::string& text, const std::string& file,
                               const std::string& name, const protocols::Protocol& protocol,
                               const Catalog& catalog);

@@ -106,7 +106,6 @@ constexpr std::size_t kMostRules = 100;
 
 constexpr std::array<Word<Permit>, 2> kWrite = {{{"allow", Permit::all}, {"deny", Permit::read}}};
 
-/// Sets the framing, and the default serial settings for it.
 void SetFraming(Listener& listener, modbus::Framing framing, const Catalog& catalog) {
   listener.framing = framing;
   if (const protocols::Protocol* frames = catalog.FramesOf(framing))
@@ -243,8 +242,8 @@ void ReadNetworkSide(MapReader& map, Listener& listener) {
   map.Read<&Listener::max_clients, &Listener::idle_timeout>(listener);
 }
 
-// Lines also allow `verify`: there the gateway sends requests and can fail an exchange whose echo
-// is wrong.
+// Reads the key `echo` of a listener. Only lines allow `verify`, because there the gateway sends
+// requests and can fail an exchange whose echo is wrong.
 void ReadEcho(MapReader& map, Listener& listener) {
   const auto node = map.Get("echo");
   if (!node) return;

@@ -14,13 +14,15 @@
 
 namespace baudgate::config {
 
-/// `lines` are the possible targets. A route to a server that is one of `listeners` is an error.
+/// Reads a route. `lines` are the possible targets. A route to a server that is one of `listeners`
+/// is an error.
 Route ReadRoute(const YamlNode& node, const std::vector<Listener>& listeners,
                 const std::vector<Line>& lines, LoadContext& context);
 
 /// Reads a listener: an address ("0.0.0.0:502", "/dev/ttyS1") or a map of keys.
 Listener ReadListener(const YamlNode& node, LoadContext& context);
-/// Reads the networks and addresses that may connect. `[]` allows everybody, like an absent key.
+/// Reads the networks and addresses that are allowed to connect. `[]` allows everybody, like an
+/// absent key.
 std::vector<Network> ReadAllowOrAll(const YamlNode& node, Problems& problems);
 /// Reads an address of this machine: "127.0.0.1:4001", "localhost:4001".
 std::optional<HostPort> ReadOwnAddress(const YamlNode& node, const std::string& key,

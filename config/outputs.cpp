@@ -21,8 +21,8 @@ bool IsHere(const std::string& address) {
   return network && IsLoopback(*network);
 }
 
-/// Warns of a host that only loopback interfaces would have to reach: a datagram from 127.0.0.1
-/// never leaves this machine.
+/// Warns of a host on another machine if all interfaces are loopback, because a datagram from
+/// 127.0.0.1 never leaves this machine.
 void CheckReach(const Dds& dds, const std::string& host, const std::string& what, Mark mark,
                 Problems& problems) {
   if (!IsIpv4(host) || IsHere(host) || dds.interfaces.empty()) return;
@@ -63,9 +63,9 @@ void ReadServer(const YamlNode& node, Dds& dds, Problems& problems) {
   dds.discovery_servers.push_back(*server);
 }
 
-/// Reads the hosts that discovery asks besides the multicast group, or instead of it: `dds: {
-/// peers, discovery_servers, multicast }`. Call it after `interfaces` is read, because it warns of
-/// hosts that the interfaces do not reach.
+/// Reads the hosts that discovery asks in addition to the multicast group, or instead of it: `dds:
+/// { peers, discovery_servers, multicast }`. Must be called after `interfaces` was read, because it
+/// warns of hosts that the interfaces do not reach.
 void ReadDdsPeers(MapReader& map, Dds& dds, Problems& problems) {
   if (const auto peers = map.Get("peers")) {
     for (const YamlNode& one : ReadList(*peers, "peers", kMostPeers, problems)) {
@@ -134,7 +134,7 @@ DdsSecurity ReadDdsSecurity(const YamlNode& node, LoadContext& context) {
 
 constexpr std::size_t kMostHosts = 100;
 
-/// True for a host name as in a browser's address after "http://", with or without a port.
+/// True for a host name as browsers show it after "http://", with or without a port.
 bool IsHost(std::string_view text) {
   const auto fits = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-' || c == '.' || c == ':' ||

@@ -18,7 +18,8 @@ namespace baudgate::config {
 std::string ReadAbsolutePath(MapReader& map, const std::string& key, const std::string& example);
 /// Reads the section into `config` and returns its settings for all lines.
 Pace ReadGateway(const YamlNode& node, Config& config, Problems& problems);
-/// Call it after the lines, because routes lead to lines, and a port can have only one user.
+/// Must be called after the lines were read, because routes lead to lines, and a port can have only
+/// one user.
 Modbus ReadModbus(const YamlNode& node, const std::vector<Line>& lines, LoadContext& context);
 /// Returns the settings that apply without `modbus:`: loopback, port 1502.
 Modbus DefaultModbus();

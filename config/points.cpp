@@ -34,8 +34,8 @@ constexpr std::array<Quality::Code, 8> kByCode = {
     Quality::bad_sensor_failure,    Quality::bad_out_of_service,  Quality::uncertain,
     Quality::uncertain_last_usable, Quality::uncertain_sub_normal};
 
-// A sentinel cannot have a quality that is good, or that only the gateway sets (waiting,
-// communication).
+// Parses a quality code in hex. A sentinel cannot have a quality that is good, or that only the
+// gateway sets (waiting, communication).
 std::optional<Quality> QualityOfCode(std::string_view text) {
   if (!text.starts_with("0x") && !text.starts_with("0X")) return std::nullopt;
   const auto code = ParseInteger<std::uint8_t>(text.substr(2), 16);
@@ -301,14 +301,15 @@ std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems) {
 
 namespace {
 
-/// True without `read`, `write` and `type`: the entry is a change to a point of the profile.
+/// True if the entry has no `read`, `write` and `type`, so that it changes a point of the profile.
 bool OnlyChanges(const RawPoint& point) {
   return std::none_of(point.keys.begin(), point.keys.end(), [](const Entry& entry) {
     return entry.key == "read" || entry.key == "write" || entry.key == "type";
   });
 }
 
-/// True for `poll` and `group`, which exclude each other: each sets how often the point is read.
+/// True if `a` and `b` are `poll` and `group`, which exclude each other: each sets how often the
+/// point is read.
 bool Rivals(const std::string& a, const std::string& b) {
   return (a == "poll" && b == "group") || (a == "group" && b == "poll");
 }

@@ -15,7 +15,6 @@
 
 namespace baudgate::config {
 
-// The parts of the key `type` of a point.
 struct TypeText {
   Type type = Type::float32;
   std::size_t text_length = 0;  ///< length in bytes of string(n)
@@ -28,7 +27,7 @@ Result<TypeText> ParseType(std::string_view text);
 /// Returns "ms" for times, "s" for dates; else an empty text.
 std::string_view UnitOf(TimeType type);
 
-/// A point whose values have not been parsed. So the keys of a device can override those of its
+/// A point whose values have not been parsed. So the keys of a device can override the keys of its
 /// profile one by one, and every value has the place where it was written.
 struct RawPoint {
   std::string name;
@@ -42,8 +41,8 @@ inline constexpr std::size_t kMostPoints = 20'000;
 /// twice (compared without case).
 std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems);
 
-/// Returns `base` with the keys of `over` in place of those of points with the same name; new
-/// points are appended.
+/// Returns `base` with the keys of `over` in place of the keys of points with the same name; new
+/// points are appended. Reports changes to points that `base` does not contain.
 std::vector<RawPoint> MergePoints(std::vector<RawPoint> base, const std::vector<RawPoint>& over,
                                   Problems& problems);
 
@@ -54,8 +53,8 @@ std::vector<Point> BuildPoints(const std::vector<RawPoint>& raw,
                                const protocols::Protocol* protocol, Problems& problems,
                                Recheck recheck = Recheck::off);
 
-/// Sets `group` of each point with its own `poll`, and collects the different periods in the
-/// device's intervals.
+/// Sets `group` of each point that has its own `poll`, and collects the different periods in
+/// `device.intervals`.
 void AssignIntervals(Device& device, Problems& problems);
 
 }  // namespace baudgate::config

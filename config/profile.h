@@ -23,14 +23,14 @@ namespace baudgate::config {
 Options ReadOptions(MapReader& map, const protocols::Protocol& protocol,
                     protocols::OptionSpec::Scope scope);
 
-// The names that devices report: the key `identity` of profiles and devices, and the names that the
-// other installed profiles of a protocol list. Conversations compare them with the name that a
-// device reports.
+// The functions below read the names that devices report: the key `identity` of profiles and
+// devices, and the names that the other installed profiles of a protocol list. Conversations
+// compare them with the name that a device reports.
 
 /// Reads a device's `identity:`, a list or `ignore`; the default is the profile's names.
 Identity ReadIdentity(MapReader& map, const std::vector<std::string>& of_profile);
 
-/// Returns for each listed name the installed profile that lists it, of all profiles that the
+/// Returns for each listed name the installed profile that lists it, from all profiles that the
 /// protocol can use. Files that cannot be read are skipped.
 std::map<std::string, std::string> ListedNames(const Catalog& catalog,
                                                const protocols::Protocol& protocol);

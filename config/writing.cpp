@@ -46,7 +46,7 @@ std::string WhatCan(std::string_view name, std::span<const std::string_view> nam
          std::to_string(names.size() - kMostNamed) + " more";
 }
 
-/// True for the words that need no brackets; `write: [allow]` is a frequent mistake.
+/// True for the words that need no brackets, because `write: [allow]` is a frequent mistake.
 bool IsPermit(std::string_view word) { return word == "allow" || word == "deny"; }
 
 void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
@@ -85,7 +85,7 @@ void ReadLimit(MapReader& map, std::string_view key, std::optional<Decimal>& num
   }
 }
 
-/// "bay-1.feeder-1.local" split into its parts.
+/// The parts of a name such as "bay-1.feeder-1.local".
 struct PointName {
   std::string_view line;
   std::string_view device;
@@ -107,7 +107,7 @@ std::optional<std::size_t> IndexOf(const std::vector<Named>& all, std::string_vi
   return static_cast<std::size_t>(found - all.begin());
 }
 
-/// Returns the element with this name, or else the one with the most similar name; null: none.
+/// Returns the element with this name, or else with the most similar name; null if none is similar.
 template <typename Named>
 const Named* NearestOf(const std::vector<Named>& all, std::string_view name) {
   if (const auto exact = IndexOf(all, name)) return &all[*exact];
@@ -148,14 +148,14 @@ class Resolver {
  public:
   Resolver(const Config& config, Problems& problems) : config_(config), problems_(problems) {}
 
-  /// `guarded` is the point that has the interlock.
+  /// Finds the point that `interlock` names. `guarded` is the point that has the interlock.
   void Resolve(AllowWhen& interlock, const Point& guarded) {
     const auto name = SplitName(interlock.point);
     const auto line = name ? IndexOf(config_.lines, name->line) : std::nullopt;
     const auto device = line ? IndexOf(config_.lines[*line].devices, name->device) : std::nullopt;
     const auto* points = device ? &config_.lines[*line].devices[*device].points : nullptr;
     const auto point = points ? IndexOf(*points, name->point) : std::nullopt;
-    // The device's points are unknown because of an error that is already reported.
+    // If the device's points are unknown because of an error, that error is already reported.
     if (points != nullptr && points->empty() && problems_.has_error()) return;
     if (!point) {
       return Complain(interlock, "is not a point of the configuration;" +
@@ -196,7 +196,7 @@ class Resolver {
   }
 
  private:
-  /// Reports a problem once, although an interlock of a device is copied to each of its points.
+  /// Reports a problem once, although the interlocks of a device are copied to each of its points.
   void Complain(const AllowWhen& interlock, const std::string& why) {
     const std::string place = interlock.mark.ToString();
     if (place == last_) return;

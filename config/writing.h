@@ -8,8 +8,8 @@
 
 namespace baudgate::config {
 
-/// Reads min, max, step, decimals, select, select_time and allow_when of a point. Permission to
-/// write is read at the device.
+/// Reads min, max, step, decimals, select, select_time and allow_when of a point. The permission to
+/// write is a key of the device (ApplyWritePermit).
 Writing ReadWriting(MapReader& map);
 
 /// Reads `write: allow`, `deny` or a list of points, and `allow_when`, for all points of the

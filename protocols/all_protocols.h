@@ -1,6 +1,6 @@
-// The list of all protocols of protocols/CMakeLists.txt in one process, for tests and fuzz targets.
-// The daemon does not use it: it loads modules.
-// SPDX-License-Identifier: Apache-2.0
+// `AllProtocols` and FindProtocol give tests and fuzz targets all protocols that
+// protocols/CMakeLists.txt lists, linked into one program. The daemon does not use them: it loads
+// modules.
 #pragma once
 
 #include <string_view>
@@ -12,7 +12,7 @@ namespace baudgate::protocols {
 
 const std::vector<const Protocol*>& AllProtocols();
 
-/// Returns the protocol of that name; null if there is none.
+/// Returns the protocol with this name, or null if there is none.
 const Protocol* FindProtocol(std::string_view name);
 
 }  // namespace baudgate::protocols

@@ -14,7 +14,8 @@
 
 namespace baudgate::protocols {
 
-/// Counts of bytes. Always: in == delivered + discarded + held().
+/// Counts of the bytes that went through an Assembler. At any time in == delivered + discarded +
+/// held().
 struct AssemblerCounters {
   std::uint64_t in = 0;
   std::uint64_t delivered = 0;
@@ -23,27 +24,27 @@ struct AssemblerCounters {
 
 class Assembler {
  public:
-  /// Drops the buffered bytes (counted as discarded) and restarts with this rule and expectation.
+  /// Drops the buffered bytes (they count as discarded) and restarts with this rule and
+  /// expectation.
   void Begin(FrameRule rule, Expectation expect);
 
   /// Appends `bytes`. The buffer stays below expect.max_bytes + bytes.size(): excess bytes are
   /// discarded as corrupt from the front, one at a time, so a frame behind them can still be found.
   void Feed(View bytes);
 
-  /// Returns the next whole frame, if there is one. `idle`: the line is silent, so the rule must
-  /// decide now; bytes for which it still needs more are discarded as partial. Discarded bytes are
-  /// appended to `discarded` unless it is null.
+  /// Returns the next whole frame, or nothing if the buffer contains none. `idle`: the line is
+  /// silent, so the rule must decide now; an incomplete frame is discarded as partial. All
+  /// discarded bytes are appended to `discarded`, unless it is null.
   std::optional<Bytes> Next(bool idle, Bytes* discarded = nullptr);
 
   std::size_t held() const { return held_.size() - head_; }
-  /// Returns the number of bytes fed since Begin.
   std::size_t fed() const { return fed_; }
 
-  /// Returns the worst outcome of discarded bytes since Begin: corrupt before unexpected before
-  /// partial before none. `why` is its reason.
+  /// Returns the most serious outcome of the bytes that were discarded since Begin or TakeBlame:
+  /// corrupt before unexpected before partial before none. why() is its reason.
   Outcome blame() const { return blame_; }
   std::string_view why() const { return why_; }
-  /// Returns blame() and resets it, with why().
+  /// Returns blame(), then sets blame() to none and clears why().
   Outcome TakeBlame() {
     why_ = {};
     return std::exchange(blame_, Outcome::none);

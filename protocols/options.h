@@ -1,8 +1,7 @@
 // The options that a protocol adds to devices in the configuration, such as `checksum: true`. An
-// OptionSpec describes one option; the functions below make it. The configuration reads and checks
-// options by their OptionSpec, protocols/common/settings.h fills a struct of the protocol with
-// them, and ParsedOptions carries the struct through the gateway.
-// SPDX-License-Identifier: Apache-2.0
+// OptionSpec describes one option; the functions below make OptionSpecs. The configuration reads
+// and checks options by their OptionSpec, protocols/common/settings.h fills a struct of the
+// protocol with them, and ParsedOptions carries the struct through the gateway.
 #pragma once
 
 #include <cstdint>
@@ -25,20 +24,21 @@ struct OptionSpec {
     description,
   };
   enum class Scope : std::uint8_t {
-    device,  ///< allowed at devices and in profiles; at a line, it is the default of all its
-             ///< devices
-    line,    ///< allowed at lines only
+    /// The option is allowed at devices and in profiles; at a line, it is the default of all
+    /// devices of the line.
+    device,
+    line,
   };
   std::string_view name{};
   Kind kind = Kind::text;
-  std::string_view fallback{};  ///< the default, as a user would write it; of texts and pairs:
-                                ///< separated by commas
-  std::string_view help{};      ///< one sentence
+  /// The default, as a user would write it; for texts and pairs: separated by commas.
+  std::string_view fallback{};
+  std::string_view help{};
   Scope scope = Scope::device;
-  double minimum = 0;  ///< bounds of integer and real; no bounds if both are equal
+  double minimum = 0;  ///< bounds of an integer or a real; equal bounds: any number is allowed
   double maximum = 0;
-  std::string_view choices{};  ///< the words of a choice, separated by commas
-  bool secret = false;         ///< true: no log and no command shows the value
+  std::string_view choices{};
+  bool secret = false;  ///< true: no log and no command shows the value
 };
 
 namespace option {
@@ -52,7 +52,7 @@ constexpr OptionSpec Flag(std::string_view name, std::string_view fallback, std:
   return spec;
 }
 
-/// A whole number from `low` to `high` inclusive; 0 and 0: any number.
+/// Describes a whole number from `low` to `high` inclusive; if both are 0, any number is allowed.
 constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, double low,
                              double high, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -62,7 +62,7 @@ constexpr OptionSpec Integer(std::string_view name, std::string_view fallback, d
   return spec;
 }
 
-/// A decimal number with the bounds of Integer.
+/// Describes a decimal number from `low` to `high` inclusive; if both are 0, any number is allowed.
 constexpr OptionSpec Real(std::string_view name, std::string_view fallback, double low, double high,
                           std::string_view help) {
   OptionSpec spec = Integer(name, fallback, low, high, help);
@@ -70,7 +70,7 @@ constexpr OptionSpec Real(std::string_view name, std::string_view fallback, doub
   return spec;
 }
 
-/// A duration: "50ms", "2s".
+/// Describes a duration, such as "50ms" or "2s".
 constexpr OptionSpec Time(std::string_view name, std::string_view fallback, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
   spec.kind = OptionSpec::Kind::duration;
@@ -83,7 +83,6 @@ constexpr OptionSpec Text(std::string_view name, std::string_view fallback, std:
   return spec;
 }
 
-/// A list of texts; `fallback` is separated by commas.
 constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -91,8 +90,8 @@ constexpr OptionSpec Texts(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// A map of words to texts, both chosen by the user: { channel: 2 }, or "channel=2". Pairs of a
-/// device override those of its profile.
+/// Describes a map of words to texts, both chosen by the user: { channel: 2 }, or "channel=2".
+/// Pairs of a device override those of its profile.
 constexpr OptionSpec Pairs(std::string_view name, std::string_view fallback,
                            std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -100,14 +99,15 @@ constexpr OptionSpec Pairs(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// A part of the file that the protocol parses by itself (Protocol::describe).
+/// Describes an option whose part of the configuration file the protocol parses by itself
+/// (Protocol::describe).
 constexpr OptionSpec Described(std::string_view name, std::string_view help) {
   OptionSpec spec = Flag(name, "", help);
   spec.kind = OptionSpec::Kind::description;
   return spec;
 }
 
-/// One word out of `choices`, which are separated by commas: "auto,a,b".
+/// Describes a word out of `choices`, which are separated by commas: "auto,a,b".
 constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
                             std::string_view choices, std::string_view help) {
   OptionSpec spec = Flag(name, fallback, help);
@@ -116,13 +116,11 @@ constexpr OptionSpec Choice(std::string_view name, std::string_view fallback,
   return spec;
 }
 
-/// Makes an option one that is allowed at lines only.
 constexpr OptionSpec OnLine(OptionSpec spec) {
   spec.scope = OptionSpec::Scope::line;
   return spec;
 }
 
-/// Makes an option secret: Secret(Text("password", …)).
 constexpr OptionSpec Secret(OptionSpec spec) {
   spec.secret = true;
   return spec;
@@ -131,15 +129,15 @@ constexpr OptionSpec Secret(OptionSpec spec) {
 }  // namespace option
 
 // The parsed options of a device. Protocol::parse makes them once for each device, and every
-// function of the protocol that depends on options gets them. Their type is private to the
-// protocol:
+// function of the protocol that depends on options gets them. The type of their contents is private
+// to the protocol:
 //
 //   ParsedOptions::Of(Settings{.checksum = true})      in `parse`
 //   options.As<Settings>().checksum                    in `expect`
 //
 class ParsedOptions {
  public:
-  /// Makes the value for a protocol without options.
+  /// Makes an empty object, for a protocol without options.
   ParsedOptions() = default;
 
   template <typename Settings>
@@ -149,7 +147,7 @@ class ParsedOptions {
     return options;
   }
 
-  /// `Settings` must be the type that the protocol's `parse` passed to Of.
+  /// Returns the contents. `Settings` must be the type that the protocol's `parse` passed to Of.
   template <typename Settings>
   const Settings& As() const {
     return *static_cast<const Settings*>(settings_.get());

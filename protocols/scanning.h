@@ -1,11 +1,10 @@
-// The contract of scans: the requests that `baudgate scan` may send on an unknown bus, and the
-// meaning of the replies. The scan sends nothing else. A rule contains only requests that no device
-// of any protocol, in any mode, treats as a write. Used by gateway/tools/scan.
+// The contract of scans: the requests that `baudgate scan` sends on an unknown bus, and the meaning
+// of the replies. The scan sends nothing else. A rule must contain only requests that no device of
+// any protocol, in any mode, treats as a write. Used by gateway/tools/scan.
 //
 //   Ask(1, mode 0, question 0)  → "$01M\r"        what is your name?
 //   Judge(…, "!017017\r")       → a device, "7017"
 //
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstddef>
@@ -21,52 +20,54 @@
 
 namespace baudgate::protocols {
 
-/// A setting of devices that decides how they answer, as the option that the configuration needs
-/// for such a device. Empty key: all options have their defaults.
+/// A setting of devices that decides how they answer. It is given as the option that the
+/// configuration needs for such a device. Empty key: all options have their defaults.
 struct ScanMode {
-  std::string_view key{};    ///< "checksum"
-  std::string_view value{};  ///< "true"
+  std::string_view key{};    ///< name of the option: "checksum"
+  std::string_view value{};  ///< value of the option: "true"
 };
 
-/// The conclusion from a whole frame about its sender.
+/// The conclusion about a device from a whole frame that it has sent.
 struct Sighting {
   enum class What : std::uint8_t {
     nothing,  ///< the frame proves no device of this protocol
-    maybe,    ///< the request itself looks like this frame, so it may be an echo
+    maybe,    ///< the frame looks like the request itself, so it may be an echo
     device,
   };
   What what = What::nothing;
-  std::string identity{};  ///< the name that the device reports; empty: none
+  std::string identity{};  ///< the name that the device reports; empty: it reports no name
   std::vector<std::string>
-      names{};  ///< names by which a profile may list the device, including the identity
+      names{};  ///< names by which a profile can list the device, including `identity`
   /// A point that every such device has, as a line of a configuration, for devices without a
-  /// profile. Empty: there is none.
+  /// profile. Empty: there is no such point.
   std::string point{};
 };
 
 struct ScanRule {
-  /// Serial settings that its devices can have, the most common first.
+  /// Serial settings that devices of this protocol can have, the most common first.
   std::span<const config::SerialSettings> serials{};
   unsigned first_address = 1;
   unsigned last_address = 255;
-  std::span<const ScanMode> modes{};  ///< the most common first; at least one
+  std::span<const ScanMode> modes{};  ///< modes of devices, the most common first; at least one
   std::size_t quick_modes = 1;        ///< how many modes are tried if time is short
-  /// The number of questions; they are asked in order. A device that has answered one question is
-  /// present; the others are then asked to learn its name.
+  /// The number of questions. They are asked in order; when a device has answered one, it is
+  /// present, and the others are asked to learn its name.
   std::size_t questions = 1;
-  /// Bit masks of the questions for an address that has not answered yet: `finds` has all that may
-  /// find a device, `quick_finds` those used if time is short.
+  /// Bit masks of the questions for an address that has not answered yet: `finds` has all questions
+  /// that can find a device, `quick_finds` the questions that are asked if time is short.
   std::uint32_t finds = 1;
   std::uint32_t quick_finds = 1;
   /// The protocol for which one of the questions would be a write. Devices of that protocol are
-  /// searched for first and get no question of this one. Empty: there is none.
+  /// searched for first and get no question of this protocol. Empty: no question is a write for any
+  /// protocol.
   std::string_view never_at{};
   Duration usual{};  ///< most devices begin their reply within this time
   /// The profile for devices that report their type only with a password.
   std::string_view assumed_profile{};
 
   Bytes (*ask)(unsigned address, std::size_t mode, std::size_t question) = nullptr;
-  /// Judges `frame`, which the reply rule has cut after `request`. Pure.
+  /// Judges `frame`, which the reply rule has cut after `request`. The result depends on the
+  /// arguments alone.
   Sighting (*judge)(View request, View frame, std::size_t mode) = nullptr;
 };
 

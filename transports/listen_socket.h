@@ -22,7 +22,7 @@ inline void KeepWatch(int socket) {
   constexpr int kIdleSeconds = 10;
   constexpr int kIntervalSeconds = 5;
   constexpr int kProbes = 3;
-  constexpr unsigned kUserTimeoutMs = 15'000;  // applies to unacknowledged data and to probes
+  constexpr unsigned kUserTimeoutMs = 15'000;  // the longest time without an acknowledgement
   const auto set = [socket](int level, int name, auto value) {
     (void)setsockopt(socket, level, name, &value, sizeof value);
   };
@@ -44,12 +44,12 @@ class ListenSocket {
     return *this;
   }
 
-  /// Opens the port. An IPv6 address also accepts IPv4 clients if the system allows it. The error
-  /// names the fault and the remedy; `key` is the configuration key of the address, such as
-  /// "web.listen".
+  /// Opens a listening socket at `at`. A socket with an IPv6 address also accepts IPv4 clients if
+  /// the system allows it. The error names the fault and the remedy; `key` is the configuration key
+  /// of the address, such as "web.listen".
   static Result<ListenSocket> Open(const asio::ip::tcp::endpoint& at, std::string_view key);
   bool is_open() const { return descriptor_ >= 0; }
-  /// Returns the port number. If 0 was requested, the system has chosen it.
+  /// Returns the port number, also if the system has chosen it because `at` had port 0.
   std::uint16_t port() const;
   /// Passes the descriptor to the caller, who must close it.
   int Release() { return std::exchange(descriptor_, -1); }
@@ -59,7 +59,7 @@ class ListenSocket {
   int descriptor_ = -1;
 };
 
-/// Opens `acceptor` at `at`; errors as for ListenSocket::Open.
+/// Opens a socket with ListenSocket::Open and lets `acceptor` listen on it.
 Status Listen(asio::ip::tcp::acceptor& acceptor, const asio::ip::tcp::endpoint& at,
               std::string_view key);
 

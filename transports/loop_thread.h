@@ -1,5 +1,6 @@
-// `LoopThread` is an event loop with its own thread: one for each port whose driver may block, and
-// one for many lines that never block. All handlers of io() run on this thread.
+// `LoopThread` is an event loop (io_context) with a thread of its own. A port whose driver can
+// block has a LoopThread of its own; lines that never block share one. All handlers of io() run on
+// the thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,19 +30,19 @@ void RunOn(asio::io_context& io, Call call) {
 
 class LoopThread {
  public:
-  /// `name` is the thread's name in `top -H`; the kernel keeps 15 bytes. Nothing runs before Start.
+  /// `name` is the name of the thread in `top -H`, cut to 15 bytes. Handlers run only after Start.
   explicit LoopThread(std::string name);
   ~LoopThread() { Stop(); }
   LoopThread(const LoopThread&) = delete;
   LoopThread& operator=(const LoopThread&) = delete;
 
-  /// Objects that use io() must end before this object, or after Stop.
+  /// Objects that use io() must be destroyed before this LoopThread.
   asio::io_context& io() { return io_; }
-  /// Starts the thread; a second call has no effect. Like the constructor, throws std::system_error
-  /// if the system has no threads or file descriptors left.
+  /// Starts the thread; a second call has no effect. Start and the constructor throw
+  /// std::system_error if the system has no threads or file descriptors left.
   void Start();
-  /// Runs the handlers that are queued already, then `last`, stops the loop, and waits for its end.
-  /// May be called from any thread but the loop's own.
+  /// Runs the handlers that are queued already, then `last`, and waits until the thread has ended.
+  /// Must not be called on this thread.
   void Stop(std::function<void()> last = {});
 
  private:
@@ -49,7 +50,7 @@ class LoopThread {
 
   const std::string name_;
   asio::io_context io_{1};
-  // Allocates the loop's descriptors now, not at the first real timer.
+  // Is never started: it makes asio open its file descriptors now, not at the first real timer.
   asio::steady_timer first_{io_};
   asio::executor_work_guard<asio::io_context::executor_type> work_{io_.get_executor()};
   std::thread thread_;

@@ -56,8 +56,6 @@ Status CheckSoftwareParity(const config::SerialSettings& serial) {
                "; remove `parity: software`"};
 }
 
-// The decoder is a state machine with three states for the marks that the kernel's n_tty writes.
-
 void ParmrkDecoder::Damage(Bytes& characters) {
   ++damaged_;
   characters.push_back(kDamaged);
@@ -83,7 +81,7 @@ Bytes ParmrkDecoder::Decode(View bytes) {
         } else if (byte == 0x00) {
           state_ = State::after_ff_00;
         } else {
-          // The kernel writes no other mark, so this is treated as damage.
+          // The kernel writes no other byte behind FF, so this one is treated as damage.
           Damage(characters);
         }
         break;

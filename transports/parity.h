@@ -12,12 +12,13 @@
 
 namespace baudgate::transports {
 
-/// The byte that replaces a character damaged by parity, framing or break. The character is not
+/// The byte that replaces a character damaged by a parity error, framing error or break. It is not
 /// dropped, because ">+12.3" with a missing digit would still be a valid number if there is no
 /// checksum. 0xFF occurs in no ASCII protocol, and one wrong byte never passes a CRC-16.
 inline constexpr std::uint8_t kDamaged = 0xFF;
 
-/// Returns the low seven bits with the parity bit on top. Parity none: returns the byte unchanged.
+/// Returns the low seven bits with the parity bit as the eighth. Parity none: returns the byte
+/// unchanged.
 std::uint8_t WithParity(std::uint8_t character, config::Parity parity);
 
 /// Returns the low seven bits, or nothing if the parity bit is wrong. Parity none: returns the byte
@@ -38,7 +39,7 @@ class SoftwareParity {
   std::uint32_t errors_ = 0;
 };
 
-/// Returns the settings for the port itself: with software parity, 8N1 instead of 7E1.
+/// Returns the settings that the port must have. Example: 7E1 with software parity needs 8N1.
 config::SerialSettings OnTheWire(const config::SerialSettings& serial);
 
 /// Checks that software parity is used with seven data bits and even or odd parity only.
@@ -48,8 +49,8 @@ Status CheckSoftwareParity(const config::SerialSettings& serial);
 // with wrong parity or framing, FF 00 00 may also be a break.
 class ParmrkDecoder {
  public:
-  /// Returns the characters, with kDamaged for each marked character. The result does not depend on
-  /// how the bytes are split.
+  /// Returns the characters, with kDamaged for each marked character. A mark can be split between
+  /// two calls.
   Bytes Decode(View bytes);
   std::uint32_t damaged() const { return damaged_; }
 

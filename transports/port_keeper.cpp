@@ -23,8 +23,8 @@ constexpr int kMostLinks = 8;
 constexpr std::uint32_t kNews =
     IN_CREATE | IN_MOVED_TO | IN_ATTRIB | IN_DELETE_SELF | IN_MOVE_SELF | IN_ONLYDIR;
 
-/// False for file systems where changes can happen without a call to this kernel, so inotify does
-/// not report them: proc, sysfs, NFS, CIFS, SMB2, 9P, FUSE.
+/// Returns false for file systems that change without a call to this kernel, because inotify does
+/// not report such changes: proc, sysfs, NFS, CIFS, SMB2, 9P, FUSE.
 bool TellsChanges(const fs::path& folder) {
   struct statfs info {};
   if (statfs(folder.c_str(), &info) != 0) return false;
@@ -93,8 +93,8 @@ bool PortWatch::WatchEntry(const fs::path& path) {
       if (!TellsChanges(folder)) return false;
       watched_.push_back({watch, entry.filename().string()});
       std::error_code error;
-      // If the missing folder was created before the watch on its parent was set, no event comes:
-      // try it again.
+      // If the missing folder was created before the watch on its parent was set, no event comes,
+      // so the folder is tried again.
       if (entry == path || !fs::is_directory(entry, error)) return true;
       entry = path;
       continue;
@@ -138,7 +138,7 @@ bool PortWatch::Matters(std::size_t size) const {
 
 namespace {
 
-/// The period of checks for a missing port that cannot be watched.
+/// A missing port that cannot be watched is checked at this interval.
 constexpr Duration kLookForPort = 500ms;
 
 }  // namespace
@@ -187,7 +187,6 @@ void PortKeeper::TryIn(Duration wait) {
   });
 }
 
-/// The port has appeared, or its access rights have changed.
 void PortKeeper::OnPortChange() {
   waiting_.reset();
   timer_.cancel();
@@ -195,7 +194,7 @@ void PortKeeper::OnPortChange() {
   Try();
 }
 
-/// Opens the port unless it is missing. A missing port is already reported.
+/// Opens the port unless it is missing; a missing port has been reported already.
 void PortKeeper::Try() {
   if (!IsMissing()) return open_();
   ladder_.Reset();
@@ -209,8 +208,8 @@ bool PortKeeper::IsMissing() const {
 
 namespace {
 
-/// The maximum number of bytes on their way to the server's thread; further bytes are dropped. A
-/// pty may bring bytes faster than a busy server takes them.
+/// The maximum number of received bytes that wait for the server's thread; further bytes are
+/// dropped. A pty can deliver bytes faster than a busy server takes them.
 constexpr std::size_t kMostUnheard = 64 * 1024;
 
 }  // namespace

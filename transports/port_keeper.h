@@ -31,7 +31,7 @@
 namespace baudgate::transports {
 
 // ReopenLadder computes the waits between attempts to open a port. They grow and have jitter, so
-// that many lines behind one dead server do not connect at the same moment. Time is an argument.
+// that many lines behind one dead server do not connect at the same moment.
 class ReopenLadder {
  public:
   static constexpr Duration kFirst = 500ms;
@@ -47,7 +47,7 @@ class ReopenLadder {
     std::uniform_real_distribution<double> jitter(0.9, 1.1);
     return Duration(static_cast<std::int64_t>(static_cast<double>(step.count()) * jitter(random_)));
   }
-  /// Restarts with the first wait. To be called when the port has worked, or its file has appeared.
+  /// Makes the next wait the shortest again, because the port has worked or its file has appeared.
   void Reset() { next_ = kFirst; }
 
  private:
@@ -55,23 +55,22 @@ class ReopenLadder {
   Duration next_ = kFirst;
 };
 
-// PortWatch reports when a port that is absent, or could not be opened, may have changed: its
-// device file or a link to it has appeared, or its rights have changed. It uses inotify.
+// PortWatch reports when it is worth opening an unusable port again, because its device file or a
+// link to the file has appeared, or its rights have changed. It uses inotify.
 class PortWatch {
  public:
-  /// `on_change` is called from the loop, never inside a call to this object. The io_context must
-  /// outlive the watch. on_change may stop the watch, but not destroy it.
+  /// `on_change` is called from the loop, never inside a call to this object. It is allowed to stop
+  /// the watch, but must not destroy it. The io_context must outlive the watch.
   PortWatch(asio::io_context& io, std::string port, std::function<void()> on_change);
   ~PortWatch() { Stop(); }
   PortWatch(const PortWatch&) = delete;
   PortWatch& operator=(const PortWatch&) = delete;
 
-  /// Starts the watch. Check the port after this call, so that no change is lost. False: the port
-  /// cannot be watched (unsuitable file system, or no watches left), so the caller must check
-  /// periodically.
+  /// Starts the watch. The caller must check the port after this call, so that no change is lost.
+  /// Returns false if the port cannot be watched (unsuitable file system, or no watches left); the
+  /// caller must then check the port periodically.
   bool Start();
   void Stop();
-  /// True if started and still able to report changes.
   bool watching() const { return running_ != nullptr; }
 
  private:
@@ -92,21 +91,20 @@ class PortWatch {
   alignas(8) std::array<char, 4096> events_{};
 };
 
-/// The owner of a port reports the port's state here, so that the port is opened again when it may
-/// succeed.
+/// The owner of a port calls PortRetries to report the port's state, so that the port is opened
+/// again when this can succeed.
 class PortRetries {
  public:
   virtual ~PortRetries() = default;
-  /// The port has been opened. A device file then counts as working. A server does not: if it is in
-  /// use, it accepts the connection and closes it.
+  /// Reports that the port has been opened. A device file then counts as working. A connection to a
+  /// serial server does not, because a server that is in use accepts it and then closes it.
   virtual void OnOpened() = 0;
-  /// Data has been exchanged: the next attempts begin with the first wait, and every reason counts
-  /// as new.
+  /// Reports that data has been exchanged: the waits are short again, and each later reason is new.
   virtual void OnWorked() = 0;
-  /// The port is down; from now on it is opened whenever that may succeed. Returns true if `reason`
-  /// should be logged because it is new: for a device file, if it differs from the previous one;
-  /// for a server, if it has not occurred since the server last worked, because refusals and losses
-  /// alternate there.
+  /// Reports that the port is down; it is then opened again at suitable times. Returns true if
+  /// `reason` should be logged because it is new. For a device file, a reason is new if it differs
+  /// from the previous reason. For a server, it is new if it has not occurred since the server last
+  /// worked, because refusals and losses alternate there.
   [[nodiscard]] virtual bool OnDown(const std::string& reason) = 0;
   /// Stops the attempts to open the port; the next reason counts as new.
   virtual void Stop() = 0;
@@ -114,9 +112,9 @@ class PortRetries {
 
 class PortKeeper final : public PortRetries {
  public:
-  /// `open` is called from the loop, never inside a call to this object. The io_context must
-  /// outlive the keeper. `open` may stop the keeper, but not destroy it. A `tcp://` port is never
-  /// absent.
+  /// `open` is called from the loop, never inside a call to this object. It is allowed to stop the
+  /// keeper, but must not destroy it. The io_context must outlive the keeper. A `tcp://` port never
+  /// counts as absent.
   PortKeeper(asio::io_context& io, std::string port, std::function<void()> open);
   PortKeeper(const PortKeeper&) = delete;
   PortKeeper& operator=(const PortKeeper&) = delete;
@@ -142,18 +140,18 @@ class PortKeeper final : public PortRetries {
   std::set<std::string> told_;     // reasons that OnDown has returned as new
 };
 
-// PortThread runs a serial port on its own thread, because a faulty driver may block it for a long
-// time; so the clients of the Modbus server are not blocked. Events of the port go to
+// PortThread runs a serial port on its own thread, so that a faulty driver that blocks for a long
+// time does not block the clients of the Modbus server. Events of the port go to
 // gateway/outputs/modbus/serial/serial_listener.cpp on the server's thread.
 
-/// All its public functions must be called on the server's thread.
+/// All public functions of PortThread must be called on the server's thread.
 class PortThread final : private TransportListener {
  public:
-  /// Callbacks, called on the server's thread in the order of the events.
+  /// The functions of Owner are called on the server's thread, in the order of the events.
   class Owner {
    public:
     virtual void OnOpened(const std::string& description) = 0;
-    /// The port could not be opened, or is lost; `is_news` is the result of PortKeeper::OnDown.
+    /// The port could not be opened, or is lost. `is_news`: `reason` is new and should be logged.
     virtual void OnDown(const std::string& reason, bool is_news) = 0;
     virtual void OnBytes(View bytes, Instant at) = 0;
 
@@ -162,20 +160,21 @@ class PortThread final : private TransportListener {
   };
   using MakePort = std::function<std::unique_ptr<Transport>(asio::io_context&, TransportListener&)>;
 
-  /// The server's io_context and the owner must outlive this object. Throws as LoopThread::Start
-  /// does.
+  /// The server's io_context and the owner must outlive this object. Throws std::system_error if
+  /// the system has no threads or file descriptors left.
   PortThread(asio::io_context& server, const std::string& path, const MakePort& make, Owner& owner);
   ~PortThread() override { Stop(); }
 
   /// Opens the port; retries until Stop if the port is absent or cannot be opened.
   void Start();
-  /// Stops; blocks as long as the driver blocks the port's thread. No callback comes afterwards.
+  /// Closes the port and ends its thread. Waits as long as the driver blocks. Afterwards no
+  /// function of Owner is called.
   void Stop();
   /// Sends `bytes`; drops them while the port is closed.
   void Send(Bytes bytes);
 
  private:
-  // Called on the port's thread.
+  // The functions of TransportListener are called on the port's thread.
   void OnOpened() override;
   void OnOpenFailed(const std::string& reason) override { Down(reason); }
   void OnBytes(View bytes) override;
@@ -193,9 +192,10 @@ class PortThread final : private TransportListener {
   Owner& owner_;
   LoopThread loop_{"modbus serial"};
   std::unique_ptr<Transport> port_;
-  PortKeeper keeper_;                     // used while the port is down
-  std::atomic<std::size_t> unheard_ = 0;  // bytes on their way to the server's thread
-  std::shared_ptr<char> running_;         // null: stopped
+  PortKeeper keeper_;
+  // The number of received bytes that the server's thread has not yet taken.
+  std::atomic<std::size_t> unheard_ = 0;
+  std::shared_ptr<char> running_;  // null: stopped
 };
 
 }  // namespace baudgate::transports

@@ -1,5 +1,5 @@
-// `SerialPort` reads and writes a tty. It decodes marks and software parity before the line gets
-// the bytes.
+// `SerialPort` reads and writes a tty. It decodes PARMRK marks and software parity before it passes
+// the bytes to the listener.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/serial_port.h"
 
@@ -30,8 +30,6 @@
 
 namespace baudgate::transports {
 
-// OpenExclusive uses open(2), flock(2) and TIOCEXCL; each kind of failure has its text.
-
 namespace {
 
 std::string GroupOf(gid_t id) {
@@ -48,7 +46,7 @@ std::string NotSerial(const std::string& port) {
   return port + " is not a serial port: correct port";
 }
 
-/// Returns an error text if the path is something else than a device; empty: a device, or nothing.
+/// Returns an error text if something exists at `port` that is not a device; else an empty text.
 std::string OtherThing(const std::string& port) {
   struct stat info {};
   if (stat(port.c_str(), &info) != 0) return {};
@@ -74,8 +72,8 @@ std::string HowToAllow(const std::string& port) {
   return "add the user of the gateway to group " + group;
 }
 
-/// Returns the process that holds a flock on the same inode. Nothing if the process is in another
-/// pid namespace. Reads /proc/locks: "1: FLOCK  ADVISORY  WRITE 1234 00:05:87 0 EOF".
+/// Returns the process that has a flock on the same inode; nothing if there is none, or if it is in
+/// another pid namespace. Reads /proc/locks: "1: FLOCK  ADVISORY  WRITE 1234 00:05:87 0 EOF".
 std::optional<pid_t> LockHolder(int fd) {
   struct stat info {};
   if (fstat(fd, &info) != 0) return std::nullopt;
@@ -113,7 +111,7 @@ Status Lock(int fd, const std::string& port) {
     if (errno == EWOULDBLOCK) return Error{Conflict(port, LockHolder(fd))};
     return Error{"cannot lock " + port + ": " + std::strerror(errno)};
   }
-  // On a pty the flag would stay set after our close, as long as the other side is open.
+  // TIOCEXCL of a pty would stay set after our close, as long as the other side is open.
   if (IsPty(fd)) return {};
   int exclusive = 0;
   // Root can open a port that another program holds exclusively, but must not disturb that program.
@@ -177,8 +175,8 @@ void ReleaseLocks(int fd) {
   (void)flock(fd, LOCK_UN);
 }
 
-// Descriptors wait in one queue for at most kMostClosers threads. A thread ends when the queue is
-// empty.
+// `Queue` contains the descriptors that wait for one of at most kMostClosers threads. A thread ends
+// when the queue is empty.
 
 namespace {
 
@@ -207,7 +205,7 @@ void Work(const std::shared_ptr<Queue>& queue) {
 }  // namespace
 
 void CloseElsewhere(int fd) {
-  // Shared by all lines of the process, and owned by the threads too, because they may outlive
+  // All lines of the process share the queue. The threads own it as well, because they can outlive
   // main().
   static const std::shared_ptr<Queue> queue = std::make_shared<Queue>();
   const MutexLock lock(queue->mutex);
@@ -225,8 +223,8 @@ namespace {
 
 using Descriptor = asio::posix::stream_descriptor;
 
-/// The number of consecutive requests, given up before they were sent, after which the port counts
-/// as stuck. Each such request is discarded, so kStall and kMostUnsent are never reached.
+/// After this number of consecutive requests that were given up before they were sent, the port
+/// counts as stuck. The requests are discarded, so kStall and kMostUnsent are never reached.
 constexpr int kMostStuck = 5;
 
 class SerialPort final : public Transport {
@@ -266,7 +264,7 @@ class SerialPort final : public Transport {
   static void CloseDescriptor(int fd);
 
   const std::string port_;
-  const config::SerialSettings own_;  ///< the settings at each Open
+  const config::SerialSettings own_;  ///< the settings that each Open applies
   config::SerialSettings serial_;
   asio::io_context& io_;
   TransportListener& listener_;
@@ -277,11 +275,12 @@ class SerialPort final : public Transport {
   bool passed_on_ = false;       ///< the port is lent to a client
   Instant out_at_{};             ///< when the UART will have sent all bytes that were written
   bool settings_known_ = false;  ///< false: a failed Apply may have changed the port
-  std::optional<TtyMode> mode_;  ///< the settings as the driver has accepted them
+  std::optional<TtyMode> mode_;  ///< the settings of the tty, read back from the driver
   ParmrkDecoder marks_;
   SoftwareParity parity_;
-  std::uint32_t earlier_parity_errors_ = 0;  ///< those before the last Apply
-  std::optional<PortCounters> at_open_;      ///< nothing: the driver does not count
+  std::uint32_t earlier_parity_errors_ = 0;  ///< parity errors counted before the last Apply
+  /// The driver's totals at Open. Nothing: the driver does not count.
+  std::optional<PortCounters> at_open_;
 };
 
 void SerialPort::Open() {
@@ -395,8 +394,8 @@ Status SerialPort::Apply(const config::SerialSettings& serial) {
   return {};
 }
 
-/// A pty does not report what the other side has not read yet, and a flush would discard it, so
-/// output is not flushed.
+/// Does not flush the output of a pty: the flush would discard bytes that the other side has not
+/// read yet, and a pty does not report their number.
 Status SerialPort::Reset(const config::SerialSettings& serial) {
   if (!session_) return {};
   if (IsPty(session_->stream().native_handle())) {
@@ -435,8 +434,8 @@ Status SerialPort::PassOn() {
   return Apply(serial_);
 }
 
-/// A driver counts neither the characters in its UART nor, with most USB adapters, those in the
-/// adapter, so their transmission time is awaited as well.
+/// The driver's count omits the characters in the UART and, with most USB adapters, those in the
+/// adapter, so the port counts as drained only after their transmission time.
 bool SerialPort::IsDrained() const {
   if (!session_) return true;
   if (session_->unsent() > 0 || UnsentOutput(session_->stream().native_handle()) > 0) return false;

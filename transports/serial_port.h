@@ -17,25 +17,24 @@ namespace baudgate::transports {
 /// descriptor. The error names the fault and the remedy.
 Result<int> OpenExclusive(const std::string& port);
 
-/// Releases the locks. Call it before a close that may take long, so that the next open (by this
-/// program or another) succeeds meanwhile.
+/// Releases the locks of OpenExclusive. It is called before a close that can take long, so that the
+/// next open (by this program or another) succeeds meanwhile.
 void ReleaseLocks(int fd);
 
-/// True if members of this group may use a port with this mode. False for root's group.
+/// True if members of `group` can read and write a port with `mode`. False for root's group.
 bool IsGroupForPorts(gid_t group, mode_t mode);
-/// Returns shell commands that give the port to such a group.
+/// Returns shell commands that let a group of users open the port, for error messages.
 std::string HowToGive(const std::string& port);
 
-/// Returns a sentence for the log about a failed open(2), with a remedy.
 std::string OpenErrorText(const std::string& port, int error);
 
 // CloseElsewhere exists because Linux waits up to 30 s in close() of a serial port whose output
 // does not drain.
 
-/// The maximum number of closing threads; further descriptors queue.
+/// The maximum number of threads that close descriptors; further descriptors wait in a queue.
 inline constexpr int kMostClosers = 8;
 
-/// Closes `fd` on another thread and returns at once. May be called from any thread.
+/// Closes `fd` on another thread and returns at once. Thread-safe.
 void CloseElsewhere(int fd);
 
 /// `listener` must outlive the transport.

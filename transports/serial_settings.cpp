@@ -28,8 +28,8 @@ namespace {
 
 constexpr int kHighestBaud = 921600;
 constexpr int kLowestBaud = 300;
-constexpr unsigned kFirstPtyMajor =
-    136;  // the device numbers of UNIX98 pty slaves, Documentation/admin-guide/devices.txt
+// The major device numbers of UNIX98 pty slaves (Documentation/admin-guide/devices.txt).
+constexpr unsigned kFirstPtyMajor = 136;
 constexpr unsigned kLastPtyMajor = 143;
 constexpr int kBaudTolerancePerMille = 30;
 constexpr int kFewestDataBits = 5;
@@ -82,7 +82,7 @@ Status CheckRange(const config::SerialSettings& serial) {
   return {};
 }
 
-/// Rounds up to whole milliseconds, as the driver needs: a shorter delay would cut off bits.
+/// Rounds up to whole milliseconds, the driver's unit: a shorter delay would cut off bits.
 std::uint32_t Milliseconds(Duration delay) {
   return static_cast<std::uint32_t>(std::chrono::ceil<std::chrono::milliseconds>(delay).count());
 }
@@ -126,7 +126,7 @@ Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) 
                "direction by itself"};
 }
 
-/// Errors are ignored: many drivers have no such flag, and need none or have the setting elsewhere.
+/// Ignores errors: many drivers have no such flag, and need none or have the setting elsewhere.
 void ApplyLowLatency(int fd, bool wanted) {
   serial_struct driver{};
   if (ioctl(fd, TIOCGSERIAL, &driver) != 0) return;
@@ -233,7 +233,8 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
   }
   SetRaw(mode);
   SetFormat(mode, serial);
-  // A pty damages nothing; there INPCK tells the parity to the twin at the far end.
+  // A pty damages no characters; there INPCK tells the parity to the simulated device at its far
+  // end.
   if (pty && serial.parity == config::Parity::none) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK);
   if (damage == Damage::as_it_is) mode.c_iflag &= ~static_cast<tcflag_t>(INPCK | PARMRK);
   const tcflag_t wanted = mode.c_iflag;
@@ -270,7 +271,7 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 std::optional<PortCounters> ReadDriverCounters(int fd) {
   serial_icounter_struct counted{};
   if (ioctl(fd, TIOCGICOUNT, &counted) != 0) return std::nullopt;
-  // A break is a long framing error.
+  // A break counts as a framing error too.
   return PortCounters{.parity = static_cast<std::uint32_t>(counted.parity),
                       .framing = static_cast<std::uint32_t>(counted.frame) +
                                  static_cast<std::uint32_t>(counted.brk),
@@ -326,7 +327,7 @@ namespace {
 
 using config::Parity;
 
-/// Returns the parity that the flags show; `device`'s parity if they leave it open.
+/// Returns the parity that the flags show, or `device` if the flags leave it open.
 Parity ParityOf(const termios2& mode, Parity device) {
   const bool odd = (mode.c_cflag & PARODD) != 0;
   if ((mode.c_cflag & CMSPAR) != 0) return odd ? Parity::mark : Parity::space;

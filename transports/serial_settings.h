@@ -33,7 +33,6 @@ Status ApplySerialSettings(int fd, const config::SerialSettings& serial, const s
 /// Sets raw mode only, for the far end of a pty.
 Status MakeRaw(int fd);
 
-/// Returns speed, format and flow control that the driver reports.
 Result<config::SerialSettings> ReadSerialSettings(int fd);
 
 /// Checks that the settings that the driver reports match those that were asked for. The speed may
@@ -41,8 +40,8 @@ Result<config::SerialSettings> ReadSerialSettings(int fd);
 Status CompareSettings(const config::SerialSettings& asked, const config::SerialSettings& actual,
                        const std::string& port);
 
-/// Checks RS-485 settings: a driver drops unsupported settings without an error. The error names
-/// each key that differs and its value in the driver.
+/// Checks that the driver has accepted the RS-485 settings, because a driver drops unsupported
+/// settings without an error. The error names each key that differs and its value in the driver.
 Status CompareRs485(const config::Rs485& asked, const config::Rs485& actual,
                     const std::string& port);
 
@@ -51,16 +50,16 @@ bool SameSettings(const config::SerialSettings& a, const config::SerialSettings&
 /// Returns totals since the driver was loaded; nothing if the driver does not count.
 std::optional<PortCounters> ReadDriverCounters(int fd);
 
-/// Empty for a pty, or if the driver does not report modem lines.
+/// Returns nothing for a pty, or if the driver does not report modem lines.
 std::optional<ModemLines> ReadModemLines(int fd);
-/// Switches a signal. A pty accepts every call without effect.
+/// Switches DTR, RTS or break. A pty accepts every call without effect.
 Status SetSwitch(int fd, PortSwitch which, bool on, const std::string& port);
 /// Sets the signals as after the opening of a port: DTR on, RTS on unless the driver controls it,
 /// no break. Errors are ignored.
 void ResetSwitches(int fd, const config::SerialSettings& serial);
 
-/// Ends tcflow(TCOOFF) of another program, which would outlive that program. Flow control by the
-/// line is not changed.
+/// Resumes output that another program has stopped with tcflow(TCOOFF): the stop would outlast that
+/// program. Output that the device has stopped by flow control stays stopped.
 void LetOutputGo(int fd);
 
 void FlushInput(int fd);
@@ -94,11 +93,11 @@ config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& devic
 // stty, ModemManager, brltty, a getty. Any program that may open the port can change them.
 class TtyMode {
  public:
-  /// Empty: `fd` is no tty, or the tty is gone.
+  /// Returns nothing if `fd` is no tty, or if the tty is gone.
   static std::optional<TtyMode> Read(int fd);
 
   bool operator==(const TtyMode&) const = default;
-  /// Returns the differences in `now`: "9600 7E1 became 38400 8N1, echo is on".
+  /// Returns how `now` differs. Example: "9600 7E1 became 38400 8N1, echo is on".
   std::string ChangesTo(const TtyMode& now) const;
 
  private:

@@ -1,5 +1,5 @@
-// `StreamPump` is the read loop and write queue of one open stream, a tty or a TCP connection.
-// Transports use it, and the clients of a lent port.
+// `StreamPump` is the read loop and write queue of one open stream, a tty or a TCP connection. The
+// transports and the network clients of a lent port use it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,7 +27,7 @@ template <typename Stream>
 class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
  public:
   using OnRead = std::function<void(View)>;
-  /// timed_out and no_buffer_space mean that the stream accepts no data.
+  /// The errors timed_out and no_buffer_space mean that the stream accepts no data.
   using OnStreamEnd = std::function<void(const std::error_code&)>;
   using OnRoom = std::function<void()>;
 
@@ -57,7 +57,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     paused_ = paused;
     if (!paused && !stopped_) Read();
   }
-  /// True: the other side may accept no data for any time.
+  /// If `patient`, the stream is allowed to accept no data without a time limit.
   void SetPatient(bool patient) {
     patient_ = patient;
     if (patient) stall_.cancel();
@@ -79,7 +79,7 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     Write();
   }
 
-  /// Discards the bytes that the stream has not accepted. True: there were some.
+  /// Discards the bytes that the stream has not accepted. Returns false if there were none.
   bool DropUnsent() {
     if (queue_.empty()) return false;
     queue_.clear();
@@ -90,7 +90,8 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   std::uint64_t taken() const { return taken_; }
   std::size_t unsent() const { return queue_.size(); }
 
-  /// Ends the pump as if the stream had failed with `error`, but not inside the caller's call.
+  /// Ends the pump as if the stream had failed with `error`, after the current handler has
+  /// returned.
   void EndSoon(const std::error_code& error) {
     asio::post(stream_.get_executor(),
                [self = this->shared_from_this(), error] { self->End(error); });
@@ -161,10 +162,10 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
   OnRoom on_room_;
   const Duration stall_time_;
   Bytes input_;
-  Bytes queue_;  ///< bytes that the stream has not accepted
+  Bytes queue_;
   std::uint64_t taken_ = 0;
   bool waiting_ = false;  ///< true: a wait for room is pending
-  bool reading_ = false;  ///< true: a read is pending
+  bool reading_ = false;
   bool paused_ = false;
   bool patient_ = false;
   bool stopped_ = false;

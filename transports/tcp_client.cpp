@@ -66,7 +66,7 @@ Result<TcpAddress> ParseTcpPort(std::string_view port) {
   return TcpAddress{std::string(host), *number};
 }
 
-// Hosts wait in one queue for threads. A thread ends when the queue has nothing for it.
+// Hosts wait in one queue for a thread. Each thread makes one look-up.
 
 namespace {
 
@@ -117,7 +117,7 @@ struct HostNames::State {
   std::map<std::string, Host> hosts BAUDGATE_GUARDED_BY(mutex);
   std::deque<std::string> queue BAUDGATE_GUARDED_BY(mutex);
   std::size_t threads BAUDGATE_GUARDED_BY(mutex) = 0;
-  // The number of these threads that look up hosts that were given up.
+  // The number of threads that look up hosts that were given up.
   std::size_t hanging BAUDGATE_GUARDED_BY(mutex) = 0;
 
   static void Begin(const std::shared_ptr<State>& state) BAUDGATE_REQUIRES(state->mutex);
@@ -177,7 +177,7 @@ void HostNames::State::Answer(const std::shared_ptr<Waiter>& waiter,
 
 void HostNames::State::Drop(const std::shared_ptr<State>& state, const std::string& name,
                             const std::shared_ptr<Waiter>& waiter) {
-  Done dropped;  // destroyed outside the locks, because it may own the owner of the ticket
+  Done dropped;  // destroyed outside the locks, because it can own the holder of the ticket
   {
     const MutexLock lock(waiter->mutex);
     waiter->io = nullptr;
@@ -229,9 +229,9 @@ namespace {
 
 using asio::ip::tcp;
 
-constexpr std::chrono::seconds kConnectTimeout{5};  // name look-up and connection together
-/// The time that a healthy peer may take to acknowledge (RFC 1122, 4.2.3.2). Small serial servers
-/// do take 250 ms, and a request to a silent device may be given up sooner.
+constexpr std::chrono::seconds kConnectTimeout{5};  // for name look-up and connection together
+/// The time within which a healthy peer acknowledges (RFC 1122, 4.2.3.2): small serial servers do
+/// take 250 ms. A request to a silent device can be given up sooner.
 constexpr Duration kAckLimit = 500ms;
 
 /// Sets options so that a vanished peer is noticed, and so that a closed connection sends nothing
@@ -240,13 +240,13 @@ constexpr Duration kAckLimit = 500ms;
 void SetOptions(tcp::socket& socket) {
   const int fd = socket.native_handle();
   KeepWatch(fd);
-  // asio's own option would be undone in asio's destructors.
+  // SO_LINGER is set directly, because asio's destructors would undo asio's own linger option.
   const linger at_once{.l_onoff = 1, .l_linger = 0};
   (void)setsockopt(fd, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
 }
 
 /// Returns a byte count of the send queue. SIOCOUTQ: bytes that the peer has not acknowledged;
-/// SIOCOUTQNSD: those that were never sent.
+/// SIOCOUTQNSD: bytes that were never sent.
 std::uint64_t Queued(tcp::socket& socket, unsigned long which) {
   int count = 0;
   const bool known = ioctl(socket.native_handle(), which, &count) == 0 && count > 0;
@@ -277,8 +277,7 @@ class TcpClient final : public Transport {
     if (session_) session_->Pause(paused);
   }
   std::size_t Unsent() const override { return session_ ? session_->unsent() : 0; }
-  /// True if the server has acknowledged all bytes. It may still have to send them at its serial
-  /// port.
+  /// True if the server has acknowledged all bytes; they can still wait for its serial port.
   bool IsDrained() const override {
     return !session_ || (session_->unsent() == 0 && Queued(session_->stream(), SIOCOUTQ) == 0);
   }
@@ -290,7 +289,7 @@ class TcpClient final : public Transport {
     if (session_ && output) session_->DropUnsent();
   }
   PortCounters Counters() const override { return {.parity = parity_.errors()}; }
-  /// The serial settings are those of the server, which are unknown here.
+  /// Omits the serial settings unless software parity is used: the server has its own settings.
   std::string Describe() const override {
     return serial_.software_parity ? port_ + " " + serial_.ToString() : port_;
   }
@@ -329,8 +328,8 @@ class TcpClient final : public Transport {
   SoftwareParity parity_;
   asio::steady_timer ack_timer_;
   std::shared_ptr<char> awaiting_;  ///< held while the timer runs; null: the timer has no effect
-  Instant sent_at_{};               ///< time of the latest request
-  /// Bytes up to this position of the connection's output were given up.
+  Instant sent_at_{};
+  /// Requests up to this position of the connection's output were given up.
   std::uint64_t given_up_ = 0;
 };
 

@@ -19,7 +19,7 @@
 
 namespace baudgate::transports {
 
-// The parts of "tcp://host:port" in a line's configuration; IPv6 addresses are in brackets.
+// The host and port of "tcp://host:port", the port of a line; IPv6 addresses are in brackets there.
 struct TcpAddress {
   std::string host;  ///< name or address, without brackets
   std::uint16_t port = 0;
@@ -30,27 +30,28 @@ bool IsTcpPort(std::string_view port);
 Result<TcpAddress> ParseTcpPort(std::string_view port);
 
 // HostNames looks up addresses on its own threads, because the system's look-up blocks, for half a
-// minute if a name server is dead. Answers come on the caller's loop.
+// minute if a name server is dead. Results are passed to the caller's loop.
 
 /// Simultaneous requests for one host share a look-up. Threads exist only while there are hosts to
 /// look up.
 class HostNames {
  public:
   using Addresses = std::vector<asio::ip::address>;
-  /// Blocks without a time limit, on any thread. The error is the system's message.
+  /// Looks up a host; it is called on any thread, and can block without a time limit. The error is
+  /// the system's message.
   using LookUp = std::function<Result<Addresses>(const std::string& host)>;
   using Done = std::function<void(const Result<Addresses>&)>;
 
   /// The maximum number of concurrent look-ups with a waiting caller; further look-ups queue.
   static constexpr std::size_t kMostAwaited = 4;
-  /// A host is given up when no caller waits for its look-up any more. At most kMostHanging
-  /// look-ups of such hosts may run in addition; a host that was given up is looked up again only
-  /// while fewer than kMostRetried such look-ups run.
+  /// A host is given up when no caller waits for its running look-up any more. At most kMostHanging
+  /// look-ups of such hosts are allowed in addition; a host that was given up is looked up again
+  /// only while fewer than kMostRetried of these look-ups run.
   static constexpr std::size_t kMostHanging = 12;
   static constexpr std::size_t kMostRetried = 4;
 
-  /// Held by the caller while it waits. If it is destroyed, `done` is not called. Use it on the
-  /// thread of the loop only.
+  /// The caller holds a ticket while it waits. After the ticket is destroyed, `done` is not called
+  /// any more. A ticket must be used on the thread of the loop only.
   class Ticket {
    public:
     Ticket() = default;
@@ -72,7 +73,7 @@ class HostNames {
   /// loop must outlive the ticket.
   [[nodiscard]] Ticket Ask(const std::string& host, asio::io_context& io, Done done);
 
-  /// The instance of the process, which uses the system's resolver.
+  /// Returns the instance that the whole process shares. It uses the system's resolver.
   static HostNames& OfProcess();
 
  private:
@@ -81,10 +82,10 @@ class HostNames {
   std::shared_ptr<State> state_;  // shared with the threads, which may outlive this object
 };
 
-/// `port` is "tcp://host:port"; an invalid text fails at every Open. `listener` and `names` must
+/// `port` is "tcp://host:port"; with an invalid text, every Open fails. `listener` and `names` must
 /// outlive the transport. A server whose network path died silently is noticed within about 25 s. A
 /// server that answers TCP but has lost its serial side is not noticed here: the line must notice
-/// it, then Close and Open again.
+/// it, then call Close and Open.
 std::unique_ptr<Transport> MakeTcpClient(std::string port, const config::SerialSettings& serial,
                                          asio::io_context& io, TransportListener& listener,
                                          HostNames& names = HostNames::OfProcess());

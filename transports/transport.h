@@ -14,7 +14,6 @@
 
 namespace baudgate::transports {
 
-/// Why a connection to a server failed, as far as the network reports it.
 enum class NoConnection : std::uint8_t {
   other,
   refused,      ///< the host answers, but no program accepts connections at that port
@@ -29,21 +28,21 @@ class TransportListener {
   /// Open failed; the transport is closed. `reason` is a sentence for the log with a remedy: "no
   /// such port /dev/ttyUSB7; is the adapter plugged in?".
   virtual void OnOpenFailed(const std::string& reason) = 0;
-  /// Like OnOpenFailed, for a server.
+  /// Called instead of OnOpenFailed if the connection to a server failed.
   virtual void OnNoConnection(const std::string& reason, NoConnection /*why*/) {
     OnOpenFailed(reason);
   }
-  /// Received bytes. A character with a parity or framing error is 0xFF: 0xFF means nothing in any
-  /// supported protocol, and without it an unchecked number would lose a digit.
+  /// Passes received bytes. A character with a parity or framing error arrives as 0xFF: 0xFF means
+  /// nothing in any supported protocol, and without it an unchecked number would lose a digit.
   virtual void OnBytes(View bytes) = 0;
-  /// All bytes given to Send have been passed to the system, after some had to wait.
+  /// Called when the system has accepted all bytes of Send, after some had to wait.
   virtual void OnRoom() {}
   /// The port or connection is lost (unplugged, hung up); the transport has closed itself.
   virtual void OnLost(const std::string& reason) = 0;
   /// The port accepts no data; the transport has closed itself.
   virtual void OnStuck(const std::string& reason) { OnLost(reason); }
-  /// The peer has closed the connection. `unread`: it had not read all that was sent. The transport
-  /// has closed itself.
+  /// The peer has closed the connection, and the transport has closed itself. `unread`: the peer
+  /// had not read all bytes that were sent.
   virtual void OnEnded(const std::string& reason, bool /*unread*/) { OnLost(reason); }
 };
 
@@ -55,19 +54,18 @@ struct PortCounters {
   std::uint32_t breaks = 0;  ///< included in `framing`
 };
 
-/// A signal of a port that a client may switch.
 enum class PortSwitch : std::uint8_t { dtr, rts, break_signal };
 
 class Transport {
  public:
   virtual ~Transport() = default;
-  /// Opens the port with the settings of the constructor, whatever Apply has set before, and drops
+  /// Opens the port with the settings of the constructor, even if Apply has set others, and drops
   /// old input. Exactly one OnOpened or OnOpenFailed follows, unless Close is called first.
   virtual void Open() = 0;
   /// Closes at once and without a callback; a slow driver finishes closing on another thread.
   virtual void Close() = 0;
   virtual bool is_open() const = 0;
-  /// Sends all bytes; if that fails, OnLost follows. Only while open.
+  /// Sends all bytes; if that fails, OnLost follows. Must be called only while the port is open.
   virtual void Send(View bytes) = 0;
   /// Discards bytes of Send that have not left this machine, because their request has been given
   /// up. If the bytes cannot be withdrawn, the transport closes itself and OnLost follows. Bytes
@@ -76,8 +74,8 @@ class Transport {
   /// Changes the settings of the open port, for buses whose settings differ per device. The change
   /// takes effect at once, without waiting for output, so call it only between exchanges.
   virtual Status Apply(const config::SerialSettings& serial) = 0;
-  /// Puts the open port into the state after Open, with `serial`, whatever was set, switched,
-  /// paused or sent before. Bytes for which IsDrained was true are still transmitted.
+  /// Returns the open port to the state after Open, but with the settings `serial`: switches,
+  /// pauses and PassOn are undone. Bytes for which IsDrained was true are still transmitted.
   virtual Status Reset(const config::SerialSettings& serial) = 0;
   /// If another program has changed the settings of the open port, sets them again and returns what
   /// was changed: "echo is on, input comes by whole lines". Else returns nothing.
@@ -92,14 +90,14 @@ class Transport {
   virtual std::size_t Unsent() const { return 0; }
   /// True if all bytes have left this machine, as far as this can be determined.
   virtual bool IsDrained() const { return Unsent() == 0; }
-  /// Lends the port to a client until Reset: flow control may hold output back without limit, and
-  /// damaged characters come unmarked.
+  /// Lends the port to a client until Reset: flow control is then allowed to hold output back
+  /// without a time limit, and damaged characters arrive unmarked.
   virtual Status PassOn() { return {}; }
-  /// Discards bytes that wait in these directions.
+  /// Discards received bytes (`input`) and unsent bytes (`output`) that wait in this machine.
   virtual void Purge(bool /*input*/, bool /*output*/) {}
-  /// Empty: the port has no modem lines, or its driver does not report them.
+  /// Returns nothing if the port has no modem lines, or if its driver does not report them.
   virtual std::optional<ModemLines> ReadModemLines() const { return std::nullopt; }
-  /// Switches a signal. Error: the driver refuses it. A pty has no such signals and accepts every
+  /// Switches a signal; fails if the driver refuses. A pty has no such signals and accepts every
   /// call.
   virtual Status Set(PortSwitch /*which*/, bool /*on*/) {
     return Error{"a connection to a serial server has no DTR, RTS or break"};

@@ -16,25 +16,26 @@
 
 namespace baudgate::config {
 
-/// The folder for profiles of this machine, which take precedence over the shipped ones.
+/// The folder for profiles of this machine, which take precedence over the shipped profiles.
 inline constexpr const char* kLocalProfiles = "/etc/baudgate/profiles";
 
 /// A profile file: <dir>/<protocol>/<name>.yaml.
 struct ProfileFile {
-  std::string protocol;  ///< the protocol whose folder contains the file; others may use it, see
-                         ///< Protocol::profiles_of
+  /// The protocol whose folder contains the file. Other protocols can use the profile as well
+  /// (Protocol::profiles_of).
+  std::string protocol;
   std::string name;
   std::filesystem::path path;
 };
 
-/// True if `profile:` is a file path and not a name in the catalog: "./mine.yaml", "types/mine".
+/// True if `profile` is a file path ("./mine.yaml", "types/mine") and not a name in the catalog.
 bool IsProfilePath(const std::string& profile);
 
 struct Catalog {
-  std::map<std::string, const protocols::Protocol*>
-      protocols;  ///< by name; the pointers stay valid for the life of the program
+  /// Key: name. The pointers stay valid for the life of the program.
+  std::map<std::string, const protocols::Protocol*> protocols;
   std::vector<std::filesystem::path> module_dirs;  ///< the folders that were searched for protocols
-  /// The first folder with a file takes precedence.
+  /// The folders of profiles; the first folder that contains a file takes precedence.
   std::vector<std::filesystem::path> profile_dirs;
 
   /// Returns null if no module of that name is installed.
@@ -42,24 +43,25 @@ struct Catalog {
   /// Like FindProtocol. The error names the installed protocols and the most likely intended one.
   Result<const protocols::Protocol*> NeedProtocol(const std::string& name,
                                                   const std::string& port = {}) const;
-  /// Returns the installed protocol that an unknown name most likely stands for: a similar name, or
-  /// an alternative name (Protocol::also_called). Null: no name is similar.
+  /// Returns the installed protocol that an unknown name most likely stands for: one with a similar
+  /// name, or with this alternative name (Protocol::also_called). `port` decides between several
+  /// protocols with the alternative name. Returns null if no name is similar.
   const protocols::Protocol* MeantProtocol(const std::string& name,
                                            const std::string& port = {}) const;
-  /// Returns the protocol whose frames have this framing. Null if it is not installed, and for
-  /// Modbus TCP, which needs no protocol.
+  /// Returns the protocol whose frames have this framing. Returns null if the protocol is not
+  /// installed, and for Modbus TCP, which needs no protocol.
   const protocols::Protocol* FramesOf(modbus::Framing framing) const;
   /// Returns the rules that recognise messages of each protocol on lines of other protocols.
   std::vector<protocols::ForeignRule> ForeignRules() const;
   /// Returns the folders with profiles for the protocol: its own, then that of
   /// Protocol::profiles_of.
   std::vector<std::string> ProfileOwners(const std::string& protocol) const;
-  /// Returns the profile's file; the protocol's own folder takes precedence. Nothing: no directory
-  /// contains the profile.
+  /// Returns the profile's file; the protocol's own folder takes precedence. Returns nothing if no
+  /// folder contains the profile.
   std::optional<std::filesystem::path> FindProfile(const std::string& protocol,
                                                    const std::string& name) const;
-  /// Returns the profiles that one protocol can use, or all if `protocol` is empty. Sorted by
-  /// protocol and name; files that another one takes precedence over are left out.
+  /// Returns the profiles that one protocol can use, or all if `protocol` is empty, sorted by
+  /// protocol and name. If several files have one name, only the file with precedence is listed.
   std::vector<ProfileFile> Profiles(const std::string& protocol = {}) const;
   std::vector<std::string_view> ProtocolNames() const;
   /// Returns an error with the searched folders if no protocol is installed.

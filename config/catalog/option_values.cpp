@@ -47,7 +47,7 @@ Result<OptionValue> ParseReal(const protocols::OptionSpec& spec, std::string_vie
   return OptionValue(*value);
 }
 
-/// A secret may begin with zeros, because passwords do.
+/// Parses a number. A secret can begin with zeros, because passwords can.
 Result<OptionValue> ParseNumber(const protocols::OptionSpec& spec, std::string_view text) {
   const std::string zero = spec.secret ? std::string() : WhyLeadingZero(text);
   if (!zero.empty()) return Wrong(spec, text, zero);

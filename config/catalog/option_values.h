@@ -1,5 +1,5 @@
 // Parses values of the options that protocols declare, from the user's text or from the defaults.
-// Specs come from protocols/options.h.
+// The declarations (OptionSpec) come from protocols/options.h.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,8 @@ Result<OptionValue> ParseOption(const protocols::OptionSpec& spec, std::string_v
 
 Options DefaultOptions(const protocols::Protocol& protocol);
 
-/// Copies all options of `given` to `target`. Pairs of `target` whose words `given` lacks are kept.
+/// Copies all options of `given` to `target`. In an option of the kind Pairs, words that only
+/// `target` has are kept.
 void Override(Options& target, const Options& given);
 
 }  // namespace baudgate::config

@@ -109,8 +109,8 @@ void CheckDoubts(const Device& device, const protocols::Protocol& protocol, cons
 
 void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems) {
   if (protocol.faults == nullptr) return;
-  // After other errors, parts of the description may not have been read, so faults of the whole
-  // device, such as missing parts, are not reported.
+  // After other errors, parts of the description may be missing, so faults of the whole device are
+  // not reported then.
   const bool known = !problems.has_error();
   for (const protocols::ConfigRemark& fault : protocol.faults(device)) {
     if (fault.point >= device.points.size()) {

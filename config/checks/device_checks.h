@@ -15,9 +15,6 @@
 
 namespace baudgate::config {
 
-// CheckPaces warns of configured times, periods and retries that have no effect, because a setting
-// of higher precedence overrides them.
-
 /// The paces that apply to one device: its own, its profile's, and its line's merged over the
 /// gateway's.
 struct Paces {
@@ -25,7 +22,8 @@ struct Paces {
   const Pace& profile;
   const Pace& line;
 };
-/// `mark` is the place of the device.
+/// Warns of configured times, periods and retries that have no effect, because a setting of higher
+/// precedence overrides them. `mark` is the place of the device.
 void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
                 Problems& problems);
 
@@ -53,7 +51,7 @@ class LineAddresses {
 void CheckDevice(const Device& device, const protocols::Protocol* protocol, const Keys& keys,
                  Problems& problems);
 
-/// Reports the errors that the protocol finds in single points of the device.
+/// Reports the errors that the protocol finds in the device and in its points.
 void CheckFaults(const Device& device, const protocols::Protocol& protocol, Problems& problems);
 
 }  // namespace baudgate::config

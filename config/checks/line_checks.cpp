@@ -165,12 +165,12 @@ void CheckPortServers(const Line& line, const Keys& keys, Problems& problems) {
 
 namespace {
 
-// USB adapters and serial servers hold bytes back for up to 16 ms.
+// USB adapters and serial servers hold bytes back for up to 16 ms, so shorter times fail.
 constexpr Duration kShortestWait = 20ms;
 
 using Messages = std::vector<std::string>;
 
-/// Only configured times are checked; the protocol's own times are known to work.
+/// Checks configured times only, because the protocol's own times are known to work.
 Messages TimingMessages(const Timing& given, const Timing& fallback, const SerialSettings& serial) {
   Messages messages;
   const auto add = [&](std::string text) { messages.push_back("timing: " + std::move(text)); };
@@ -206,7 +206,8 @@ SerialSettings SerialOf(const Line& line, const Device& device) {
   return device.serial.value_or(line.serial);
 }
 
-/// A problem of the line's times is reported once for the line, not again for each device.
+/// Reports problems of a device's times. A problem of the line's times is reported once for the
+/// line, not again for each device.
 void CheckTimes(const Line& line, const Catalog& catalog, Problems& problems) {
   Messages known;
   if (const protocols::Protocol* own = catalog.FindProtocol(line.protocol)) {
@@ -237,7 +238,7 @@ std::vector<Group> PolledGroups(const Device& device) {
   return groups;
 }
 
-/// Computes the load with immediate replies; slow devices make it worse.
+/// Warns of too many polls. The load is computed with immediate replies; slow devices increase it.
 void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
   std::map<const protocols::Protocol*, std::unique_ptr<protocols::Bus>> buses;
   double fast = 0;

@@ -1,6 +1,6 @@
 // Checks a whole line: times that cannot work together, and more polls than the bit rate allows.
-// RoundOf computes the duration of a round, CheckTiming and the functions below it check serial
-// settings, and CheckPortServer checks the port over the network.
+// RoundOf computes how long one poll of a group takes, CheckTiming and the functions below it check
+// serial settings, and CheckPortServer checks the port over the network.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,52 +17,51 @@
 
 namespace baudgate::config {
 
-// The line time of one poll of a group if the device replies at once. The requests come from a
-// conversation of the device's protocol.
+// Round is the time for which one poll of a group occupies the line, if the device replies at once.
+// The requests come from a conversation of the device's protocol.
 struct Round {
   std::size_t requests = 0;
   /// Includes quiet times and the characters of requests and of the shortest replies.
   Duration time{};
 };
 
-/// `bus` is the Bus of the device's protocol on this line.
+/// Computes one poll of `group`. `bus` is the Bus of the device's protocol on this line.
 Round RoundOf(Group group, const Line& line, const Device& device,
               const protocols::Protocol& protocol, protocols::Bus* bus);
 
 /// Returns the times that apply to the device, and the source of each.
 Timing TimesInForce(const Line& line, const Device& device, const protocols::Protocol& protocol);
 
-// The functions below check that serial settings and named times can work: together, with the port,
-// and with the protocol.
-
-/// `mark` is the place of `ceiling`.
+/// Reports a ceiling that is shorter than the reply time. `mark` is the place of `ceiling`.
 void CheckTiming(const Timing& timing, const Mark& mark, Problems& problems);
-/// Checks that software parity is used with 7E1 or 7O1, because a port with 8N1 only can carry
+/// Checks that software parity is used with 7E1 or 7O1, because a port with 8N1 only can transmit
 /// nothing else. `mark` is the place of the parity.
 void CheckSoftwareParity(const SerialSettings& serial, const Mark& mark, Problems& problems);
-/// Checks that at most one flow control is set. `keys` are those of the map `serial`.
+/// Checks that at most one flow control is set, and no rtscts with rs485. `keys` are those of the
+/// map `serial`.
 void CheckFlowControl(const SerialSettings& serial, const Keys& keys, Problems& problems);
-/// `keys` are those of the map `rs485`.
+/// Checks that the delays are whole milliseconds. `keys` are those of the map `rs485`.
 void CheckRs485(const Rs485& rs485, const Keys& keys, Problems& problems);
-/// Checks that the settings have enough data bits for the protocol. `mark` is the place of the
-/// setting or of the protocol, whichever was chosen here.
+/// Checks that the settings have enough data bits for the protocol, and that XON/XOFF takes no
+/// bytes that the protocol sends. `mark` is the place of the setting or of the protocol, whichever
+/// the line or device sets.
 void CheckDataBits(const SerialSettings& serial, const protocols::Protocol& protocol,
                    const Mark& mark, Problems& problems);
-/// Reports settings that only a port of this machine supports. `mark` is the place of the settings.
+/// If `port` is a serial server (tcp://), reports settings that only a port of this machine
+/// supports. `mark` is the place of the settings.
 void CheckPortSettings(const std::string& port, const SerialSettings& serial, const Mark& mark,
                        Problems& problems);
-/// Reports settings that Protocol::tcp excludes: a serial port and its keys. `keys` are those of
-/// the line or device that names the protocol; `port` is the line's, or empty for a device.
+/// If the protocol runs over TCP only, reports a serial port and the keys of serial ports. `keys`
+/// are those of the line or device that names the protocol; `port` is the line's port, or empty for
+/// a device.
 void CheckTcp(const protocols::Protocol& protocol, const std::string& port, const Keys& keys,
               Problems& problems);
 
-// The functions below check whether the port of a line may be passed on over the network, and to
-// whom.
-
-/// Reports clients beyond loopback: an error without `allow`, a warning with it. `key` is
-/// "serial_server" or "lend".
+/// Reports a server that clients of other machines can reach: an error without `allow`, else a
+/// warning. `key` is "serial_server" or "lend".
 void CheckPortServer(const PortServer& server, const std::string& key, Problems& problems);
-/// Reports keys of the line that exclude each other. `keys` are all keys of the line.
+/// Reports keys of the line that exclude each other, or have no effect. `keys` are all keys of the
+/// line.
 void CheckPortServers(const Line& line, const Keys& keys, Problems& problems);
 
 void CheckLine(const Line& line, const Catalog& catalog, Problems& problems);

@@ -60,9 +60,9 @@ void CheckClient(const ClientPriority& client, const Listener& listener, const M
 
 namespace {
 
-/// Returns the units that others take from the route: "33-35 by the route in line 5, 36 by device
-/// 'feeder-1'"; empty: none. A wide route behind single units and devices is intended, so while the
-/// route still gets some units, only ranges that overlap partly are reported.
+/// Returns the units that the route does not get, with their owners: "33-35 by the route in line 5,
+/// 36 by device 'feeder-1'". A wide route behind single units and devices is intended, so while the
+/// route still gets some units, only ranges that overlap partly are named.
 std::string TakenOf(const Config& config, const std::vector<UnitSet>& reached, std::size_t index) {
   const UnitSet wanted = UnitsOf(config.modbus.routes[index]);
   const bool unused = reached[index].none();
@@ -121,7 +121,7 @@ void CheckTarget(const Keys& route, Problems& problems) {
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems) {
   if (!route.remap) return;
   const bool to_line = keys.Has("line");
-  const int least = to_line ? 1 : 0;  // 0 would be a broadcast
+  const int least = to_line ? 1 : 0;  // address 0 would be a broadcast
   const int first = *route.remap;
   const int last = first + route.last - route.first;
   if (first == route.first && first > 0) {

@@ -21,18 +21,16 @@ inline std::string RangeText(int first, int last) {
 // Checks that a listener can be served and that an allowed client can reach it.
 
 void CheckListener(const Listener& listener, const Catalog& catalog, Problems& problems);
-/// Warns if the next entry of `listener.clients` can never apply. `mark` is the place of its
-/// `from`.
+/// Warns if `client`, the next entry of `listener.clients`, can never apply. `mark` is the place of
+/// its key `from`.
 void CheckClient(const ClientPriority& client, const Listener& listener, const Mark& mark,
                  Problems& problems);
-
-// The functions below check routes: targets, slave addresses, and deadlines.
 
 /// Checks that the route has exactly one of `line` and `server`. `route` are the route's keys.
 void CheckTarget(const Keys& route, Problems& problems);
 void CheckRoute(const Route& route, const Keys& keys, Problems& problems);
 /// Reports a route to one of the gateway's own listeners, where requests would circulate. `mark` is
-/// the place of `server`.
+/// the place of the key `server`.
 void CheckServer(const Route& route, const std::vector<Listener>& listeners, const Mark& mark,
                  Problems& problems);
 

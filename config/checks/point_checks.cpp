@@ -17,7 +17,7 @@ namespace {
 
 using Kind = RawNumbers::Kind;
 
-/// Converts the bits 0x8000 of a signed 16-bit number to -32768.
+/// Converts bits to a signed number: 0x8000 becomes -32768 in the range of 16 bits.
 Decimal OfBits(const Decimal& number, const IntegerRange& range) {
   const Decimal meant = number - range.highest - range.highest - 2;
   return range.lowest < 0 && number > range.highest && meant.is_negative() ? meant : number;
@@ -28,7 +28,7 @@ bool IsHex(const Sentinel& sentinel) {
 }
 
 /// Returns why the device never sends this sentinel, as the end of a sentence that begins with the
-/// number; empty: it may send it.
+/// number; empty if the device can send it.
 std::string WhyNever(const Sentinel& sentinel, const RawNumbers& numbers) {
   const bool is_real = numbers.kind == Kind::single || numbers.kind == Kind::real;
   if (is_real && IsHex(sentinel)) {
@@ -286,7 +286,8 @@ void CheckLimitPoints(const std::vector<Point>& points, Problems& problems) {
   }
 }
 
-/// A bit and a register may have the same address, but only one of them a select register.
+/// Claims a select register. A bit and a register can have the same address, but only one of them
+/// can have a select register.
 void RegisterClaims::AddSelect(const Point& point, const Mark& mark) {
   const auto [other, is_new] = selects_.try_emplace(*point.modbus, point.name);
   if (is_new) return;

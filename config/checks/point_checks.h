@@ -14,16 +14,13 @@
 
 namespace baudgate::config {
 
-// Checks that a device can send the `sentinels` of its points. If the protocol reads whole numbers,
-// a sentinel must lie in their range, and a sentinel in hex stands for their bits.
-
 /// Converts sentinels in hex to numbers, and reports sentinels that the device can never send or
 /// that occur twice. Example: 0x8000 becomes -32768 if the protocol reads an int16, whatever the
 /// type of the point is. If `protocol` is null, the type of the point decides.
 void ResolveSentinels(Device& device, const protocols::Protocol* protocol, Problems& problems);
 
-/// `keys` are the point's keys, for the places of problems. If `protocol` is null, the protocol's
-/// own checks are left out.
+/// Checks one point. `keys` are the point's keys, for the places of problems. If `protocol` is
+/// null, the protocol's own checks are left out.
 void CheckPoint(const Point& point, const protocols::Protocol* protocol, const Keys& keys,
                 Problems& problems);
 
@@ -35,7 +32,8 @@ void CheckLimitPoints(const std::vector<Point>& points, Problems& problems);
 class RegisterClaims {
  public:
   explicit RegisterClaims(Problems& problems) : problems_(problems) {}
-  /// `mark` is the place of the point's `modbus`.
+  /// Adds a point, and reports problems with its addresses. `mark` is the place of the key
+  /// `modbus`.
   void Add(const Point& point, const Mark& mark);
 
  private:
@@ -50,9 +48,9 @@ class RegisterClaims {
     return point.table == Table::bits ? bits_ : registers_;
   }
 
-  std::map<int, Taken> registers_;  ///< by first address; the ranges never overlap
+  std::map<int, Taken> registers_;  ///< key: first address; the ranges never overlap
   std::map<int, Taken> bits_;
-  /// Names of the points with a select register, by point address.
+  /// The names of the points with a select register. Key: the address of the point.
   std::map<int, std::string> selects_;
   Problems& problems_;
 };

@@ -25,7 +25,6 @@ Status CheckName(std::string_view name);
 /// IEC 61131-3, which nearly all programs accept.
 Status CheckPointName(std::string_view name);
 
-/// Reports each second use of a name or number that must be unique in the gateway.
 class Uniques {
  public:
   explicit Uniques(Problems& problems) : problems_(problems) {}
@@ -33,13 +32,14 @@ class Uniques {
   void Line(const std::string& name, const Mark& mark);
   void Device(const std::string& name, const Mark& mark);
   void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
-  /// Links such as /dev/serial/by-id/… are the same port as their target. `shared`: a server that
-  /// accepts several connections, so several lines may use it if all are shared.
+  /// Claims a port for a line. Links such as /dev/serial/by-id/… are the same port as their target.
+  /// `shared`: the port is a server that accepts several connections, so several lines may use it
+  /// if all of them are shared.
   void Port(const std::string& port, const std::string& line, bool shared, const Mark& mark);
-  /// The serial port of a listener; it must differ from the ports of lines as well.
+  /// Claims the serial port of a listener; it must differ from the ports of lines as well.
   void ListenerPort(const std::string& path, const Mark& mark);
-  /// The address of a listener. 0.0.0.0 and :: collide with every address with that port. `what` is
-  /// the key for the message.
+  /// Claims the address of a listener. 0.0.0.0 and :: collide with every address with the same
+  /// port. `what` is the configuration key, for the message.
   void Address(const std::string& what, const HostPort& at, const Mark& mark);
 
  private:
@@ -49,7 +49,7 @@ class Uniques {
     bool shared = false;
   };
   using Owners = std::map<std::string, Owner>;
-  /// Returns the first owner, or null if there was none.
+  /// Makes `name` the owner of `what`. Returns null, or the owner that `what` has already.
   static const Owner* Claim(Owners& owners, const std::string& what, const std::string& name,
                             const Mark& mark);
 

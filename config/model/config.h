@@ -22,10 +22,10 @@
 
 namespace baudgate::config {
 
-// Which values are recorded, and how long (gateway/records/history).
+// History defines which values are recorded, and how long (gateway/records/history).
 
-/// One recorded point: every change of its quality, and of its value according to the members
-/// below.
+/// One recorded point. Every change of its quality is recorded, and changes of its value according
+/// to the members below.
 struct HistoryPoint {
   std::uint32_t device = 0;  ///< number of the device over all lines, see FirstDevice
   std::uint32_t point = 0;   ///< index into that device's points
@@ -52,9 +52,9 @@ inline constexpr std::uint64_t kMegabyte = 1'000'000;
 
 struct History {
   std::string directory;                   ///< empty: same as `state`
-  std::uint64_t limit = 1000 * kMegabyte;  ///< size of all files together, in bytes
+  std::uint64_t limit = 1000 * kMegabyte;  ///< maximum size of all files together, in bytes
   Duration keep = std::chrono::hours(24) * 365;
-  std::vector<HistoryPoint> points;  ///< by device and point; empty: nothing is recorded
+  std::vector<HistoryPoint> points;  ///< sorted by device and point; empty: nothing is recorded
 
   bool on() const { return !points.empty(); }
 };
@@ -78,8 +78,8 @@ enum class Audit : std::uint8_t {
   require,      ///< the write is refused
 };
 
-/// The recording of events (gateway/records/events): those of devices, of their points, and of the
-/// gateway.
+/// The recording of events of devices, of their points, and of the gateway
+/// (gateway/records/events).
 struct Events {
   bool given = false;     ///< false: only devices with `events: on` record events
   std::string directory;  ///< folder of the databases; empty: same as `state`
@@ -94,13 +94,13 @@ void VisitFields(const Events*, Visit visit) {
 
 struct Config {
   std::string name = "baudgate";
-  std::string recordings;  ///< empty: not configured
-  std::string state;       ///< empty: not configured
+  std::string recordings;  ///< folder for recordings; empty: not configured
+  std::string state;       ///< folder for stored state; empty: not configured
   AlarmSetting alarms;     ///< for the gateway as a whole: its disks
   Events events;
   History history;
   Audit audit = Audit::best_effort;
-  std::string socket;  ///< empty: not configured
+  std::string socket;  ///< path of the control socket; empty: not configured
   Modbus modbus;
   Dds dds;
   Web web;
@@ -135,17 +135,15 @@ void VisitFields(const Config*, Visit visit) {
                               .fallback = "required, unless a route leads to a server"});
 }
 
-/// Devices are numbered over all lines, in the order of the file. Returns the number of the first
-/// device of `lines[line]`, or the number that it would have.
+/// Returns the number of the first device of `lines[line]`, or the number that it would have.
+/// Devices are numbered over all lines, in the order of the file.
 inline std::uint32_t FirstDevice(const Config& config, std::size_t line) {
   std::size_t first = 0;
   for (std::size_t i = 0; i < line; ++i) first += config.lines[i].devices.size();
   return static_cast<std::uint32_t>(first);
 }
 
-// Sets of Modbus unit ids, and which devices and routes use them.
-
-using UnitSet = std::bitset<256>;  ///< by Modbus unit id, or by address on a line
+using UnitSet = std::bitset<256>;  ///< index: Modbus unit id, or address on a line
 
 /// Parses "20" or "33-40" into the first and last unit id, 0…255.
 Result<std::pair<std::uint8_t, std::uint8_t>> ParseUnits(std::string_view text);
@@ -154,8 +152,8 @@ std::string UnitsText(const UnitSet& units);
 
 UnitSet UnitsOf(const Route& route);
 UnitSet DeviceUnits(const Config& config);
-/// Returns the units that each route of config.modbus serves: those it names, without the units of
-/// devices and earlier routes.
+/// Returns the units that each route of config.modbus serves: the units that the route names,
+/// without the units of devices and earlier routes.
 std::vector<UnitSet> RouteUnits(const Config& config);
 
 }  // namespace baudgate::config

@@ -30,7 +30,7 @@ enum class WordOrder : std::uint8_t {
   cdab,
   badc,
   dcba,
-  cdabghef,  ///< of four registers: the words of each half exchanged; at devices only
+  cdabghef,  ///< for four registers: the words of each half exchanged; allowed at devices only
 };
 template <>
 inline constexpr std::array<Word<WordOrder>, 4> kWords<WordOrder> = {{{"ABCD", WordOrder::abcd},
@@ -41,8 +41,8 @@ inline constexpr std::array<Word<WordOrder>, 4> kWords<WordOrder> = {{{"ABCD", W
 /// The names that a device may report, compared without spaces and case (SpokenName).
 struct Identity {
   std::vector<std::string> names;  ///< names of this device type; empty: unknown
-  std::map<std::string, std::string>
-      others;           ///< names of other device types, each with the profile that lists it
+  /// Names of other device types, each with the profile that lists it.
+  std::map<std::string, std::string> others;
   bool ignore = false;  ///< true: the name is not checked
 };
 
@@ -56,7 +56,7 @@ void VisitFields(const Identity*, Visit visit) {
 /// Returns the form in which names are compared: " spaj 140c" gives "SPAJ140C".
 std::string SpokenName(std::string_view name);
 
-/// Points that are read after an event and saved together with it.
+/// A named set of points that are read after an event and saved together with it.
 struct Record {
   std::string name;
   std::vector<std::uint32_t> points;  ///< indices into the device's points
@@ -76,9 +76,9 @@ struct Device {
   std::string title;     ///< the profile's `device:`
   std::optional<std::uint8_t> unit;
   bool enabled = true;
-  /// True: after a silence longer than any reply can be late, replies count as being in the order
-  /// of the requests. For a device whose replies never show which request they answer
-  /// (gateway/bus/replies/whose_reply.h).
+  /// True: once the line was silent longer than any reply can be late, replies count as being in
+  /// the order of the requests. This is for a device whose replies never show which request they
+  /// answer (gateway/bus/replies/whose_reply.h).
   bool trust_order = false;
   Recheck recheck = Recheck::off;  ///< the default of its points, and the setting for its events
   Duration poll = std::chrono::seconds(1);
@@ -88,15 +88,15 @@ struct Device {
   std::optional<Duration> max_age;    ///< empty: see MaxAgeOf
   std::optional<Duration> dead_age;   ///< empty: 3 x max_age, or 6 rounds of the line if longer
   bool never_old = false;             ///< the device sends unasked, and its silence is normal
-  const Traits* traits = &kNoTraits;  ///< those of its protocol; valid for the life of the program
+  const Traits* traits = &kNoTraits;  ///< traits of its protocol; valid while the program runs
   OnBad on_bad = OnBad::exception;
   WordOrder word_order = WordOrder::abcd;
-  std::optional<int> retries;  ///< of the device, else of the profile; empty: the line's
-  /// The device's times, else the profile's; those of line and protocol are merged later.
+  std::optional<int> retries;  ///< of the device, else of its profile; empty: the line's retries
+  /// The times of the device, else of its profile; times of line and protocol are merged later.
   Timing timing;
   std::optional<SerialSettings> serial;  ///< set if the line's settings are changed for this device
   Identity identity;
-  Options options;            ///< options of the protocol
+  Options options;
   std::vector<Point> points;  ///< points of the profile and of the device, merged
   bool events = false;        ///< events of the device are requested and recorded
   bool point_events = false;  ///< events of its points are recorded
@@ -160,18 +160,18 @@ void VisitFields(const Device*, Visit visit) {
   visit(Derived<&Device::mark>());
 }
 
-/// Returns the period of the group; zero: the group is read once.
+/// Returns the period of the group; zero if the group is read only once.
 Duration PeriodOf(const Device& device, Group group);
 /// True if the group is read at least every kAgainPeriod.
 bool IsOften(const Device& device, Group group);
-/// Returns the age from which values of the group are uncertain; empty: never.
+/// Returns the age from which values of the group are uncertain; nothing if they never are.
 ///
 ///   fast, slow, points with a `poll`    max_age; default 3 periods, or never (never_old)
 ///   daily                               3 periods; max_age is for values that are read frequently
 ///   once                                never
 std::optional<Duration> MaxAgeOf(const Device& device, Group group);
 
-/// A record of a profile, whose points are given as patterns:
+/// A record of a profile, whose points are given as patterns. Example:
 /// `records: { trip: { points: [ trip_phases, "record?_*" ] } }`.
 struct RecordPattern {
   std::string name;

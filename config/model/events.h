@@ -1,6 +1,6 @@
 // Events of a point, and their alarms: the key `events:` of a point. EventText describes an event
-// of a device. AlarmSetting has the priority and the delay of the alarms that the gateway raises
-// itself.
+// of a device. AlarmSetting contains the priority and the delay of the alarms that the gateway
+// raises itself.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@
 
 namespace baudgate::config {
 
-/// none: the event is no alarm. `alarm: yes` is medium.
+/// `none`: the event is no alarm. The word `yes` of the key `alarm` means medium.
 enum class AlarmPriority : std::uint8_t { none, low, medium, high };
 inline constexpr std::size_t kAlarmPriorities = 4;
 template <>
@@ -43,14 +43,14 @@ struct PointEvent {
   enum class On : std::uint8_t { change, above, below };
   On on = On::change;
   Decimal value = 0;  ///< the limit of above and below, in units of the value
-  /// In units of the value. above: the event ends at value - hysteresis. below: it ends at value +
-  /// hysteresis. change: smaller or equal changes are ignored.
+  /// In units of the value. On::above: the event ends at value - hysteresis. On::below: it ends at
+  /// value + hysteresis. On::change: smaller or equal changes are ignored.
   Decimal hysteresis = 0;
   Duration delay{};  ///< the time that the condition, or its end, must last
   std::string text;  ///< empty: the text of `on`
   AlarmPriority alarm = AlarmPriority::none;
-  /// For `change`: the text that ends the event; any other text begins it. Empty: each change is a
-  /// message without an end.
+  /// For On::change: the text that ends the event; any other text begins it. Empty: each change is
+  /// a message without an end.
   std::string normal{};
   std::string record{};  ///< name of the Record that is read and saved after the event; empty: none
 };
@@ -76,22 +76,21 @@ void VisitFields(const PointEvent*, Visit visit) {
 /// Returns "change" or "above 5", which distinguishes the events of one point.
 std::string ConditionOf(const PointEvent& event);
 
-// The description of a device's event: a row of the table `events:` of a profile.
-
 /// The states as Modbus and the command line show them.
 enum class EventState : std::uint8_t { off, on, message };
 inline constexpr std::size_t kEventStates = 3;
 
 inline constexpr std::uint32_t kLastEventCode = 999'999;
 
+/// The description of an event of a device: a row of the table `events:` of a profile.
 struct EventText {
-  std::optional<std::uint32_t> channel;  ///< empty: every channel
+  std::optional<std::uint32_t> channel;  ///< empty: the row applies to every channel
   std::uint32_t code = 0;
   EventState state = EventState::message;
   std::string text;
   AlarmPriority alarm = AlarmPriority::none;
-  /// The code that ends the alarm, on the same channel. Empty: the alarm has no end and only waits
-  /// to be acknowledged.
+  /// The code of the event that ends the alarm, on the same channel. Empty: the alarm has no end
+  /// and only waits to be acknowledged.
   std::optional<std::uint32_t> until{};
   std::string record{};  ///< name of the Record that is read and saved after the event; empty: none
 };
@@ -110,18 +109,19 @@ void VisitFields(const EventText*, Visit visit) {
   visit(Field<&EventText::record>{.help = "name of the record that is stored with the event"});
 }
 
-/// Returns the row for this channel, or else the row for all channels; null: there is none.
+/// Returns the row for this channel, or else the row for all channels; null if there is no row.
 const EventText* FindEvent(std::span<const EventText> table, std::uint32_t channel,
                            std::uint32_t code);
 
-/// Returns the row whose alarm this event ends; null: none.
+/// Returns the row whose alarm this event ends; null if the event ends no alarm.
 const EventText* FindEndedAlarm(std::span<const EventText> table, std::uint32_t channel,
                                 std::uint32_t code);
 
-// Settings for the alarms that the gateway raises itself: the key `alarms:` of the gateway, a line,
-// a device and a route. The more specific setting takes precedence, separately for each key.
+// AlarmSetting contains settings for the alarms that the gateway raises itself: the key `alarms:`
+// of the gateway, a line, a device and a route. The more specific setting takes precedence,
+// separately for each key.
 struct AlarmSetting {
-  AlarmPriority priority = AlarmPriority::medium;  ///< none: `off`
+  AlarmPriority priority = AlarmPriority::medium;  ///< none: the key is `off`
   Duration delay = std::chrono::seconds(30);
 
   bool on() const { return priority != AlarmPriority::none; }

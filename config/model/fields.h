@@ -32,8 +32,8 @@
 
 namespace baudgate::config {
 
-// A value that its copies share, to save memory: a thousand devices of one profile share one
-// description of each point, and one file name.
+// Shared is a value that its copies share, to save memory: a thousand devices of one profile share
+// one description of each point, and one file name.
 
 /// The value is immutable; assignment replaces it. Without a value it reads as T{}.
 template <typename T>
@@ -73,7 +73,7 @@ struct Word {
 };
 inline constexpr std::array<Word<bool>, 2> kDenyAllow = {{{"deny", false}, {"allow", true}}};
 
-/// Replaces the default in the table of keys if the key is mandatory.
+/// The text in the column "default" of the table of keys if a key is mandatory.
 inline constexpr std::string_view kRequired = "required";
 
 template <typename E, std::size_t kCount = 0>
@@ -94,7 +94,8 @@ constexpr auto WordsOfNames() {
 template <typename E>
 inline constexpr auto kWords = WordsOfNames<E>();
 
-/// Returns the first word of kWords for this value, such as "strip" for Echo::strip; empty: none.
+/// Returns the first word of kWords for this value, such as "strip" for Echo::strip; empty if the
+/// value has no word.
 template <typename E>
 requires std::is_enum_v<E>
 constexpr std::string_view Name(E value) {
@@ -127,10 +128,10 @@ struct Field {
   Bound least{};  ///< minimum of a number or a time
   Bound most{};
   std::string_view fallback{};  ///< the default, if it differs from the member's initial value
-  std::span<const Word<Value>> words = Words();  ///< the allowed words
+  std::span<const Word<Value>> words = Words();
 };
 
-/// A key that sets several members, or a member that another key sets as well.
+/// A key that sets several members, or that sets a member which another key sets as well.
 struct Key {
   static constexpr bool is_setting = false;
   std::string_view key;
@@ -173,7 +174,6 @@ bool Same(const std::optional<T>& a, const std::optional<T>& b) {
   return a.has_value() == b.has_value() && (!a || Same(*a, *b));
 }
 
-/// Calls `tell` with the key of each setting that differs.
 template <HasFields T, typename Tell>
 void EachDifferent(const T& a, const T& b, Tell tell) {
   VisitFields(&a, [&](auto field) {

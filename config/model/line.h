@@ -17,19 +17,19 @@
 
 namespace baudgate::config {
 
-// The port of a line for clients over the network. With `serial_server:` the clients have the port
-// all the time and the gateway polls nothing; with `lend:` the gateway polls, and a client may use
-// the port for some time.
+// PortServer is the port of a line for clients over the network. With `serial_server:` the clients
+// have the port all the time and the gateway polls nothing; with `lend:` the gateway polls, and a
+// client can use the port for some time.
 struct PortServer {
   enum class Mode : std::uint8_t {
     raw,      ///< bytes are passed unchanged
-    rfc2217,  ///< telnet; the client may also change the port's settings
+    rfc2217,  ///< telnet; the client can also change the port's settings
   };
   /// The treatment of a client that connects while another client uses the port.
   enum class Busy : std::uint8_t { refuse, wait };
   HostPort at;
   Mode mode = Mode::raw;
-  std::vector<Network> allow;  ///< empty: everybody, allowed on loopback only
+  std::vector<Network> allow;  ///< empty: everybody; allowed on loopback only
   Busy busy = Busy::refuse;
   Duration idle = std::chrono::minutes(10);
   Duration time = std::chrono::minutes(30);
@@ -67,19 +67,19 @@ struct Line {
   SerialSettings serial;
   std::string protocol;
   bool tcp = false;  ///< the protocol runs over TCP only: `serial` is unused and not shown
-  Timing timing;     ///< of the line, else of the gateway
+  Timing timing;     ///< times of the line, else of the gateway
   int retries = 2;   ///< for exchanges that may be repeated
   Echo echo = Echo::off;
   Ask ask = Ask::deny;
   AlarmSetting alarms;  ///< for alarms of the line itself; takes precedence over the gateway's
   Options options;
   std::vector<Device> devices;
-  /// Requires that there are no devices; `protocol` may then be empty.
+  /// Clients have the port all the time. The line then has no devices, and `protocol` may be empty.
   std::optional<PortServer> serial_server;
-  std::optional<PortServer> lend;  ///< a client may use the port for some time
+  std::optional<PortServer> lend;  ///< a client can use the port for some time
   Mark mark;
 
-  /// Returns the server for clients of the port; null: none.
+  /// Returns the server for clients of the port; null if neither is configured.
   const PortServer* server() const {
     return serial_server ? &*serial_server : lend ? &*lend : nullptr;
   }

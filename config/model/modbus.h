@@ -1,5 +1,5 @@
-// `Framing` is the framing of Modbus messages: the header of Modbus TCP, or that of a serial line,
-// which is also used over TCP. Below are the unit ids and addresses of the public contract.
+// `Framing` is the framing of Modbus messages: the header of Modbus TCP, or the framing of a serial
+// line, which is also used over TCP. Below are the unit ids and addresses of the public contract.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,13 +12,11 @@ namespace baudgate::modbus {
 
 enum class Framing : std::uint8_t { tcp, rtu, ascii };
 
-/// Returns "Modbus RTU".
 constexpr std::string_view Title(Framing framing) {
   constexpr std::array<std::string_view, 3> kTitles = {"Modbus TCP", "Modbus RTU", "Modbus ASCII"};
   return kTitles[static_cast<std::size_t>(framing)];
 }
 
-/// Returns "rtu", the word in the configuration.
 constexpr std::string_view Name(Framing framing) {
   constexpr std::array<std::string_view, 3> kNames = {"tcp", "rtu", "ascii"};
   return kNames[static_cast<std::size_t>(framing)];
@@ -45,19 +43,19 @@ namespace baudgate::config {
 inline constexpr std::uint8_t kLastSlave = 247;
 
 inline constexpr std::uint16_t kStatusBlock = 9000;
-/// Address of two writable registers: the number of the first event to show.
+/// The address of two writable registers that contain the number of the first event to show.
 inline constexpr std::uint16_t kEventBlock = 9016;
 inline constexpr std::uint16_t kValuesAfterStatus = 9100;
 inline constexpr std::uint16_t kValuesEnd = 20000;
 inline constexpr std::uint16_t kQualityOffset = 20000;
 inline constexpr std::uint16_t kAgeOffset = 40000;
 inline constexpr std::uint16_t kSelectOffset = 60000;
-/// Points that must be selected before a write have addresses below this one.
+/// Points that must be selected before a write have addresses below this address.
 inline constexpr std::uint16_t kSelectEnd = 5536;
-/// The value that a client writes to the select register.
+/// The value that a client must write to the select register.
 inline constexpr std::uint16_t kSelectKey = 0xC0DE;
 
-/// True if a value may occupy all addresses from `first` to `last`.
+/// True if a value can occupy all addresses from `first` to `last`.
 constexpr bool IsValueArea(std::uint32_t first, std::uint32_t last) {
   return first <= last &&
          (last < kStatusBlock || (first >= kValuesAfterStatus && last < kValuesEnd));

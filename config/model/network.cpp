@@ -16,7 +16,7 @@ namespace {
 
 using Address = std::array<std::uint8_t, 16>;
 
-constexpr int kMappedBits = 96;  // IPv4 addresses are in ::ffff:0:0/96
+constexpr int kMappedBits = 96;  // IPv4 addresses are stored in ::ffff:0:0/96
 
 struct ParsedAddress {
   Address bytes{};
@@ -69,7 +69,7 @@ Result<HostPort> ParseHostPort(std::string_view text, std::string_view example) 
   } else if (host.empty() || host.find_first_of(":[]/ @") != std::string::npos) {
     return error;
   }
-  // getaddrinfo would read 010.0.0.5 as 8.0.0.5.
+  // getaddrinfo would read 010.0.0.5 as 8.0.0.5, so such an address is an error.
   if (host.find_first_not_of("0123456789.") == std::string::npos && !IsIpAddress(host)) {
     return Error{Quoted(text) + ": " + Quoted(host) +
                  " is not an IPv4 address; write four numbers 0…255 without leading zeros"};

@@ -1,5 +1,6 @@
-// Parses network addresses as users write them: where to listen, which clients may connect, the
-// host of a serial server. ParseDiscoveryServer parses the address of a DDS discovery server.
+// Parses network addresses as users write them: where to listen, which clients are allowed to
+// connect, the host of a serial server. ParseDiscoveryServer parses the address of a DDS discovery
+// server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +19,7 @@ namespace baudgate::config {
 struct Network {
   std::string text;                      ///< as written: "10.0.0.0/8"
   std::array<std::uint8_t, 16> bytes{};  ///< IPv4 in the last four
-  int prefix = 128;                      ///< over all 16 bytes; IPv4 /8 is 104
+  int prefix = 128;                      ///< number of bits over all 16 bytes; 104 for an IPv4 /8
 };
 
 template <typename Visit>
@@ -45,8 +46,8 @@ Result<Network> ParseNetwork(std::string_view text);
 
 /// Returns the shortest spelling of an IP address; returns any other text unchanged.
 std::string Canonical(const std::string& address);
-/// Returns the destination addresses that a listener at this IP address accepts: all addresses for
-/// "0.0.0.0" and "::".
+/// Returns the addresses at which clients can reach a listener at this IP address: all addresses
+/// for "0.0.0.0" and "::".
 Network ReachOf(const std::string& host);
 
 /// True for "0.0.0.0" and "::", which stand for all addresses of this machine.
@@ -58,9 +59,6 @@ bool IsIpv4(const std::string& text);
 bool IsMachineIpv4(const std::string& text);
 bool IsLoopback(const Network& network);
 bool Covers(const Network& outer, const Network& inner);
-
-// The address of a DDS discovery server, as users write it in `dds.discovery_servers` and on the
-// command line.
 
 inline constexpr std::size_t kMostDiscoveryServers = 16;
 inline constexpr std::uint16_t kDiscoveryPort = 11811;

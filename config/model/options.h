@@ -34,7 +34,7 @@ class Description {
   const std::string text_;
 };
 
-/// A pointer that compares by text; null: there is no description.
+/// A pointer to a Description that compares by the text; null: there is no description.
 struct DescriptionRef {
   std::shared_ptr<const Description> what;
 
@@ -44,7 +44,7 @@ struct DescriptionRef {
   }
 };
 
-/// Words that the user chooses, each with its text.
+/// Pairs of a word that the user chooses and a text.
 using Pairs = std::map<std::string, std::string>;
 
 /// The value of one option, of the kind that its OptionSpec requires. Durations are nanoseconds.
@@ -52,7 +52,7 @@ using OptionValue = std::variant<bool, std::int64_t, double, std::string, std::v
                                  Pairs, DescriptionRef>;
 
 /// The options of one device or line. Every option that the protocol declares is present: given by
-/// the user, by the profile, or as default. So the getters have no fallback. A name that is not
+/// the user, by the profile, or as default. So the getters have no fallback: a name that is not
 /// declared, or another kind, is a programming error (std::out_of_range or
 /// std::bad_variant_access).
 class Options {
@@ -92,8 +92,8 @@ class Options {
   std::map<std::string, std::string> written_;
 };
 
-// Properties of a protocol that other parts, such as gateway/outputs/status, use instead of its
-// name. The protocol sets them (Protocol::traits), and the configuration passes them on.
+// Traits are properties of a protocol that other parts, such as gateway/outputs/status, use instead
+// of its name. The protocol sets them (Protocol::traits), and the configuration passes them on.
 class Options;
 struct Point;
 
@@ -103,16 +103,17 @@ struct Traits {
   std::string_view service{};
   /// The protocol for the same devices at the other kind of port. For modbus_rtu it is
   /// "modbus_tcp", because a Modbus gateway may be there instead of a plain serial server; for
-  /// modbus_tcp it is "modbus_rtu". Empty: there is none.
+  /// modbus_tcp it is "modbus_rtu". Empty: no such protocol exists.
   std::string_view counterpart{};
-  /// A request can read several points, and the user can limit their number (`block`, `max_items`).
+  /// True: a request can read several points, and the user can limit their number (`block`,
+  /// `max_items`).
   bool has_blocks = false;
-  /// The address to which every device replies. Empty: there is none.
+  /// The address to which every device replies. Empty: no such address exists.
   std::string_view common_address{};
   bool speaks_text = false;
-  /// The device option `order` sets the byte order of numbers.
+  /// True: the device option `order` sets the byte order of numbers.
   bool has_byte_order = false;
-  /// A device may answer some requests only in a mode that is selected at the device, such as
+  /// True: a device can answer some requests only in a mode that is selected at the device, such as
   /// remote control.
   bool has_modes = false;
 
@@ -124,15 +125,17 @@ struct Traits {
   };
   RegisterReply register_reply{};
 
-  /// True if replies to a device with these options have no check value, so a damaged reply may
-  /// look undamaged. Null: replies always have one.
+  /// Returns true if replies to a device with these options have no check value, so that a damaged
+  /// reply can look undamaged. Null: replies always have a check value.
   bool (*is_unchecked)(const Options& options) = nullptr;
   /// Characters that cannot occur inside an undamaged reply without a check value.
   std::string_view never_in_reply{};
 
-  /// True if the point is a setting that a user changes at the device itself. Null: no point is.
+  /// Returns true if the point is a setting that a user changes at the device itself. Null: no
+  /// point is such a setting.
   bool (*is_setting)(const Point& point) = nullptr;
-  /// `read` of the point that contains the device's designation. Empty: there is none.
+  /// The key `read` of the point that contains the device's designation. Empty: no point contains
+  /// it.
   std::string_view designation{};
 };
 

@@ -23,7 +23,7 @@ namespace baudgate::config {
 
 enum class Priority : std::uint8_t { low, normal, high };
 
-/// The requests that clients of a listener may send. Other requests get exception 0x01.
+/// The requests that clients of a listener are allowed to send. Other requests get exception 0x01.
 enum class Permit : std::uint8_t {
   read,  ///< functions 1-4
   data,  ///< functions 1-6, 15 and 16
@@ -43,7 +43,7 @@ void VisitFields(const ClientPriority*, Visit visit) {
                                          .fallback = kRequired});
 }
 
-/// The priority of some functions; it takes precedence over those of client and listener.
+/// The priority of some functions; it takes precedence over the priorities of client and listener.
 struct FunctionPriority {
   std::vector<std::uint8_t> codes;
   Priority priority = Priority::normal;
@@ -74,13 +74,14 @@ struct Listener {
     off,   ///< exception 0x02
     zero,  ///< 0, if the block contains at least one point
   };
-  /// strip: the adapter at the serial port returns the gateway's own replies, which are removed.
+  /// strip: the adapter at the serial port returns the gateway's own replies, and the gateway
+  /// removes them.
   enum class Echo : std::uint8_t { off, strip };
   std::string host = "127.0.0.1";
   std::uint16_t port = 1502;
-  std::string path;       ///< the serial port; if set, host and port are unused
-  SerialSettings serial;  ///< for the serial port
-  Echo echo = Echo::off;  ///< for the serial port
+  std::string path;  ///< the serial port; if set, host and port are unused
+  SerialSettings serial;
+  Echo echo = Echo::off;
   modbus::Framing framing = modbus::Framing::tcp;  ///< at a serial port: rtu or ascii
   std::vector<Network> allow;                      ///< empty: everybody
   Permit permit = Permit::all;
@@ -95,8 +96,8 @@ struct Listener {
   Mark mark;
 
   bool is_serial() const { return !path.empty(); }
-  /// True for messages as on a serial line. Their replies carry no request number, so only one
-  /// request is open at a time.
+  /// True if messages are framed as on a serial line. Replies then contain no request number, so
+  /// only one request is open at a time.
   bool speaks_serial() const { return framing != modbus::Framing::tcp; }
   /// Returns "0.0.0.0:502", "[::1]:502" or "/dev/ttyS1".
   std::string Address() const;
@@ -142,7 +143,7 @@ void VisitFields(const Listener*, Visit visit) {
 /// Forwards requests for some units unchanged to a line, or to another Modbus TCP server. Units of
 /// devices take precedence, then the first route that names the unit.
 struct Route {
-  std::uint8_t first = 1;  ///< unit ids, 0…255; 0 must be given explicitly
+  std::uint8_t first = 1;  ///< the first unit id, 0…255; 0 must be given explicitly
   std::uint8_t last = 1;
   std::string line;  ///< name of a line whose protocol carries Modbus; empty: `host` is used
   std::size_t line_index = 0;  ///< index into Config::lines, if `line` is not empty
@@ -153,7 +154,7 @@ struct Route {
   /// The maximum time from the arrival of a request to the end of its reply, including queueing. A
   /// request that is still queued then is not sent.
   Duration deadline = std::chrono::milliseconds(2500);
-  /// For alarms of the units behind the route; takes precedence over line and gateway.
+  /// Settings for alarms of the units behind the route; take precedence over line and gateway.
   AlarmSetting alarms;
   Mark mark;
 
@@ -185,7 +186,8 @@ void VisitFields(const Route*, Visit visit) {
   visit(Derived<&Route::mark>());
 }
 
-// The files with which a DDS participant authenticates itself and others (DDS Security 1.1).
+// DdsSecurity contains the files with which a DDS participant authenticates itself and others (DDS
+// Security 1.1).
 
 /// All paths are absolute. Without `identity` DDS is open to everybody who can reach its ports.
 struct DdsSecurity {
@@ -230,17 +232,17 @@ inline DdsSecurity SecurityIn(const std::string& directory) {
   return security;
 }
 
-// Settings of the web page, its JSON and its metrics (gateway/outputs/web).
+// Web contains the settings of the web page, its JSON and its metrics (gateway/outputs/web).
 struct Web {
   static constexpr bool kReloads = true;
 
-  bool on = false;  ///< the key `web` is present
+  bool on = false;  ///< true: the key `web` is present
   HostPort listen{"127.0.0.1", 8502};
-  std::vector<Network> allow;      ///< networks that may connect; empty: everybody
+  std::vector<Network> allow;      ///< networks that are allowed to connect; empty: everybody
   std::vector<std::string> hosts;  ///< the gateway's host names for browsers, in lower case
   std::string token_file;          ///< empty: there is no login
-  bool acknowledge = false;        ///< clients may acknowledge alarms
-  Mark token_mark;                 ///< place of token_file
+  bool acknowledge = false;        ///< true: clients are allowed to acknowledge alarms
+  Mark token_mark;
 
   std::string Address() const;
   bool on_loopback() const { return IsLoopback(ReachOf(listen.host)); }
@@ -287,10 +289,10 @@ struct Dds {
   bool enabled = true;
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  bool multicast = true;  ///< use the domain's multicast group for discovery
+  bool multicast = true;  ///< true: discovery uses the domain's multicast group
   /// IPv4 addresses that discovery asks in addition to multicast; at most kMostPeers.
   std::vector<std::string> peers;
-  /// IPv4; these servers introduce participants to each other.
+  /// IPv4 addresses of servers that introduce participants to each other.
   std::vector<HostPort> discovery_servers;
   Duration heartbeat = std::chrono::seconds(10);
   Duration lease = kUsualLease;

@@ -52,8 +52,8 @@ enum class Access : std::uint8_t { read, write, read_write };
 template <>
 inline constexpr std::array<Word<Access>, 3> kWords<Access> = {
     {{"r", Access::read}, {"w", Access::write}, {"rw", Access::read_write}}};
-/// The IEC 61131-3 time type of a point's number, if it has one. PLCs hold each as an unsigned
-/// 32-bit number.
+/// The IEC 61131-3 time type of a point's number, if it has one. PLCs store each type as an
+/// unsigned 32-bit number.
 enum class TimeType : std::uint8_t {
   none,
   time,         ///< TIME: milliseconds
@@ -61,10 +61,10 @@ enum class TimeType : std::uint8_t {
   time_of_day,  ///< TOD: milliseconds since midnight
   date_time,    ///< DT: seconds since 1970
 };
-/// How often a point is read. After a failed read, `once` and `daily` do not wait for the next
-/// period. `own` and the seven values after it are for points with their own `poll`: the first,
-/// second … of the device's `intervals`. `again` occurs in queries only: for points that have
-/// answered before and are now refused, whatever their own group is.
+/// How often a point is read. After a failed read of a point of `once` or `daily`, the next read
+/// does not wait for the next period. `own` and the seven values after it are for points with their
+/// own `poll`: they stand for the first, second … of the device's `intervals`. `again` occurs in
+/// queries only, and stands for points that have answered before and are now refused.
 inline constexpr std::size_t kMostIntervals = 8;
 enum class Group : std::uint8_t { once, daily, slow, fast, own, again = own + kMostIntervals };
 inline constexpr std::size_t kNamedGroups = 4;
@@ -101,7 +101,7 @@ void VisitFields(const Sentinel*, Visit visit) {
   visit(Derived<&Sentinel::mark>());
 }
 
-/// The content of a register while its value is bad (`on_fault: nan | hold | VALUE`).
+/// The content of a register while the value of its point is bad (`on_fault: nan | hold | VALUE`).
 struct OnFault {
   enum class Kind : std::uint8_t { automatic, nan, hold, value } kind = Kind::automatic;
   Decimal value = 0;
@@ -113,7 +113,7 @@ void VisitFields(const OnFault*, Visit visit) {
   visit(Field<&OnFault::value>());
 }
 
-/// The value of a twin's point: a fixed value, or a slow wave between two numbers.
+/// The value of a point of a simulated device: a fixed value, or a slow wave between two numbers.
 struct Simulate {
   double low = 0;
   double high = 0;
@@ -127,12 +127,12 @@ void VisitFields(const Simulate*, Visit visit) {
   visit(Field<&Simulate::text>());
 }
 
-/// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE, for: VALUE }`. While that
-/// point has another value, or no good value, writes are refused.
+/// An interlock: `allow_when: { point: LINE.DEVICE.POINT, is: VALUE, for: VALUE }`. Writes are
+/// refused while the point LINE.DEVICE.POINT has another value, or no good value.
 struct AllowWhen {
   std::string point;  ///< as written
-  Value is;           ///< has that point's type after ResolveInterlocks; before: as written
-  Value only{};       ///< the interlock applies only to writes of this value; empty: to all writes
+  Value is;           ///< the required value; before ResolveInterlocks it is a text as written
+  Value only{};       ///< if set, the interlock applies only to writes of this value
   std::uint32_t device = 0;  ///< number of the device over all lines, see FirstDevice
   std::uint32_t index = 0;   ///< index into that device's points
   Mark mark{};
@@ -151,20 +151,20 @@ void VisitFields(const AllowWhen*, Visit visit) {
   visit(Derived<&AllowWhen::mark>());
 }
 
-/// The limits of writes to a point, in units of its value; a write outside them is not sent. For a
-/// read-only point, `min` and `max` are its measuring range.
+/// The limits of writes to a point, in units of its value; a write outside the limits is not sent.
+/// For a read-only point, `min` and `max` are its measuring range.
 struct Writing {
   /// True if `access` contains w, and the device has `write: allow` or names the point.
   bool allowed = false;
-  bool select = false;  ///< a write needs a selection at most `select_time` before
+  bool select = false;  ///< a write needs a selection that is at most `select_time` old
   std::optional<Decimal> min;
   std::optional<Decimal> max;
   Shared<std::string> min_point;  ///< `min: NAME`: the point of the device that contains the limit
   Shared<std::string> max_point;
-  std::optional<Decimal> step;  ///< only multiples of it are allowed, counted from 0
+  std::optional<Decimal> step;  ///< only multiples of this number are allowed, counted from 0
   std::optional<int> decimals;  ///< digits after the decimal point that the device accepts
   Duration select_time = std::chrono::seconds(10);
-  std::vector<AllowWhen> allow_when;  ///< all must be fulfilled
+  std::vector<AllowWhen> allow_when;  ///< interlocks, which must all be fulfilled
 };
 
 template <typename Visit>
@@ -181,7 +181,8 @@ void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::allow_when>{.help = "an interlock, or a list of them, below"});
 }
 
-/// A large gateway has 100,000 points, so the small members are side by side.
+/// A point as configured. A large gateway has 100,000 points, so the small members are side by
+/// side.
 struct Point {
   std::string name;
   std::string read;   ///< address in the form of the protocol, which checks it
@@ -193,16 +194,17 @@ struct Point {
   Group group = Group::fast;
   Recheck recheck = Recheck::off;
   Table table = Table::registers;
-  std::optional<std::uint16_t> modbus;  ///< 0-based PDU address; nothing: not on Modbus
-  std::size_t text_length = 0;          ///< length in bytes of string(n)
+  /// The 0-based PDU address. Nothing: the point is not on Modbus.
+  std::optional<std::uint16_t> modbus;
+  std::size_t text_length = 0;  ///< length in bytes of string(n)
   Writing writing;
   std::optional<Duration> poll;  ///< the point's own period; then `group` is one of Group::own
   Decimal scale = 1;             ///< value = raw * scale + offset
   Decimal offset = 0;
   std::vector<Sentinel> sentinels;  ///< compared with the raw value
   OnFault on_fault;
-  /// A reading that differs from the previous by more than this must be confirmed by a second
-  /// reading; in units of the value. Empty: the gateway decides from earlier values
+  /// A reading that differs from the previous reading by more than this number, in units of the
+  /// value, must be confirmed by a second reading. Empty: the gateway decides from earlier values
   /// (gateway/bus/points/readings.h).
   std::optional<Decimal> jump;
   Decimal deadband = 0;  ///< DDS: smaller changes are not published; in units of the value

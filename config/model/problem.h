@@ -1,6 +1,6 @@
 // `Problems` collects the errors and warnings of a configuration with their places, while files are
-// read. The readers of config/ add them, gateway/tools/cli/offline/check.h prints them. Mark is a
-// place in a file, and Keys has the places of one map's keys.
+// read. The readers of config/ add problems, gateway/tools/cli/offline/check.h prints them. Mark is
+// a place in a file, and Keys contains the places of one map's keys.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@
 
 namespace baudgate::config {
 
-/// A place in a file, for messages: "file:line:column". Line 0: not from a file.
+/// A place in a file, for messages: "file:line:column". Line 0: the place is not in a file.
 struct Mark {
   Shared<std::string> file;
   int line = 0;
@@ -57,11 +57,12 @@ class Problems {
  public:
   static constexpr std::size_t kMost = 500;
 
-  /// Registers a key whose value no message may show, even if a typing error merges key and value
-  /// into one text.
+  /// Registers a key whose value must not appear in any message, even if a typing error merges key
+  /// and value into one text.
   void AddSecret(std::string_view key) { secrets_.emplace(key); }
   bool IsSecret(const std::string& key) const { return secrets_.contains(key); }
-  /// Returns QuotedKey. If the text begins with a secret key, the part behind that key is hidden.
+  /// Returns QuotedKey(key). If the text begins with a secret key, the part behind that key is
+  /// hidden.
   std::string ShownKey(const std::string& key) const;
 
   void Error(const Mark& mark, std::string message) { Add(mark, std::move(message), false); }

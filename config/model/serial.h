@@ -1,4 +1,4 @@
-// `SerialSettings` has the settings of a serial port.
+// `SerialSettings` contains the settings of a serial port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,14 +14,13 @@ namespace baudgate::config {
 
 enum class Parity : std::uint8_t { none, even, odd, mark, space };
 
-/// Returns 'N', 'E', 'O', 'M' or 'S'.
 char LetterOf(Parity parity);
-/// Accepts upper and lower case; empty: no parity has this letter.
+/// Accepts upper and lower case. Returns nothing if no parity has this letter.
 std::optional<Parity> ParityOf(char letter);
 
 struct Rs485 {
   bool enabled = false;          ///< true if the key `rs485` is present
-  Duration delay_before_send{};  ///< whole milliseconds only, as the driver needs
+  Duration delay_before_send{};  ///< whole milliseconds, because drivers support nothing else
   Duration delay_after_send{};
   bool rts_active_high = true;
   bool receive_while_sending = false;
@@ -43,7 +42,7 @@ inline constexpr int kFastestBaud = 921'600;
 
 struct SerialSettings {
   int baud = 9600;    ///< bit/s; non-standard rates are allowed
-  int data_bits = 8;  ///< 7 or 8; clients of serial_server may also set 5 and 6
+  int data_bits = 8;  ///< 7 or 8; clients of serial_server can also set 5 and 6
   Parity parity = Parity::none;
   int stop_bits = 1;  ///< 1 or 2
   /// The port supports 8N1 only, so the gateway makes and checks parity.
@@ -55,7 +54,8 @@ struct SerialSettings {
 
   /// The bit rate of a protocol that runs only over networks. It is high enough to delay nothing.
   static constexpr int kNoWire = 4'000'000;
-  /// False: there are no serial settings to check.
+  /// False for a protocol that runs only over networks, so that there are no serial settings to
+  /// check.
   bool on_wire() const { return baud != kNoWire; }
   int BitsPerCharacter() const {
     return 1 + data_bits + (parity == Parity::none ? 0 : 1) + stop_bits;

@@ -12,7 +12,7 @@ constexpr std::size_t kReply = 1;
 constexpr std::size_t kGap = 2;
 constexpr std::size_t kCeiling = 3;
 
-/// The number of pauses in 256 bytes that come in packets of 16.
+/// The number of pauses between packets of 16 bytes in a frame of 256 bytes.
 constexpr int kPauses = 16;
 constexpr Duration kMostForPauses = 5s;
 

@@ -1,5 +1,5 @@
-// `Timing` has the named times of a line and its devices (docs/timeouts.md), and the source of
-// each. Recheck selects the readings that need a second reading.
+// `Timing` contains the named times of a line and its devices (docs/timeouts.md), and the source of
+// each time. Recheck selects the readings that need a second reading.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,11 +15,11 @@
 
 namespace baudgate::config {
 
-// When a reading counts only after a second reading (docs/timeouts.md).
+// Recheck selects the readings that count only after a second reading (docs/timeouts.md).
 enum class Recheck : std::uint8_t {
   off,
-  jump,   ///< if it differs from the previous one by more than the point's jump
-  always  ///< every reading
+  jump,  ///< readings that differ from the previous reading by more than the point's jump
+  always
 };
 
 /// The shortest poll period: a request and its reply at 115200 bit/s, and the delay of a USB
@@ -30,7 +30,8 @@ inline constexpr Duration kShortestPoll = std::chrono::milliseconds(5);
 /// that it needs this time.
 enum class Level : std::uint8_t { protocol, gateway, line, profile, device, learned };
 
-/// The named times of a line (docs/timeouts.md). Nothing: the next lower level decides.
+/// The named times of a line (docs/timeouts.md). A time without a value comes from the next lower
+/// level.
 struct Timing {
   std::optional<Duration> quiet;
   std::optional<Duration> reply;
@@ -43,8 +44,8 @@ struct Timing {
   bool operator==(const Timing&) const = default;
 };
 
-/// Returns `timing` with each time that is shorter than in `least` replaced by that of `least`. A
-/// longer reply time lengthens the ceiling by the same amount.
+/// Returns `timing` with each time that is shorter than in `least` replaced by the time of `least`.
+/// A longer reply time lengthens the ceiling by the same amount.
 Timing Lengthen(const Timing& timing, const Timing& least);
 
 template <typename Visit>
@@ -78,7 +79,7 @@ inline constexpr std::array<NamedTime, 5> kNamedTimes = [] {
 /// no source in brackets.
 std::string TimesText(const Timing& timing);
 
-/// Returns for each time that of `first` if present, else that of `second`.
+/// Returns each time of `first` if it is present, else the time of `second`.
 Timing Merge(const Timing& first, const Timing& second);
 
 /// Like Merge for device, profile and line, in this order; but reply, gap and ceiling are the
@@ -86,13 +87,13 @@ Timing Merge(const Timing& first, const Timing& second);
 /// serial server.
 Timing MergeDevice(const Timing& device, const Timing& profile, const Timing& line);
 
-/// Returns the times in use: `given` over `fallback`, which has all times. If `given` has a longer
-/// reply or gap but no ceiling, the ceiling grows accordingly; it is never shorter than reply and
-/// gap together.
+/// Returns the times in use: the times of `given`, else of `fallback`, which has all times. Without
+/// a given ceiling, the ceiling changes with a given reply time, and grows with a longer gap. It is
+/// never shorter than reply and gap together.
 Timing Resolve(const Timing& given, const Timing& fallback);
 
-/// The settings for polling that gateway, line, profile and device can have. Nothing: the next
-/// lower level decides.
+/// The settings for polling that gateway, line, profile and device can have. A setting without a
+/// value comes from the next lower level.
 struct Pace {
   Timing timing;
   std::optional<int> retries;
@@ -117,7 +118,7 @@ void VisitFields(const Pace*, Visit visit) {
   visit(Field<&Pace::timing>{.help = "a map of named times, below"});
 }
 
-/// Returns for each key the setting of `first` if present, else that of `second`.
+/// Returns each setting of `first` if it is present, else the setting of `second`.
 Pace Merge(const Pace& first, const Pace& second);
 
 }  // namespace baudgate::config

@@ -51,7 +51,7 @@ std::string Allowed(std::int64_t least, std::int64_t most) {
   return "allowed: " + std::to_string(least) + "…" + std::to_string(most);
 }
 
-/// Accepts a single value that does not have leading zeros.
+/// Returns true if the node is a single value without a leading zero; else reports a problem.
 bool ExpectNumber(const YamlNode& node, const std::string& what, Problems& problems) {
   if (!ExpectScalar(node, what, problems)) return false;
   const std::string why = WhyLeadingZero(node.text());
@@ -299,7 +299,7 @@ void MapReader::Finish() {
     if (std::find(allowed.begin(), allowed.end(), entry.key) != allowed.end()) continue;
     if (entry.key == kMerge) continue;  // already reported by ReadEntries
     const Mark mark = entry.value.source()->MarkAt(entry.place);
-    // "{ password: SEC,RET }" contains a key RET, which is part of the secret.
+    // RET in "{ password: SEC,RET }" is a key without a value, and a part of the secret.
     if (problems_.IsSecret(behind) && entry.value.kind() == YamlNode::Kind::null) {
       problems_.Error(mark, "a key without a value follows '" + behind + "' in " + what_ +
                                 "; put a value that contains a comma in quotes");

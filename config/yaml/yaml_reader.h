@@ -22,7 +22,7 @@ namespace baudgate::config {
 
 struct Entry {
   std::string key;
-  Position place;  ///< place of the key
+  Position place;
   YamlNode value;
 };
 
@@ -47,12 +47,11 @@ std::optional<std::int64_t> ReadInteger(const YamlNode& node, const std::string&
                                         std::int64_t least, std::int64_t most, Problems& problems);
 std::optional<Duration> ReadDuration(const YamlNode& node, const std::string& what, Duration least,
                                      Duration most, Problems& problems);
-/// Returns the index in `allowed`.
+/// Reads one of the words `allowed`, and returns its index there.
 std::optional<std::size_t> ReadChoice(const YamlNode& node, const std::string& what,
                                       std::span<const std::string_view> allowed,
                                       Problems& problems);
 
-/// Reads a text and converts it with `parse`, which returns a Result.
 template <typename Parse>
 auto ReadParsed(const YamlNode& node, const std::string& what, Problems& problems, Parse parse)
     -> std::optional<std::remove_cvref_t<decltype(parse(std::string()).value())>> {
@@ -75,15 +74,16 @@ auto ReadWord(const YamlNode& node, const std::string& what, const Words& words,
   return words[*index].meaning;
 }
 
-/// Assigns the value if there is one; otherwise `target` stays. True: there was one.
+/// Assigns `value` to `target` if it is present; else `target` stays. Returns whether it is
+/// present.
 template <typename T, typename U>
 bool Assign(T& target, std::optional<U> value) {
   if (value) target = std::move(*value);
   return value.has_value();
 }
 
-/// Reads a map key by key. Each requested key becomes an allowed key; Finish reports all other
-/// keys.
+/// MapReader reads a map key by key. Each requested key becomes an allowed key; Finish reports all
+/// other keys.
 class MapReader {
  public:
   /// `what` names the map in messages: "line 'bay-1'".
@@ -96,12 +96,12 @@ class MapReader {
   bool Has(std::string_view key) const { return Find(key) != nullptr; }
   Problems& problems() const { return problems_; }
 
-  /// Returns the value of `key`; nothing if the key is absent or has no value (the latter is a
-  /// problem).
+  /// Returns the value of `key`; nothing if the key is absent, or has no value, which is reported
+  /// as a problem.
   std::optional<YamlNode> Get(std::string_view key);
   /// Like Get; an absent key is a problem.
   std::optional<YamlNode> Need(std::string_view key, std::string_view example);
-  /// Reports `message` if the key is present: it is a known key that is not allowed in this map.
+  /// Reports `message` if the key is present, because the key is not allowed in this map.
   void Refuse(std::string_view key, const std::string& message);
   /// Allows all keys, because the protocol that defines them is unknown.
   void AllowAll() { allow_all_ = true; }
@@ -153,7 +153,7 @@ class MapReader {
     return std::nullopt;
   }
   /// Reads the keys of these fields of `its`, in this order. Absent keys leave their members
-  /// unchanged. True: all keys were present.
+  /// unchanged. Returns true if all keys were present and valid.
   template <auto... kMembers, typename T>
   bool Read(T& its) {
     bool given = true;
@@ -177,7 +177,6 @@ class MapReader {
     });
   }
 
-  /// Reports every key that was not requested.
   void Finish();
 
  private:

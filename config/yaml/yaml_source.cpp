@@ -21,7 +21,8 @@ constexpr std::size_t kLargestText = std::size_t{16} << 20U;
 bool IsContinuation(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 // Returns a hint for values that begin with a character that has a meaning in YAML (comment, alias,
-// reserved): such protocol addresses need quotes, which the parser's message does not tell.
+// reserved). Protocol addresses with such a character need quotes, but the parser's message does
+// not say so.
 std::string QuotingHint(const Source& source, int last_line) {
   for (int line = 1; line <= last_line; ++line) {
     const std::string_view text = source.Line(line);
@@ -61,7 +62,7 @@ class DocumentStarts final : public YAML::EventHandler {
   void OnMapEnd() override {}
 };
 
-// Returns the only document of the text. YAML::LoadAll is not used, because a comma behind a value
+// Returns the only document of the text. YAML::LoadAll cannot be used: a comma behind a value
 // ("{ a: 1 },") makes it produce documents without end, until memory is exhausted.
 std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems) {
   std::istringstream in(source.text());
@@ -83,8 +84,8 @@ std::optional<YAML::Node> OnlyDocument(const Source& source, Problems& problems)
   return std::nullopt;
 }
 
-// yaml-cpp quotes names of anchors, and an unquoted password may look like an anchor, so the
-// quotation is removed.
+// Removes the quotation from a message of yaml-cpp, because yaml-cpp quotes names of anchors, and
+// an unquoted password can look like an anchor.
 std::string WithoutQuotation(const std::string& message) {
   return message.substr(0, message.find(": "));
 }

@@ -1,6 +1,6 @@
 // `YamlNode` is a node of a parsed YAML text together with its place. The text comes from a file or
 // from memory; config/yaml_reader reads the nodes. ParseYaml catches the exceptions of parsing;
-// later access to a node may still throw.
+// later access to a node can still throw.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@
 
 namespace baudgate::config {
 
-/// A place in a source, counted from 1; 0: none.
+/// A place in a source, counted from 1; 0: unknown.
 struct Position {
   int line = 0;
   int column = 0;
@@ -58,7 +58,7 @@ class YamlNode {
   Kind kind() const;
   /// Returns the text of a scalar as written, without quotes.
   const std::string& text() const { return node_.Scalar(); }
-  /// Returns the place of the value; if there is no value, that of its key.
+  /// Returns the place of the value; if there is no value, the place of its key.
   Position place() const { return place_; }
   Mark mark() const { return source_->MarkAt(place_); }
 
@@ -71,8 +71,8 @@ class YamlNode {
   Position place_;
 };
 
-/// Parses `text` and returns its root, or nothing and reports one problem. Texts beyond 16 MiB are
-/// refused; yaml-cpp refuses nesting beyond a few hundred levels.
+/// Parses `text` and returns its root; on an error reports one problem and returns nothing. Texts
+/// beyond 16 MiB are refused; yaml-cpp refuses nesting beyond a few hundred levels.
 std::optional<YamlNode> ParseYaml(std::string name, std::string text, Problems& problems);
 
 /// Returns the content of a file; an error if it cannot be read or exceeds 16 MiB.

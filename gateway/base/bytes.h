@@ -55,7 +55,6 @@ class ByteReader {
     if (!raw) return std::nullopt;
     return std::bit_cast<float>(*raw);
   }
-  /// Returns `count` bytes from `at`, or nothing if the frame is shorter.
   std::optional<View> Slice(std::size_t at, std::size_t count) const {
     if (at > bytes_.size() || count > bytes_.size() - at) return std::nullopt;
     return bytes_.subspan(at, count);

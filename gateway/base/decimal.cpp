@@ -92,7 +92,6 @@ struct Decimal::Wide {
       --exponent;
     }
   }
-  /// Drops the last digit. With `round`, a last digit of 5 or more rounds up.
   void DropDigit(bool round) {
     const auto last = static_cast<unsigned>(digits % 10);
     digits = digits / 10 + (round && last >= 5 ? 1 : 0);

@@ -22,25 +22,25 @@ namespace baudgate {
 /// True if the character at place `at` is a comma between two digits.
 bool IsDecimalComma(std::string_view text, std::size_t at);
 
-/// Returns "1.5s" for "1,5s"; an empty text unless the text has exactly one comma, between two
-/// digits.
+/// Replaces a decimal comma by a point: returns "1.5s" for "1,5s". Returns an empty text unless the
+/// text has exactly one comma, between two digits.
 std::string WithDecimalPoint(std::string_view text);
 
-// Leading zeros: 010 is 10 in YAML 1.2, and 8 in YAML 1.1.
+// A number with a leading zero is ambiguous: 010 is 10 in YAML 1.2, and 8 in YAML 1.1.
 
 /// Returns why `number` is refused for its leading zero; an empty text if it has no leading zero. A
-/// sign may stand before the digits, and a fraction or a unit behind them: "-010", "00.5", "05s".
+/// sign can stand before the digits, and a fraction or a unit behind them: "-010", "00.5", "05s".
 /// The caller puts the number in front of the text: "010 " + "has a leading zero: it is 10 in YAML
 /// 1.2, and 8 in YAML 1.1; write 10 or 8".
 std::string WhyLeadingZero(std::string_view number);
 
-/// Refuses `text` if a number in it has a leading zero. Checked are numbers directly behind one of
-/// the characters `behind` ('^' stands for the beginning of the text), and all bit numbers:
-/// "[b03]", "[b0-b03]". The error names the number.
+/// Returns an error if a number in `text` has a leading zero. Only two kinds of numbers are
+/// checked: numbers directly behind one of the characters `behind` ('^' stands for the beginning of
+/// the text), and bit numbers ("[b03]", "[b0-b03]"). The error names the number.
 Status RefuseLeadingZeros(std::string_view text, std::string_view behind);
 
-/// Sums and products are exact if their digits fit into 64 bits; longer ones are rounded to 19
-/// digits, two more than a double has.
+/// Sums and products of Decimals are exact if their digits fit into 64 bits; longer results are
+/// rounded to 19 digits, two more than a double has.
 class Decimal {
  public:
   constexpr Decimal() = default;
@@ -51,7 +51,7 @@ class Decimal {
     for (; digits_ != 0 && digits_ % 10 == 0; digits_ /= 10) ++exponent_;
   }
   constexpr Decimal(bool number) : digits_(number ? 1 : 0) {}
-  /// Takes the shortest decimal that reads back as this double. The double must be finite.
+  /// Takes the shortest decimal number that reads back as `number`, which must be finite.
   Decimal(double number);
 
   /// Reads "-12.50", "+7", "1e30", or a whole number without a sign in hex: "0xFFFF".
@@ -60,17 +60,17 @@ class Decimal {
   static std::optional<Decimal> Of(const Value& value);
 
   double ToDouble() const;
-  /// Returns all digits ("12.5"); numbers from 1e-6 to 1e21 have no exponent.
+  /// Returns the number with all its digits ("12.5"), without an exponent from 1e-6 to 1e21.
   std::string ToText() const;
   /// Returns an integer if the number is whole and fits into 64 bits, else a double.
   Value ToValue() const;
-  /// Rounds halves away from 0. Returns nothing beyond 64 bits.
+  /// Rounds halves away from 0. Returns nothing if the result does not fit into 64 bits.
   std::optional<std::int64_t> ToInt64() const;
   std::optional<std::uint64_t> ToUint64() const;
 
   bool is_negative() const { return is_negative_; }
   bool is_whole() const;
-  /// The only multiple of 0 is 0.
+  /// If `step` is 0, only 0 is a multiple.
   bool IsMultipleOf(const Decimal& step) const;
   /// Returns this number times 10 to the power of `places`.
   Decimal Shifted(int places) const;
@@ -80,7 +80,7 @@ class Decimal {
   /// `b` must not be 0.
   friend Decimal operator/(const Decimal& a, const Decimal& b);
   friend Decimal operator-(const Decimal& a, const Decimal& b) { return a + -b; }
-  /// True if `exact`, rounded to as many digits as this number has, equals this number.
+  /// True if `exact` differs from this number by at most half a unit of this number's last digit.
   bool IsRounded(const Decimal& exact) const;
   Decimal operator-() const;
   Decimal& operator*=(const Decimal& other) { return *this = *this * other; }
@@ -108,12 +108,12 @@ class Decimal {
 /// `number` unchanged if it is not a float32, or has no more than nine digits already (1834523.25).
 double AsDecimal(double number);
 
-/// Returns the float32 nearest to `number`, as the decimal number that this float32 stands for:
-/// 16777216 for 16777217. Returns infinity for a number beyond the range of float32.
+/// Returns the float32 nearest to `number`, as the decimal number that this float32 stands for.
+/// Example: 16777216 for 16777217. Returns infinity for a number beyond the range of float32.
 double NearestSingle(double number);
 
-/// True if `said`, a value from a device, is the number `written` by a person. For example, the
-/// float32 999.9000244140625 counts as 999.9.
+/// True if `said`, a value from a device, equals `written`, a number that a person has entered.
+/// Example: the float32 999.9000244140625 equals 999.9.
 bool IsMeant(const Value& said, const Decimal& written);
 
 inline Decimal Abs(const Decimal& number) { return number.is_negative() ? -number : number; }

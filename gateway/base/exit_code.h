@@ -6,7 +6,7 @@ namespace baudgate {
 
 inline constexpr int kExitDone = 0;
 inline constexpr int kExitUsage = 2;
-inline constexpr int kExitBadConfiguration = 3;  ///< the configuration or a profile is bad
-inline constexpr int kExitCanNot = 4;            ///< a file, a port or the machine refuses
+inline constexpr int kExitBadConfiguration = 3;
+inline constexpr int kExitCanNot = 4;  ///< a file, a port or the machine refuses
 
 }  // namespace baudgate

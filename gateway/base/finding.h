@@ -1,5 +1,5 @@
 // `Finding` describes what came on the wire in one exchange, for `baudgate status`. `Outcome` is
-// how the exchange ended; `Symptom` is what came in place of a good reply, or beside it.
+// how the exchange ended; `Symptom` is what came in place of a good reply, or together with it.
 // gateway/diagnosis/damage/examine.h makes findings, gateway/bus/points/findings.h stores them, and
 // gateway/diagnosis/causes/diagnose.h puts them into words.
 // SPDX-License-Identifier: Apache-2.0
@@ -19,12 +19,12 @@
 namespace baudgate {
 
 enum class Symptom : std::uint8_t {
-  // A good reply came. "Also" below means: together with the good reply.
-  clean,          ///< nothing else came
-  refusal,        ///< the reply refuses the request, or asks to wait
-  doubted,        ///< the reply was not used, because it may answer an earlier request
-  no_number,      ///< the reply has no number where a number belongs; `cause`: what it has in that
-                  ///< place
+  // For these symptoms, a good reply came. "Also" below means: together with the good reply.
+  clean,    ///< only the good reply came
+  refusal,  ///< the good reply refuses the request, or asks to wait
+  doubted,  ///< the reply was not used, because it may answer an earlier request
+  /// The reply has no number where a number belongs; `cause`: what it has in that place.
+  no_number,
   few_beside,     ///< one to three stray bytes came also; they may mean nothing
   noise_before,   ///< stray bytes came also, before the reply
   noise_behind,   ///< stray bytes came also, behind the reply
@@ -33,33 +33,38 @@ enum class Symptom : std::uint8_t {
   device_beside,  ///< a whole reply of another device came also
   copies,         ///< the reply came more than once
   others_beside,  ///< a second reply with another content came also
-  // No good reply came, or none that could be used.
-  silence,     ///< not a byte came
-  echo,        ///< only the request itself came back
-  late,        ///< a whole reply came after the reply time
-  split,       ///< a whole reply came, with a pause inside that is longer than `gap`
-  head_lost,   ///< a reply without its beginning; `cause`: empty (one byte is missing), "a few"
-               ///< (several are missing), "garbled" (the first byte is wrong)
-  end_lost,    ///< a reply without its last byte; `cause`: "garbled" if the last byte came, but is
-               ///< wrong
-  tail_lost,   ///< only the beginning of a reply
-  bytes_lost,  ///< the beginning and the end of a reply, with one or two bytes missing; `cause`: as
-               ///< for other_form, if the reply is a text
+  // For these symptoms, no good reply came, or none that could be used.
+  silence,
+  echo,   ///< only the request itself came back
+  late,   ///< a whole reply came after the reply time
+  split,  ///< a whole reply came, with a pause inside that is longer than `gap`
+  /// A reply without its beginning; `cause`: empty (one byte is missing), "a few" (several are
+  /// missing), "garbled" (the first byte is wrong).
+  head_lost,
+  /// A reply without its last byte; `cause`: "garbled" if the last byte came, but is wrong.
+  end_lost,
+  tail_lost,  ///< only the beginning of a reply
+  /// The beginning and the end of a reply, with one or two bytes missing between them; `cause`: as
+  /// for other_form, if the reply is a text.
+  bytes_lost,
   bytes_added,  ///< a reply with one or two bytes too many
-  bad_check,   ///< a reply of the right form and length with a wrong check value; `cause`: "a text"
-               ///< for a text, in which a character may be missing
-  eighth_bit,  ///< a whole reply after the eighth bit of its characters is cleared
-  other_setting,   ///< a reply that is whole if the device is configured in another way
-  other_protocol,  ///< messages of another protocol
-  other_device,    ///< a whole reply of another device
-  other_master,    ///< a request that this gateway has not sent
-  one_behind,      ///< the reply to the previous request, within the reply time; `cause`: "lags" if
-                   ///< each reply waits for the next request
-  same_again,  ///< the same bytes that came to other requests; `cause`: the bytes, if they are a
-               ///< text
-  late_echo,   ///< a request of this gateway, long after it was sent; `cause`: kOwnRequest if it is
-               ///< a part of the current request
-  late_other,  ///< the late reply of another device of the line
+  /// A reply of the right form and length with a wrong check value; `cause`: "a text" for a text,
+  /// in which a character may be missing.
+  bad_check,
+  eighth_bit,     ///< a whole reply after the eighth bit of its characters is cleared
+  other_setting,  ///< a reply that would be whole if the device were configured in another way
+  other_protocol,
+  other_device,  ///< a whole reply of another device
+  other_master,  ///< a request that this gateway has not sent
+  /// The reply to the previous request, within the reply time; `cause`: "lags" if each reply waits
+  /// for the next request.
+  one_behind,
+  /// The same bytes that came to other requests; `cause`: the bytes, if they are a text.
+  same_again,
+  /// A request of this gateway came back long after it was sent; `cause`: kOwnRequest if it is a
+  /// part of the current request.
+  late_echo,
+  late_other,   ///< the late reply of another device of the line
   other_reply,  ///< a whole reply to another request
   two_replies,  ///< two different whole replies to one request
   odd,          ///< a whole reply whose content does not fit its request
@@ -72,30 +77,30 @@ enum class Symptom : std::uint8_t {
 };
 inline constexpr std::size_t kSymptoms = static_cast<std::size_t>(Symptom::noise) + 1;
 
-/// The `cause` of noise_before and late_echo if a part of the request came back.
+/// The `cause` of a Finding with noise_before or late_echo if a part of the request came back.
 inline constexpr std::string_view kOwnRequest = "our own request";
 
-/// The `idle` of the first request after a port was opened.
+/// The `idle` of the Finding for the first request after a port was opened.
 inline constexpr Duration kLongIdle = Duration::max();
 
 struct Finding {
   Symptom symptom = Symptom::clean;
-  /// late: time from the end of the request to the reply; split: length of the pause.
+  /// For late: time from the end of the request to the reply. For split: length of the pause.
   Duration time{};
   Duration idle{};  ///< how long the line was silent before the request; kLongIdle: unknown
   std::size_t bytes = 0;
   std::size_t expected = 0;  ///< length of the longest good reply; 0: unknown
-  /// Which of kSpecialBytes came, one bit each, because converters that are not transparent change
-  /// these bytes; and kHighBit, kEvenByte, kOddByte.
+  /// The kSpecialBytes that came, one bit each (converters that are not transparent change these
+  /// bytes), and the bits kHighBit, kEvenByte and kOddByte.
   std::uint8_t specials = 0;
-  std::uint8_t asked = 0;  ///< which of kSpecialBytes the request contained, one bit each
-  /// Words or a detail, by symptom: "Modbus RTU frames come", "slave 7 answers". text: the text
-  /// itself; refusal and odd: the reason; noise_before, noise_behind, few_beside: the bytes around
-  /// the reply, "10 02 ... 10 03"; eighth_bit: "mark" if the bit is always 1.
+  std::uint8_t asked = 0;  ///< the kSpecialBytes that the request contained, one bit each
+  /// A detail whose meaning depends on the symptom: "Modbus RTU frames come", "slave 7 answers".
+  /// text: the text itself; refusal and odd: the reason; noise_before, noise_behind, few_beside:
+  /// the bytes around the reply, "10 02 ... 10 03"; eighth_bit: "mark" if the bit is always 1.
   std::string cause{};
   std::string remedy{};  ///< what to do: "set protocol: modbus_rtu at the line"; may be empty
   Outcome outcome = Outcome::none;
-  bool ended = false;  ///< silence: the server closed the connection instead of answering
+  bool ended = false;  ///< for silence: the server closed the connection instead of answering
 };
 
 constexpr std::string_view Name(Symptom symptom) {
@@ -116,7 +121,7 @@ constexpr std::string_view Name(Symptom symptom) {
 inline constexpr std::uint8_t kSpecialBytes[] = {0x0A, 0x0D, 0x11, 0x13, 0xFF};
 
 inline constexpr std::uint8_t kAllSpecials = (1U << std::size(kSpecialBytes)) - 1;
-/// The bits of the flow control bytes XON and XOFF.
+/// The bits of kAllSpecials that stand for XON and XOFF.
 inline constexpr std::uint8_t kFlowBytes = 0b01100;
 static_assert(kSpecialBytes[2] == 0x11 && kSpecialBytes[3] == 0x13);
 
@@ -129,9 +134,10 @@ inline std::uint8_t SpecialsOf(View bytes) {
   return static_cast<std::uint8_t>(bits);
 }
 
-/// A byte above 0x7F came, or none can come because the protocol has seven-bit characters.
+/// A bit of Finding::specials: a byte above 0x7F came, or the protocol has only seven-bit bytes.
 inline constexpr std::uint8_t kHighBit = 0x80;
-/// A byte came whose number of ones is even, or odd. Bytes 00 and FF do not count.
+/// Bits of Finding::specials: a byte with an even (odd) number of ones came. Bytes 00 and FF do not
+/// count.
 inline constexpr std::uint8_t kEvenByte = 0x40;
 inline constexpr std::uint8_t kOddByte = 0x20;
 

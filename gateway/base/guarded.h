@@ -1,6 +1,6 @@
-// `Mutex` is a mutex for members that name it: `Counters counters_ BAUDGATE_GUARDED_BY(mutex_);` A
-// build with clang refuses code that reads or writes such a member without the lock; gcc ignores
-// the marks.
+// `Mutex` is a mutex that the members it guards must name: `Counters counters_
+// BAUDGATE_GUARDED_BY(mutex_);`. A build with clang refuses code that reads or writes such a member
+// without the lock; gcc ignores the marks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,7 +44,7 @@ class BAUDGATE_THREAD_MARK(scoped_lockable) MutexLock {
 
   /// Releases the mutex until `changed` is notified, or spuriously.
   void Wait(std::condition_variable& changed) { changed.wait(lock_); }
-  /// As Wait, but until `when` at the latest. False: the time `when` has come.
+  /// Like Wait, but returns at `when` at the latest. Returns false if `when` has come.
   bool WaitUntil(std::condition_variable& changed, Instant when) {
     return changed.wait_until(lock_, when) == std::cv_status::no_timeout;
   }

@@ -48,8 +48,8 @@ std::string LineOf(Level level, const std::string& text) {
                      kLevels[static_cast<std::size_t>(level)], text);
 }
 
-/// If the journal does not accept a line now, the line goes to standard error with its priority
-/// ("<4>text"). Before Begin, which only tests leave out, lines go to standard output.
+/// Prints a line. If the journal does not accept the line now, it goes to standard error with its
+/// priority ("<4>text"). Before Begin, which only tests leave out, lines go to standard output.
 void Print(Level level, const About& about, const std::string& text) {
   if (level < g_least || (g_journal && g_journal->Send(level, about, text))) return;
   std::string line =
@@ -76,7 +76,7 @@ void PrintRepeats(Repeats (Folder::*take)(Instant)) {
   PrintRepeats(repeats);
 }
 
-/// Writes repeats when their minute is over, even if no other text is logged then.
+/// Teller writes repeats when their minute is over, even if no other text is logged then.
 class Teller {
  public:
   Teller() {
@@ -99,7 +99,6 @@ std::string Whole(const About& about, const std::string& text) {
          (about.device.empty() ? "" : "device " + about.device + ": ") + text;
 }
 
-/// Prints or holds back a text. Repeats that are due are printed first.
 void PrintOrHold(const std::string* key, Level level, const About& about, const std::string& text) {
   Repeats due;
   bool passed = false;

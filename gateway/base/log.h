@@ -16,9 +16,9 @@ namespace baudgate::log {
 
 enum class Level { debug, info, warning, error };
 
-/// The line and device of a text. They precede the text ("line bay: device relay: offline"), and
-/// are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, a name of outcome.h, is in the
-/// journal only.
+/// The line and device that a log text is about. They precede the text ("line bay: device relay:
+/// offline"), and are fields in the journal (LINE=, DEVICE=, OUTCOME=). `outcome`, a name of
+/// outcome.h, is in the journal only.
 struct About {
   std::string line{};
   std::string device{};
@@ -34,11 +34,11 @@ void Begin(Level least, const std::string& socket = "/run/systemd/journal/socket
 /// Sets the lowest level that is written, for example while a live table is shown.
 void SetLeast(Level least);
 
-/// Thread-safe.
+/// Writes a text, or counts it if it is a repeat. Thread-safe.
 void Write(Level level, const std::string& text);
 void Write(Level level, const About& about, const std::string& text);
-/// Texts with the same key count as repeats of each other; of the held back texts the last is
-/// written.
+/// Texts with the same key count as repeats of each other. When a minute is over, the last of the
+/// repeats is written.
 void Write(Level level, const std::string& key, const std::string& text);
 /// Writes the text even if it is a repeat, because every act of a person counts.
 void WriteAct(Level level, const std::string& text);
@@ -53,8 +53,8 @@ void Flush();
 /// Returns the number of lines that neither the journal nor standard error took in time.
 std::uint64_t Dropped();
 
-/// Writes all held back repeats now, so that a log that ends here ends with the current state.
-/// Thread-safe.
+/// Writes all repeats that were held back, so that a log that ends here ends with the current
+/// state. Thread-safe.
 void TellRepeats();
 
 template <typename... Args>
@@ -81,8 +81,8 @@ template <typename... Args>
 void Act(Level level, fmt::format_string<Args...> form, Args&&... args) {
   WriteAct(level, fmt::format(form, std::forward<Args>(args)...));
 }
-/// For a text that differs every time, for example by the port of a client: `key` decides what is a
-/// repeat.
+/// Writes a warning whose text differs every time, for example by the port of a client. Warnings
+/// with the same `key` count as repeats.
 template <typename... Args>
 void WarnFolded(const std::string& key, fmt::format_string<Args...> form, Args&&... args) {
   Write(Level::warning, key, fmt::format(form, std::forward<Args>(args)...));

@@ -19,7 +19,8 @@
 namespace baudgate::log {
 namespace {
 
-/// A value of several lines has its length in place of '=': eight bytes, least significant first.
+/// Appends one field. A value of several lines has its length in place of '=': eight bytes, least
+/// significant first.
 void AddField(std::string& message, const std::string& name, const std::string& value) {
   if (value.empty()) return;
   message += name;
@@ -88,14 +89,14 @@ struct Outlet::Queue {
   std::deque<std::string> lines BAUDGATE_GUARDED_BY(mutex);
   std::size_t bytes BAUDGATE_GUARDED_BY(mutex) = 0;
   std::uint64_t dropped BAUDGATE_GUARDED_BY(mutex) = 0;
-  // Reported part of `dropped`.
+  // The number of dropped lines that have been reported.
   std::uint64_t told BAUDGATE_GUARDED_BY(mutex) = 0;
   bool writing BAUDGATE_GUARDED_BY(mutex) = false;
 };
 
 namespace {
 
-/// Writes all of `text`, and blocks as long as the reader does. False: the descriptor fails.
+/// Writes all of `text`, and blocks as long as the reader does. Returns false if writing fails.
 bool WriteAll(int descriptor, std::string_view text) {
   while (!text.empty()) {
     const ssize_t taken = ::write(descriptor, text.data(), text.size());
@@ -180,7 +181,7 @@ void Outlet::WriteQueued(Queue& queue) {
     {
       const MutexLock lock(queue.mutex);
       if (!written) ++queue.dropped;
-      // Dropped lines belong behind all queued lines.
+      // The number of dropped lines is written after all queued lines.
       if (queue.lines.empty() && queue.dropped > queue.told) {
         note = DroppedText(queue.dropped - queue.told);
         queue.told = queue.dropped;

@@ -34,20 +34,20 @@ class Folder {
   /// True: the caller must write the text, after the texts of Due(). False: the same text was
   /// written less than a minute ago, and is held back.
   bool Pass(const std::string& text, Level level, const Now& now, const About& about = {}) {
-    // Without room the text is written every time. Texts without a key name configured lines and
-    // devices, so there are few.
+    // A text for which there is no room is written every time. This is rare, because texts without
+    // a key name only configured lines and devices.
     if (!HasRoom(text, kRemembered, now.instant)) return true;
     return Note(text, text, level, now, about);
   }
 
-  /// As above, but compares keys instead of texts. Keys may name unknown clients without limit, so
-  /// all keys beyond kMostWithKeys share one entry.
+  /// Like Pass above, but compares keys instead of texts. Keys can name unknown clients without
+  /// limit, so all keys beyond kMostWithKeys share one entry.
   bool Pass(const std::string& key, const std::string& text, Level level, const Now& now) {
     return Note(HasRoom(key, kMostWithKeys, now.instant) ? key : "", text, level, now, {});
   }
 
-  /// Returns nothing until a minute has passed for one of the held back texts; then returns all of
-  /// them, the latest last, so that the end of the log shows the current state.
+  /// Returns nothing until a minute has passed for one of the texts held back; then returns all
+  /// texts held back, the latest last, so that the end of the log shows the current state.
   std::vector<Repeat> Due(Instant now) {
     const auto is_due = [now](const auto& entry) {
       return entry.second.held.times > 0 && now - entry.second.written >= kMinute;
@@ -105,7 +105,7 @@ class Folder {
     return seen_.size() < most;
   }
 
-  std::map<std::string, Seen> seen_;  // by text or key
+  std::map<std::string, Seen> seen_;  // key: the text, or the key of the text
 };
 
 /// Returns "3 times more between 12:01:05 and 12:01:58: line bay: device relay: offline", in local
@@ -115,7 +115,7 @@ std::string RepeatText(const Folder::Repeat& repeat);
 /// Forgets all texts, for tests that count lines.
 void ForgetRepeats();
 
-// systemd's journal takes one datagram per message, with fields (systemd's "Native Journal
+// systemd's journal takes one datagram with fields per message (systemd's "Native Journal
 // Protocol").
 
 /// Returns the priority of the journal: 3 error, 4 warning, 6 info, 7 debug.
@@ -144,21 +144,21 @@ class Journal {
   const int socket_;
 };
 
-/// Queues lines and writes them in a thread. A line that exceeds `most_bytes` is dropped; when the
-/// reader reads again, the number of dropped lines is written. Thread-safe.
+/// Queues lines and writes them in a thread. A line for which the queue of `most_bytes` has no room
+/// is dropped; when the reader reads again, the number of dropped lines is written. Thread-safe.
 class Outlet {
  public:
   static constexpr std::size_t kMostBytes = 256 * 1024;
 
   explicit Outlet(int descriptor, std::size_t most_bytes = kMostBytes);
-  /// Does not wait for the thread if the reader blocks it.
+  /// Does not wait for the thread, which the reader can block.
   ~Outlet();
   Outlet(const Outlet&) = delete;
   Outlet& operator=(const Outlet&) = delete;
 
   /// Queues `line`, which ends with a line feed.
   void Put(std::string line);
-  /// Waits until all lines are written. False: `patience` is over.
+  /// Waits until all lines are written. Returns false if `patience` is over before.
   bool Flush(Duration patience);
   std::uint64_t dropped() const;
 

@@ -13,14 +13,14 @@ namespace baudgate {
 enum class Outcome : std::uint8_t {
   none = 0,  ///< no exchange has ended yet
   ok = 1,
-  no_reply = 2,     ///< no reply came, or the device was not asked
-  partial = 3,      ///< the reply stopped mid-frame
-  corrupt = 4,      ///< checksum or syntax is wrong
-  unexpected = 5,   ///< a valid frame, but of another address or shape
-  busy = 6,         ///< the device asks to be asked later
-  refused = 7,      ///< the device understood the request and refuses it
-  unsupported = 8,  ///< the device does not support the request
-  line_down = 9,    ///< the port is closed or lost
+  no_reply = 2,    ///< no reply came, or the device was not asked
+  partial = 3,     ///< the reply stopped mid-frame
+  corrupt = 4,     ///< checksum or syntax is wrong
+  unexpected = 5,  ///< a valid frame, but of another address or shape
+  busy = 6,        ///< the device asks to be asked later
+  refused = 7,     ///< the device understood the request and refuses it
+  unsupported = 8,
+  line_down = 9,  ///< the port is closed or lost
 };
 
 inline constexpr std::size_t kOutcomeCount = 10;
@@ -59,7 +59,7 @@ inline constexpr std::size_t kWriteEnds = 7;
 
 struct WriteResult {
   WriteEnd end = WriteEnd::ok;
-  std::string reason{};    ///< one sentence; with `ok` only a remaining doubt
+  std::string reason{};    ///< one sentence; with `ok`: empty, or a remaining doubt
   bool read_back = false;  ///< with `ok`: the device shows the written value
   /// For a write of several points: how many points were confirmed, in their order, before the
   /// first point that was not.

@@ -24,7 +24,7 @@ class Result {
   bool ok() const { return content_.index() == 0; }
   explicit operator bool() const { return ok(); }
 
-  /// Call only if ok().
+  /// Must be called only if ok().
   T& value() { return std::get<0>(content_); }
   const T& value() const { return std::get<0>(content_); }
   T& operator*() { return value(); }
@@ -32,14 +32,13 @@ class Result {
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
 
-  /// Call only if not ok().
+  /// Must be called only if not ok().
   const std::string& error() const { return std::get<1>(content_).message; }
 
  private:
   std::variant<T, Error> content_;
 };
 
-/// Success, or an error with its reason.
 class Status {
  public:
   Status() = default;

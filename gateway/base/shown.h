@@ -13,8 +13,8 @@
 
 namespace baudgate {
 
-/// Formats a whole number with all digits, another number with at most nine: "1834523", "12.25";
-/// "-" for NaN.
+/// Formats a whole number below 1e15 with all digits, another number with at most nine: "1834523",
+/// "12.25"; "-" for NaN.
 std::string FormatValue(double value);
 /// Returns "0.3 s", "12 s", "5 min", "3 h", "2 d".
 std::string FormatAge(Duration age);
@@ -36,7 +36,8 @@ inline bool LooksLikeNumber(std::string_view text) {
   return read.ptr == end && read.ec != std::errc::invalid_argument;
 }
 
-/// True if a spreadsheet takes such a cell for a formula. "-5.2 kW" and "-" are no formulas.
+/// True if a spreadsheet would take the text of a cell for a formula. "-5.2 kW" and "-" are no
+/// formulas.
 inline bool LooksLikeFormula(std::string_view text) {
   if (text.empty() || LooksLikeNumber(text)) return false;
   if (std::string_view("=@\t\r\n").find(text.front()) != std::string_view::npos) return true;

@@ -61,7 +61,8 @@ namespace {
 constexpr std::size_t kMostRemembered = 256;
 constexpr Duration kPatience = 1s;
 
-/// Returns an empty text if the system has no such user, and nothing if the users cannot be read.
+/// Returns the user's name; an empty text if the system has no such user, and nothing if the user
+/// database cannot be read.
 std::optional<std::string> AskSystem(uid_t user) {
   constexpr std::size_t kLongest = 65'536;
   std::vector<char> texts(1024);
@@ -76,8 +77,8 @@ std::optional<std::string> AskSystem(uid_t user) {
   return failed == 0 ? std::optional(std::string()) : std::nullopt;
 }
 
-/// Asks in a separate thread, because the users may be on a server that does not answer. Returns
-/// nothing after kPatience, or at once if kMostUnderWay such threads are waiting already.
+/// Asks in a separate thread, because the user database may be on a server that does not answer.
+/// Returns nothing after kPatience, or at once if kMostUnderWay such threads are waiting already.
 std::optional<std::string> AskInTime(uid_t user) {
   static std::atomic<int> under_way = 0;
   constexpr int kMostUnderWay = 4;

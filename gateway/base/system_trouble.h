@@ -15,8 +15,8 @@
 
 namespace baudgate {
 
-/// Returns words for `error`, an errno: "too many open files; raise LimitNOFILE of the service
-/// (ulimit -Hn)".
+/// Returns words for `error`, an errno value: "too many open files; raise LimitNOFILE of the
+/// service (ulimit -Hn)".
 std::string SystemTrouble(int error);
 
 /// True if the process has used up its file descriptors.
@@ -43,9 +43,9 @@ struct PortHolders {
 /// Reads `root`/proc. `root` is "/", or a directory tree that contains proc.
 PortHolders FindHolders(const std::filesystem::path& root);
 
-/// Returns the other programs that have the port open: "mbpoll, pid 4711". If none is visible, for
-/// example because it runs as another user, returns a command that finds it: "fuser -v
-/// /dev/ttyUSB0".
+/// Returns the other programs that have the port open: "mbpoll, pid 4711". If no program is
+/// visible, for example because it runs as another user, returns a command that finds the program:
+/// "fuser -v /dev/ttyUSB0".
 std::string NameHolders(const std::string& port);
 
 }  // namespace baudgate

@@ -20,7 +20,8 @@ constexpr Lead kLeads[] = {
     {0xE1, 0xEC, 0x80, 0xBF, 3}, {0xED, 0xED, 0x80, 0x9F, 3}, {0xEE, 0xEF, 0x80, 0xBF, 3},
     {0xF0, 0xF0, 0x90, 0xBF, 4}, {0xF1, 0xF3, 0x80, 0xBF, 4}, {0xF4, 0xF4, 0x80, 0x8F, 4}};
 
-/// Returns the length of the UTF-8 character at the front; 0: there is none.
+/// Returns the length of the UTF-8 character at the front; 0 if the text begins with no valid
+/// character.
 std::size_t CharacterLength(std::string_view text) {
   const auto byte = [text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
   const auto* const lead = std::ranges::find_if(
@@ -132,7 +133,7 @@ std::string HostAndPort(const std::string& host, std::uint16_t port) {
 
 bool MatchesPattern(std::string_view pattern, std::string_view text) {
   std::size_t p = 0;
-  // The last star; `tried`: where in `text` it was tried.
+  // `star` is the last star in the pattern, and `tried` the place in `text` where its match ends.
   std::size_t star = std::string_view::npos;
   std::size_t tried = 0;
   for (std::size_t t = 0; t < text.size();) {

@@ -18,14 +18,12 @@ namespace baudgate {
 
 /// Returns "3E 31 52": upper case, one space between bytes.
 std::string ToHex(View bytes);
-/// Returns two upper-case digits.
+/// Returns the byte as two upper-case digits.
 std::string HexByte(std::uint8_t byte);
-/// Reads hex of either case, with or without spaces. Returns nothing for an odd number of digits or
-/// another character.
+/// Reads hex of either case, with or without spaces between the bytes. Returns nothing for an odd
+/// number of digits or another character.
 std::optional<Bytes> ParseHex(std::string_view text);
-/// True for CR and LF.
 constexpr bool IsLineEnd(std::uint8_t byte) { return byte == '\r' || byte == '\n'; }
-/// Returns 0…15; nothing for another character.
 std::optional<std::uint8_t> HexDigit(char c);
 
 /// Reads the whole text as a number in `base`. Returns nothing for a "+", a space, other characters
@@ -46,7 +44,7 @@ std::optional<double> ParseDecimal(std::string_view text);
 /// Returns the shortest text that reads back as the same number.
 std::string FormatNumber(double value);
 
-/// Returns printable ASCII for people: "\r", "\n", and "\x1B" for other bytes.
+/// Returns the bytes as printable ASCII: "\r", "\n", and "\x1B" for other unprintable bytes.
 std::string Printable(View bytes);
 
 /// Returns the place of the first byte from `begin` on that cannot be part of UTF-8 text, or is NUL
@@ -69,8 +67,6 @@ std::vector<std::string_view> Split(Temporary&& text, char separator) = delete;
 
 namespace baudgate {
 
-// "Did you mean": finds the known word for a misspelt one.
-
 /// Returns the word of `known` with the smallest edit distance; an empty text if none is near
 /// enough for a typing error.
 std::string_view Nearest(std::string_view word, std::span<const std::string_view> known);
@@ -85,14 +81,14 @@ std::string Quoted(std::string_view text);
 /// "password:SECRET", because the rest may be a secret.
 std::string QuotedKey(std::string_view key);
 
-/// Returns " is the blank after the colon missing?" or " is a colon missing?"; nothing if `key`
-/// looks like a key.
+/// Returns " is the blank after the colon missing?" or " is a colon missing?"; an empty text if
+/// neither is likely.
 std::string MissingMark(std::string_view key);
 
-/// Returns " did you mean 'x'?" with the leading blank, or nothing.
+/// Returns " did you mean 'x'?" with the leading blank; an empty text if no known word is similar.
 std::string DidYouMean(std::string_view word, std::span<const std::string_view> known);
 
-/// Converts to lower case, ASCII letters only.
+/// Converts ASCII letters to lower case.
 std::string Lower(std::string_view text);
 
 }  // namespace baudgate

@@ -23,7 +23,7 @@ struct Unit {
 constexpr std::array<Unit, 6> kUnits = {
     {{"d", 24h}, {"h", 1h}, {"min", 1min}, {"s", 1s}, {"ms", 1ms}, {"us", 1us}}};
 
-/// Formats without an exponent, which ParseDuration refuses.
+/// Formats without an exponent, because ParseDuration refuses exponents.
 std::string Plain(double value) {
   char buffer[64];
   const auto [end, error] =
@@ -126,7 +126,8 @@ Result<WallTime> ParseSince(std::string_view text, WallTime now) {
   if (span) return now - *span;
   const auto time = ParseWallTime(text);
   if (time) return time;
-  // The text looks like a duration: "1,5h", "99999999d", "2hours".
+  // A text such as "1,5h", "99999999d" or "2hours" was meant as a duration, so the error of
+  // ParseDuration is returned.
   const auto is = [](char c, char from, char to) { return c >= from && c <= to; };
   const bool was_span = !text.empty() && is(text.front(), '0', '9') && is(text.back(), 'a', 'z');
   if (was_span) return Error{span.error()};

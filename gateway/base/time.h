@@ -27,7 +27,8 @@ struct Now {
   WallTime wall;
 };
 
-/// Reads the clocks of this machine. Only the main program and the loop drivers may call it.
+/// Reads the clocks of this machine. Only the main program and the loop drivers are allowed to call
+/// it; other code gets the time as an argument.
 Now ReadClocks();
 
 /// Reads "250ms", "1s", "5min", "1.5h", "20us". Refuses negative numbers, and numbers without a
@@ -41,7 +42,6 @@ std::string FormatDuration(Duration duration);
 /// Returns "2026-11-21T01:14:31.250Z".
 std::string FormatWallTime(WallTime time);
 
-/// Empty: none of the times is ever due.
 inline std::optional<Instant> Soonest(std::initializer_list<std::optional<Instant>> times) {
   std::optional<Instant> soonest;
   for (const std::optional<Instant>& time : times) {
@@ -53,8 +53,6 @@ inline std::optional<Instant> Soonest(std::initializer_list<std::optional<Instan
 inline bool HasCome(const std::optional<Instant>& time, Instant now) {
   return time && *time <= now;
 }
-
-// Times in the past, as users write them: `--since 2h`.
 
 /// Reads a time as FormatWallTime writes it, or a shorter one: "2026-11-21", "2026-11-21T01:14"; a
 /// blank may replace the T. The time is always UTC, with or without the Z.

@@ -10,8 +10,8 @@
 
 namespace baudgate {
 
-/// No value yet, or a value. Integers of every width travel as 64 bits; unsigned 64-bit counters
-/// need an alternative of their own.
+/// A value, or std::monostate while there is no value. Integers of every width are stored as 64
+/// bits; unsigned 64-bit counters need an alternative of their own.
 using Value = std::variant<std::monostate, bool, std::int64_t, std::uint64_t, double, std::string>;
 
 inline bool HasValue(const Value& value) { return value.index() != 0; }
@@ -49,8 +49,9 @@ enum class Reason : std::uint8_t {
 /// Returns the name for people: "over range", "open sensor", …; an empty text for none.
 std::string_view Name(Reason reason);
 
-/// True for reasons that follow `on_bad`. They mostly concern a whole device; other_module may also
-/// concern one input of a wrong type.
+/// True for reasons whose values the Modbus registers show as the key `on_bad` of the device
+/// configures. The reasons mostly concern a whole device; other_module can also concern one input
+/// of a wrong type.
 constexpr bool ConcernsDevice(Reason reason) {
   return reason == Reason::other_module || reason == Reason::swapped ||
          reason == Reason::password_refused || reason == Reason::no_permission;
@@ -93,7 +94,7 @@ struct Quality {
   constexpr bool operator<(const Quality& other) const { return code < other.code; }
 };
 
-/// The quality of all values of a device with this reason.
+/// Returns the quality of all values of a device with this reason.
 constexpr Quality QualityOfDevice(Reason reason) {
   switch (reason) {
     case Reason::other_module:

@@ -57,7 +57,7 @@ struct WorkThread::State {
   explicit State(std::string its_name) : name(std::move(its_name)) {}
 
   static void Run(const std::shared_ptr<State>& state);
-  /// Waits for the next round. Empty: the thread must end.
+  /// Waits for the next round. Returns nothing if the thread must end.
   std::optional<Turn> Await();
   std::optional<Turn> Next() BAUDGATE_REQUIRES(mutex);
   void OnRound(const Turn& turn, Instant next);

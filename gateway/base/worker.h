@@ -67,15 +67,15 @@ class Worker {
 
   /// Starts the rounds; call it once. Throws std::system_error if the system has no thread left.
   void Start();
-  /// Asks for a round, and never waits for it. Thread-safe.
+  /// Requests a round without waiting for it. Thread-safe.
   void Wake();
-  /// Asks for the last round, and does not wait for it. Idempotent. Thread-safe.
+  /// Requests the last round without waiting for it. Idempotent. Thread-safe.
   void RequestStop();
-  /// Asks for the last round and returns after it; a worker that was not started has none. Must not
-  /// be called from a round. Idempotent.
+  /// Requests the last round and waits until it has ended; a worker that was never started has no
+  /// last round. Must not be called from a round. Idempotent.
   void Stop();
-  /// Asks for the last round without waiting for it. The thread may outlive this object, so rounds
-  /// must own all that they use. Only for a worker with a separate thread.
+  /// Requests the last round without waiting for it. The thread can outlive this object, so rounds
+  /// must own all that they use. Allowed only for a worker with a separate thread.
   void Leave();
   bool stopping() const;
 
@@ -90,8 +90,8 @@ class Worker {
   friend struct WorkThread::State;
 };
 
-/// Runs `work` on a thread that may outlive main(), and does not wait: for a call that may hang.
-/// Fails if the system has no thread left.
+/// Runs `work`, which can hang, on a thread that can outlive main(). Does not wait for it. Fails if
+/// the system has no thread left.
 Status StartDetached(const std::string& name, std::function<void()> work);
 
 /// Items that wait for a worker, first in, first out. If the queue is full, a new item is dropped
@@ -110,7 +110,6 @@ class WorkQueue {
     items_.push_back(std::move(item));
     return true;
   }
-  /// Returns the oldest item; nothing if the queue is empty.
   std::optional<Item> Take() {
     const MutexLock lock(mutex_);
     if (items_.empty()) return std::nullopt;

@@ -32,7 +32,7 @@ Daemon::~Daemon() {
 }
 
 Status Daemon::Start() {
-  // Each line opens some files.
+  // The limit is raised first, because each line opens some files.
   RaiseDescriptorLimit(DescriptorNeedsOf(impl_->config, impl_->output_rows).all());
   if (Status status = impl_->OpenRecords(); !status) return status;
   impl_->MakeLines();
@@ -199,7 +199,6 @@ void Daemon::Impl::MakeClocks() {
   clocks->OnReload(config);
 }
 
-/// Ends all lines and waits for every driver.
 void Daemon::Impl::EndLines() {
   lines.End();
   if (records::EventPath* const events = records.events()) events->End();

@@ -27,7 +27,7 @@ class Daemon {
 
   /// Adds an output at the end of the list. Must be called before Start.
   void Add(OutputRow output);
-  /// Returns the names of the outputs, in the order in which they stop. To be called after Start.
+  /// Returns the names of the outputs, in the order in which they stop. Must be called after Start.
   std::vector<std::string_view> outputs() const;
 
   /// Makes `baudgate reload` and Reload read the file again. Must be called before Start.
@@ -39,17 +39,17 @@ class Daemon {
   /// port is no error.
   Status Start();
   /// Closes the lines, reports the end to subscribers and releases every port, within two seconds.
-  /// False: a line hangs in a call of its driver. All others have ended properly, and the process
-  /// may end with _Exit; the destructor would wait for the driver.
+  /// Returns false if a line hangs in a call of its driver. All other parts have then ended
+  /// properly, and the process can end with _Exit; the destructor would wait for the driver.
   bool Stop();
 
-  /// To be called once a second between Start and Stop. False: a thread hangs that the whole
-  /// gateway needs. A line that hangs is only reported in log and status.
+  /// Must be called once a second between Start and Stop. Returns false if a thread hangs that the
+  /// whole gateway needs. A line that hangs is only reported in log and status.
   bool Look();
 
   const config::Config& config_at_start() const;
   const bus::PointStore& store() const;
-  /// To be called between Start and Stop only.
+  /// Must be called only between Start and Stop.
   lines::LineControl& control();
   /// Returns "Modbus TCP on 127.0.0.1:1502, DDS domain 0, 3 lines, 5 devices", for the log and
   /// READY=1.

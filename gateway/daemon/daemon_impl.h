@@ -39,17 +39,17 @@ struct Daemon::Impl {
     return recorded != nullptr ? *recorded : dispatcher;
   }
 
-  /// See Reloader::Links.
+  // Examine and Prepare are functions of Reloader::Links.
   void Examine(const config::Config& next, reload::Difference& difference) const;
   Reloader::Prepared Prepare(config::Config next, const reload::Difference& difference);
-  /// By name of the line that starts.
+  /// Key: the name of the line that starts.
   using Threads = std::map<std::string, std::shared_ptr<transports::LoopThread>>;
-  /// In the order of `outputs`.
+  /// The prepared outputs, in the order of `outputs`.
   using PreparedOutputs = std::vector<std::unique_ptr<outputs::Output::Prepared>>;
   /// Applies a prepared configuration. Returns what could not be applied.
   std::vector<std::string> Apply(config::Config next, const reload::Difference& difference,
                                  PreparedOutputs prepared, const Threads& threads);
-  /// `own` null: the line gets a new thread if it needs one and the system has one.
+  /// If `own` is null, the line gets a new thread if it needs one and the system has one.
   void AddLine(std::shared_ptr<const config::Line> line,
                std::shared_ptr<transports::LoopThread> own);
   reload::Healths Healths() const;
@@ -67,16 +67,16 @@ struct Daemon::Impl {
   status::GatewayInfo GatewayForStatus();
   void EndLines();
 
-  const config::Config config;  // the configuration of the start: settings that only a restart can
-                                // change are read from it
-  /// The current configuration, by the numbers of the store. Points to `config` without owning it
-  /// until the first reload. Replaced by the reloader's thread, which alone uses it then.
+  // The configuration of the start. Settings that only a restart can change are read from it.
+  const config::Config config;
+  /// The current configuration; its lines have the numbers of the store. It points to `config`
+  /// without owning it until the first reload. Later only the reloader's thread uses it.
   std::shared_ptr<const config::Config> running{std::shared_ptr<void>(), &config};
   const config::Catalog& catalog;
   bus::PointStore store;
   OpenFiles open_files;
   records::FileTroubles troubles;
-  std::unique_ptr<records::Recordings> recordings;  // null: there is no place for recordings
+  std::unique_ptr<records::Recordings> recordings;  // null: there is no folder for recordings
   records::Records records;
   lines::Lines lines;
   lines::LineDispatcher dispatcher{store, catalog, lines};

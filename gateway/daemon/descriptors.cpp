@@ -12,8 +12,8 @@ namespace baudgate::daemon {
 
 namespace {
 
-// Files per part, with some reserve, because a port is opened before the old port is closed. A
-// serial port has a separate loop.
+// The numbers of files per part contain some reserve, because a port is opened before the old port
+// is closed. A serial port needs more, because it has a separate loop.
 constexpr std::size_t kForGateway = 64;  // control socket and its clients, log, recordings
 constexpr std::size_t kForSerialPort = 8;
 constexpr std::size_t kForNetworkPort = 2;

@@ -1,6 +1,7 @@
-// File descriptors of the process: how many the gateway needs, and how many clients and viewers may
-// connect if the system allows fewer. Ports, sockets and files come first; viewers get at most an
-// eighth of the limit, and clients the rest. `OpenFiles` counts the open descriptors.
+// Functions for the file descriptors of the process: how many the gateway needs, and how many
+// clients and viewers can connect if the system allows fewer. Ports, sockets and files come first;
+// viewers get at most an eighth of the limit, and clients the rest. `OpenFiles` counts the open
+// descriptors.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,23 +17,22 @@
 
 namespace baudgate::daemon {
 
-/// Returns how many files the gateway, its lines and these outputs may have open at once.
+/// Returns how many files the gateway, its lines and these outputs can have open at once.
 outputs::DescriptorNeeds DescriptorNeedsOf(const config::Config& config, const OutputRows& outputs);
 
 /// Raises the soft limit of this process towards `needed`, as far as the hard limit allows; never
 /// lowers it. Returns the resulting limit.
 std::size_t RaiseDescriptorLimit(std::size_t needed);
 
-/// Returns the part of `needs.clients` that may connect, above 0 and at most 1.
+/// Returns the part of `needs.clients` that is allowed to connect, above 0 and at most 1.
 double ClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// Returns how many of `needs.viewers` may be used: all, or an eighth of the limit.
+/// Returns how many of `needs.viewers` are allowed: all, or at most an eighth of the limit.
 std::size_t ViewerShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// For the log, if not all clients may connect.
 std::string ExplainClientShare(const outputs::DescriptorNeeds& needs, std::size_t limit);
 
-/// Counts the open files of this process, also when it has reached its limit. Thread-safe.
+/// Counts the open files of this process, even when the process has reached its limit. Thread-safe.
 class OpenFiles {
  public:
   OpenFiles();
@@ -48,7 +48,7 @@ class OpenFiles {
     void operator()(DIR* folder) const { ::closedir(folder); }
   };
   Mutex mutex_;
-  // /proc/self/fd, opened at the start; null: it cannot be read.
+  // The folder /proc/self/fd, opened at the start; null: it cannot be read.
   std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

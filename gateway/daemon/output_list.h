@@ -31,7 +31,7 @@ namespace baudgate::daemon {
 
 class Reloader;
 
-/// The parts of the gateway that an output may use. They outlive the output.
+/// The parts of the gateway that an output can use. They outlive the output.
 struct OutputLinks {
   const config::Config& config;  ///< the configuration of the start
   const config::Catalog& catalog;
@@ -48,17 +48,18 @@ struct OutputLinks {
 
 struct OutputRow {
   std::function<std::unique_ptr<outputs::Output>(const OutputLinks& links)> make;
-  /// Empty: only a few descriptors.
+  /// Returns the descriptors that the output needs. Empty: it needs only a few.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> descriptors{};
   /// Returns the name under which the output stores how far it has read the events
-  /// (events::CursorBook); empty: it stores nothing.
+  /// (events::CursorBook). Empty: the output stores no such name.
   std::function<std::string(const config::Config& config)> consumer{};
 };
 using OutputRows = std::vector<OutputRow>;
 
-/// The outputs start and stop in this order: those through which people and clients write come
-/// first. Modbus comes before DDS, because its port is in use if a gateway is started twice: the
-/// second gateway must fail before it publishes the points of the first and then ends them.
+/// Returns the outputs in the order in which they start and stop: outputs through which people and
+/// clients write come first. Modbus comes before DDS, because its port is in use if a gateway is
+/// started twice: the second gateway must fail before it publishes the points of the first and then
+/// ends them.
 OutputRows AllOutputs();
 
 }  // namespace baudgate::daemon

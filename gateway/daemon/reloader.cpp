@@ -86,8 +86,8 @@ namespace {
 
 using log::Level;
 
-constexpr int kBadFile = 2;   // nothing of the file is applied
-constexpr int kCanNotBe = 4;  // a disk fails, or another program uses a port
+constexpr int kBadFile = 2;   // exit code: the request cannot be fulfilled, and nothing is applied
+constexpr int kCanNotBe = 4;  // exit code: a disk fails, or another program uses a port
 
 control::ReloadAnswer Failed(int exit_code, std::string text) {
   control::ReloadAnswer answer;
@@ -119,7 +119,7 @@ std::string Joined(const std::vector<std::string>& sentences, const char* betwee
   return all;
 }
 
-/// Returns the end of a sentence: parts that were applied and do not work yet.
+/// Returns the end of a sentence that names the parts that were applied and do not work yet.
 std::string NotYet(const std::vector<std::string>& missing) {
   return missing.empty() ? std::string() : "; not working yet: " + Joined(missing);
 }
@@ -224,7 +224,7 @@ control::ReloadAnswer Reloader::Take(const control::ReloadAsk& ask, const std::s
   return difference.empty() ? Unchanged(ask, text) : Apply(ask, text, std::move(next), difference);
 }
 
-/// Handles a file that changes nothing, although its text may differ. A running trial continues.
+/// Handles a file that changes no setting, although its text may differ. A running trial continues.
 control::ReloadAnswer Reloader::Unchanged(const control::ReloadAsk& ask, const std::string& text) {
   const reload::Applied applied = *trial_.applied();
   const Duration trial = trial_.running() ? TimeFor(ask, *applied.config) : Duration::zero();
@@ -248,7 +248,8 @@ control::ReloadAnswer Reloader::Apply(const control::ReloadAsk& ask, const std::
     log::Act(Level::error, "reload: {}", troubles);
     return Failed(kCanNotBe, troubles);
   }
-  // Stored first, so that the next start finds the texts even if applying ends the gateway.
+  // The texts are stored first, so that the next start finds them even if applying ends the
+  // gateway.
   const Status kept = copies_.Keep(trial_.ToKeepWith(text, trial));
   if (!kept && trial > Duration::zero()) return CanNotBeTakenBack(kept);
   const auto before = links_.healths();
@@ -278,12 +279,10 @@ control::ReloadAnswer Reloader::Done(const control::ReloadAsk& ask,
   return answer;
 }
 
-/// Zero: `next` is confirmed at once.
 Duration Reloader::TimeFor(const control::ReloadAsk& ask, const config::Config& next) const {
   return trial_.TimeFor(next, ask.confirm, ReadClocks().instant);
 }
 
-/// Starts a trial of the applied text; zero ends the running trial and confirms the applied text.
 void Reloader::BeginTrial(Duration time, const reload::Healths& before) {
   trial_.Begin(time, before, ReadClocks().instant);
   FollowTrial();
@@ -298,7 +297,7 @@ void Reloader::FollowTrial() {
   display_.SetTrial(trial_.until());
 }
 
-/// Returns "; to be confirmed within 60s", or an empty text.
+/// Returns "; confirm it within 60s with 'baudgate confirm'"; empty if no trial runs.
 std::string Reloader::OnTrial() const {
   if (!trial_.running()) return {};
   return "; confirm it within " + FormatDuration(trial_.Left(ReadClocks().instant)) +
@@ -347,7 +346,8 @@ void Reloader::WatchFiles() {
   });
 }
 
-/// A text that was taken back has another sentence in the status.
+/// Shows in the status that the file differs from the running configuration. A text that was taken
+/// back has another sentence there.
 void Reloader::OnFile(const Result<std::string>& text) {
   std::string note;
   if (!text) {
@@ -368,7 +368,7 @@ void Reloader::TakeBack(const std::string& why) {
   const config::Config& confirmed = *trial_.confirmed().config;
   reload::Difference difference = reload::Compare(*links_.running(), confirmed);
   links_.examine(confirmed, difference);
-  difference.restart.clear();  // what ran before can run again
+  difference.restart.clear();  // the confirmed settings have run before, so they need no restart
   std::vector<std::string> missing;
   if (!difference.empty()) missing = links_.prepare(confirmed, difference).apply();
   trial_.TakeBack(why);

@@ -1,9 +1,9 @@
 // `Reloader` applies a changed configuration file while the gateway runs, on request (SIGHUP,
 // `baudgate reload`); a mere edit is only shown in the status. It reads the file, reports the
-// changes, has them applied, stores a copy, and takes them back if they are not confirmed. It runs
-// on a separate thread: lines, outputs and the watchdog do not wait for it, and it does not wait
-// long for a disk. `ReloadDisplay` shows the current configuration, `ConfigFile` reads the user's
-// file, and `ConfigCopies` stores copies.
+// changes, has them applied, stores a copy, and takes the changes back if they are not confirmed.
+// It runs on a separate thread: lines, outputs and the watchdog do not wait for it, and it does not
+// wait long for a disk. `ReloadDisplay` shows the current configuration, `ConfigFile` reads the
+// user's file, and `ConfigCopies` stores copies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,13 +32,13 @@ namespace baudgate::daemon {
 /// The configuration of a text, or why the text is invalid.
 struct LoadedText {
   std::optional<config::Config> config;
-  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if `config` has a value
+  std::vector<std::string> problems;  ///< "…yaml:7:3: …"; only warnings if `config` is set
 };
 
 struct ReloadOptions {
   std::string file;
   std::function<Result<std::string>()> read;  ///< reads the current text of the file
-  /// Paths in the text are relative to the file.
+  /// Parses a text. Paths in the text are relative to the file.
   std::function<LoadedText(const std::string& text)> load;
   /// Sends a state to systemd, as sd_notify does.
   std::function<void(const std::string& state)> notify;
@@ -47,24 +47,24 @@ struct ReloadOptions {
   std::function<Result<std::string>(const std::string& text)> masked{};
   std::string text_at_start;
   std::optional<reload::Refused> refused;   ///< the text of the file, if it was taken back
-  std::optional<reload::KeptConfigs> kept;  ///< empty: there is no state folder
+  std::optional<reload::KeptConfigs> kept;  ///< nothing: there is no state folder
   Duration disk_patience = 5s;              ///< how long an answer waits for a file
 };
 
-// The current configuration as outputs show it: its state, its text, and the end of its trial. The
-// reloader's thread writes it; any thread may read it.
+// ReloadDisplay contains the current configuration as outputs show it: its state, its text, and the
+// end of its trial. The reloader's thread writes it; any thread can read it.
 class ReloadDisplay {
  public:
   void Change(const std::function<void(status::ReloadState&)>& change) {
     const MutexLock lock(mutex_);
     change(state_);
   }
-  /// Sets the text that runs from now on, with its secrets.
+  /// Sets the text that runs from now on; the text contains its secrets.
   void SetText(std::shared_ptr<const std::string> text) {
     const MutexLock lock(mutex_);
     text_ = std::move(text);
   }
-  /// Notes that the configuration of the file runs, on trial until `until`; empty: permanently.
+  /// Notes that the configuration of the file runs, on trial until `until`; nothing: permanently.
   void SetTrial(std::optional<Instant> until) {
     const MutexLock lock(mutex_);
     state_.not_the_file.clear();
@@ -78,7 +78,7 @@ class ReloadDisplay {
     if (until_) state.confirm_until = now.wall + (*until_ - now.instant);
     return state;
   }
-  /// Null before Start.
+  /// Returns null before Start.
   std::shared_ptr<const std::string> text() const {
     const MutexLock lock(mutex_);
     return text_;
@@ -91,8 +91,8 @@ class ReloadDisplay {
   std::optional<Instant> until_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-/// The configuration file of the user, which is never written. No caller waits longer than
-/// `patience`. All calls must come from the thread of `loop`, or while it does not run.
+/// ConfigFile reads the user's configuration file, and never writes it. No caller waits longer than
+/// `patience`. All calls must come from the thread of `loop`, or while the loop does not run.
 class ConfigFile {
  public:
   using Text = Result<std::string>;
@@ -102,9 +102,9 @@ class ConfigFile {
       : loop_(loop), read_(std::move(read)), calls_("configuration", patience) {}
 
   Text Read();
-  /// `seen` gets the text later on the loop, or an error at once.
+  /// Reads the file in the background. `seen` gets the text later on the loop, or an error at once.
   void Look(std::function<void(const Text& text)> seen);
-  /// Waits as long as the disk takes. Idempotent.
+  /// Waits until a running call of the disk has returned. Idempotent.
   void Stop() { calls_.Stop(); }
 
  private:
@@ -113,27 +113,27 @@ class ConfigFile {
   records::DiskCalls calls_;
 };
 
-/// The copies of the configuration in the state folder, as the next start needs them. No caller
-/// waits longer than `patience`; the next Look corrects a write that came too late. All calls must
-/// come from the thread of `loop`, or while it does not run.
+/// ConfigCopies stores the copies of the configuration in the state folder, as the next start needs
+/// them. No caller waits longer than `patience`; the next Look corrects a write that came too late.
+/// All calls must come from the thread of `loop`, or while the loop does not run.
 class ConfigCopies {
  public:
-  /// `kept` empty: there is no folder. `open_folder` creates and locks the folder.
+  /// `kept`: nothing if there is no folder. `open_folder` creates and locks the folder.
   ConfigCopies(asio::io_context& loop, std::optional<reload::KeptConfigs> kept, Duration patience,
                std::function<Status()> open_folder);
 
   bool found() const { return kept_ && !kept_->empty(); }
-  /// Empty: there is no folder.
+  /// Returns the path of the folder; empty if there is no folder.
   std::string folder() const { return kept_ ? kept_->folder().string() : std::string(); }
 
   /// Opens the folder if needed, and writes `texts`.
   Status Keep(const reload::KeptTexts& texts);
   /// Writes the copies that differ from `texts`, if the folder is open: a copy may have been
-  /// removed or changed, or a full disk may have room again. `seen` gets the reason on the loop, or
-  /// at once, if they cannot be written; empty: they are up to date.
+  /// removed or changed, or a full disk may have room again. `seen` gets nothing if the copies are
+  /// up to date, else the reason why they cannot be written; it is called on the loop, or at once.
   void Look(const reload::KeptTexts& texts,
             std::function<void(std::optional<std::string> trouble)> seen);
-  /// Waits as long as the disk takes. Idempotent.
+  /// Waits until a running call of the disk has returned. Idempotent.
   void Stop() { calls_.Stop(); }
 
  private:
@@ -150,14 +150,14 @@ class ConfigCopies {
 
 class Reloader final : public control::ReloadService {
  public:
-  /// A configuration before it is applied. If it is destroyed without a call of `apply`, nothing
-  /// has changed.
+  /// A configuration before it is applied. If it is destroyed without a call of `apply`, the
+  /// gateway is unchanged.
   struct Prepared {
-    /// The ports and files that cannot be opened: "listener 0.0.0.0:502: address already in use;
-    /// …".
+    /// A text for each port and file that cannot be opened: "listener 0.0.0.0:502: address already
+    /// in use".
     std::vector<std::string> troubles;
-    /// Applies the configuration even if a part fails; such a part follows as soon as it can.
-    /// Returns the failed parts.
+    /// Applies the configuration even if a part fails; the gateway applies the part as soon as it
+    /// can. Returns the failed parts.
     std::function<std::vector<std::string>()> apply;
   };
   /// Functions of the gateway that the reloader calls on its thread.
@@ -167,9 +167,9 @@ class Reloader final : public control::ReloadService {
     /// first reload.
     std::function<bool()> keeps;
     std::function<Status()> open_folder;
-    /// Adds changes that need a restart.
+    /// Adds to `difference` the changes that need a restart.
     std::function<void(const config::Config& next, reload::Difference& difference)> examine;
-    /// Opens ports and files that are new.
+    /// Opens the ports and files that `next` needs in addition.
     std::function<Prepared(config::Config next, const reload::Difference& difference)> prepare;
     std::function<reload::Healths()> healths;
     std::function<void(bool taken_back, const std::string& text)> tell;
@@ -177,12 +177,13 @@ class Reloader final : public control::ReloadService {
   Reloader(ReloadOptions options, Links links);
   ~Reloader() override { Stop(); }
 
-  /// Also stores a copy of the current configuration.
+  /// Starts the thread. Also stores a copy of the current configuration, if the gateway stores
+  /// anything, or has stored a copy before.
   void Start();
-  /// Ends the current work; no request is answered afterwards. Idempotent.
+  /// Ends the current work; requests are not answered afterwards. Idempotent.
   void Stop();
 
-  // Thread-safe.
+  // Reload, Confirm and state are thread-safe.
   void Reload(const control::ReloadAsk& ask, Answered answered) override;
   void Confirm(const std::string& by, Answered answered) override;
   status::ReloadState state() const { return display_.StateAt(ReadClocks()); }

@@ -1,4 +1,4 @@
-// `Ticker` gives the time, five times a second, to parts that have no thread: the point store,
+// `Ticker` passes the time, five times a second, to parts that have no thread: the point store,
 // which reports values that have become too old, the correction of clocks, and the records. It runs
 // on a loop that never blocks.
 // SPDX-License-Identifier: Apache-2.0
@@ -14,11 +14,11 @@
 
 namespace baudgate::daemon {
 
-/// All calls must come from the loop's thread, except Start before it runs. The loop must stop
-/// first.
+/// All calls must come from the loop's thread, except Start before the loop runs. The loop must
+/// stop before the Ticker is destroyed.
 class Ticker {
  public:
-  /// A value that becomes uncertain by its age is reported at most this late.
+  /// A value that becomes uncertain by its age is reported at most this time later.
   static constexpr Duration kInterval = 200ms;
 
   Ticker(asio::io_context& io, std::function<void(Instant now)> tick)

@@ -28,8 +28,8 @@ void Observer::OnExchange(const bus::EndedExchange& ended, Now now) {
   Finding finding = TakeFinding(ended.end.outcome);
   Complete(ended, finding);
   last_[member] = {finding.symptom, finding.asked};
-  // An exchange that was cut off by the end of the connection counts if bytes came: these may
-  // contain the reason.
+  // An exchange that ended because the connection was closed counts only if bytes came, because the
+  // bytes may contain the reason.
   const bool counts = !ended.broadcast && (!ended.cut_off() || finding.bytes > 0);
   if (!counts || member.device == nullptr) return;
   store_.UpdateStatus(member.index, [&](bus::DeviceStatus& status) {
@@ -37,8 +37,8 @@ void Observer::OnExchange(const bus::EndedExchange& ended, Now now) {
   });
 }
 
-/// Adds to `finding` what the bytes do not show: the reason that the device gave, and whether the
-/// bus rejected the reply.
+/// Adds to `finding` what the bytes alone do not show: the reason that the device gave, and whether
+/// the bus rejected the reply.
 void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
   const bus::ExchangeEnd& end = ended.end;
   const protocols::Answer& answer = *ended.answer;
@@ -47,8 +47,8 @@ void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
   const bool refuses = ended.answered() && end.outcome != Outcome::ok;
   finding.outcome = end.outcome;
   finding.ended = end.ended;
-  // The reply has the form of a reply to the request before, but the bus has proven that replies
-  // come in order. So the reply belongs to this request, and its content does not fit.
+  // The reply looks like a reply to the request before. But the bus has proven that replies come in
+  // order, so the reply belongs to this request, and its content does not fit.
   const bool proven = ended.verdict.odd && finding.symptom == Symptom::one_behind;
   if (proven) finding.symptom = Symptom::odd;
   if (refuses || (unproven != nullptr && !unproven->refusal.empty())) {
@@ -66,7 +66,8 @@ void Observer::Complete(const bus::EndedExchange& ended, Finding& finding) {
     finding.symptom = Symptom::no_number;
     finding.cause = Printable(ToBytes(*answer.no_number));
   } else if (finding.symptom == Symptom::odd) {
-    // If there is no reason, the reply is good and was attributed to an earlier exchange.
+    // Without a reason the reply was good, but belonged to an earlier exchange; so this request got
+    // none.
     if (reason.empty()) finding.symptom = Symptom::silence;
     finding.cause = reason;
     finding.remedy = answer.remedy;
@@ -86,8 +87,8 @@ void Observer::OnPoll(const bus::Device& device, std::size_t query) {
   });
 }
 
-/// Changes the finding of an earlier exchange of the member. `back`: 0 for its last exchange, 1 for
-/// the one before.
+/// Replaces the finding of an earlier exchange of the member, because more bytes came for it.
+/// `back`: 0 for its last exchange, 1 for the exchange before.
 void Observer::Amend(const bus::Member& member, const Finding& finding, std::size_t back) {
   if (back == 0) last_[member].symptom = finding.symptom;
   if (member.device == nullptr) return;
@@ -127,7 +128,7 @@ void Observer::OnRequest(const bus::Member& member, const protocols::Request& re
   for (const EarlierFinding& changed : TakeChanged()) {
     Amend(*changed.member, changed.finding, changed.back);
   }
-  Bytes unanswered;  // bytes that came in answer to the member's previous request
+  Bytes unanswered;  // bytes that came after the previous request of this member
   if (exchange_.member() == &member) unanswered = exchange_.TakeHeard();
   exchange_.Begin(member, request, member.times, now);
   earlier_.OnBegin(exchange_, std::move(unanswered));
@@ -161,11 +162,11 @@ void Observer::OnAnswered() {
   negotiated_ = IsTelnet(greeting_.OnAnswered(exchange_.heard())) && roster_.is_network();
 }
 
-/// Changes the finding to same_again if the same bytes came in answer to other requests before.
+/// Changes the finding to same_again if the same bytes have come after different requests before.
 Finding Observer::LookAgain(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool right = IsAnswered(finding.symptom);
-  // A Modbus TCP reply has a transaction number, so its finding is proven already.
+  // A finding about a Modbus TCP reply is certain, because the reply contains a transaction number.
   const bool told = exchange_.member()->protocol->tcp && !finding.remedy.empty();
   const bool same = habits_.NoteSame(exchange_, exchange_.outcome() == Outcome::ok);
   if (!same || right || told) return finding;
@@ -175,7 +176,8 @@ Finding Observer::LookAgain(Finding finding) {
           .cause = text ? Quote(heard) : std::string()};
 }
 
-/// Replaces the finding by one about the greeting, if a greeting explains why no device answers.
+/// If no device answers and a greeting explains why, returns a finding about the greeting; else
+/// returns `finding`.
 Finding Observer::Greet(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool speaks =
@@ -193,8 +195,8 @@ std::vector<EarlierFinding> Observer::TakeChanged() {
   return changed;
 }
 
-/// Bytes may have come after the end of the exchange. Returns nothing if the symptom has not
-/// changed.
+/// Examines the exchange again if bytes have come after its end. Returns a finding if its symptom
+/// has changed.
 std::optional<Finding> Observer::More() {
   if (!exchange_.TakeMore()) return std::nullopt;
   Finding finding = Look();
@@ -244,11 +246,11 @@ Finding Observer::Look() {
 namespace {
 
 constexpr std::size_t kMostUnasked = 256;
-/// A longer pause separates two messages.
+/// A pause longer than this separates two messages.
 constexpr Duration kLongestPause = 2s;
 
-/// True if the eighth bit looks like a parity bit: nearly all characters have the same parity, or
-/// the bit is always 1 (mark).
+/// True if the eighth bit looks like a parity bit: at least 7 of 8 characters have the same parity,
+/// or the bit is always 1 (mark).
 bool HasParity(View heard) {
   const auto even =
       std::ranges::count_if(heard, [](auto byte) { return std::popcount(byte) % 2 == 0; });
@@ -281,8 +283,8 @@ Finding Overheard::OnDamaged() {
   return Look();
 }
 
-/// True if heard_ is the rest of torn_: together they are a whole message, and the pause between
-/// them is shorter than the silence before the message.
+/// True if heard_ is the second part of the message torn_: together they are a whole message, and
+/// the pause between them is short, and shorter than the silence before the first part.
 bool Overheard::IsRest() const {
   if (torn_.empty() || pause_ > kLongestPause || 5 * pause_ > 4 * before_) return false;
   const Hearing hearing{
@@ -312,7 +314,7 @@ Finding Overheard::Look() const {
     if (HasParity(heard_)) return {.symptom = Symptom::eighth_bit};
     return {.symptom = Symptom::other_setting,
             .cause = "characters beyond ASCII come (" + Quote(heard_) + ")",
-            .remedy = "let it send ASCII alone, without letters such as umlauts"};
+            .remedy = "set the device to send only ASCII, without letters such as umlauts"};
   }
   Finding finding = Examine(hearing);
   const bool unsaid = finding.symptom == Symptom::odd && finding.cause.empty();

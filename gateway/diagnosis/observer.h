@@ -1,11 +1,10 @@
-// `Observer` watches one line for `baudgate status`. The bus calls it as a `LineObserver`; it
-// decides nothing on the bus. It collects the bytes between two requests and writes into the status
-// of the device what the exchange looked like; if more bytes come after the end of an exchange, it
-// corrects the entry. `Overheard` does the same for a device that sends unasked. Memory is bounded.
-// Start here to read the diagnosis: gateway/bus/points/findings.h counts the findings, and
-// gateway/diagnosis/causes/diagnose.h makes sentences of the counts.
-// gateway/bus/replies/whose_reply.h decides which replies count. Each part of Observer answers one
-// question:
+// `Observer` watches one line for the diagnosis in `baudgate status`. The bus calls it as a
+// `LineObserver`; it has no influence on the bus. It collects the bytes between two requests and
+// writes into the status of the device what the exchange looked like (a `Finding`). If more bytes
+// come after the end of the exchange, it corrects the finding. `Overheard` does the same for a
+// device that sends unasked. Memory is bounded. The rest of the diagnosis:
+// gateway/bus/points/findings.h counts the findings, gateway/diagnosis/causes/diagnose.h makes
+// sentences of the counts. Each part of Observer answers one question:
 //
 //   HeardExchange    which bytes came in this exchange?
 //   ServerGreeting   which text did the server send before the first request?
@@ -39,9 +38,9 @@
 
 namespace baudgate::diagnosis {
 
-// ServerGreeting stores the bytes that come on a connection before the first request: the text of
-// another service, a message that the server is in use, or Telnet. Until a device answers, the
-// greeting explains why no device does.
+// `ServerGreeting` stores the bytes that come on a connection before the first request: the text of
+// another service, a message that the server is in use, or Telnet. While no device answers, the
+// greeting may explain why. Examples:
 //
 //   opened, "Login: ", a request, silence     the greeting explains the silence
 //   opened, a request, "Login: "              as above: the greeting may arrive after the request
@@ -53,26 +52,26 @@ class ServerGreeting {
     first_ = true;
     text_.clear();
   }
-  /// Stores bytes that came before the first request.
   void Keep(View bytes) {
     Append(text_, bytes.first(std::min(bytes.size(), kMost - text_.size())));
   }
-  /// Call this when a device has answered. Returns the stored greeting and clears it. If there is
-  /// no greeting and this was the first exchange, returns `heard`: all bytes of the exchange,
-  /// including the reply.
+  /// Call when a device has answered. Returns the stored greeting and clears it. If there is no
+  /// greeting and no exchange has ended on this connection, returns `heard`: all bytes of the
+  /// present exchange.
   Bytes OnAnswered(View heard) {
     Bytes said = std::exchange(text_, {});
     if (said.empty() && first_) said.assign(heard.begin(), heard.end());
     return said;
   }
-  /// Call this at the end of every exchange, answered or not. `speaks`: the bytes in `heard` are
-  /// text for people, or come from another service.
+  /// Call at the end of every exchange, answered or not. `speaks`: the bytes in `heard` are
+  /// readable text, or come from another service. If this was the first exchange, they are stored
+  /// as greeting.
   void NoteExchange(View heard, bool speaks) {
     const bool first = std::exchange(first_, false);
     if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
   }
 
-  /// Empty: no greeting came, or a device has answered since.
+  /// Returns the greeting; empty: none came, or a device has answered since.
   const Bytes& text() const { return text_; }
 
  private:
@@ -82,22 +81,24 @@ class ServerGreeting {
   bool first_ = true;  // no exchange has ended since the port was opened
 };
 
-// Overheard collects the bytes of a device that sends unasked and finds out what unreadable
+// `Overheard` collects the bytes of a device that sends unasked, and finds out what unreadable
 // messages looked like (gateway/diagnosis/damage/examine.h). Memory is bounded.
 //
-//   Hear(bytes)    for all bytes; returns a finding if a new message begins after a damaged one
-//   OnDamaged()    the conversation could not read the message: returns a finding so far
+//   Hear(bytes)    for all bytes; if a new message begins after a damaged one, returns a finding
+//                  about the damaged one
+//   OnDamaged()    a message could not be read; returns a finding about its bytes so far
 //
 class Overheard {
  public:
   /// The references must stay valid for the lifetime of this object.
   Overheard(const bus::Device& device, const bus::Roster& roster);
 
-  /// If `bytes` begin a new message and the message before was damaged, returns what that message
-  /// looked like in full. Otherwise returns nothing.
+  /// If `bytes` begin a new message and the message before was damaged, returns a finding about all
+  /// bytes of the damaged message; else nothing.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
-  /// The conversation has read a message, so the next bytes are not the rest of a damaged message.
+  /// The conversation has read a message, so the bytes that follow are no rest of a damaged
+  /// message.
   void OnRead() { damaged_ = false; }
 
  private:
@@ -108,7 +109,7 @@ class Overheard {
   const bus::Roster& roster_;
   const protocols::Expectation expect_;
   Bytes heard_;  // bytes since the last silence
-  Bytes torn_;   // the message before the last silence, if it was damaged
+  Bytes torn_;   // bytes of the message before the last silence, if it was damaged
   Instant last_{};
   Duration pause_{};   // silence between torn_ and heard_
   Duration before_{};  // silence before torn_
@@ -139,16 +140,16 @@ class Observer : public bus::LineObserver {
   void OnUnasked(const bus::Device& device, Outcome outcome, const std::string& reason,
                  const std::string& remedy, Duration rest, Instant now) override;
 
-  // OnExchange and OnRequest without the update of the status; for tests.
+  // TakeFinding and TakeChanged are OnExchange and OnRequest without the status; public for tests.
   /// Ends the exchange and returns what it looked like on the wire.
   Finding TakeFinding(Outcome outcome);
-  /// Returns the exchanges whose finding has changed because more bytes came later; each once.
+  /// Returns the exchanges whose finding has changed, because more bytes came later; each one once.
   std::vector<EarlierFinding> TakeChanged();
 
  private:
   struct Last {
     Symptom symptom = Symptom::clean;
-    std::uint8_t asked = 0;  // which of kSpecialBytes the request had, one bit each
+    std::uint8_t asked = 0;  // which of kSpecialBytes the request contained, one bit each
   };
 
   static void Complete(const bus::EndedExchange& ended, Finding& finding);
@@ -162,16 +163,16 @@ class Observer : public bus::LineObserver {
   const bus::Roster& roster_;
   bus::PointStore& store_;
   bus::ByMember<Last> last_;
-  HeardExchange exchange_;  // the current exchange, or the last one
+  HeardExchange exchange_;  // the present exchange, or the last one
   ServerGreeting greeting_;
   ReplyHabits habits_;
   EarlierReplies earlier_{habits_};
   Symptom told_ = Symptom::clean;
   bool negotiated_ = false;
-  std::optional<Overheard> overheard_;  // for the first device that sends unasked
+  std::optional<Overheard> overheard_;  // empty: no device of the line sends unasked
 };
 
-/// Makes the observer of a line, for Poller. The references must outlive the observer.
+/// Makes the observer of a line, for Poller. The references must stay valid for its lifetime.
 std::unique_ptr<bus::LineObserver> Observe(const bus::Roster& roster, bus::PointStore& store);
 
 }  // namespace baudgate::diagnosis

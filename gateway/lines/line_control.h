@@ -1,7 +1,6 @@
 // `LineControl` acts on lines while they run: lends a port, takes a device out of use, watches the
 // bytes. gateway/lines/lines.h implements it; gateway/outputs/control (the local socket) uses it.
-// All calls are thread-safe. Lines are numbered as in the configuration, devices as in the point
-// store.
+// All functions are thread-safe. `line` and `device` are numbers in the point store.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,7 +21,7 @@ struct Protocol;
 
 namespace baudgate::lines {
 
-// The port text in the status of a line between the start and the first attempt to open the port.
+// The port text in the status of a line from its start until the first attempt to open the port.
 
 inline constexpr std::string_view kNotOpenedYet = "not opened yet";
 
@@ -44,8 +43,8 @@ class LineControl {
     return nullptr;
   }
   /// Returns a queue that receives all records of the line from now on, until the caller drops the
-  /// queue. The line's thread calls `wake` when the empty queue gets its first record; `wake` must
-  /// not block.
+  /// queue; null if the line has ended. The line's thread calls `wake` when the empty queue gets
+  /// its first record; `wake` must not block.
   virtual std::shared_ptr<records::TraceQueue> Trace(std::uint32_t line,
                                                      std::function<void()> wake) = 0;
   /// Returns the records in the flight recorder of the line, oldest first.

@@ -10,7 +10,7 @@
 namespace baudgate::lines {
 namespace {
 
-/// Each check calls into the driver.
+/// The interval of checks; each check calls into the driver.
 constexpr Duration kLookEvery = 1s;
 
 }  // namespace
@@ -78,17 +78,17 @@ void SettingsWatch::CheckSettings(Now now) {
 
 namespace {
 
-/// A server that leaves at least this many requests unanswered has passed them on to the line.
+/// A server that has left at least this many requests unanswered has passed them on to its devices.
 constexpr int kPassedOn = 2;
 
-/// Runs due timers, one step each: the end of the exchange, the end of the silence behind it, the
+/// Runs the due timers of `part`: the end of the exchange, the end of the silence behind it, the
 /// next request.
 void CatchUp(auto& part, Now now) {
   constexpr int kMostSteps = 100;
   for (int i = 0; i < kMostSteps && HasCome(part.Deadline(), now.instant); ++i) part.OnTimer(now);
 }
 
-/// Returns what the user should check if a connection ended before it had worked.
+/// Returns what the user should check if a connection ended before it was proven.
 std::string HintOf(const RestingConnection& rest, bool unread, const config::Line& line) {
   const std::string& protocol = line.protocol;
   if (rest.unanswered() >= kPassedOn) {
@@ -151,7 +151,7 @@ void LinePort::Stop(const std::string& why, Now now, std::function<void()> stopp
 
 // ---------------------------------------------------------------- the connection
 
-/// Also stops the retries, so that nothing opens the port again.
+/// Closes the port and stops the retries, so that nothing opens the port again.
 void LinePort::ClosePort() {
   proof_.OnClosed();
   settings_.OnClosed();
@@ -276,7 +276,7 @@ void LinePort::AfterTheWrite(std::function<void()> then) {
 
 void LinePort::Lend(Duration time) {
   lent_until_ = now_.instant + time;
-  loan_.OnClosed("the port is released to another program", now_);
+  loan_.OnClosed("the port is lent to another program", now_);
   out_of_service_ = true;
   open_ = false;
   ClosePort();
@@ -297,7 +297,7 @@ void LinePort::EndLoan() {
 
 std::optional<std::string> LinePort::WhyNot() const {
   if (stopping_) return stopping_;
-  if (lent_until_) return "the port is released to another program";
+  if (lent_until_) return "the port is lent to another program";
   if (resting_.rests())
     return "the server has closed the connection; the next request opens it again";
   if (!transport_.is_open()) return "the port is not open: " + display_.text();

@@ -1,7 +1,7 @@
-// `LinePort` is the port of one line: it opens, loses, lends and closes the port, and first ends
-// what uses it. It has no thread and no clock: line_runner.h passes bytes, calls and the time.
-// `SettingsWatch` watches the settings of the open port; `WriteGrace` delays closing the port until
-// a write has ended.
+// `LinePort` is the port of one line: it opens, lends and closes the port. Before it lends or
+// closes the port, it ends the current write. It has no thread and no clock: line_runner.h passes
+// bytes, calls and the time. `SettingsWatch` watches the settings of the open port; `WriteGrace`
+// delays closing the port until a write has ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,10 +26,10 @@
 
 namespace baudgate::lines {
 
-// Watches the settings of an open port, and sets those that a request needs before the request goes
-// out. At most once a second, while the line works, it reads the error counters of the driver and
-// checks whether another program has changed the settings (ModemManager, brltty, a getty and stty
-// do that). Each exchange would then fail, so the settings are set again.
+// SettingsWatch sets the settings that a request needs before the request is sent. At most once a
+// second, while the line works, it also reads the error counters of the driver and checks whether
+// another program has changed the settings of the port (ModemManager, brltty, a getty and stty do
+// that). Each exchange would then fail, so SettingsWatch sets the settings again.
 class SettingsWatch {
  public:
   /// The references must outlive this object. `listens`: a device of the line sends unasked, so the
@@ -43,10 +43,10 @@ class SettingsWatch {
         applied_(line.serial) {}
 
   void OnOpened(Now now);
-  /// The port was lent and now has the settings of the line again.
+  /// Called when a loan of the port is over; the port then has the settings of the line again.
   void OnReturned() { applied_ = line_.serial; }
   void OnClosed() { due_.reset(); }
-  /// To be called before a request is sent with these settings.
+  /// Must be called before a request is sent that needs the settings `serial`.
   void OnSend(const config::SerialSettings& serial, Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const { return due_; }
@@ -63,7 +63,8 @@ class SettingsWatch {
   config::SerialSettings applied_;
   Instant looked_{};
   std::optional<Instant> due_;
-  std::uint64_t times_restored_ = 0;  // since the port was opened
+  // How often the settings were set again since the port was opened.
+  std::uint64_t times_restored_ = 0;
 };
 
 // Delays closing the port of a line until the current write has ended, at most a second, so that no
@@ -72,19 +73,18 @@ class WriteGrace {
  public:
   static constexpr Duration kMost = 1s;
 
-  /// `then` is called at the end; it replaces the `then` of an earlier Begin.
+  /// `then` is called when the write has ended; it replaces the `then` of an earlier Begin.
   void Begin(std::function<void()> then, Instant now) {
     then_ = std::move(then);
     until_ = now + kMost;
   }
   bool waits() const { return until_.has_value(); }
   bool IsOver(Instant now) const { return until_ && *until_ <= now; }
-  /// Calls `then` now; only if waits().
+  /// Calls `then` now. Must be called only if waits().
   void End() {
     until_.reset();
     std::exchange(then_, nullptr)();
   }
-  /// Drops `then`.
   void CallOff() {
     until_.reset();
     then_ = nullptr;
@@ -96,16 +96,17 @@ class WriteGrace {
   std::optional<Instant> until_;
 };
 
-/// The reason for clients when `release --end` takes the port back.
+/// The reason that clients get when `release --end` takes the port back.
 inline constexpr std::string_view kTakenBack = "the line was taken back";
 
 /// The port of one line. Not thread-safe, except is_open(). `now` must never go back.
 class LinePort final : public bus::RequestPort, public PortLoan::Line {
  public:
   /// The references must outlive this object. `poller`, `telegrams` and `loan` may be constructed
-  /// later. `transport` is closed; its listener must pass each event to the function of the same
-  /// name here. `retries` opens the port again after OnDown. `listens`: a device of the line sends
-  /// unasked, so the connection must be open all the time. `transaction`: see TransactionBytes.
+  /// later. `transport` must be closed; its listener must pass each event to the function of the
+  /// same name here. `retries` opens the port again after OnDown. `listens`: a device of the line
+  /// sends unasked, so the connection must be open all the time. `transaction`: see
+  /// TransactionBytes.
   LinePort(const config::Line& line, bus::PointStore& store, transports::Transport& transport,
            transports::PortRetries& retries, records::LineRecorder& recorder,
            LineReporter& reporter, bus::Poller& poller, TelegramQueue& telegrams, PortLoan& loan,
@@ -116,34 +117,34 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   /// within a second. The port is not opened again. `why` is for users: "the gateway stops".
   void Stop(const std::string& why, Now now, std::function<void()> stopped);
 
-  // Events of the transport.
+  // The listener of the transport calls these functions.
   void OnOpened(Now now);
   void OnOpenFailed(const std::string& reason, transports::NoConnection why, Now now);
   void PassOn(View bytes, Now now);
-  /// `takes_no_data`: see TransportListener::OnStuck.
+  /// `takes_no_data`: the port was closed because it accepts no data.
   void OnLost(const std::string& reason, Now now, bool takes_no_data = false);
   void OnEnded(const std::string& reason, bool unread, Now now);
 
-  // Calls of the poller and of the telegrams by hand.
+  // The poller and the queue of telegrams by hand call these functions.
   void Send(View bytes, const config::SerialSettings& serial, Now now) override;
   void DropUnsent() override;
   bool IsUnsent() const override { return resting_.is_unsent(); }
 
-  // Calls of PortLoan; see there.
+  // PortLoan calls these functions; see PortLoan::Line.
   std::optional<std::string> WhyNot() const override;
   bool Quiet() override;
   void OnLent(const std::string& text, WallTime until, Now now) override;
   void OnReturned(Now now) override;
   void OnPortFailed(const std::string& reason, Now now) override;
 
-  /// See LineControl. The current write ends first.
+  /// See LineControl::Release. The port is lent only after the current write has ended.
   void Release(Duration time, Now now);
   void EndRelease(Now now);
 
-  /// To be called at Deadline(). An earlier call does nothing.
+  /// Must be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// To be called after every input of the line: the current write may have ended.
+  /// Must be called after every input of the line, because the current write may have ended.
   void Settle(Now now);
 
   bool is_open() const { return open_.load(); }  // thread-safe
@@ -152,11 +153,11 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   void DropLate();
   void Prove();
   void CheckConnection();
-  /// How the port was lost, as far as more than the text depends on it.
+  /// The cause of the loss of a port, for the hint in the log and for the status.
   enum class Loss : std::uint8_t {
     port,
     unread,   ///< the server dropped a request that it had not read
-    silence,  ///< closed by this gateway, because no device behind the connection has answered
+    silence,  ///< this gateway has closed the port, because no device behind it has answered
   };
   void Lost(const std::string& reason, Loss loss = Loss::port);
   void ClosePort();

@@ -21,7 +21,7 @@ void LineReporter::OnDeviceState(std::uint32_t device, bus::DeviceState from, bu
     const auto take = [&](const bus::DeviceRecord& record) {
       about.outcome = Name(record.status.last_outcome);
     };
-    // Slaves of routes are not in the store.
+    // The store has no records of the slaves of routes.
     if (device < bus::kFirstSlave) store_.Read(device, take);
     log::Warn(about, "{} (was {}): {}", Name(to), Name(from), reason);
   }
@@ -60,8 +60,8 @@ void LineReporter::OnNews(bus::News news, Now at) {
 
 namespace {
 
-/// Connections have the same age if their ages differ by less than this plus a tenth: a time limit
-/// of the server ends them.
+/// Two connections have the same age if their ages differ by less than this plus a tenth. Equal
+/// ages show that a time limit of the server ends the connections.
 constexpr Duration kSameAge = 500ms;
 
 }  // namespace

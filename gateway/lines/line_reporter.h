@@ -4,7 +4,8 @@
 // first time only (News::first).
 //
 //   device online → offline           no_answer
-//   port lost, opened                 port_down, port_down over
+//   port lost                         port_down
+//   port opened                       port_down over
 //   this device offline → online      no_answer over
 //   another device → online           no_answer over, the first time only (News::first)
 //
@@ -61,9 +62,9 @@ class LineReporter final : public bus::PollerListener {
   /// driver hangs: news of this line would look like news of the new line. Thread-safe.
   void Retire() { retired_ = true; }
 
-  /// Notes that events of the device are on the disk: those that OnEvents reported last
-  /// (`reported`), or those from before the start. Returns true if no event of the device is
-  /// unsaved.
+  /// Notes that events of the device have been saved to the disk. `reported`: these are the events
+  /// that OnEvents reported last; else they are from before the start. Returns true if no event of
+  /// the device is unsaved.
   [[nodiscard]] bool TakeKept(std::uint32_t device, bool reported) {
     if (reported) unsaved_.erase(device);
     return !unsaved_.contains(device);
@@ -97,36 +98,35 @@ class PortDisplay {
   PortDisplay(bus::PointStore& store, const config::Line& line, records::LineRecorder& recorder,
               LineReporter& reporter);
 
-  /// `text` describes the port and its settings.
   void OnOpened(const std::string& text, Now now);
   struct Down {
     bool first = false;  ///< the first failure for this reason since the port worked
-    /// Closed by this gateway, because no device behind the port has answered.
+    /// This gateway has closed the port, because no device behind it has answered.
     bool silent = false;
   };
   void OnDown(const std::string& reason, Down down, Now now);
-  /// A user has asked for a release, which waits for the end of the current write. The epoch: the
-  /// release was called off.
+  /// Shows that a user has asked for a release until `until`, which waits for the end of the
+  /// current write. If `until` is the epoch: shows that the release was called off.
   void OnReleaseAsked(WallTime until);
-  /// The port was released by hand to another program.
   void OnReleased(const std::string& port, Duration time, Now now);
-  /// The loan is over. The port is not open yet; it may have vanished meanwhile.
+  /// Called when the release is over. The port is not open yet; it may have vanished meanwhile.
   void OnTakenBack(Now now);
   void CountLoss(Now now, bool takes_no_data = false);
   void OnWorked() { worked_ = true; }
-  /// A connection could not be opened. Only the first failure after a connection that worked is
-  /// counted.
+  /// Counts a connection that could not be opened, if the last connection worked and this is the
+  /// first failure since.
   void CountNoConnection(transports::NoConnection why, Now now);
   void OnConnected(Now now) { connected_ = now.instant; }
   struct End {
-    bool worked = false;  ///< the connection had carried an answer
-    bool asked = false;   ///< a request was not answered yet
-    bool unread = false;  ///< this request was not read either
+    bool worked = false;  ///< true: an answer came over the connection
+    bool asked = false;   ///< true: a request had not been answered yet
+    bool unread = false;  ///< true: the server had not read this request either
   };
   void CountEnd(End end, Now now);
-  /// The server has ended a connection that was in use. This is no outage.
+  /// Counts and logs that the server has ended a connection that was in use. This is no outage.
   void CountDrop(const std::string& reason, Now now);
-  /// The server has ended a connection as it does regularly. This is no fault.
+  /// Counts that the server has ended a connection that the next request opens again. This is no
+  /// fault.
   void CountRest();
 
   void Show(bus::LineStatus::Port port, const std::string& text, Now now, ShownLoan loan = {});

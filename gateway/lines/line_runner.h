@@ -1,8 +1,8 @@
 // `LineRunner` runs one line on an event loop: it connects a transport and the clocks with the
-// parts of the line (`LineParts`), which hold the rules. Lines share loops, and nothing here blocks
-// a shared loop; a local serial port, whose driver may block, has a separate loop (lines.h).
-// `LineServers` serves the port over the network. `LineSlot` is the place of a line; it stays over
-// reloads even if the line ends.
+// parts of the line (`LineParts`), which contain the rules. Lines share loops, and nothing here
+// blocks a shared loop; a serial port, whose driver can block, has a separate loop (lines.h).
+// `LineServers` serves the port over the network. `LineSlot` is the numbered place of a line; it
+// remains when a reload ends the line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,30 +39,30 @@ class LineParts {
  public:
   struct Links {
     records::LineRecorder::Sink recordings{};
-    records::DeviceMemory* memory =
-        nullptr;  ///< null: what conversations learn is lost at the end of the program
-    /// Null: events are dropped, so no device is asked for events twice.
+    /// Null: what conversations learn is lost at the end of the program.
+    records::DeviceMemory* memory = nullptr;
+    /// Null: events are dropped.
     bus::EventSink* events = nullptr;
     LoanRecords loans{};
     std::vector<protocols::ForeignRule> foreign{};  ///< rules of all protocols
   };
 
-  /// The references must outlive this object. See LinePort.
+  /// The references must outlive this object.
   LineParts(const config::Line& line, std::uint32_t first_device,
             const bus::Poller::FindProtocol& find, bus::PointStore& store,
             transports::Transport& transport, transports::PortRetries& retries, Links links);
 
-  /// Restores what the conversations had learned, and opens the port.
+  /// Restores what the conversations with the devices had learned, and opens the port.
   void Start(Now now);
   /// The caller must respect Poller::kQueueLimit (CommandRoom), so that the poller has room for the
   /// command.
   void Submit(bus::WriteCommand command, Now now);
-  /// See EventPath::Kept.
+  /// Called when events of a device have been saved to the disk; see EventPath::Kept.
   void OnEventsKept(std::uint32_t device, const std::string& said, bool reported, Now now);
-  /// To be called at Deadline(). An earlier call does nothing.
+  /// Must be called at Deadline(). An earlier call does nothing.
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// To be called after every input.
+  /// Must be called after every input.
   void Settle(Now now);
 
  private:
@@ -79,8 +79,8 @@ class LineParts {
   PortLoan loan;
 };
 
-// The servers for the port of one line: the configured server, and a temporary server of `baudgate
-// release --tcp`. All calls must come from the loop of the line.
+// LineServers contains the servers for the port of one line: the configured server, and the
+// temporary server of `baudgate release --tcp`. All calls must come from the loop of the line.
 class LineServers {
  public:
   /// The references must outlive this object. `owner` gets the requests of clients, and passes them
@@ -91,9 +91,10 @@ class LineServers {
 
   void Start();
   void Stop(const std::string& why);
-  /// The caller must call Withdraw after `time`.
+  /// Starts the temporary server. The caller must call Withdraw after `time`.
   void Offer(config::PortServer server, Duration time, Now now);
-  /// Ends the offer: no client can connect any more, and a client that has the port loses it.
+  /// Ends the temporary server: no client can connect any more, and a client that has the port
+  /// loses it.
   void Withdraw(const std::string& why, Now now);
 
  private:
@@ -105,14 +106,14 @@ class LineServers {
   const config::Line& line_;
   serial_server::PortOwner& owner_;
   PortLoan& loan_;
-  std::unique_ptr<serial_server::Server> server_;   // the configured server; null: none
-  std::unique_ptr<serial_server::Server> offered_;  // the temporary server; null: none
+  std::unique_ptr<serial_server::Server> server_;   // null: no server is configured
+  std::unique_ptr<serial_server::Server> offered_;  // null: there is no temporary server
   config::PortServer offer_;                        // address and mode of `offered_`
 };
 
 class LineRunner final : private transports::TransportListener, private serial_server::PortOwner {
  public:
-  /// The references must outlive the runner. Nothing happens before Start.
+  /// The references must outlive the runner. The line does nothing before Start.
   LineRunner(asio::io_context& loop, std::shared_ptr<const config::Line> line,
              std::uint32_t first_device, const bus::Poller::FindProtocol& find,
              bus::PointStore& store, LineParts::Links links = {});
@@ -120,17 +121,18 @@ class LineRunner final : private transports::TransportListener, private serial_s
   ~LineRunner() override { Stop(); }
 
   void Start();
-  /// Closes the port and answers all queued requests, soon. Nothing may be submitted afterwards.
-  /// `why` is for the log, and for clients that are connected or wait. Thread-safe.
+  /// Makes the loop close the port and answer all queued requests soon. No request must be
+  /// submitted afterwards. `why` is for the log, and for clients that are connected or wait.
+  /// Thread-safe.
   void RequestStop(const std::string& why = "the gateway stops");
-  /// Stops the line and waits until the loop has no handler of it left: as long as the current call
-  /// of the driver lasts. Not from the loop's thread.
+  /// Stops the line and waits until its loop has no handler of the line left; a call of the driver
+  /// that hangs prolongs the wait. Must not be called on the loop's thread.
   void Stop();
-  /// As Stop, but waits until `deadline` at the latest. False: Stop must be called again before
-  /// anything that the line uses is destroyed.
+  /// Like Stop, but waits until `deadline` at the latest. Returns false if the line has not ended:
+  /// Stop must then be called again before anything that the line uses is destroyed.
   bool StopBefore(Instant deadline);
 
-  /// The line is abandoned because it cannot be stopped; see LineReporter. Thread-safe.
+  /// Stops the news of a line that is abandoned because it cannot be stopped. Thread-safe.
   void Retire() { line_.reporter.Retire(); }
 
   /// Sets since when the loop hangs; empty: it runs. While the loop hangs, requests are refused.
@@ -141,7 +143,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
     return since == WallTime{} ? std::nullopt : std::optional(since);
   }
 
-  // Thread-safe; see CommandSink and RouteTarget.
+  // Submit returns false if too many requests are queued. Thread-safe.
   bool Submit(bus::WriteCommand command);
   bool Submit(bus::RoutedRequest request);
 
@@ -151,7 +153,7 @@ class LineRunner final : private transports::TransportListener, private serial_s
     asio::post(io_, [this, call = std::move(call)]() mutable { Handle(std::move(call)); });
   }
 
-  // See LineControl. Thread-safe; the effect follows soon.
+  // See LineControl. The functions are thread-safe; the effect follows soon.
   void Offer(config::PortServer server, Duration time);
   void TakeBack();
 
@@ -183,11 +185,11 @@ class LineRunner final : private transports::TransportListener, private serial_s
   void Arm();
 
   asio::io_context& io_;
-  // The line as it was started: all parts refer to it.
+  // The configuration with which the line was started; all parts refer to it.
   const std::shared_ptr<const config::Line> config_;
   asio::steady_timer timer_;
   Instant armed_ = Instant::max();  // when the timer ends; max: it does not run
-  transports::PortKeeper keeper_;   // opens the port again while it is down
+  transports::PortKeeper keeper_;
   const std::unique_ptr<transports::Transport> transport_;
   LineParts line_;
   LineServers servers_;
@@ -203,11 +205,11 @@ class LineRunner final : private transports::TransportListener, private serial_s
   const std::future<void> ended_ = stopped_->get_future();
 };
 
-// The place of a line, with a number that never changes, and the line itself while it exists.
-// Callers need not check whether a reload has ended the line. All calls are thread-safe.
+// LineSlot is the place of a line. It has a number that never changes, and contains the line while
+// the line exists, so callers need not check whether a reload has ended the line. All calls are
+// thread-safe.
 class LineSlot final : public bus::RouteTarget {
  public:
-  /// The reason in the reply to a request while the slot has no line.
   static constexpr const char* kNotThere =
       "its line does not run: a reload is adding the line, or has removed it";
 
@@ -221,7 +223,8 @@ class LineSlot final : public bus::RouteTarget {
     Post([client](LineParts& line, Now now) { line.poller.Abandon(client, now); });
   }
 
-  /// Calls `call` with the line, which is not destroyed during the call. False: there is no line.
+  /// Calls `call` with the line, which is not destroyed during the call. Returns false if the slot
+  /// has no line.
   template <typename Call>
   bool With(Call call) const {
     const MutexLock lock(mutex_);
@@ -236,8 +239,8 @@ class LineSlot final : public bus::RouteTarget {
     With([&](LineRunner& runner) { runner.Post(std::move(call)); });
   }
 
-  /// For gateway/lines/lines.cpp, which puts the line here and takes it away. Null: there is no
-  /// line.
+  /// Returns the line; null if the slot has none. Only gateway/lines/lines.cpp, which puts lines
+  /// into the slot and takes them out, is allowed to call it.
   LineRunner* mine() const {
     const MutexLock lock(mutex_);
     return runner_.get();

@@ -189,8 +189,8 @@ void Lines::Remove(std::span<const std::uint32_t> lines) {
   }
 }
 
-// The functions below wait until lines have ended, and hold the lock of no slot meanwhile: a line
-// may need a thread to end that waits for this lock.
+// The functions below wait until lines have ended. Meanwhile they hold no lock of a slot, because
+// another thread that a line needs for its end may wait for the lock.
 
 std::vector<LineRunner*> Lines::All() const {
   std::vector<LineRunner*> all;
@@ -355,7 +355,7 @@ ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line
                                 const config::Line& config) {
   ManualSettings settings;
   const bus::LineStatus status = store.ReadLine(line);
-  // A loan to a network client ends with the old line.
+  // A loan to a network client is not restored.
   const bool by_hand = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   settings.released_until = by_hand ? status.released_until : status.release_asked_until;
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {

@@ -1,7 +1,7 @@
 // `Lines` holds all lines of the gateway and their threads. A line that a reload ends keeps its
 // number, a new line gets the next number. `ThreadKindOf` chooses a thread, `LoopWatch` finds loops
-// that hang, `LineDispatcher` passes requests of outputs to lines, and `ManualSettings` is what a
-// user has set by hand.
+// that hang, `LineDispatcher` passes requests of outputs to lines, and `ManualSettings` contains
+// what a user has set by hand.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,17 +31,17 @@
 
 namespace baudgate::lines {
 
-// Whether a line runs on a separate thread, because opening or closing its port may block, or on a
-// loop that several lines share.
+// The thread of a line: its own, because opening or closing its port can block, or a loop that
+// several lines share.
 enum class ThreadKind : std::uint8_t { own_thread, shared_loop };
 
-/// Decides by the text of the configuration alone, because the target of a link may change while
-/// the line runs. "tcp://host:port" and "/dev/pts/7" never block; the driver of a serial port may
+/// Decides by the text of the configuration alone, because the target of a link can change while
+/// the line runs. "tcp://host:port" and "/dev/pts/7" never block; the driver of a serial port can
 /// block for half a minute.
 ThreadKind ThreadKindOf(std::string_view port);
 
-/// Returns how many loops are needed for lines that share loops: at least 1, at most 4. `cores` of
-/// this machine; 0: unknown.
+/// Returns how many loops are needed for lines that share loops: at least 1, at most 4, and at most
+/// `cores`, the processor cores of this machine (0: unknown).
 std::size_t SharedLoops(const std::vector<config::Line>& lines, std::size_t cores);
 
 /// Asks each loop once a second for a sign of life. If a loop of the whole gateway hangs, the
@@ -64,8 +64,8 @@ class LoopWatch {
   /// `line`: only this line depends on the loop; empty: the whole gateway depends on it.
   void Add(std::string name, std::optional<std::uint32_t> line, Ask ask);
   void Remove(std::uint32_t line);
-  /// Returns the loops that hang, or run again, since the last look. Asks all loops that have
-  /// answered.
+  /// Returns the loops that have begun to hang, or run again, since the last look. Asks all loops
+  /// that have answered for the next sign.
   std::vector<Change> Look(WallTime now);
   /// True if all loops of the whole gateway had answered at the last look.
   bool complete() const { return complete_; }
@@ -89,8 +89,8 @@ class Lines {
  public:
   /// How long NotOpen waits for the first attempts of new lines to open their ports.
   static constexpr Duration kWaitForPorts = 1s;
-  /// How long lines may take to end: a second for a current write (line_port.cpp), and some
-  /// reserve.
+  /// The time after which lines that do not end are abandoned: a second for a current write
+  /// (line_port.cpp), and some reserve.
   static constexpr Duration kWaitForLines = 1300ms;
 
   /// `loops` is the number of threads for lines that never block, at least 1. The references must
@@ -110,10 +110,10 @@ class Lines {
   void Add(std::shared_ptr<const config::Line> line,
            std::shared_ptr<transports::LoopThread> own = {});
   void Start();
-  /// Returns a text for each port that these lines, which were started before this call, could not
-  /// open: "line bay: no client can connect at 127.0.0.1:4001: address already in use". Waits for
-  /// the first attempts, at most kWaitForPorts. Connections of lines over the network take longer
-  /// and are not reported.
+  /// Returns a text for each port of `lines` that could not be opened, and for each of their
+  /// servers that cannot listen: "line bay: no client can connect at 127.0.0.1:4001: address
+  /// already in use". The lines must have been started. Waits for the first attempts, at most
+  /// kWaitForPorts. Connections of lines over the network take longer and are not reported.
   std::vector<std::string> NotOpen(std::span<const std::uint32_t> lines) const;
   /// Ends these lines and closes their ports, within about a second. A line whose driver does not
   /// return from a call is abandoned.
@@ -122,7 +122,7 @@ class Lines {
   std::vector<std::string> Stop();
   /// Ends all lines, and waits for every driver without a limit.
   void End();
-  /// To be called after End.
+  /// Must be called after End.
   void StopLoops();
 
   std::size_t size() const { return entries_.size(); }
@@ -141,9 +141,10 @@ class Lines {
   std::optional<WallTime> stuck_since(std::uint32_t line) const;
   void OnHostClock(bool right);
 
-  /// Watches another loop, too. The loop must outlive this object.
+  /// Adds a loop of the whole gateway to the loops that Look checks. It must outlive this object.
   void Watch(const std::string& name, asio::io_context& io);
-  /// Reports loops that hang; to be called once a second. False: a loop of the whole gateway hangs.
+  /// Logs loops that hang, or run again; must be called once a second. Returns false if a loop of
+  /// the whole gateway has not answered since the last call.
   bool Look(WallTime now);
 
  private:
@@ -165,7 +166,7 @@ class Lines {
   bool running_ = false;
   std::size_t turn_ = 0;  // counter that chooses the next shared loop
   SteadyVector<LineEntry> entries_;
-  SteadyVector<std::uint32_t> line_of_;               // number of the line, by device
+  SteadyVector<std::uint32_t> line_of_;               // index: device; value: number of its line
   mutable LineSlot none_;                             // for unknown numbers; always empty
   std::vector<std::unique_ptr<LineRunner>> hanging_;  // abandoned lines; their loops stay, too
   Mutex watch_mutex_;
@@ -175,8 +176,8 @@ class Lines {
   std::optional<bool> clock_right_ BAUDGATE_GUARDED_BY(clock_mutex_);
 };
 
-// Passes requests of outputs to their line: writes, loans of its port, use of a device, its trace.
-// It is the only CommandSink of all lines. Thread-safe.
+// LineDispatcher passes requests of outputs to their line: writes, loans of its port, use of a
+// device, its trace. It is the only CommandSink of all lines. Thread-safe.
 class LineDispatcher final : public bus::CommandSink, public LineControl {
  public:
   /// The references must outlive this object.
@@ -203,10 +204,10 @@ class LineDispatcher final : public bus::CommandSink, public LineControl {
   const Lines& lines_;
 };
 
-// Settings that a user has made at a running line by `release`, `disable` or `enable`. A reload
-// that restarts the line makes them again: if a loan ended with the old line, two masters would be
-// on the bus. A network client, however, loses its connection with the old line, and polling
-// continues.
+// ManualSettings are what a user has set at a running line by `release`, `disable` or `enable`. A
+// reload that restarts the line sets them again: if a loan ended with the old line, two masters
+// would be on the bus. A network client, however, loses its connection with the old line, and
+// polling continues.
 //
 //   bay-1 is lent until 12:00, its device a disabled; a reload changes the poll of a
 //   bay-1 is restarted: lent until 12:00, a disabled
@@ -216,7 +217,6 @@ struct ManualSettings {
   std::map<std::string, bool> in_use{};  ///< devices whose use differs from `enabled`
 };
 
-/// Returns the manual settings of a running line, by the number of the line.
 ManualSettings ManualSettingsOf(const bus::PointStore& store, std::uint32_t line,
                                 const config::Line& config);
 

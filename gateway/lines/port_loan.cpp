@@ -16,7 +16,8 @@ using serial_server::Visit;
 
 namespace {
 
-/// No exchange takes longer, unless a device sends without end.
+/// After this time a client gets the port even if the current exchange has not ended. An exchange
+/// lasts as long only if a device sends without end.
 constexpr Duration kLongestWait = 10s;
 constexpr Duration kShowEvery = 1s;
 /// A rest ends after this time even if the bus is never silent.
@@ -122,7 +123,7 @@ void PortLoan::HandOver(Now now) {
   if (user_ != nullptr) ShowVisit(now);
 }
 
-/// Forgets the client that asks for the port or has it. True: the client had the port.
+/// Forgets the client that asks for the port or has it. Returns true if the client had the port.
 bool PortLoan::Part() {
   user_ = nullptr;
   const bool held = state_ == State::held;
@@ -146,7 +147,8 @@ void PortLoan::OnClosed(const std::string& reason, Now now) {
   if (Dismiss(reason, now)) (void)links_.port.Reset(links_.config.serial);
 }
 
-/// True: the client had the port.
+/// Disconnects the client that asks for the port or has it. Returns true if the client had the
+/// port.
 bool PortLoan::Dismiss(const std::string& why, Now now) {
   if (user_ == nullptr) return false;
   PortUser& user = *user_;
@@ -176,8 +178,8 @@ void PortLoan::Tell(const Visit& visit, const std::string& why, Now now) {
   });
 }
 
-/// After a loan the line rests. A served port is free for the next client at once, because late
-/// replies disturb no poll.
+/// Restores the settings of the port. After a loan the line then rests. A served port, which the
+/// line does not poll, is free for the next client at once.
 void PortLoan::Restore(Now now) {
   if (const Status set = links_.port.Reset(links_.config.serial); !set) {
     return line_.OnPortFailed(set.error(), now);
@@ -264,7 +266,8 @@ void PortLoan::OnListening(const std::string& place, const std::string& trouble,
 void PortLoan::Offer(const config::PortServer& server, Duration time, Now now) {
   offered_at_ = server.Address();
   offered_until_ = now.instant + time;
-  polls_until_ = now.instant;  // a user has asked for the port now
+  // The client need not wait, because a user has asked for the port now.
+  polls_until_ = now.instant;
   ShowService(server, now.wall + time);
 }
 
@@ -279,7 +282,7 @@ void PortLoan::HideService(const std::string& place) {
   });
 }
 
-/// `until`: end of the offer; empty: the server exists as long as the line.
+/// `until`: the end of the offer; nothing: the server exists as long as the line.
 void PortLoan::ShowService(const config::PortServer& server, std::optional<WallTime> until) {
   HideService(server.Address());
   bus::PortService service;

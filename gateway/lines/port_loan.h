@@ -25,14 +25,14 @@ namespace baudgate::lines {
 
 struct LoanRecords {
   audit::WriteLog* log = nullptr;  ///< null: loans are not recorded
-  bool required = false;           ///< refuse a loan that cannot be recorded
+  bool required = false;           ///< true: a loan that cannot be recorded is refused
 };
 
 class PortLoan final : public serial_server::PortOwner {
  public:
   class Line {
    public:
-    /// Returns why the port cannot be lent now; empty: it can.
+    /// Returns why the port cannot be lent now; nothing if it can be lent.
     virtual std::optional<std::string> WhyNot() const = 0;
     /// Stops new exchanges. Returns true if no exchange runs.
     virtual bool Quiet() = 0;
@@ -60,22 +60,23 @@ class PortLoan final : public serial_server::PortOwner {
   PortLoan(const Links& links, Line& line)
       : links_(links), number_(links.store.LineIndex(links.config)), line_(line) {}
 
-  // See PortOwner.
+  // Servers call these functions; see PortOwner.
   void Want(serial_server::PortUser& user, const serial_server::Visit& visit, Now now) override;
   void Return(serial_server::PortUser& user, const serial_server::Visit& visit,
               const std::string& why, Now now) override;
   void OnListening(const std::string& place, const std::string& trouble, Now now) override;
   void Serve(const config::PortServer& server) { ShowService(server, std::nullopt); }
-  /// Shows the server of `release --tcp` in the status, for `time`. Its first client need not wait.
+  /// Shows the server of `release --tcp` in the status, for `time`. Its first client gets the port
+  /// without waiting for polls.
   void Offer(const config::PortServer& server, Duration time, Now now);
   void Withdraw(const config::PortServer& server);
 
-  /// False: the bytes are for the line.
+  /// Passes bytes to the client that has the port. Returns false if the bytes are for the line.
   bool PassToClient(View bytes, Now now);
   void OnRoom();
-  /// The port is closed or lent to another program: disconnects the client.
+  /// Disconnects the client, because the port is closed or lent to another program.
   void OnClosed(const std::string& reason, Now now);
-  /// As TakeBack, if `user` has the port or waits for it.
+  /// Like TakeBack, but only if `user` has the port or waits for it.
   void TakeBackFrom(serial_server::PortUser& user, const std::string& why, Now now) {
     if (user_ == &user) TakeBack(why, now);
   }
@@ -83,9 +84,10 @@ class PortLoan final : public serial_server::PortOwner {
   void TakeBack(const std::string& why, Now now);
   /// True if a client has the port, or the line is still silent after a loan.
   bool has_port() const { return state_ == State::held || state_ == State::rests; }
-  /// Returns a sentence with the client that asks for the port or has it; empty: there is none.
+  /// Returns a sentence with the client that asks for the port or has it; nothing if there is none.
   std::optional<std::string> InUse() const;
-  /// To be called after every input of the line. True: the line must start nothing.
+  /// Must be called after every input of the line. Returns true if the line must start no exchange,
+  /// because a client asks for the port.
   bool Settle(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
@@ -118,7 +120,7 @@ class PortLoan final : public serial_server::PortOwner {
   Instant wanted_at_{};
   Instant until_{};
   Instant show_at_{};       // when the status is updated next
-  std::string offered_at_;  // address of the server of `release --tcp`; empty: none
+  std::string offered_at_;  // address of the server of `release --tcp`; empty: no server
   Instant offered_until_{};
   Instant polls_until_{};  // until then the line polls after a loan
   Instant heard_{};        // time of the last byte from the port, or when the client left

@@ -1,5 +1,5 @@
 // `ConnectionProof` decides when the connection of a line has proven that it works. A local port
-// works once it is open; a server may accept a connection while another client uses its port, and
+// works once it is open; a server can accept a connection while another client uses its port, and
 // then send a message or close it.
 //
 //   bytes within 500 ms of the opening        heard: it may be a message of a server in use
@@ -7,7 +7,7 @@
 //   bytes later than 500 ms                   proven at once
 //   a device has answered                     proven at once
 //   no bytes, and still open after 30 s       proven: it works, although no device answers
-//   ended before                              useless: the next one is reported only once proven
+//   ended before it was proven                useless: the next connection must be proven first
 //
 // `RestingConnection` handles servers that end their connections regularly.
 // SPDX-License-Identifier: Apache-2.0
@@ -27,42 +27,42 @@ namespace baudgate::lines {
 class ConnectionProof {
  public:
   /// A connection is closed and opened again if no device behind it has answered for this time: a
-  /// serial server may keep TCP alive although its serial side hangs.
+  /// serial server can keep TCP alive although its serial side hangs.
   static constexpr Duration kSilenceLimit = 30s;
 
-  /// `network`: on TCP; else a local port.
+  /// `network`: the connection is TCP; else it is a local port.
   explicit ConnectionProof(bool network) : network_(network) {}
 
-  /// Returns true if the opening must be reported at once.
+  /// Notes that the connection was opened. Returns true if the opening must be reported at once.
   bool OnOpened(Instant now) {
     told_ = state_ != State::useless;
     state_ = network_ ? State::fresh : State::proven;
     GoOn(now);
     return told_;
   }
-  /// A loan has ended; the connection is the same.
+  /// Restarts the times: at the opening, and when a loan has ended over the same connection.
   void GoOn(Instant now) {
     opened_ = now;
     if (network_) check_at_ = now + kGreeting;
   }
-  /// True: the connection is proven now.
+  /// Notes that bytes have come. Returns true if they prove the connection now.
   bool NoteBytes(Instant now) {
     if (state_ == State::fresh) state_ = State::heard;
     if (state_ != State::heard || now - opened_ < kGreeting) return false;
     state_ = State::proven;
     return true;
   }
-  /// To be called at check_at(). `silent`: no device has answered for kSilenceLimit. True: the
-  /// connection is proven now.
+  /// Must be called at check_at(). `silent`: no device has answered for kSilenceLimit. Returns true
+  /// if the connection is proven now.
   bool OnCheck(Instant now, bool silent) {
     check_at_.reset();
     if (!silent) check_at_ = now + kSilenceLimit / 4;
     const bool held = state_ == State::heard || now - opened_ >= kSilenceLimit;
     return held && Prove();
   }
-  /// A device has answered. True: the connection is proven now.
+  /// Notes that a device has answered. Returns true if this proves the connection now.
   bool Prove() { return std::exchange(state_, State::proven) != State::proven; }
-  /// The connection has ended. Returns false if it had not been proven.
+  /// Notes that the connection has ended. Returns false if it had not been proven.
   bool OnLost() {
     check_at_.reset();
     if (state_ == State::proven) return true;
@@ -75,7 +75,7 @@ class ConnectionProof {
   }
   void Pause() { check_at_.reset(); }
 
-  /// Returns true once for each connection: its proof must be reported now.
+  /// Returns true once for each connection whose proof must be reported.
   bool TakeNews() { return !std::exchange(told_, true); }
   const std::optional<Instant>& check_at() const { return check_at_; }
 
@@ -91,8 +91,9 @@ class ConnectionProof {
   std::optional<Instant> check_at_;
 };
 
-// Handles connections that the server ends regularly, for example after each answer or after an
-// idle time. The end of such a connection is no outage: the next request opens it again.
+// RestingConnection handles connections that the server ends regularly, for example after each
+// answer or after an idle time. The end of such a connection is no outage: the next request opens
+// it again.
 //
 // clang-format off
 // answered, ended while no request is open      rests; the next request opens it
@@ -115,12 +116,12 @@ class ConnectionProof {
 class RestingConnection {
  public:
   /// `wanted`: the connection is wanted all the time, because a device sends unasked.
-  /// `transaction`: see TransactionBytes.
+  /// `transaction`: the number of bytes at the front of a request that differ each time.
   explicit RestingConnection(bool wanted, std::size_t transaction = 0)
       : wanted_(wanted), transaction_(transaction) {}
 
-  /// A connection was opened; `answers` counts the answers on the line so far. Returns true if it
-  /// continues a connection that rested.
+  /// Notes that a connection was opened; `answers` counts the answers on the line so far. Returns
+  /// true if it continues a connection that rested.
   bool OnOpened(std::uint64_t answers, Instant now) {
     opened_ = now;
     if (answers > answers_before_) in_vain_ = 0;
@@ -130,8 +131,8 @@ class RestingConnection {
     unanswered_ = 0;
     return std::exchange(rests_, false);
   }
-  /// The server has ended the connection; `several`: more than one device is polled over it.
-  /// Returns false if the end is an outage.
+  /// Notes that the server has ended the connection; `several`: more than one device is polled over
+  /// it. Returns false if the end is an outage.
   bool OnEnded(std::uint64_t answers, bool several, Instant now) {
     if (rests_ || wanted_) return false;
     const std::uint64_t its = answers - answers_before_;
@@ -152,9 +153,9 @@ class RestingConnection {
     }
     return rests_ = true;
   }
-  /// Returns true if the server has ended a connection in use: not right after an answer, not after
-  /// an idle time that is longer than any before, and not at the request that ended the previous
-  /// connection.
+  /// Returns true if the server has ended a connection in use. Returns false for regular ends: soon
+  /// after the opening, right after the first answer, after an idle time that is longer than any
+  /// before, or at the request that ended the previous connection.
   bool IsDrop(std::uint64_t answers, Instant now) const {
     if (IsSoon(now)) return false;
     const Duration since = now - used_;
@@ -171,8 +172,8 @@ class RestingConnection {
     asks_ = false;
     unanswered_ = 0;
   }
-  /// A request is about to be sent. Returns true if the request must wait until a connection is
-  /// open.
+  /// Must be called before a request is sent. Returns true if the request is held: it must not be
+  /// sent until a new connection is open.
   bool Holds(View request, Instant now) {
     OnUsed(now);
     request_.assign(request.begin(), request.end());
@@ -187,7 +188,7 @@ class RestingConnection {
     unanswered_ += holds ? 0 : 1;
     return holds;
   }
-  /// Returns the request that has waited; empty if it was given up.
+  /// Returns the request that was held; empty if it was given up.
   Bytes TakeHeld() {
     is_used_ = asks_ = !held_.empty();
     if (asks_) is_unsent_ = false;
@@ -215,8 +216,8 @@ class RestingConnection {
            std::ranges::equal(View(request_).subspan(transaction_),
                               View(ended_by_).subspan(std::min(transaction_, ended_by_.size())));
   }
-  /// A server that ends connections after their first answer may have answered more than once by
-  /// now.
+  /// True soon after the opening, when a server that ends connections after their first answer may
+  /// have answered more than once.
   bool IsSoon(Instant now) const { return now - opened_ < kSoon; }
   void OnUsed(Instant now) {
     if (is_used_) survived_ = std::max(survived_, now - used_);
@@ -236,8 +237,8 @@ class RestingConnection {
   Instant used_{};       // time of the last byte in or out
   Duration survived_{};  // the longest idle time that this connection has survived
   Bytes request_;
-  Bytes ended_by_;  // the latest request at which the server ended the connection, if it was not
-                    // answered since
+  // The latest request at which the server ended the connection, if it was not answered since.
+  Bytes ended_by_;
   bool rests_ = false;
   int alone_ = 0;  // how many further requests get a separate connection
   int next_alone_ = kFewestAlone;

@@ -81,7 +81,7 @@ void TelegramQueue::Hand(bool send, Now now) {
   if (exchange_->is_over()) End(now);
 }
 
-/// A failed telegram that was never put on the wire becomes `queued` again, because no device can
+/// Sets a failed telegram that was never put on the wire to `queued` again, because no device can
 /// have received it.
 void TelegramQueue::TakeBack() {
   const bool sent = command_->state == bus::WriteState::sent;

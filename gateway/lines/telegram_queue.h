@@ -1,5 +1,6 @@
-// `TelegramQueue` holds telegrams by hand (`baudgate ask`) until they can be sent. The poller
-// finishes its job and pauses, the telegram uses the line alone, and the poller continues.
+// `TelegramQueue` holds telegrams that users send by hand (`baudgate ask`) until they can be sent.
+// The poller finishes its job and pauses, the telegram uses the line alone, and the poller
+// continues.
 //
 //   current poll → its end → the telegram and its reply → silence → the next poll
 //
@@ -29,16 +30,18 @@ class TelegramQueue {
                 bus::RequestPort& port)
       : line_(line), poller_(poller), tap_(tap), port_(port) {}
 
-  /// `why_not`: nothing can be sent now, so the command is answered at once.
+  /// Queues a telegram. `why_not`: the reason why nothing can be sent now; the command is then
+  /// answered at once.
   void Submit(bus::WriteCommand command, const std::optional<std::string>& why_not, Now now);
-  /// Returns false if no telegram is on the line: the bytes are for the poller.
+  /// Returns false if no telegram is on the line, so that the bytes are for the poller.
   bool TakeBytes(View bytes, Now now);
   void OnTimer(Now now);
-  /// See Poller.
+  /// Returns false if the current telegram must no longer be sent: its client has left, or its
+  /// deadline has passed.
   bool MayGoOut(Now now) const { return !command_ || WhyNotSend(*command_, now) == nullptr; }
-  /// The port is closed or lent: answers all commands.
+  /// Answers all commands, because the port is closed or lent.
   void OnClosed(const std::string& reason);
-  /// To be called after every input of the line.
+  /// Must be called after every input of the line.
   void Settle(Now now);
   std::optional<Instant> Deadline() const;
   bool is_busy() const { return exchange_.has_value(); }

@@ -11,10 +11,9 @@ namespace baudgate::outputs {
 namespace {
 
 constexpr std::size_t kDeviceStates = 5;
-/// Each octave of the histogram has four buckets.
+/// The histogram has four buckets per octave.
 constexpr std::size_t kOctaves = bus::RoundTrips::kBuckets / 4;
 
-/// The label for each LineUse.
 constexpr std::array<std::string_view, bus::kLineUses> kWhy = {"poll",  "probe",   "route",
                                                                "write", "silence", "drain"};
 

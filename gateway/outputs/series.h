@@ -1,5 +1,5 @@
-// `Series` and `Families` make the text that Prometheus reads at /metrics (text format 0.0.4): a
-// Series contains the lines of one metric, Families the metrics of a table of counters
+// `Series` and `Families` write the text that Prometheus reads at /metrics (text format 0.0.4): a
+// Series contains the values of one metric, Families contains all metrics of a table of counters
 // (gateway/bus/points/counted.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -22,10 +22,9 @@
 
 namespace baudgate::outputs {
 
-/// Described in docs/metrics.md.
 struct Metric {
-  std::string_view name;  ///< "baudgate_modbus_clients"
-  std::string_view type;  ///< "counter", "gauge" or "histogram"
+  std::string_view name;  ///< e.g. "baudgate_modbus_clients"
+  std::string_view type;  ///< type of the metric: "counter", "gauge" or "histogram"
   std::string_view help;
 };
 
@@ -37,10 +36,10 @@ class Series {
   explicit Series(const Metric& metric) : metric_(metric) {}
   Series(const Metric& metric, double value) : metric_(metric) { Add("", value); }
 
-  /// Adds a value. `labels`: e.g. `line="bay-1"`, without braces; empty: none. `suffix` follows the
-  /// metric's name, e.g. "_bucket".
+  /// Adds a value. `labels`: e.g. `line="bay-1"`, without braces; empty: no labels. `suffix`
+  /// follows the metric's name, e.g. "_bucket".
   void Add(std::string_view labels, double value, std::string_view suffix = "");
-  /// Appends the metric's HELP, TYPE and values to `out`; nothing if there are no values.
+  /// Appends the metric's HELP, TYPE and values to `out`. Appends nothing if there are no values.
   void AppendTo(std::string& out) const;
 
  private:
@@ -49,8 +48,9 @@ class Series {
 };
 
 // EachValue calls `add` for each Prometheus value of a table's member: once for a number, several
-// times for an array or a histogram. `label` is a further label, e.g. `outcome="ok"` (empty: none),
-// `suffix` follows the metric's name, and an empty `value` means that there is none now.
+// times for an array or a histogram. `label` is a further label, e.g. `outcome="ok"` (empty: no
+// label), `suffix` follows the metric's name, and an empty `value` means that there is no value
+// now.
 
 using AddValue = std::function<void(std::string_view label, std::optional<double> value,
                                     std::string_view suffix)>;
@@ -58,7 +58,7 @@ using AddValue = std::function<void(std::string_view label, std::optional<double
 void EachValue(bus::DeviceState state, const AddValue& add);
 /// Adds the seconds of each LineUse.
 void EachValue(const bus::TimeByUse& times, const AddValue& add);
-/// Adds a histogram in seconds. Each bucket is an octave wide; the last has no upper bound.
+/// Adds a histogram in seconds. Each bucket is an octave wide; the last bucket has no upper bound.
 void EachValue(const bus::RoundTrips& trips, const AddValue& add);
 inline void EachValue(bus::LineStatus::Port port, const AddValue& add) {
   add("", port == bus::LineStatus::Port::open ? 1 : 0, "");
@@ -66,7 +66,7 @@ inline void EachValue(bus::LineStatus::Port port, const AddValue& add) {
 inline void EachValue(Duration duration, const AddValue& add) {
   add("", std::chrono::duration<double>(duration).count(), "");
 }
-/// Adds seconds since 1970; no value for the epoch itself, which means "not yet".
+/// Adds the time in seconds since 1970. For the epoch, which means "not yet", adds no value.
 inline void EachValue(WallTime time, const AddValue& add) {
   if (time != WallTime{}) return EachValue(time.time_since_epoch(), add);
   add("", std::nullopt, "");
@@ -94,7 +94,7 @@ void EachMetric(const T& its, Use use) {
   });
 }
 
-/// Returns the greatest number of values that a table adds.
+/// Returns the greatest number of values that a table T adds.
 template <config::HasFields T>
 std::size_t SeriesIn() {
   std::size_t count = 0;
@@ -104,7 +104,6 @@ std::size_t SeriesIn() {
   return count;
 }
 
-/// The metrics of a table, in the order of the table's rows.
 template <config::HasFields T>
 class Families {
  public:
@@ -115,7 +114,7 @@ class Families {
       all_.emplace_back(Metric{row.metric, type, row.help});
     });
   }
-  /// `labels`: e.g. `line="bay-1"`.
+  /// Adds the values of `its` to the metrics. `labels`: e.g. `line="bay-1"`.
   void Add(const T& its, const std::string& labels) {
     auto series = all_.begin();
     EachMetric(its, [&](auto /*row*/, const auto& of) {

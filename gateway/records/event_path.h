@@ -1,6 +1,6 @@
-// `EventPath` carries events from the lines to the file, reports back what is stored, and has
-// devices read for the records that their events announce. The gateway's own events and alarms
-// enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
+// `EventPath` carries events from the lines to the file, reports to the lines which events are
+// stored, and requests the reads of the records that events announce. The gateway's own events and
+// alarms enter here as well. `EventsPlace` is the place of events.db, `KindOf` decides how news is
 // recorded, and `AlarmService` raises the gateway's own alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -34,22 +34,23 @@
 namespace baudgate::records {
 
 struct EventsPlace {
-  std::filesystem::path file;  ///< empty: there is no place for it
+  std::filesystem::path file;  ///< empty: there is no place for the file
   std::string why_no_file{};
-  bool in_memory = false;  ///< nothing but the gateway's own alarms, which end with the gateway
-  std::set<std::string> consumers{};  ///< see CursorBook
+  /// True: only the gateway's own alarms exist, and they end with the gateway.
+  bool in_memory = false;
+  std::set<std::string> consumers{};  ///< names of the consumers of events; see CursorBook
   std::shared_ptr<EventsWriter> writer = std::make_shared<EventsWriter>();
 };
 
-// How a line's news is recorded: the code of the event and the trouble of the alarm. The texts of
-// events are in gateway/records/events/own_records.cpp, the names of alarms in
-// gateway/records/events/own_alarms.cpp.
+// How a line's news is recorded: the code of the event, and the kind of the alarm.
+// gateway/records/events/own_records.cpp contains the texts of events, and
+// gateway/records/events/own_alarms.cpp the names of alarms.
 struct NewsKind {
   events::OwnCode code;
   std::optional<events::Trouble> trouble{};  ///< empty: the news is no alarm
 };
 
-/// The only table from News to NewsKind. The compiler refuses a News::What without a case.
+/// The only table from News to NewsKind. The compiler reports a News::What without a case.
 constexpr NewsKind KindOf(bus::News::What what) {
   using events::OwnCode;
   using events::Trouble;
@@ -79,7 +80,7 @@ constexpr NewsKind KindOf(bus::News::What what) {
 /// The end of a client's request that was routed to a slave.
 struct RoutedEnd {
   enum class Slave : std::uint8_t {
-    answered,  ///< also with an exception
+    answered,  ///< the slave replied, possibly with an exception
     silent,
     unknown,  ///< the slave was not asked, or nothing waited for its reply
   };
@@ -89,17 +90,18 @@ struct RoutedEnd {
   const bus::RoutedReply& reply;
 };
 
-// `AlarmService` raises the gateway's own alarms: it takes facts about lines, routes and disks on
-// any thread, and reports in order which alarms begin and end. gateway/records/events/own_alarms.h
-// decides what is an alarm, and when.
+// `AlarmService` raises the gateway's own alarms: any thread reports facts about lines, routes and
+// disks to it, and it reports in order which alarms begin and end.
+// gateway/records/events/own_alarms.h decides what is an alarm, and when.
 class AlarmService {
  public:
   using Tell = std::function<void(events::EventRecord record)>;
-  /// `tell` must return at once, and must not call this object.
+  /// `tell` receives each event that begins or ends an alarm. It must return at once, and must not
+  /// call this object.
   AlarmService(std::shared_ptr<const config::Config> config, Tell tell)
       : tell_(std::move(tell)), alarms_(std::move(config)) {}
 
-  /// `device`: its name; empty: the news is about the line.
+  /// `device`: the device's name; empty: the news is about the line.
   void OnNews(const std::string& line, const std::string& device, const bus::News& news, Now at);
   void OnRouted(const RoutedEnd& end, Now now);
   /// To be called for a device that is disabled in the configuration.
@@ -110,15 +112,14 @@ class AlarmService {
     Disk disk = Disk::opening;
     std::string why{};
   };
-  /// To be called periodically with the state of the disks; raises alarms whose cause has lasted
+  /// To be called periodically with the state of the disks. Raises alarms whose cause has lasted
   /// long enough.
   void Look(std::span<const DiskState> disks, Now now);
 
-  /// Applies a reload; see OwnAlarms.
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
-  /// The requests of clients to one unit that got no reply, in a row.
+  /// Counts the consecutive requests of clients to one unit that got no reply.
   struct Unanswered {
     int requests = 0;
     Now first{};
@@ -139,32 +140,30 @@ class AlarmService {
 
 class EventPath final : public bus::EventSink {
  public:
-  /// Called with `said` of the device's last events that are on the disk (see
-  /// Conversation::OnEventsKept). `reported`: true for events of OnReported, false for events from
-  /// before the start. On the writing thread, or within Start.
+  /// Called with EventBatch::said of a device's last batch on the disk (see
+  /// Conversation::OnEventsKept). `reported`: true for a batch of OnReported, false for a batch
+  /// that was stored before. Called on the writing thread, or within Start or Begun.
   using Kept = std::function<void(std::uint32_t device, std::string said, bool reported)>;
-  /// All references must outlive this object. `commands` receives the reads of records that events
-  /// announce.
+  /// All references must outlive this object. `commands` receives the read requests for records
+  /// that events announce.
   EventPath(const config::Config& config, const bus::PointStore& store, const EventsPlace& place,
             bus::CommandSink& commands, Kept kept);
 
-  /// From now on lines are told which events are on the disk from before, as soon as the file is
-  /// open.
+  /// From now on calls `kept` for each device whose events are on the disk from before the start,
+  /// as soon as the file is open.
   void Start();
-  /// The first step of a reload, before new lines start; Begun is the second. `config` contains the
-  /// lines of the store; `begun` are the new lines, which are the last ones.
+  /// The first step of a reload, before new lines start; Begun is the second. `config` contains all
+  /// lines of the point store; `begun` are the new lines, which are the last lines in the store.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// The second step of a reload, when the lines of these devices have started: tells them which
-  /// events are on the disk from before, and has the records read that their events announce.
+  /// The second step of a reload, when the lines of these devices have started: calls `kept` for
+  /// each device with events on the disk, and requests the records that their events announce.
   void Begun(std::uint32_t first_device, std::size_t devices);
-  /// Records that a configuration was applied, or taken back.
   void OnReload(bool taken_back, const std::string& text);
-  /// Records that the gateway has corrected the clock of a device, or could not.
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
   /// Records the start of the gateway; to be called before the lines start.
   void Started() { queue().Started(kVersion); }
-  /// Records the end of the gateway, and waits 300 ms at most until outputs can see this event; to
+  /// Records the end of the gateway, and waits 300 ms at most until outputs can see this event. To
   /// be called when the lines have ended.
   void End();
 
@@ -177,8 +176,8 @@ class EventPath final : public bus::EventSink {
   void OnRouted(const RoutedEnd& end, Now now) { alarms_.OnRouted(end, now); }
   void Look(std::span<const AlarmService::DiskState> disks, Now now) { alarms_.Look(disks, now); }
   events::EventLog& log() { return log_; }
-  /// The events that are on the disk, for outputs, which may keep the feed longer than this object
-  /// exists.
+  /// The events that are on the disk, for outputs. An output is allowed to hold the feed longer
+  /// than this object exists.
   std::shared_ptr<events::EventFeed> feed() const { return feed_; }
   std::shared_ptr<events::CursorBook> cursors() const { return cursors_; }
 
@@ -186,15 +185,15 @@ class EventPath final : public bus::EventSink {
   struct DeviceEntry {
     DeviceEntry(std::weak_ptr<const config::Line> its_line, std::size_t its_place)
         : line(std::move(its_line)), place(its_place) {}
-    /// The line as it began; valid while the line may report about the device. A line that was
-    /// removed may report after a reload, under its old numbers.
+    /// The line as it began; valid while the line can report about the device. After a reload, a
+    /// removed line can still report under its old device numbers.
     const std::weak_ptr<const config::Line> line;
-    const std::size_t place;  // index in its line
+    const std::size_t place;  // the device's index in its line
     Mutex mutex{};
-    // Null: no point of the device is watched.
+    // Null: no point of the device is watched for events.
     std::unique_ptr<events::DeviceWatch> watch BAUDGATE_GUARDED_BY(mutex){};
   };
-  /// A device and its line, as the line began. Null: the line has ended.
+  /// A device and its line. `line` is null if the line has ended.
   struct Named {
     std::shared_ptr<const config::Line> line;
     const config::Device* device = nullptr;
@@ -213,7 +212,6 @@ class EventPath final : public bus::EventSink {
   const bool in_memory_;
   const Kept kept_;
   SteadyVector<DeviceEntry> entries_;  // by device
-  // The numbers of the devices in the configuration.
   std::map<events::SourceName, std::uint32_t> present_;
   Mutex facts_mutex_;
   events::LastingFacts facts_ BAUDGATE_GUARDED_BY(facts_mutex_);

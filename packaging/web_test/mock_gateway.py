@@ -145,7 +145,7 @@ class Gateway:
                 made["round_trips"].update(count=0, mean_us=0, p50_us=0, p99_us=0, histogram=[])
             made["hour"]["minutes"] = [minute_of(wrong, n) for n in range(60)]
             if wrong == "silent":
-                made["advice"] = [f"has never answered: not a byte came: check its power and wire, then its address "
+                made["advice"] = [f"has never answered: not a byte came. Check its power and wire, then its address "
                                   f"({number + 1}), bit rate, parity and protocol (9600 7E1, spabus)", f"{devices[0][0]} answers on the same line"]
             if wrong == "disabled":
                 made.update(state="disabled", age_ms=None, exchanges=0)
@@ -155,11 +155,11 @@ class Gateway:
             if wrong == "noisy":
                 made.update(state="degraded", last_outcome="no_reply", last_reason="no answer came")
                 made["advice"] = [
-                    "7 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its end"]
+                    "7 of 32 exchanges failed: single requests get no answer. Check for noise, and for a bad wire or plug at its end"]
                 made["hour"].update(availability=0.97, outages=2)
             if wrong == "late":
                 made["advice"] = ["late: its replies come up to 380 ms after the request, and timing.reply is 300 "
-                                  "ms: set timing: { reply: 500ms } in the configuration"]
+                                  "ms. Set timing: { reply: 500ms } in the configuration"]
             if wrong == "sensor":
                 made["advice"] = ["1 of 8 points have no good value (1 open sensor; input_3)"]
             line["devices"].append(made)
@@ -240,8 +240,8 @@ class Gateway:
                 if name in self.killed:
                     ago = now - self.killed[name]
                     device.update(state="offline", age_ms=int(ago * 1000), last_outcome="no_reply")
-                    device["advice"] = [f"offline for {ago:.0f} s: not a byte comes any more: check its power and "
-                                        "its wire", "its return is noticed within 61 s"]
+                    device["advice"] = [f"offline for {ago:.0f} s: not a byte comes any more. Check its power and "
+                                        "its wire", "the gateway notices its return within 61 s"]
                 mine = [p for p in self.points if p.line == line["name"] and p.device == device["name"]]
                 good = sum(p.quality == 192 for p in mine)
                 device["points"] = {"count": len(mine), "good": good, "uncertain": 0, "bad": len(mine) - good}

@@ -12,7 +12,7 @@ namespace {
 using std::chrono::hours;
 using std::chrono::minutes;
 
-/// No time zone is further from UTC.
+/// The largest offset from UTC that a time zone can have.
 constexpr minutes kMostOffset = hours(14);
 
 CivilZone::Utc LastSunday(std::chrono::year year, std::chrono::month month) {

@@ -26,16 +26,19 @@ class CivilZone {
   using Civil = std::chrono::local_seconds;
   using Utc = std::chrono::sys_seconds;
 
-  /// UTC without summer time.
+  /// Constructs the zone UTC, without summer time.
   CivilZone() = default;
-  /// Parses "+03:00" or "+01:00 eu". The error names the allowed forms.
+  /// Parses "+03:00" or "+01:00 eu". The text of an error lists the allowed forms.
   static Result<CivilZone> Parse(std::string_view text);
 
   enum class Fit : std::uint8_t {
     once,
-    twice,  ///< the civil time occurs twice, as the clock was set back; `utc` is the second, an
-            ///< hour later
-    never,  ///< the clock was set forward past this time; `utc` assumes that it was not
+    /// The civil time occurs twice, because the clock was set back; `utc` is the second of the two
+    /// moments, an hour after the first.
+    twice,
+    /// The civil time does not occur, because the clock was set forward past it; `utc` is computed
+    /// as if the clock had not been set forward.
+    never,
   };
   struct Moment {
     Utc utc{};
@@ -46,7 +49,7 @@ class CivilZone {
   bool IsDaylight(Utc utc) const;
 
  private:
-  std::chrono::minutes offset_{};  // east of Greenwich, in winter
+  std::chrono::minutes offset_{};  // offset of winter time from UTC; positive: east of Greenwich
   bool daylight_ = false;
 };
 
@@ -69,19 +72,20 @@ inline constexpr std::string_view kClockDriftPoint = "clock_drift";
 inline constexpr std::string_view kClockCorrectionPoint = "clock_correction";
 
 struct ClockCare {
-  Duration least{};              ///< a smaller drift is not corrected
-  Duration most{};               ///< a larger drift is not corrected either
-  CivilZone zone;                ///< of the device's clock
-  std::uint32_t drift = 0;       ///< index of the point clock_drift
-  std::uint32_t correction = 0;  ///< index of the point clock_correction
+  Duration least{};  ///< a drift smaller than this is not corrected
+  Duration most{};   ///< a drift larger than this is not corrected, only reported
+  CivilZone zone;
+  std::uint32_t drift = 0;
+  std::uint32_t correction = 0;
 };
 
-/// Empty: no correction is configured, or a point is missing.
+/// Returns the settings for correcting the clock of `device`. Empty: its options request no
+/// correction, or its time zone or a point of ClockCare is missing.
 std::optional<ClockCare> ClockCareOf(const config::Device& device);
 
-/// True if `now` is far enough from a device's own work at full and half hours (half-hour records)
-/// and at midnight of its clock (daily readings): minutes 5 to 25 and 35 to 55, and not between
-/// 23:30 and 00:30.
+/// True if a device's clock is allowed to be corrected at `now`. A device stores half-hour records
+/// and daily readings at fixed times of its clock, so corrections are made only in minutes 5 to 25
+/// and 35 to 55, and never between 23:30 and 00:30 of that clock.
 bool MayCorrectAt(WallTime now, const CivilZone& zone);
 
 }  // namespace baudgate::protocols

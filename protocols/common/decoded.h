@@ -6,8 +6,7 @@
 
 namespace baudgate::protocols {
 
-/// A value, or an empty value with the quality that tells why. Bytes that are no measurement never
-/// give a number.
+/// A decoded value. If the bytes are not a measurement, `value` is empty and `quality` tells why.
 struct Decoded {
   Value value{};
   Quality quality = Quality::good;

@@ -1,5 +1,5 @@
-// Results that most frame rules return: noise, incomplete frame, bad checksum, frame too long.
-// SPDX-License-Identifier: Apache-2.0
+// Results (Cut) that most frame rules return: noise, incomplete frame, bad checksum, frame of
+// another device.
 #pragma once
 
 #include <string_view>
@@ -8,15 +8,15 @@
 
 namespace baudgate::protocols::cut {
 
-/// True for bytes that are no sign of damage: 00 and FF appear when a line driver is switched on or
-/// off. `also`: more harmless characters, such as the line feed that some converters add.
+/// True if `byte` is harmless noise: 00 and FF appear when a line driver is switched on or off.
+/// `also`: further harmless characters, such as the line feed that some converters add.
 constexpr bool IsHarmless(std::uint8_t byte, std::string_view also = {}) {
   return byte == 0x00 || byte == 0xFF ||
          also.find(static_cast<char>(byte)) != std::string_view::npos;
 }
 
-/// Drops bytes before the next start character: a run of harmless bytes, or a run of other bytes.
-/// `held` must not begin with a start character.
+/// Drops the bytes in front of the next start character. One call drops only harmless bytes, or
+/// only other bytes. `held` must not begin with a start character.
 inline Cut SkipNoise(View held, std::string_view starts, std::string_view harmless = {}) {
   const bool calm = IsHarmless(held[0], harmless);
   const auto same = [&](std::uint8_t byte) {
@@ -28,13 +28,12 @@ inline Cut SkipNoise(View held, std::string_view starts, std::string_view harmle
   return Cut::Discard(size, calm ? Outcome::none : Outcome::partial, "noise before a frame");
 }
 
-/// Drops one byte that begins no frame.
 inline Cut Slide(View held, std::string_view why) {
   return Cut::Discard(1, IsHarmless(held[0]) ? Outcome::none : Outcome::partial, why);
 }
 
-/// For an incomplete frame: waits for more bytes; if the line is silent, drops `size` bytes as
-/// partial.
+/// Result for an incomplete frame: waits for more bytes. If the line is silent, no more will come,
+/// so `size` bytes are dropped as partial.
 constexpr Cut Wait(bool idle, std::size_t size = 1) {
   return idle ? Cut::Discard(size, Outcome::partial, "stopped mid-frame") : Cut::NeedMore();
 }
@@ -47,7 +46,7 @@ constexpr Cut TooLong(std::size_t size = 1) {
   return Cut::Discard(size, Outcome::corrupt, "longer than any frame");
 }
 
-/// Drops a whole frame of a device that was not asked: the awaited frame may follow.
+/// Drops a whole frame that another device has sent; the awaited frame can still follow.
 constexpr Cut OfAnother(std::size_t size) {
   return Cut::Discard(size, Outcome::unexpected, "not from the device that was asked");
 }

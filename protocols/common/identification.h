@@ -14,55 +14,57 @@
 
 namespace baudgate::protocols {
 
-/// Judges `says`, the name as received. Reason::none with a text: no profile lists the name; the
-/// values stay good.
+/// Compares `says`, the name that the device has reported, with the names of its profile. Returns a
+/// trouble if another profile lists the name. If no profile lists it, the result has Reason::none
+/// and a text, and the device's values stay good.
 DeviceTrouble JudgeName(const config::Identity& identity, std::string_view says);
 
-/// Chooses between the device's own probe, an identification, and reads. A device that does not
-/// support the identification is silent to it, like a device that is absent. So after an unanswered
-/// probe the kind of probe alternates:
+/// Chooses which request tests whether a device answers: the device's own probe (an identification)
+/// or one of the reads that polls use. A device that does not support the identification is silent
+/// to it, like a device that is absent. So after an unanswered probe the two kinds alternate:
 ///
 ///     identification, silence; read 2, silence; identification, silence; read 3, answer; …
 ///
 /// If three unanswered identifications in a row were each followed by an answered read, the device
-/// is assumed not to support it, and only reads are sent. A device that has answered its
-/// identification once is never assumed so: a serial server that delivers each reply one request
-/// late could answer the reads and not the identification.
-/// The conversation reports the results of probes and polls.
+/// is assumed not to support it, and only reads are sent. This is never assumed of a device that
+/// has answered its identification once: a serial server that delivers each reply one request late
+/// could answer the reads and not the identification.
 class ProbeChoice {
  public:
   enum class Own {
-    none,            ///< there is no own probe: reads only
-    identification,  ///< the answer names the device, or no read gives such an answer
-    /// A read that no poll makes, so its answer differs from those to polls, but not from other
-    /// devices' answers. After its first answer it is the only probe: an answer to another read
+    none,            ///< the device has no probe of its own: only reads are sent
+    identification,  ///< the reply names the device, so it differs from the reply to any read
+    /// A read that no poll sends, so its reply differs from replies to polls, but not from replies
+    /// of other devices. Once it was answered, it is the only probe: the reply to another read
     /// could be a late reply of a neighbouring device to a poll.
     read,
   };
   explicit ProbeChoice(Own own) : own_(own) {}
 
-  /// Returns the read to send, 0…reads - 1; empty: send the device's own probe. `best`: the read to
-  /// send when reads are not taken in turn.
+  /// Returns which read to send next, 0…reads - 1. Empty: send the device's own probe. `best`: the
+  /// read to send once the own probe is given up.
   std::optional<std::size_t> Next(std::size_t reads, std::size_t best = 0) const;
 
-  /// Called when a probe was answered; `own`: it was the device's own probe.
+  /// Call it when a probe was answered. `own`: the probe was the device's own probe.
   void OnAnswered(bool own);
-  /// Called when a probe failed. True: the device may not support its own probe, so another probe
-  /// should follow at once.
+  /// Call it when a probe has failed. Returns true if the device may not support its own probe, so
+  /// that a read should be sent as the next probe at once.
   bool OnFailed(bool own);
   void OnPolled() { failed_ = 0; }
-  /// Called when another device may be connected: an identification that was given up gets one more
-  /// try.
+  /// Call it when another device may be connected. An identification that was given up is then
+  /// tried once more.
   void OnReconnect();
 
  private:
   bool GivenUp() const;
 
   Own own_;
-  std::size_t failed_ = 0;       // probes that failed since the own probe or a poll was answered
-  bool own_unanswered_ = false;  // the last own probe failed, and nothing was answered since
-  int silences_ = 0;           // unanswered own probes in a row, each followed by an answered read
-  bool own_answered_ = false;  // the own probe was answered at least once
+  // How many probes have failed since the own probe or a poll was answered.
+  std::size_t failed_ = 0;
+  bool own_unanswered_ = false;  // true: the last own probe failed, and no probe was answered since
+  // How many own probes in a row were unanswered and followed by an answered read.
+  int silences_ = 0;
+  bool own_answered_ = false;
 };
 
 }  // namespace baudgate::protocols

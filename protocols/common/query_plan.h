@@ -40,26 +40,26 @@ class TryAgain {
 
   explicit TryAgain(Duration first = 8s) : first_(first) {}
 
-  /// Called on a refusal: starts the first wait, or a wait twice as long as the previous one (at
-  /// most kLongest). Has no effect while a wait is running.
+  /// Call it when the device has refused. Starts the first wait, or a wait twice as long as the
+  /// previous one (at most kLongest). Has no effect while a wait is running.
   void OnRefused(Instant now) {
     if (at_ && now < *at_) return;
     wait_ = wait_ == Duration::zero() ? first_ : std::min(2 * wait_, kLongest);
     at_ = now + wait_;
   }
   bool IsDue(Instant now) const { return at_ && now >= *at_; }
-  /// Like IsDue, and ends the wait if it is due, so the next call returns false.
+  /// Returns IsDue. A wait that is due is ended, so the next call returns false.
   bool TakeDue(Instant now) {
     if (!IsDue(now)) return false;
     at_.reset();
     return true;
   }
-  /// Resets the timer, so that the next refusal starts the first wait.
+  /// Resets the timer, so that the next refusal starts with the first wait again.
   void Forget() { *this = TryAgain(first_); }
 
  private:
   Duration first_;
-  Duration wait_{};              // the latest wait
+  Duration wait_{};
   std::optional<Instant> at_{};  // end of the wait; empty: no wait is running
 };
 
@@ -71,7 +71,8 @@ struct Block {
   Key key{};
   std::size_t begin = 0;
   std::size_t end = 1;
-  /// Separate items in the block: registers 7, 8 and 20 are 3 items in 14 places.
+  /// Number of separate items in the block. Example: registers 7, 8 and 20 are 3 items in 14
+  /// places.
   std::size_t items = 1;
 
   std::size_t size() const { return end - begin; }
@@ -80,14 +81,17 @@ struct Block {
   }
 };
 
-/// How often points are asked that the device refuses. A point that was answered before is first
-/// asked every few seconds (config::Group::again) for an hour; this rule applies after that hour.
-/// It applies at once to points that were never answered.
+/// How often points are asked that the device refuses. A point that was never answered is asked by
+/// this rule at once. A point that was answered before is first asked every few seconds
+/// (config::Group::again) for an hour, and by this rule after that hour.
 enum class WhenRefused : std::uint8_t {
-  ask_rarely,  ///< with the slow group, so a channel that is enabled later returns by itself
-  ask_daily,   ///< like ask_rarely, but points that were never answered are asked daily after
-               ///< Rules::refusals refusals
-  drop,        ///< points that were never answered are not asked again until OnReconnect
+  /// Refused points are asked with the slow group, so a channel that is enabled later returns by
+  /// itself.
+  ask_rarely,
+  /// Like ask_rarely, but points that were never answered are asked only daily after
+  /// Rules::refusals refusals.
+  ask_daily,
+  drop,  ///< points that were never answered are not asked again until OnReconnect
 };
 
 using Often = std::function<bool(config::Group)>;
@@ -96,7 +100,8 @@ inline Often OftenOf(const config::Device& device) {
   return [&device](config::Group group) { return config::IsOften(device, group); };
 }
 
-/// The change that the result of a request has caused. Queries() has changed unless `nothing`.
+/// The change of the plan that the result of a request has caused. Unless it is `nothing`,
+/// queries() has changed.
 enum class PlanChange : std::uint8_t {
   nothing,
   split,      ///< the request is read in two parts from now on
@@ -104,33 +109,34 @@ enum class PlanChange : std::uint8_t {
   restored,   ///< points that were set apart are asked with their group again
 };
 
-/// Order of the queries: fast before slow before once, `again` last; within a group by the order in
-/// which keys were first added, then by refusal (none first), then by place. The index of a query
-/// is valid until a call reports a change, or until Make or OnReconnect.
+/// Plans the queries of one device. Queries are sorted by group (fast, slow, once, again), then by
+/// the order in which keys were first added, then by refusal (never refused first), then by place.
+/// The index of a query is valid until a call reports a change, or until Make or OnReconnect.
 template <typename Key>
 class QueryPlan {
  public:
   struct Rules {
-    /// True if a request for `block` may read `next` as well. `next` has the same key, begins
-    /// inside the block or behind it, and is not yet wholly inside. Null: never.
+    /// True if a request for `block` is allowed to read `next` as well. `next` has the same key,
+    /// begins inside the block or behind it, and is not yet wholly inside. Null: blocks are never
+    /// joined.
     std::function<bool(const Block<Key>& block, const Block<Key>& next)> may_join{};
-    /// True if a request for this key reads every place from its first to its last; false: only
-    /// those of its points. Null: always true.
+    /// True if a request for this key reads every place from its first to its last; false if it
+    /// reads only the places of its points. Null: always true.
     std::function<bool(const Key& key)> reads_between{};
     WhenRefused refused = WhenRefused::ask_rarely;
-    /// The number of consecutive refusals after which the device is assumed not to have a point.
-    /// More than 1 if a damaged reply may look like a refusal: earlier refusals of points that were
-    /// answered before then count as ordinary failures.
+    /// The number of consecutive refusals after which the device is assumed not to have a point. It
+    /// is more than 1 if a damaged reply can look like a refusal: earlier refusals of points that
+    /// were answered before then count as ordinary failures.
     int refusals = 1;
-    /// True if the group is read at least as often as config::Group::again. Its doubtful points
-    /// then need no earlier retry.
+    /// True if the group is polled at least as often as config::Group::again. Points in doubt then
+    /// stay in their group, because they need no earlier retry.
     Often is_often = IsFast;
   };
 
   explicit QueryPlan(Rules rules) : rules_(std::move(rules)) {}
 
-  /// Adds a read of point index `point` at these places. Points that are never read must not be
-  /// added.
+  /// Adds a read of the point with index `point` at places `begin` to `end` (exclusive) of `key`.
+  /// Points that are never read must not be added.
   void Add(config::Group group, std::size_t point, const Key& key, std::size_t begin = 0,
            std::size_t end = 1);
   /// Computes the queries. Call it after the last Add, and whenever may_join would return other
@@ -138,83 +144,92 @@ class QueryPlan {
   void Make();
 
   std::span<const Query> queries() const { return queries_; }
-  /// Returns the block that queries()[query] reads.
   const Block<Key>& block(std::size_t query) const { return blocks_[query]; }
-  /// True if all points of the query have been answered at least once, at any time.
+  /// True if every point of the query has been answered at least once, no matter when.
   bool IsProven(std::size_t query) const;
 
-  /// Marks points as answered that were answered in `other`, another layout of the same points.
+  /// Marks points as answered that were answered in `other`, a plan with another layout of the same
+  /// points.
   void TakeProven(const QueryPlan& other);
 
-  // Results of queries()[query]. An index beyond the last query has no effect.
+  // The functions below report the result of queries()[query]. An index beyond the last query has
+  // no effect.
 
-  /// The reply has values. The points are asked with their group again.
+  /// Call it when the reply has values. The points of the query are asked with their group again.
   PlanChange OnAnswered(std::size_t query, Instant now);
-  /// The reply is a message such as "busy" or "failure", which does not mean that the device lacks
-  /// the points. Points of slow groups are retried sooner.
+  /// Call it when the reply is a message such as "busy" or "failure", which does not mean that the
+  /// device lacks the points. Points of slow groups are then retried sooner.
   PlanChange OnHeard(std::size_t query, Instant now);
-  /// The device lacks at least one of the items. If the query can be split, it is split at its
-  /// widest gap, or else in the middle, so that one bad item does not block the others.
-  /// `divisible`: false if parts would be refused as well (an unknown function). After many
-  /// refusals in a row the device is assumed to accept nothing at present: a query that was
-  /// answered before is then set apart as a whole.
+  /// Call it when the reply means that the device lacks at least one item of the query. If the
+  /// query can be split, it is split at its widest gap, or else in the middle, so that one bad item
+  /// does not block the others. `divisible`: false if parts would be refused as well (an unknown
+  /// function). After many refusals in a row the device is assumed to accept nothing at present,
+  /// and a query that was answered before is then set apart as a whole.
   PlanChange OnRefused(std::size_t query, Instant now, bool divisible = true);
-  /// True if one more refusal of the query proves that the device does not have its points.
+  /// True if one more refusal of the query is enough to assume that the device does not have its
+  /// points.
   bool IsLastRefusal(std::size_t query) const;
-  /// The short probe was answered: the device is present, so later silence to a query counts.
+  /// Call it when a probe was answered: the device is present, so later silence to a query counts.
   void OnProbed() { heard_ = true; }
-  /// Returns the points that are set apart because the device did not answer them, if their quality
-  /// is to be reported with the reply to this query. This is so for the first reply after a change,
-  /// then for the query with the lowest index among those answered. Else empty.
+  /// Returns the points that are set apart because the device did not answer them. The caller
+  /// reports their quality with the reply to this query. To report them once per poll cycle, the
+  /// result is empty except for the first reply after a change, and then for the lowest query that
+  /// was answered so far.
   std::span<const std::size_t> SilentlyRefused(std::size_t query);
-  /// No reply came. Some devices refuse by silence, but an absent device is silent as well. So
-  /// silence counts as a refusal only if other queries or probes are answered, the query has not
-  /// been answered since OnReconnect, and it is the third silence.
+  /// Call it when no reply came. Some devices refuse by silence, but an absent device is silent as
+  /// well. So silence counts as a refusal only if other queries or probes are answered, the query
+  /// has not been answered since OnReconnect, and this is its third silence.
   PlanChange OnSilent(std::size_t query, Instant now);
 
-  /// Reads refused points in the queries of their own group again. Points of config::Group::again
-  /// stay there, because they are tried sooner. False: there was no refusal to forget.
+  /// Removes the refusals, so that refused points are read in queries of their own group again.
+  /// Points of config::Group::again stay there, because they are retried sooner. Returns false if
+  /// there was no refusal.
   bool ForgetRefusals();
   /// Call it if another device may be connected: refused points are asked again, and split blocks
-  /// are joined. A block that never got an answer and was split for silence stays split, because
-  /// silence costs time.
+  /// are joined. A block that was split because the device was silent, and was never answered as a
+  /// whole, stays split, because silence costs time.
   void OnReconnect();
 
  private:
-  // Key and place: no query reads across this place.
+  // A key and a place of it: no query reads across this place.
   using Cut = std::pair<std::size_t, std::size_t>;
 
   static constexpr int kSilencesOfARefusal = 3;
-  static constexpr Duration kLasting = 1h;  // a refusal that lasts this long may be permanent
+  static constexpr Duration kLasting = 1h;  // a refusal that has lasted this long may be permanent
 
-  /// One place to read. A large gateway has 100,000 items, so members are narrow and the small ones
-  /// are side by side.
+  /// One place to read. A large gateway has 100,000 items, so the members are narrow, and the small
+  /// ones stand side by side.
   struct Item {
     std::uint32_t point = 0;
     std::uint32_t key = 0;  // index into keys_
     std::uint32_t begin = 0;
     std::uint32_t end = 1;
-    std::uint32_t refusal = 0;  // number of the refusal that set the item apart; 0: not set apart
-    std::uint32_t row = 0;      // value of row_ when the item was set apart
-    int silences = 0;           // unanswered requests in a row, while heard is false
-    int refusals = 0;           // refusals in a row
+    // Number of the refusal that set the item apart from its group; 0: not set apart.
+    std::uint32_t refusal = 0;
+    std::uint32_t row = 0;  // value of QueryPlan::row_ when the item was set apart
+    // How many requests in a row the device did not answer, while `heard` is false.
+    int silences = 0;
+    int refusals = 0;  // how many refusals in a row
     config::Group group = config::Group::fast;
-    bool waits = false;    // true: put off by a message such as "busy", see OnHeard
-    bool silent = false;   // true: set apart because the device was silent
-    bool heard = false;    // true: the device replied to it since OnReconnect
-    bool proven = false;   // true: answered at least once
-    bool crossed = false;  // true: an answered query has read across this item's begin
-    bool lasting = false;  // true: refused for kLasting or longer
+    // True: the device has put the item off with a message such as "busy", see OnHeard.
+    bool waits = false;
+    bool silent = false;   // true: the item was set apart because the device was silent
+    bool heard = false;    // true: the item was answered since OnReconnect
+    bool proven = false;   // true: the item was answered at least once
+    bool crossed = false;  // true: an answered query has read across the begin of this item
+    bool lasting = false;  // true: the device has refused the item for kLasting or longer
     std::optional<Instant> refused_since{};
   };
   struct CutMade {
-    bool silent = false;      // true: the device was silent to the whole block
-    std::size_t answers = 0;  // answers_ when the cut was made
+    // True: the cut was made because the device did not answer the whole block.
+    bool silent = false;
+    std::size_t answers = 0;  // value of QueryPlan::answers_ when the cut was made
   };
 
   Block<Key> BlockOf(const Item& item) const { return {keys_[item.key], item.begin, item.end, 1}; }
-  /// True if the item was refused, or put off with a message such as "busy", and Rules::refusals is
-  /// not reached. The item is asked sooner than its group, so that this is decided in time.
+  /// True if the device has refused the item, or put it off with a message such as "busy", but less
+  /// often than Rules::refusals. The item is asked sooner than its group, so that its refusal is
+  /// confirmed or disproved soon. False if its group is polled often enough.
   bool IsInDoubt(const Item& item) const {
     const bool refused = item.waits || (item.refusals > 0 && item.refusals < rules_.refusals);
     return refused && (item.refusal != 0 || !rules_.is_often(item.group));
@@ -234,19 +249,18 @@ class QueryPlan {
     if (daily) return config::Group::daily;
     return IsSeldom(item.group) ? item.group : config::Group::slow;
   }
-  /// Returns a number that must be equal for items that share a request. For items of group `again`
-  /// it is the number of their run of refusals without an answer in between, so items of one run
-  /// are read together.
+  /// Returns a number that must be equal for items that share a request. Items of group `again`
+  /// that were refused in one run, without an answer in between, get the same number.
   std::size_t RefusalOf(const Item& item) const {
     return IsAskedAgain(item) ? item.row : item.refusal;
   }
   bool Joins(const Item& first, const Block<Key>& block, const Item& next) const;
-  /// Cuts the query at its widest gap, or else in its middle; after the next Make no query reads
-  /// across the cut. `silent`: the device did not answer the whole query. False: the query cannot
-  /// be cut.
+  /// Cuts the query at its widest gap, or else in its middle, so that after the next Make no query
+  /// reads across the cut. `silent`: the device did not answer the whole query. Returns false if
+  /// the query cannot be cut.
   bool Split(std::size_t query, bool silent);
   /// Removes the cuts for which `may_go` returns true, so that the next Make joins the blocks.
-  /// False: no cut was removed.
+  /// Returns false if no cut was removed.
   template <typename MayGo>
   bool Mend(MayGo may_go);
   bool RefusesAll(Instant now);
@@ -264,11 +278,10 @@ class QueryPlan {
     item.waits = item.silent = item.lasting = false;
     item.refused_since.reset();
   }
-  /// Calls `change` for every item that the query reads, of any group.
+  /// Calls `change` for every item that the query reads, also for items of other groups.
   template <typename Change>
   void ForItemsOf(std::size_t query, Change change);
   Cut PlaceOf(std::size_t item) const { return {items_[item].key, items_[item].begin}; }
-  /// Returns an iterator to the first item in by_place_ that begins at `place` or behind it.
   auto FirstFrom(const Cut& place) const {
     return std::ranges::lower_bound(by_place_, place, {},
                                     [this](std::size_t i) { return PlaceOf(i); });
@@ -281,21 +294,22 @@ class QueryPlan {
   std::vector<Item> items_;
   std::vector<Query> queries_;
   std::vector<Block<Key>> blocks_;
-  std::vector<std::vector<std::uint32_t>> members_;  // items of each query, by place
-  std::vector<std::uint32_t> by_place_;              // item indices, sorted by key and begin
-  std::vector<std::size_t> silent_;                  // points, see SilentlyRefused
-  std::size_t teller_ = 0;                           // only queries up to this index report silent_
+  // For each query: the items that it reads, sorted by place.
+  std::vector<std::vector<std::uint32_t>> members_;
+  std::vector<std::uint32_t> by_place_;  // indices into items_, sorted by key and begin
+  std::vector<std::size_t> silent_;  // points that are set apart for silence, see SilentlyRefused
+  std::size_t teller_ = 0;  // SilentlyRefused returns silent_ only for queries up to this index
   std::map<Cut, CutMade> cuts_;
   std::size_t answers_ = 0;
   std::uint32_t refusals_ = 0;
   std::size_t refusals_in_row_ = 0;  // refusals of proven queries since the last answer
-  std::uint32_t row_ = 0;            // number of runs of refusals so far
-  TryAgain whole_;       // when a split block is read as a whole, or, if all is refused, in parts
-  bool mended_ = false;  // blocks were joined again and have not been answered yet
-  bool heard_ = false;   // the device has replied since OnReconnect
+  std::uint32_t row_ = 0;            // how many runs of refusals there were; an answer ends a run
+  // When a split block is read as a whole again; if everything is refused: when parts are tried
+  // again.
+  TryAgain whole_;
+  bool mended_ = false;  // true: blocks were joined again and have not been answered yet
+  bool heard_ = false;   // true: the device has replied since OnReconnect
 };
-
-// ---------------------------------------------------------------- layout
 
 template <typename Key>
 void QueryPlan<Key>::Add(config::Group group, std::size_t point, const Key& key, std::size_t begin,
@@ -352,7 +366,7 @@ void QueryPlan<Key>::Make() {
   ListSilent();
 }
 
-/// `first` is the item with which the block begins.
+/// True if a block that begins with the item `first` is allowed to be extended by `next`.
 template <typename Key>
 bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Item& next) const {
   const bool alike = GroupOf(first) == GroupOf(next) && first.key == next.key &&
@@ -363,7 +377,7 @@ bool QueryPlan<Key>::Joins(const Item& first, const Block<Key>& block, const Ite
   const auto cut = cuts_.lower_bound({next.key, block.begin + 1});
   const bool divided =
       cut != cuts_.end() && cut->first.first == next.key && cut->first.second <= next.begin;
-  // Overlapping points cannot be separated by a cut.
+  // Points that overlap cannot be separated by a cut, so `next` joins the block in spite of it.
   if (divided && next.begin >= block.end) return false;
   return rules_.may_join && rules_.may_join(block, place);
 }
@@ -381,8 +395,6 @@ void QueryPlan<Key>::TakeProven(const QueryPlan& other) {
     });
   }
 }
-
-// ---------------------------------------------------------------- what is learned
 
 template <typename Key>
 template <typename Change>
@@ -472,18 +484,18 @@ PlanChange QueryPlan<Key>::OnRefused(std::size_t query, Instant now, bool divisi
   if (!divisible || !Split(query, false)) return SetApart(query);
   whole_.OnRefused(now);
   mended_ = false;
-  // Each part is judged by the replies to that part.
+  // Earlier refusals of the whole do not count for its parts.
   ForItemsOf(query, [](Item& item) { item.refusals = 0; });
   Make();
   return PlanChange::split;
 }
 
 /// True if the device refuses everything. Halving a block finds one bad item in log2(items) steps.
-/// If nothing has been answered by then, smaller requests do not help, and they are tried less and
-/// less often.
+/// If no item was answered by then, smaller requests do not help, and they are tried less and less
+/// often.
 template <typename Key>
 bool QueryPlan<Key>::RefusesAll(Instant now) {
-  constexpr std::size_t kMore = 3;  // allows for a few bad items
+  constexpr std::size_t kMore = 3;  // additional refusals, because a few items may be bad
   if (++refusals_in_row_ < std::bit_width(items_.size()) + kMore) return false;
   const bool tries_parts = whole_.TakeDue(now);
   if (tries_parts) refusals_in_row_ = 1;
@@ -535,7 +547,7 @@ PlanChange QueryPlan<Key>::OnSilent(std::size_t query, Instant now) {
   return change;
 }
 
-/// A cut is possible where an item begins and all items before it have ended.
+/// A query can be cut where an item begins and all items before it have ended.
 template <typename Key>
 bool QueryPlan<Key>::Split(std::size_t query, bool silent) {
   const Block<Key>& block = blocks_[query];
@@ -566,7 +578,6 @@ bool QueryPlan<Key>::Mend(MayGo may_go) {
   return std::erase_if(cuts_, [&](const auto& cut) { return may_go(cut.first, cut.second); }) != 0;
 }
 
-/// True if an answered query has read across `place`, where an item begins.
 template <typename Key>
 bool QueryPlan<Key>::IsCrossed(const Cut& place) const {
   for (auto at = FirstFrom(place); at != by_place_.end() && PlaceOf(*at) == place; ++at) {

@@ -1,5 +1,5 @@
-// `SettingsTable` reads a device's options into a struct of its protocol. Each row has the key,
-// kind, default and help of an option, and the struct member that the option fills:
+// `SettingsTable` reads a device's options into a struct of its protocol. Each row contains the
+// key, kind, default and help of an option, and the struct member that the option fills:
 //
 //   struct Settings { bool checksum; std::size_t width; Format format; };
 //   constexpr auto kTable = SettingsTable(
@@ -7,13 +7,12 @@
 //       Bind<&Settings::width>(option::Integer("width", "7", 0, 32, "…")),
 //       Bind<&Settings::format>(option::Choice("format", "hex", "decimal,hex", "…")));
 //
-// kTable.specs() is Protocol::options; kTable.Read(device.options) returns the Settings. The
-// protocol's functions take a const Settings&; kWithSettings adapts them to the ParsedOptions in
-// Protocol:
+// kTable.specs() is the value for Protocol::options; kTable.Read(device.options) returns the
+// Settings. The protocol's functions take a const Settings&; kWithSettings adapts them to the
+// ParsedOptions in Protocol:
 //
 //   .parse = ParseWith<ReadSettings>, .expect = kWithSettings<Expect>
 //
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <algorithm>
@@ -34,7 +33,8 @@
 namespace baudgate::protocols {
 namespace settings {
 
-/// Returns the position of `word` in `choices` ("auto,a,b": auto is 0); 0 if absent.
+/// Returns the position of `word` in the list `choices`: in "auto,a,b" the word auto has position
+/// 0. Returns 0 if the list does not contain the word.
 constexpr std::size_t IndexOf(std::string_view word, std::string_view choices) {
   std::size_t index = 0;
   for (std::size_t at = 0; at < choices.size(); ++index) {
@@ -50,7 +50,6 @@ inline constexpr bool kIsOptional = false;
 template <typename T>
 inline constexpr bool kIsOptional<std::optional<T>> = true;
 
-/// Converts the value of one option to the member's type T.
 template <typename T>
 T Get(const config::Options& options, const OptionSpec& spec) {
   const std::string name(spec.name);
@@ -110,19 +109,20 @@ struct Untyped<kFunction, Outcome (*)(View, View, const Settings&)> {
 
 }  // namespace settings
 
-/// Adapts a function that reads Settings from options to Protocol::parse.
+/// Makes a function for Protocol::parse from kRead, which reads Settings from options.
 template <auto kRead>
 ParsedOptions ParseWith(const config::Options& options) {
   return ParsedOptions::Of(kRead(options));
 }
 
-/// Adapts a function of bytes and Settings to a function of bytes and ParsedOptions.
+/// Makes a function of bytes and ParsedOptions from kFunction, a function of bytes and Settings.
 template <auto kFunction>
 inline constexpr auto kWithSettings = &settings::Untyped<kFunction>::Call;
 
 /// Binds an option to the member that it fills. Numbers, durations and texts fill members of their
-/// type; an optional number stays empty for 0. A choice fills an enum, whose enumerator 0 is the
-/// first word; a choice of two words may fill a bool, which is true for the second word.
+/// type; an optional number stays empty if the option is 0. A choice fills an enum whose
+/// enumerators are in the order of the words. A choice of two words can also fill a bool, which is
+/// true for the second word.
 template <auto kMember>
 constexpr auto Bind(const OptionSpec& spec) {
   using Settings = typename settings::Member<decltype(kMember)>::Of;
@@ -134,9 +134,10 @@ constexpr auto Bind(const OptionSpec& spec) {
       }};
 }
 
-/// Binds an option to a member through kParse, which makes the member from the text or texts of the
-/// option: Result<Type> kParse(const std::string&), or of const std::vector<std::string>&. If
-/// kParse fails, the member keeps its default, and Check returns the error.
+/// Binds an option to a member through kParse, which converts the text or texts of the option to
+/// the member's type: Result<Type> kParse(const std::string&), or of const
+/// std::vector<std::string>&. If kParse fails, the member keeps its default, and Check returns the
+/// error.
 template <auto kMember, auto kParse>
 constexpr auto Bind(const OptionSpec& spec) {
   using Settings = typename settings::Member<decltype(kMember)>::Of;
@@ -166,7 +167,7 @@ class SettingsTable {
 
   constexpr std::span<const OptionSpec> specs() const { return specs_; }
 
-  /// `options` must contain all options of the table.
+  /// Returns the settings for `options`, which must contain all options of the table.
   Settings Read(const config::Options& options) const {
     Settings settings{};
     for (std::size_t i = 0; i < kCount; ++i) {

@@ -1,6 +1,4 @@
-// `TwinPoints` finds the points of a simulated device by their parsed addresses. Addresses are
-// parsed once.
-// SPDX-License-Identifier: Apache-2.0
+// `TwinPoints` finds the points of a simulated device by their addresses, which it parses once.
 #pragma once
 
 #include <optional>
@@ -13,20 +11,21 @@
 
 namespace baudgate::protocols {
 
-/// `Read` and `Written` are the protocol's parsed forms of `read` and `write`.
+/// The points of a simulated device. `Read` and `Written` are the protocol's parsed forms of the
+/// addresses in `read` and `write`.
 template <typename Read, typename Written = Read>
 class TwinPoints {
  public:
   struct One {
-    std::size_t index = 0;  ///< index into the device's points
+    std::size_t index = 0;
     const config::Point* point = nullptr;
-    std::optional<Read> read;      ///< empty: not readable
-    std::optional<Written> write;  ///< empty: not writable
+    std::optional<Read> read;
+    std::optional<Written> write;
   };
 
-  /// The parsers take a config::Point and return a Result. Text that does not parse leaves the
-  /// point not readable or not writable; the configuration's check has reported it. `device` and
-  /// `values` must outlive this object.
+  /// Parses the addresses of all points. The parsers take a config::Point and return a Result. A
+  /// point whose text does not parse is not readable or not writable; the configuration's check has
+  /// reported it. `device` and `values` must outlive this object.
   template <typename ParseRead, typename ParseWrite>
   TwinPoints(const config::Device& device, TwinValues& values, ParseRead parse_read,
              ParseWrite parse_write)
@@ -41,7 +40,7 @@ class TwinPoints {
 
   const std::vector<One>& all() const { return all_; }
 
-  /// Returns the first readable point whose parsed `read` satisfies the predicate, else null.
+  /// Returns the first readable point whose parsed `read` satisfies `matches`, or null.
   template <typename Matches>
   const One* Find(Matches matches) const {
     for (const One& one : all_) {
@@ -49,7 +48,7 @@ class TwinPoints {
     }
     return nullptr;
   }
-  /// Returns the first writable point whose parsed `write` satisfies the predicate, else null.
+  /// Returns the first writable point whose parsed `write` satisfies `matches`, or null.
   template <typename Matches>
   const One* FindWritable(Matches matches) const {
     for (const One& one : all_) {
@@ -58,7 +57,7 @@ class TwinPoints {
     return nullptr;
   }
 
-  /// Values are raw, as in TwinValues.
+  /// Get and Set use raw values, as in TwinValues.
   Value Get(const One& one, Instant now) const { return values_.Get(one.index, now); }
   void Set(const One& one, const Value& value) { values_.Set(one.index, value); }
 

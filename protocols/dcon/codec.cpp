@@ -8,7 +8,8 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-constexpr std::size_t kCounterLine = 11;  // '>', 2 checksum digits, 8 data digits
+// Length of a counter reply: '>', 2 checksum digits, 8 data digits.
+constexpr std::size_t kCounterLine = 11;
 
 View Raw(std::string_view text) {
   return {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()};
@@ -40,7 +41,8 @@ bool FitsInFront(std::string_view line) {
   return HexPair(line.substr(1, 2)) == Sum8(Raw(summed));
 }
 
-/// Returns the frame without its CR, or nothing if the frame is not one printable line.
+/// Returns the frame without its carriage return, or nothing if the frame is not one printable
+/// line.
 std::optional<std::string_view> Line(View frame) {
   if (frame.size() < 2 || frame.size() > kMaxFrame || frame.back() != '\r') return std::nullopt;
   const std::string_view line = AsText(frame.first(frame.size() - 1));

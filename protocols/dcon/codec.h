@@ -13,48 +13,53 @@
 
 namespace baudgate::protocols::dcon {
 
-inline constexpr std::size_t kMaxFrame = 268;  ///< start 1, address 2, command 5, data 256, CHK, CR
+/// Maximum length: delimiter 1, address 2, command 5, data 256, checksum 2, CR.
+inline constexpr std::size_t kMaxFrame = 268;
 
-/// Values of Expectation::checksum for DCON.
+/// Position of the checksum in a DCON frame; values of Expectation::checksum.
 enum ChecksumVariant : int {
   kNoChecksum = 0,
-  kChecksum = 1,        ///< two hex digits before CR
-  kChecksumEither = 2,  ///< before CR, or right after '>' of a counter reply (I-7080)
-  kChecksumFront = 3,   ///< right after '>' in counter replies, before CR in all other replies
+  kChecksum = 1,  ///< two hex digits before CR
+  /// Two hex digits before CR, or right after '>' of a counter reply (I-7080).
+  kChecksumEither = 2,
+  kChecksumFront = 3,  ///< right after '>' of a counter reply, before CR in all other replies
 };
 
-/// Accepts 0…255, in decimal ("74") or hex ("0x4A").
+/// Parses the address 0…255 of a module, in decimal ("74") or hex ("0x4A").
 Result<std::uint8_t> ParseAddress(std::string_view text);
 
-/// A parsed request. Example: `text` is "#" for `#01` and "$6" for `$016`.
+/// A parsed request. `text` is the delimiter with the characters after the address: "#" for `#01`,
+/// "$6" for `$016`.
 struct Command {
   std::uint8_t address = 0;
-  bool broadcast = false;  ///< "**" is in place of the address: no module answers
-  std::string text;        ///< delimiter and characters after the address, without checksum
+  /// True: the request has "**" in place of the address, and no module answers.
+  bool broadcast = false;
+  std::string text;  ///< delimiter and characters after the address, without the checksum
 };
 
-/// `command` begins with its delimiter: ("#3", 1, true) returns `#013B7\r`.
+/// Builds a request frame. `command` begins with its delimiter. Example: ("#3", 1, true) returns
+/// `#013B7\r`.
 Bytes BuildRequest(std::string_view command, std::uint8_t address, bool checksum);
 
-/// Builds a request to all modules: "#**" returns `#**77\r`.
+/// Builds a request to all modules. Example: "#**" returns `#**77\r`.
 Bytes BuildBroadcast(std::string_view text, bool checksum);
 
-/// Returns nothing unless the whole frame is a valid request, if `checksum` with a correct
-/// checksum.
+/// Parses a request. Returns nothing unless the whole frame is a valid request; with `checksum`
+/// true it must end with a correct checksum.
 std::optional<Command> ParseRequest(View frame, bool checksum);
 
-/// True if `text` contains at least one digit and no other characters.
+/// True if `text` contains at least one hex digit and no other characters.
 bool IsHexText(std::string_view text);
 bool IsDecimalText(std::string_view text);
 
 struct Reply {
-  char lead = 0;           ///< '>', '!' or '?'
-  std::string body;        ///< the characters between the lead and the checksum
-  bool ambiguous = false;  ///< the checksum fits at both ends, so `body` is uncertain
+  char lead = 0;     ///< '>', '!' or '?'
+  std::string body;  ///< the characters between the lead and the checksum
+  /// True: the checksum is correct in front and at the end, so `body` is uncertain.
+  bool ambiguous = false;
 };
 
 Bytes BuildReply(std::string_view text, bool checksum);
-/// Builds `>[CHK](data)`, the counter reply of I-7080.
 Bytes BuildCounterReplyFront(std::string_view data);
 
 std::optional<Reply> ParseReply(View frame, int variant);

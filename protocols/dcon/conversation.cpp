@@ -35,8 +35,8 @@ Request Requests::Broadcast(std::string_view text) const {
   return request;
 }
 
-/// A question is not repeated after a failure: a module that does not support it stays silent, and
-/// the next question is sent sooner this way.
+/// Builds the request for an identification question. It is not repeated after a failure, because a
+/// module that does not support it stays silent, and the next question is sent sooner this way.
 Request Requests::Question(const Identification::Question& question) const {
   const Settings& settings = question.other_mode ? other_mode_ : settings_;
   Request request =
@@ -99,8 +99,8 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   answer.reason = reply.reason;
   answer.remedy = reply.remedy;
   for (const std::size_t i : places_.ReadBy(exchanged.command.text)) {
-    // If the points read one command with two decoders, the decoder of the first point counts; the
-    // points with the other decoder are wrongly configured.
+    // If points read one command with two decoders, the decoder of the first point decides the
+    // form. Points with another decoder are wrongly configured.
     const bool wrong_form = reply.outcome == Outcome::ok && places_.reads[i]->form != reply.form;
     if (reply.outcome == Outcome::unsupported) {
       answer.readings.push_back({i, {}, {Quality::bad_configuration, Reason::not_fitted}, {}});
@@ -119,7 +119,6 @@ Answer ReplyReader::ReadingsOf(const Exchanged& exchanged) const {
   return answer;
 }
 
-/// Adds labelled readings for the values in the reply that no point reads.
 void ReplyReader::AddLabels(const Exchanged& exchanged, Answer& answer) const {
   const DecodedReply& reply = exchanged.reply;
   if (reply.outcome != Outcome::ok) return;
@@ -153,7 +152,8 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
   }
   const bool says_nothing = answer.outcome != Outcome::ok || answer.readings.empty();
   if (!says_nothing || PlannedForm(command.text)) return answer;
-  // For a polled device the options define how its writes are confirmed.
+  // For a polled device the options define how its writes are confirmed, so other forms of a
+  // confirmation are not tried.
   const bool output = command.text.front() == '#' || command.text.front() == '@';
   if (output && polled) return answer;
   return ReadPrinted(command, frame, settings_).value_or(std::move(answer));
@@ -161,7 +161,8 @@ Answer ReplyReader::Interpret(View request, View frame, bool polled) const {
 
 namespace {
 
-/// Maximum age of output states that a group write repeats for the outputs that it does not change.
+/// A write to one output of a group repeats the states of the other outputs. States that were read
+/// longer ago than this are not used.
 constexpr Duration kFresh = 2s;
 
 }  // namespace
@@ -203,13 +204,13 @@ Answer WriteJob::Take(const Task& task, const Exchanged& exchanged, Answer answe
   return answer;
 }
 
-/// A damaged reply that looks whole must not switch an output, so the states are used only if the
-/// last two readings agree. If they differ, the word is read again.
+/// Uses the output states in a reply only if the last two readings agree, because a damaged reply
+/// that looks whole must not switch an output. If they differ, the states are read again.
 Answer WriteJob::TakeOutputs(const Task& task, const Exchanged& exchanged, Answer answer,
                              Instant now) {
   if (answer.outcome != Outcome::ok) return answer;
   const auto* word = std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value);
-  if (word == nullptr) {  // no state is known, so nothing is written
+  if (word == nullptr) {  // the states are unknown, so nothing must be written
     answer.outcome = Outcome::unexpected;
     return answer;
   }
@@ -261,7 +262,8 @@ constexpr int MostCounts(Totals::Again why) {
   return why == Totals::Again::has_moved ? 1 : 2;
 }
 
-/// The only query of a module that does not fit its profile. It repeats `$AA2` and reads no points.
+/// The only query of a module that does not fit its profile. It asks the module's type (`$AA2`)
+/// again and reads no points.
 const Query kIdentificationQuery{config::Group::slow, {}};
 
 }  // namespace
@@ -299,15 +301,13 @@ Outcome DconConversation::Check(View request, View frame) const {
   return exchanged ? exchanged->reply.outcome : Outcome::corrupt;
 }
 
-// ---------------------------------------------------------------- requests
-
 Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   questions_.SetAsked(std::nullopt);
   if (std::exchange(withheld_, false)) return Error{trouble().text};
   if (IsHostDue(now)) return requests_.Broadcast(kHostIsThere);
   if (task.kind == Task::Kind::probe) return AskProbe();
   if (task.kind == Task::Kind::poll && questions_.anew()) {
-    // The module has answered this question before, so after silence the question is repeated.
+    // The module has answered this question before, so the question is repeated if no reply comes.
     Request request = AskQuestion(*questions_.anew());
     request.expect.repeatable = true;
     return request;
@@ -323,8 +323,10 @@ Result<Request> DconConversation::Ask(const Task& task, Instant now) {
   Request request = requests_.Own(step->command);
   if (identification_.IsTakenCutShort(request.bytes)) {
     return Error{
-        "the module has not reported its checksum mode, and this command happens to end in a valid "
-        "checksum; write another value, or set identify: false if the checksum is off"};
+        "not sent: the module has not reported its checksum mode, and this command happens to end "
+        "in "
+        "a valid checksum, so the module might set another value; write another value, or set "
+        "identify: false if the checksum is off"};
   }
   request.prepares = step->prepares;
   return request;
@@ -340,7 +342,8 @@ bool DconConversation::IsHostDue(Instant now) const {
   return period > Duration::zero() && (!group_.told_at || now - *group_.told_at >= period);
 }
 
-/// Sends a due `~**` before a failed request is repeated, so that no host watchdog trips meanwhile.
+/// If the broadcast `~**` is due, sends it before a failed request is repeated, so that the host
+/// watchdogs of the modules do not trip meanwhile.
 std::optional<Request> DconConversation::Instead(const Request& request, Outcome, Instant now) {
   if (!request.expect.repeatable || !IsHostDue(now)) return std::nullopt;
   return requests_.Broadcast(kHostIsThere);
@@ -374,14 +377,13 @@ Then DconConversation::OnSent(const Task&, const Request& request, Instant now) 
   return Then::ask_again;
 }
 
-// ---------------------------------------------------------------- replies
-
 Answer DconConversation::OnFrame(const Task& task, const Request& request, View frame,
                                  Instant now) {
   const auto exchanged = reader_.Read(request.bytes, frame);
   if (!exchanged) return Interpret(request.bytes, frame);
   const bool was_in_trouble = static_cast<bool>(trouble());
-  // A probe may be repeated without another call of Ask, so its question is set again here.
+  // A probe can be repeated without another call of Ask, so the question that it asks is set again
+  // here.
   if (!questions_.asked() && requests_.IsInOtherMode(request.bytes)) {
     questions_.SetAsked(Identification::Question{kAskName, true});
   }
@@ -397,7 +399,6 @@ Answer DconConversation::OnFrame(const Task& task, const Request& request, View 
   return answer;
 }
 
-/// Continues the task after a question, unless the module does not fit its profile.
 Answer DconConversation::TakeQuestion(const Task& task, const Exchanged& exchanged, Instant now) {
   Learn(*questions_.TakeAsked(), exchanged.reply);
   probing_.OnPolled();
@@ -438,7 +439,7 @@ Answer DconConversation::TakeRead(const Task& task, const Exchanged& exchanged, 
   return answer;
 }
 
-/// Drops the readings if they may belong to an older sample than the requested one.
+/// Drops the readings of a sample if they may belong to an older sample than the requested one.
 void DconConversation::TakeSample(const Exchanged& exchanged, Answer& answer) {
   sampling_.OnAsked();
   if (answer.outcome != Outcome::ok) return;
@@ -463,7 +464,6 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
     const auto* word = std::get_if<std::uint64_t>(&exchanged.reply.fields.front().value);
     if (word != nullptr) writes_.OnWord(command, *word);
   }
-  // A point may read the type or the channel mask, so the poll answers that question as well.
   const bool mask = command == kAskMask && form == Form::hex;
   if (settings_.identify && (command == kAskType || mask)) {
     Learn({mask ? kAskMask : kAskType, false}, exchanged.reply);
@@ -471,7 +471,8 @@ void DconConversation::LearnModule(const Task& task, const Exchanged& exchanged,
 }
 
 void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Instant now) {
-  std::size_t query = 0;  // the first that sends the command; the number of queries if none
+  // Index of the first query that sends the command; the number of queries if no query sends it.
+  std::size_t query = 0;
   while (query < plan_.queries().size() &&
          plan_.block(query).key.command != exchanged.command.text) {
     ++query;
@@ -479,7 +480,8 @@ void DconConversation::LearnPlan(const Exchanged& exchanged, Answer& answer, Ins
   PlanChange change = PlanChange::nothing;
   if (answer.outcome == Outcome::ok) change = plan_.OnAnswered(query, now);
   if (answer.outcome == Outcome::unsupported) {
-    // A damaged reply may look like a refusal, so points become "not fitted" only after three.
+    // A damaged reply can look like a refusal, so points become "not fitted" only after three
+    // refusals.
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
     change = plan_.OnRefused(query, now);
   }
@@ -499,8 +501,6 @@ void DconConversation::Learn(const Identification::Question& question, const Dec
   identification_.OnAnswer(question, reply);
   settings_.enabled = identification_.mask().value_or(enabled_);
 }
-
-// ---------------------------------------------------------------- failures
 
 Then DconConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                  Instant now) {
@@ -526,7 +526,8 @@ Then DconConversation::OnFailure(const Task& task, const Request& request, Outco
   return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// A damaged reply does not count as silence: the same question is asked again in the next task.
+/// Handles a question that got no valid reply. A damaged reply does not count as silence: the next
+/// task asks the same question again.
 Then DconConversation::OnQuestionFailed(const Task& task, const Identification::Question& question,
                                         Outcome outcome, bool behind_read) {
   const bool silent = outcome == Outcome::no_reply;

@@ -31,7 +31,6 @@ namespace baudgate::protocols::dcon {
 
 class Requests {
  public:
-  /// `settings` must outlive this object.
   Requests(std::uint8_t address, const Settings& settings);
 
   Request Own(std::string_view command) const;
@@ -53,7 +52,6 @@ class Requests {
 //
 //   > #01   < >+05.880+01.230     point "#[0]" is 5.88, point "#[1]" is 1.23
 
-/// A request and its decoded reply.
 struct Exchanged {
   Command command;
   DecodedReply reply;
@@ -61,7 +59,8 @@ struct Exchanged {
 
 class ReplyReader {
  public:
-  /// `counts`: the device has totals. The references must outlive this object.
+  /// `counts`: the device has points that are totals of counters. The references must outlive this
+  /// object.
   ReplyReader(const Settings& settings, const Requests& requests, const Places& places,
               const Identification& identification, bool counts)
       : settings_(settings),
@@ -70,14 +69,13 @@ class ReplyReader {
         identification_(identification),
         counts_(counts) {}
 
-  /// Returns nothing if `request` is not a DCON request.
+  /// Decodes `frame`. Returns nothing if `request` is not a DCON request.
   std::optional<Exchanged> Read(View request, View frame) const;
   Answer ReadingsOf(const Exchanged& exchanged) const;
-  /// See Conversation::Interpret. `polled`: the device has points.
   Answer Interpret(View request, View frame, bool polled) const;
 
  private:
-  /// True if the frame ends with a correct checksum although this request was sent without one. The
+  /// True if `frame` ends with a correct checksum although `request` was sent without one. The
   /// frame is then a late reply to an earlier request in the configured mode.
   bool IsOfOwnMode(View request, View frame) const;
   std::optional<Form> PlannedForm(std::string_view command) const;
@@ -98,25 +96,24 @@ class ReplyReader {
 //                              Next  #0003    Take  >           done
 class WriteJob {
  public:
-  /// The references must outlive this object.
   WriteJob(const config::Device& device, const Places& places);
 
-  /// Returns how many of `writes`, counted from the first, one command can carry.
   std::size_t Together(std::span<const PointValue> writes) const;
 
   struct Step {
     std::string command;
-    bool prepares = false;  ///< reads the states of the other outputs; nothing is written yet
+    /// True: the command only reads the states of the other outputs; nothing is written yet.
+    bool prepares = false;
   };
   Result<Step> Next(const Task& task, Instant now);
-  /// `answer`: the readings of the reply to the command that Next returned.
+  /// Takes the reply to the command that Next returned. `answer`: the readings of that reply.
   Answer Take(const Task& task, const Exchanged& exchanged, Answer answer, Instant now);
-  /// Call if the command that Next returned was not answered. `prepares`: as in Step.
   void OnFailure(const Task& task, bool prepares, bool silent);
 
-  /// Call with each digital word that a poll or a preparing read returned.
+  /// Call it with each digital word that a poll or a preparing read returned.
   void OnWord(const std::string& command, std::uint64_t word) { words_[command] = word; }
-  /// Call if another request is sent between the steps of a write.
+  /// Call it if another request is sent between the steps of a write: the output states are then
+  /// read again.
   void OnOther() { certain_.reset(); }
   void OnReconnect();
 
@@ -131,9 +128,11 @@ class WriteJob {
 
   const config::Device& device_;
   const Places& places_;
-  std::map<std::string, std::uint64_t> words_;  ///< the digital word last read, by command
-  std::optional<Certain> certain_;  ///< output states for the write under way, read twice
-  bool alone_ = false;              ///< the module does not accept the command for several outputs
+  std::map<std::string, std::uint64_t> words_;  ///< by command: the word it returned last
+  std::optional<Certain> certain_;
+  /// True: the module does not accept the command for several outputs, so outputs are written one
+  /// by one.
+  bool alone_ = false;
 };
 
 // Broadcasts that no module answers: `~**` (the host is alive) and `#**` (take a sample now).
@@ -153,14 +152,14 @@ inline constexpr const char* kHostIsThere = "~**";
 inline constexpr const char* kTakeSample = "#**";
 inline constexpr const char* kAskSample = "$4";
 
-/// State that the modules of a line share. They form two groups, with and without a checksum,
-/// because a module ignores broadcasts in the other checksum mode.
+/// State that the modules of a line share: a group of modules with a checksum, and a group without.
+/// The groups are separate, because a module ignores broadcasts in the other checksum mode.
 class DconBus : public Bus {
  public:
   struct Group {
-    std::optional<Instant> told_at;     ///< when `~**` was last sent
-    std::uint64_t samples = 0;          ///< how many `#**` were sent
-    std::optional<Instant> sampled_at;  ///< when the last `#**` was sent
+    std::optional<Instant> told_at;  ///< when `~**` (the host is alive) was last sent
+    std::uint64_t samples = 0;
+    std::optional<Instant> sampled_at;
   };
   Group& Of(bool checksum) { return groups_[checksum ? 1 : 0]; }
 
@@ -168,19 +167,20 @@ class DconBus : public Bus {
   std::array<Group, 2> groups_;
 };
 
-/// Decides for one module when to sample and whether a fetched sample is valid.
 class Sampling {
  public:
-  /// `group` must outlive this object. `period`: of the polls; an older sample is not fetched.
+  /// `group` must outlive this object. `period`: how often the module is polled; an older sample is
+  /// not fetched.
   Sampling(DconBus::Group& group, Duration period) : group_(group), period_(period) {}
 
-  /// True if `#**` must be sent before `$AA4`: the latest sample was asked already, or is too old.
+  /// True if `#**` must be sent before `$AA4` (fetch the sample), because the latest sample was
+  /// fetched already or is too old.
   bool WantsNew(Instant now) const;
   void OnSampled(Instant now);
-  /// Call after each `$AA4`, answered or failed.
+  /// Call it after each `$AA4` (fetch the sample), answered or failed.
   void OnAsked() { asked_ = group_.samples; }
-  /// Call after a reply to `$AA4`. `first`: the sample was fetched for the first time. Returns why
-  /// the sample must be rejected, or nothing.
+  /// Call it after a reply to `$AA4` (fetch the sample). `first`: the sample was fetched for the
+  /// first time. Returns why the sample must be rejected, or nothing if it is valid.
   std::optional<std::string> WhyNot(bool first);
   void OnReconnect() { fetched_.reset(); }
 
@@ -193,13 +193,14 @@ class Sampling {
   DconBus::Group& group_;
   Duration period_;
   std::uint64_t asked_ = 0;
-  std::optional<std::uint64_t> fetched_;  ///< latest sample when the module last answered
-  int overtaken_ = 0;                     ///< overtaken samples in a row
+  /// Number of the latest sample when the module last answered; empty: it has not answered yet.
+  std::optional<std::uint64_t> fetched_;
+  /// How many polls in a row found that other modules had taken samples in between.
+  int overtaken_ = 0;
 };
 
 class DconConversation : public Conversation {
  public:
-  /// `device` and `bus` must stay valid for the lifetime of the conversation.
   DconConversation(const config::Device& device, const Settings& settings, DconBus& bus);
 
   std::span<const Query> Queries() const override;
@@ -222,7 +223,8 @@ class DconConversation : public Conversation {
   std::string WhatIsLearned() const override;
 
  private:
-  /// Returns the command of the task itself, which is sent after the identification questions.
+  /// Returns the command of the task itself, which is sent after the questions of the
+  /// identification.
   std::string CommandOf(const Task& task) const;
   bool IsHostDue(Instant now) const;
   Request AskProbe();
@@ -239,7 +241,7 @@ class DconConversation : public Conversation {
                         bool behind_read);
 
   const config::Device& device_;
-  Settings settings_;  ///< `enabled` is replaced by the mask that the module reports
+  Settings settings_;  ///< the options, but `enabled` is the channel mask that the module reports
   const std::uint32_t enabled_;
   DconBus::Group& group_;
   const Places places_;
@@ -252,8 +254,9 @@ class DconConversation : public Conversation {
   const ReplyReader reader_;
   WriteJob writes_;
   Sampling sampling_;
-  bool withheld_ = false;  ///< the write cannot be sent: the checksum mode is unknown
-  int counted_again_ = 0;  ///< how often a count was read again in this poll
+  /// True: the next write must not be sent, because the checksum mode of the module is unknown.
+  bool withheld_ = false;
+  int counted_again_ = 0;
 };
 
 }  // namespace baudgate::protocols::dcon

@@ -26,13 +26,14 @@ DecodedReply One(Form form, Value value) {
 
 std::string Shown(View frame) { return "'" + Printable(frame) + "'"; }
 
-/// True for `#AA(data)`, `#AAN(data)` and `#AACn(data)` if the data is a number with a point.
+/// True for the commands of analog outputs, `#AA(data)`, `#AAN(data)` and `#AACn(data)`: their data
+/// is a number with a decimal point.
 bool IsAnalogOutput(std::string_view command) {
   return command.starts_with('#') && command.find('.') != std::string_view::npos;
 }
 
-/// Decodes "?01" or "?": the module refuses the request. An analog output also refuses a value
-/// beyond its range, but moves to the limit (dcon reference, 10.1).
+/// Decodes the refusal "?01" or "?". Even if an analog output refuses a value beyond its range, it
+/// moves to the limit (dcon reference, 10.1).
 DecodedReply DecodeRefusal(const Command& request, const Reply& reply, bool read) {
   const std::string who = HexByte(request.address);
   if (!reply.body.empty() && reply.body != who) {
@@ -82,7 +83,7 @@ DecodedReply DecodeWrite(const Command& request, const Reply& reply, const Setti
   return Fail(Outcome::unexpected, "reply " + Shown(frame) + " does not confirm a write");
 }
 
-/// Guesses the form from the reply's shape, for a command that no point reads.
+/// Guesses the form of a reply from its characters, for a command that no point reads.
 Form GuessForm(const Command& request, const Reply& reply, const Settings& settings) {
   const Form fallback = DefaultForm(request.text).value_or(Form::text);
   const std::string_view body = reply.body;
@@ -96,7 +97,8 @@ Form GuessForm(const Command& request, const Reply& reply, const Settings& setti
                                                                                : Form::number;
 }
 
-/// Returns the body after the address. Nothing: the address is that of another module.
+/// Returns the characters of the reply after the address. Empty: the reply has the address of
+/// another module. `addressed`: false if the reply has no address.
 std::optional<std::string_view> Payload(const Reply& reply, std::uint8_t address, bool addressed) {
   const std::string_view body = reply.body;
   if (!addressed) return body;
@@ -137,7 +139,7 @@ DecodedReply DecodeNumbers(std::string_view payload, Form form, std::size_t chan
 
 std::pair<std::size_t, std::size_t> DigitCount(Form form, std::string_view command) {
   if (form == Form::hex) return HexDigits(command);
-  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // $AAY, $AAX1
+  if (form == Form::decimal && command.starts_with('$')) return {4, 4};  // replies to $AAY, $AAX1
   if (form == Form::decimal) return {5, 5};
   if (form == Form::counter) return {8, 8};
   return {4, 4};
@@ -191,13 +193,14 @@ bool LeadFits(Form form, char lead) {
 
 bool Addressed(Form form, const Reply& reply, const Settings& settings) {
   if (reply.lead == '>') return settings.data_address;
-  // One manual prints $AALS with and without an address: eight digits or six.
+  // One manual prints the reply to `$AALS` with an address (eight digits) and without (six).
   if (form == Form::status) return reply.body.size() == 8;
   return true;
 }
 
-/// Decodes the reply to `$AA4`: `>AAS(data)` of an analog module, or `!S(data)00` of a digital one,
-/// which contains no address. S is 1 when the sample is fetched for the first time.
+/// Decodes the reply to `$AA4` (fetch the sample): `>AAS(data)` of an analog module, or
+/// `!S(data)00` of a digital one, which contains no address. S is 1 when the sample is fetched for
+/// the first time.
 DecodedReply DecodeSample(const Command& request, Form form, const Reply& reply,
                           const Settings& settings, View frame) {
   std::string_view payload = reply.body;
@@ -228,7 +231,8 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
     return Fail(Outcome::unexpected,
                 "reply " + Shown(frame) + " does not have the form of a reply to " + request.text);
   }
-  // With INIT* grounded a module answers at 00, and this reply contains its stored address.
+  // A module that was started with INIT* grounded answers at address 00, and this reply contains
+  // its stored address.
   const bool init = request.text == "$2" && request.address == 0;
   const auto payload = init && reply.body.size() >= 2
                            ? std::optional(std::string_view(reply.body).substr(2))
@@ -248,14 +252,14 @@ DecodedReply DecodeRead(const Command& request, std::optional<Form> wanted, std:
     case Form::numbers:
     case Form::number:
     case Form::words: {
-      // The cold junction temperature is a signed number in every data format.
+      // The cold junction temperature (`$AA3`) is a signed number in every data format.
       Settings own = settings;
       const bool signs = payload->starts_with('+') || payload->starts_with('-');
       if (request.text == "$3" && signs) own.format = Format::engineering;
       return DecodeNumbers(*payload, form, channels, own);
     }
     case Form::readback: {
-      // I-7021 and ADAM-4021 send their one output without a sign.
+      // I-7021 and ADAM-4021 send the state of their only output without a sign.
       const bool bare = !payload->empty() && HexDigit(payload->front());
       const std::string sign = bare && settings.format != Format::hex ? "+" : "";
       return DecodeNumbers(sign + std::string(*payload), form, channels, settings);
@@ -346,14 +350,15 @@ namespace {
 
 constexpr std::size_t kAnyWidth = 0;
 
-/// True if the last two characters are a correct checksum, so they may be no digits of a number.
+/// True if the last two characters are a correct checksum of the rest, so they may not be digits of
+/// a number.
 bool EndsWithItsSum(View frame) {
   const std::string_view text = Trim(AsText(frame));
   if (text.size() < 3) return false;
   return HexByte(Sum8(frame.first(text.size() - 2))) == text.substr(text.size() - 2);
 }
 
-/// In `pattern`, 'n' is any hex digit, and a final '*' any rest.
+/// True if `command` matches `pattern`, in which 'n' is any hex digit and a final '*' any rest.
 bool FitsPrinted(std::string_view pattern, std::string_view command) {
   const bool open = pattern.ends_with('*');
   if (open) pattern.remove_suffix(1);
@@ -369,11 +374,11 @@ Reading Labelled(const Command& request, std::string_view what, Value value,
   return {kNoPoint, std::move(value), quality, std::move(label)};
 }
 
-/// One row: how to read the characters after `!AA` in the reply to `command`.
+/// How to read the characters after `!AA` in the reply to `command`.
 struct Behind {
   std::string_view command;
   enum class Kind : std::uint8_t { flag, hex, decimal, number, text } kind;
-  std::size_t digits;  ///< exact number of digits for flag, hex and decimal
+  std::size_t digits;  ///< exact number of digits, for flag, hex and decimal
   std::string_view what;
 };
 
@@ -403,7 +408,7 @@ constexpr Behind kBehind[] = {
     {"~RD", Kind::hex, 2, "response delay, ms"},
 };
 
-/// Parses a number of the usual seven characters, with or without its sign.
+/// Parses a number of the usual seven characters; its sign can be missing.
 std::optional<Reading> NumberOf(const Command& request, std::string_view text,
                                 std::string_view what, const Settings& settings) {
   const bool bare = !text.empty() && HexDigit(text.front());
@@ -433,7 +438,7 @@ std::optional<Reading> ReadBehind(const Behind& row, const Command& request, std
   return Labelled(request, row.what, std::string(text));
 }
 
-/// Parses `!01C0R08`, on ADAM-4024 `!01C030`: the type code of one channel.
+/// Parses the reply `!01C0R08` (ADAM-4024: `!01C030`), the type code of one channel.
 std::optional<Reading> ReadChannelType(const Command& request, std::string_view text) {
   if (!FitsPrinted("$8Cn", request.text) || !text.starts_with(request.text.substr(2))) {
     return std::nullopt;
@@ -444,7 +449,8 @@ std::optional<Reading> ReadChannelType(const Command& request, std::string_view 
   return Labelled(request, "type code", std::string(text));
 }
 
-/// Parses `!AA` (done), or `!AA` with data: by kBehind, or as text if no row fits.
+/// Parses `!AA` (done), or `!AA` with data. The table kBehind defines the data; if no row fits, it
+/// is a text.
 std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
                                     const Settings& settings) {
   const std::string who = HexByte(ReplyAddress(request));
@@ -470,7 +476,7 @@ std::optional<Answer> ReadAddressed(const Command& request, const Reply& reply,
   return answer;
 }
 
-/// Parses the reply to `$AA4` (see DecodeSample) in any number width.
+/// Parses the reply to `$AA4` (see DecodeSample) with numbers of any width.
 std::optional<Answer> ReadSample(const Command& request, View frame, const Reply& reply,
                                  const Settings& settings) {
   if (request.text != "$4") return std::nullopt;
@@ -569,7 +575,8 @@ Answer ReadAs(const Command& request, const DecodedReply& decoded, const Setting
   return answer;
 }
 
-/// True if the last two characters may be a checksum: a correct one, or behind a valid reply.
+/// True if the last two characters may be a checksum: they are a correct checksum, or the frame
+/// without them is a valid reply.
 bool MayEndWithSum(const Command& request, View frame, const Settings& settings) {
   if (EndsWithItsSum(frame)) return true;
   const std::string_view text = Trim(AsText(frame));
@@ -578,8 +585,8 @@ bool MayEndWithSum(const Command& request, View frame, const Settings& settings)
   return DecodeReply(request, std::nullopt, 0, shorter, settings).outcome == Outcome::ok;
 }
 
-/// Parses numbers in hex words, numbers of another width, and replies with `>` that contain the
-/// address (TRP-C68), as if the options were set for them.
+/// Parses replies that other values of the options allow: numbers in hex words, numbers of another
+/// width, and replies with `>` that contain the address (TRP-C68).
 std::optional<Answer> ReadWithOtherSettings(const Command& request, View frame, const Reply& reply,
                                             const Settings& settings) {
   if (reply.lead != '>' || !DefaultForm(request.text)) return std::nullopt;

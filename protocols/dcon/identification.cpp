@@ -14,7 +14,7 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 struct Spelling {
-  std::string_view text;  ///< in lower case, without blanks
+  std::string_view text;  ///< spelling of the unit in lower case, without blanks
   std::string_view unit;
 };
 
@@ -29,7 +29,8 @@ constexpr std::array<Spelling, 10> kSpellings = {{{"v", "V"},
                                                   {"celsius", "degC"},
                                                   {"hz", "Hz"}}};
 
-/// Returns the unit of numbers in engineering format: "V", "mV", "mA", "degC". Empty: unknown.
+/// Returns the unit in which a module of this type sends numbers in engineering format: "V", "mV",
+/// "mA" or "degC". Empty: the unit is unknown.
 std::string_view UnitOfType(std::uint8_t type) {
   switch (type) {
     case 0x00:
@@ -55,8 +56,8 @@ std::string_view UnitOfType(std::uint8_t type) {
   }
 }
 
-/// Returns the unit in the spelling of UnitOfType, or "Hz": "volt" is "V", "MV" is "mV", "°C" is
-/// "degC". Any other unit ("bar", "uV") is returned unchanged.
+/// Returns `unit` in the spelling of UnitOfType, or "Hz". Examples: "volt" gives "V", "MV" "mV",
+/// "°C" "degC". Any other unit ("bar", "uV") is returned unchanged.
 std::string_view PlainUnit(std::string_view unit) {
   std::string text = Lower(unit);
   std::erase(text, ' ');
@@ -64,7 +65,7 @@ std::string_view PlainUnit(std::string_view unit) {
   return found == kSpellings.end() ? unit : found->unit;
 }
 
-/// True if some type measures in `unit` ("V", "°C", not "bar").
+/// True if there are module types that measure in `unit`. Examples: "V" and "°C", not "bar".
 bool IsUnitOfTypes(std::string_view unit) {
   const std::string_view plain = PlainUnit(unit);
   return plain == "V" || plain == "mV" || plain == "mA" || plain == "degC";
@@ -91,7 +92,8 @@ constexpr std::array<std::string_view, 16> kTypeQuestions = {
     "$8C0", "$8C1", "$8C2", "$8C3", "$8C4", "$8C5", "$8C6", "$8C7",
     "$8C8", "$8C9", "$8CA", "$8CB", "$8CC", "$8CD", "$8CE", "$8CF"};
 
-/// Parses the type from "C2R0D", the text after the address.
+/// Parses the type from the reply to a type question. Example: the text after the address is
+/// "C2R0D", so input 2 has type 0D.
 std::optional<std::uint8_t> TypeIn(unsigned input, const DecodedReply& reply) {
   if (reply.outcome != Outcome::ok || reply.fields.empty()) return std::nullopt;
   const std::string text = ToText(reply.fields.front().value);
@@ -183,7 +185,8 @@ void ChannelTypes::Settle(Input& input, std::optional<std::uint8_t> type) {
   input.asked = true;
   input.silences = 0;
   input.type = type;
-  // If the module does not report the first type, it reports none: all inputs count as asked.
+  // If the module does not report the type of the first input, it reports no types: all inputs then
+  // count as asked.
   const bool knows = type || std::ranges::any_of(inputs_, [](const Input& i) {
                        return i.asked && i.type.has_value();
                      });
@@ -244,12 +247,13 @@ namespace {
 
 constexpr std::array<Identification::Question, 4> kRound = {
     {{kAskName, false}, {kAskType, false}, {kAskName, true}, {kAskType, true}}};
-constexpr int kOwnMode = 2;  // questions in the configured checksum mode, the first of the round
+// Number of questions in the configured checksum mode; they are the first in kRound.
+constexpr int kOwnMode = 2;
 
 constexpr std::string_view kAdvice = "; correct the profile, the address or the module";
 
 constexpr const char* kAdviceOnInputs =
-    " (the values are bad until then; correct the unit, the input's type or its wiring)";
+    " (these values are bad until you correct the unit, the input's type or its wiring)";
 
 std::string_view WordOf(unsigned format) {
   constexpr std::string_view kWords[] = {"engineering", "percent", "hex", "ohms"};
@@ -270,7 +274,6 @@ DeviceTrouble Complaint(std::string what) {
           "the module does not match its profile: " + std::move(what).append(kAdvice)};
 }
 
-/// `on`: the checksum is on in the module.
 DeviceTrouble ModuleChecksum(bool on) {
   return {Reason::other_module,
           std::string("the module's checksum is ") + (on ? "on" : "off") +
@@ -299,8 +302,8 @@ Identification::Identification(const config::Device& device, const Settings& set
   }
 }
 
-/// Only `#AA` and `#AAN` are harmless: with an unexpected checksum, `#0184` reads channel 84 at
-/// most.
+/// True if the command is a read in both checksum modes. Only `#AA` and `#AAN` are: with an
+/// unexpected checksum the worst case is that `#0184` reads channel 84.
 bool Identification::IsHarmless(std::string_view command) {
   return command.starts_with('#') && command.size() <= 2;
 }
@@ -402,8 +405,8 @@ void Identification::OnPolled() {
   Sum();
 }
 
-/// Starts a new round only for a module that has reported its type: a module that never reports it
-/// would be asked again after every lost poll.
+/// Starts the questions again if the module has reported its type before. A module that never
+/// reports it would be asked again after every lost poll.
 void Identification::OnLost() {
   if (type_) OnReconnect();
 }
@@ -415,7 +418,8 @@ void Identification::OnReconnect() {
   channels_.Forget();
 }
 
-/// Judges the reply to `$AA2`. Example: "080600" is type 08, 9600 bit/s, format byte 00.
+/// Judges the reply to `$AA2` (type, bit rate, format byte). Example: "080600" is type 08, 9600
+/// bit/s, format byte 00.
 DeviceTrouble Identification::Judge(std::string_view configuration) {
   const auto type = ParseInteger<std::uint8_t>(configuration.substr(0, 2), 16);
   const auto format = ParseInteger<std::uint8_t>(configuration.substr(4), 16);
@@ -429,7 +433,8 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
   if (!settings_.types.empty() && !listed) {
     return Complaint("type " + code + ", but the profile says " + Alternatives(settings_.types));
   }
-  // With INIT* grounded a module answers at 00 without checksum, whatever its format byte is.
+  // A module that was started with INIT* grounded answers at 00 without a checksum, whatever its
+  // format byte is.
   const bool init = ParseAddress(device_.address).value() == 0;
   if (!init && ((*format & 0x40U) != 0) != settings_.checksum) {
     return ModuleChecksum(!settings_.checksum);
@@ -459,7 +464,8 @@ bool Identification::IsMute() const {
   return done_ && !answered_ && !sure_ && settings_.checksum && only_others_;
 }
 
-/// Sets trouble_ to the most serious trouble. Without a trouble its text lists all remarks.
+/// Sets trouble_ to the most serious of the troubles. If there is none, the text of trouble_ lists
+/// all remarks.
 void Identification::Sum() {
   const bool was_wrong = static_cast<bool>(trouble_);
   trouble_ = mode_ ? mode_ : kind_ ? kind_ : name_;
@@ -470,7 +476,7 @@ void Identification::Sum() {
         "identify: false if its checksum is on";
   }
   if (was_wrong) {
-    // Channels may have been reconfigured while the trouble lasted.
+    // Channels may have been reconfigured during the trouble, so mask and types are asked again.
     asked_mask_ = false;
     channels_.Forget();
   }
@@ -488,7 +494,8 @@ std::optional<double> Identification::FactorOf(std::size_t point) const {
 
 namespace {
 
-/// The most questions in one task. Two broadcasts and three reads of a counter may be added.
+/// The maximum number of questions in one task. Five more exchanges can be necessary: two
+/// broadcasts and three reads of a counter.
 constexpr int kMostQuestions = kMostSteps - 5;
 
 }  // namespace
@@ -505,8 +512,10 @@ std::optional<Questions::Question> Questions::Before(std::string_view command) {
 
 bool Questions::ForgetAnew() { return std::exchange(anew_, std::nullopt).has_value(); }
 
-/// A type question is asked after the read, because its reply contains the module's address. The
-/// reply to the read needs a proof, for which only the first request of a task waits.
+/// Returns whether a type question follows the read of a task. The gateway waits for a proof that
+/// replies belong to their requests only before the first request of a task. The reply to the read
+/// needs this proof, so the read comes first; the reply to a type question contains the module's
+/// address.
 Then Questions::AfterRead(std::string_view command, Instant now) {
   anew_.reset();
   if (count_ < kMostQuestions) anew_ = identification_.NextAnew(command, now);
@@ -516,7 +525,7 @@ Then Questions::AfterRead(std::string_view command, Instant now) {
 
 Then Questions::AfterQuestion(std::string_view command) {
   const bool goes_on = !identification_.is_done() || identification_.Allows(command);
-  // The number of exchanges of a task is limited: the next poll continues with the questions.
+  // A task has a limited number of exchanges, so the next poll continues with the questions.
   const bool enough = ++count_ >= kMostQuestions && goes_on && identification_.Next(command);
   if (goes_on && !enough) return Then::ask_again;
   count_ = 0;

@@ -9,20 +9,21 @@ namespace baudgate::protocols::dcon {
 namespace {
 
 constexpr const char* kReadAll = "#";
-constexpr std::size_t kProbesOfOwnMode = 3;  // then one probe in the other mode
+// After so many unanswered probes one probe is sent in the other checksum mode.
+constexpr std::size_t kProbesOfOwnMode = 3;
 
-/// Estimates the length of a reply in characters, to find the cheapest probe.
+/// Estimates the length of a reply in characters; the cheapest read serves as a probe.
 std::size_t Cost(Form form, std::size_t points) {
   if (form == Form::numbers) return 2 + 7 * points;
   return form == Form::words ? 2 + 4 * points : 10;
 }
 
-/// Returns a request that no poll sends: the module's name, or one channel if polls read all
+/// Returns a probe that no poll sends: the module's name (`$AAM`), or one channel if polls read all
 /// channels together. Empty: no such request exists.
 std::string OwnProbe(const Settings& settings, const Probing::Reads& reads, bool polls,
                      std::size_t channels) {
   if (settings.identify || !polls) return kAskName;
-  // If single channels are polled as well, no channel can serve as a probe that no poll sends.
+  // If polls read single channels as well, a read of a channel cannot serve as the own probe.
   bool all_together = false;
   for (const auto& read : reads) {
     if (!read || read->command[0] != '#') continue;
@@ -56,8 +57,8 @@ bool Probing::IsInOtherMode() const {
   return settings_.identify && unanswered_ % (kProbesOfOwnMode + 1) == kProbesOfOwnMode;
 }
 
-/// Prefers the cheapest read that was answered before. If none was, the first read is used, because
-/// profiles begin with a read that always works.
+/// Returns the command of the next probe. Among the reads it prefers the cheapest that was answered
+/// before, else the first, because profiles begin with a read that always works.
 std::string Probing::Command(const Identification& identification) const {
   std::vector<std::string> reads;
   std::size_t best = 0;
@@ -98,7 +99,8 @@ namespace {
 constexpr unsigned kOutputs = 8;  // outputs in a group
 constexpr unsigned kBits = 16;    // bits in a digital word
 
-/// Returns "#00" for outputs written with "#13", "#0A" for "#A3", "#0B" for "#B3".
+/// Returns the command that sets all outputs of a group: "#00" for outputs that are written with
+/// "#13", "#0A" for "#A3", "#0B" for "#B3".
 std::string CommandOfAll(char group) { return group == '1' ? "#00" : std::string("#0") + group; }
 
 }  // namespace
@@ -154,14 +156,13 @@ std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::ui
 
 namespace {
 
-/// A damaged reply may look like a refusal, so a query counts as unsupported after three refusals.
 constexpr int kRefusals = 3;
 
 }  // namespace
 
 Places::Places(const config::Device& device, const Settings& options) {
   for (const config::Point& point : device.points) {
-    // Addresses that cannot be parsed were reported by check_point before.
+    // check_point has reported addresses that cannot be parsed.
     const auto write = ParseWrite(point.write);
     const bool written = point.access != config::Access::read && write;
     writes.push_back(written ? std::optional(*write) : std::nullopt);

@@ -23,10 +23,11 @@
 
 namespace baudgate::protocols::dcon {
 
-// Probing chooses the request that looks for a silent DCON module: the module's name, one channel
-// if polls read all channels together, or the cheapest poll that is known to work.
+// Probing chooses the request (probe) that tests whether a silent DCON module answers: the module's
+// name, one channel if polls read all channels together, or the cheapest poll that is known to
+// work.
 
-/// One read command and the form of its reply. Example: `#AA`, joined numbers.
+/// A read command and the form of its reply. Example: `#AA` with joined numbers.
 struct Read {
   std::string command;
   Form form = Form::number;
@@ -35,45 +36,48 @@ struct Read {
 
 class Probing {
  public:
-  using Reads = std::vector<std::optional<ReadAddress>>;  ///< by point; empty: it is not read
+  /// Index: point; empty: the point is not read.
+  using Reads = std::vector<std::optional<ReadAddress>>;
 
-  /// `plan` must be made already. `channels`: number of values in the reply to `#AA`. The
+  /// `plan` must have been made before. `channels`: number of values in the reply to `#AA`. The
   /// references must stay valid for the lifetime of this object.
   Probing(const Settings& settings, const Reads& reads, const QueryPlan<Read>& plan,
           std::size_t channels);
 
-  /// True if the next probe is `$AAM` in the other checksum mode, as every fourth unanswered one.
+  /// True if the next probe is `$AAM` in the other checksum mode. Every fourth unanswered probe is.
   bool IsInOtherMode() const;
   std::string Command(const Identification& identification) const;
   /// True if no poll sends `command`, so its reply cannot be a late reply to a poll.
   bool IsOwn(std::string_view command) const { return command == own_; }
 
-  /// Call after each answered probe (OnAnswered) and each answered poll (OnPolled).
+  /// Call OnAnswered after each answered probe, and OnPolled after each answered poll.
   void OnAnswered(std::string_view command);
   void OnPolled();
-  /// `own`: see IsOwn. Returns true if another probe is worth sending at once.
+  /// Call it after each failed probe. `own`: see IsOwn. Returns true if another probe should be
+  /// sent at once.
   bool OnFailed(bool own, bool silent);
   void OnReconnect() { choice_.OnReconnect(); }
 
  private:
   const Settings& settings_;
   const QueryPlan<Read>& plan_;
-  std::string own_;  ///< the probe that no poll sends; empty: none exists
+  std::string own_;  ///< the probe that no poll sends; empty: no such request exists
   ProbeChoice choice_;
   std::size_t unanswered_ = 0;
 };
 
-// An OutputGroup is eight digital outputs of one module, set together by `#AA00DD`. The states of
-// the outputs that do not change come from the module's digital word, read directly before the
-// write. The points define which bit of that word shows which output. Source: dcon reference, 8.2.
+// An OutputGroup is eight digital outputs of one module, which `#AA00DD` sets together. The states
+// of the outputs that do not change come from the module's digital word, which is read directly
+// before the write. The points define which bit of that word shows which output. Source: dcon
+// reference, 8.2.
 //
 //   relay_1: read "$6[b1]", write "#11{bit}"      output 1 of the low group is bit 1 of $6
 //   on relay_1, off relay_3:   > $016  < !000900      before: relays 3 and 0 are on (8 | 1)
 //                              > #010003              after: relays 0 and 1 are on
 struct OutputGroup {
-  std::string command;  ///< "#00": sets all outputs of the group
-  std::string read;     ///< "$6": reads the digital word that shows the outputs
-  unsigned base = 0;    ///< bit of the group's first output in the digital word
+  std::string command;  ///< command that sets all outputs of the group: "#00"
+  std::string read;   ///< command that reads the digital word with the states of the outputs: "$6"
+  unsigned base = 0;  ///< bit of the digital word that shows the first output of the group
 
   bool operator==(const OutputGroup&) const = default;
 };
@@ -83,28 +87,30 @@ struct GroupedOutput {
   unsigned number = 0;  ///< number of the output in its group, 0…7
 };
 
-/// Returns the group of a point with these addresses. Empty: the output is written alone.
+/// Returns the group and number of the output that a point with these addresses writes. Empty: the
+/// output belongs to no group and is written alone.
 std::optional<GroupedOutput> GroupOf(const std::optional<ReadAddress>& read,
                                      const std::optional<WriteAddress>& write,
                                      const Settings& settings);
 
-using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;  ///< index: point
+/// Index: point; empty: the point is no output of a group.
+using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;
 
 /// Returns how many of `writes`, counted from the first, set different outputs of one group.
 std::size_t Together(const GroupedOutputs& outputs, std::span<const PointValue> writes);
 
-/// Returns the states of all outputs of the group: those in `word`, with the changes of the task.
 std::uint8_t AllOutputs(const GroupedOutputs& outputs, const Task& task, std::uint64_t word);
 
 /// Returns the states of the group's outputs in `word`, one bit each.
 std::uint8_t OutputsIn(const OutputGroup& group, std::uint64_t word);
 
 /// The parsed addresses of all points. The vectors `reads`, `writes` and `outputs` are indexed by
-/// point; an entry is empty if the point is not read, not written, or no grouped output.
+/// point; an entry is empty if the point is not read, not written, or no output of a group.
 struct Places {
   Places(const config::Device& device, const Settings& options);
 
-  /// Returns how many values the reply must have, by the options or the points. 0: unknown.
+  /// Returns how many values the reply to `command` must have, according to the options or else the
+  /// points. 0: any number.
   std::size_t ChannelsOf(std::string_view command, const Settings& settings) const;
   std::optional<Form> FormOf(std::string_view command) const;
   /// True if a point writes a setting (not an output) with `command`.
@@ -113,13 +119,14 @@ struct Places {
   std::span<const std::size_t> ReadBy(std::string_view command) const;
 
   Probing::Reads reads;
-  std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;  ///< see ReadBy
+  /// Key: command; value: the points that it reads, see ReadBy.
+  std::map<std::string, std::vector<std::size_t>, std::less<>> by_command;
   std::vector<std::optional<WriteAddress>> writes;
-  std::vector<WriteAddress> settings;  ///< the elements of `writes` that are settings, not outputs
+  /// The elements of `writes` that write settings, not outputs.
+  std::vector<WriteAddress> settings;
   GroupedOutputs outputs;
 };
 
-/// Plans one request for each command. One request may read several points.
 QueryPlan<Read> MakePlan(const config::Device& device, const Places& places);
 
 }  // namespace baudgate::protocols::dcon

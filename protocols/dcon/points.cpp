@@ -9,13 +9,13 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// A command that may be polled. 'n' is any hex digit; `forms` are decoder words, the default
-/// first.
+/// A command that is allowed in polls. In `pattern`, 'n' is any hex digit. `forms` lists the
+/// decoder words that points can use for its reply; the first is the default.
 struct ReadRule {
   std::string_view pattern;
   std::string_view forms;
   bool repeatable = true;
-  bool plain = true;  ///< the reply has the default form on every module
+  bool plain = true;  ///< true: the reply has the default form on every module
 };
 
 constexpr ReadRule kReads[] = {
@@ -30,11 +30,13 @@ constexpr ReadRule kReads[] = {
     {"$2", "text"},
     {"$3", "value"},
     {"$3n", "counter"},
-    {"$4", "value status", false, false},  // fetched once; stores outputs on output modules
+    // Not repeatable, as a sample is fetched once; stores outputs on output modules.
+    {"$4", "value status", false, false},
     {"$5n", "hex"},
     {"$6", "status mask commanded"},
-    {"$6n", "commanded", false},                 // resets a counter on counter modules
-    {"$7n", "power_on overflow", false, false},  // clears the overflow flag on some modules
+    {"$6n", "commanded", false},  // not repeatable: resets a counter on counter modules
+    // Not repeatable: clears the overflow flag on some modules.
+    {"$7n", "power_on overflow", false, false},
     {"$8", "commanded"},
     {"$8n", "commanded"},
     {"$A", "words gate"},
@@ -54,7 +56,8 @@ constexpr ReadRule kReads[] = {
     {"~4S", "hex", true, false},
 };
 
-/// Commands that look like reads but are not, or that only a person at the module should send.
+/// Commands that points must not use, because they look like reads but are not, or because only a
+/// person at the module should send them.
 struct Forbidden {
   std::string_view prefix;
   std::string_view why;
@@ -116,7 +119,7 @@ Error UnknownCommand(std::string_view text, std::string_view command) {
                    "or ^, without address and checksum, as in \"#[0]\" or \"$6[b8]\"");
 }
 
-/// Parses "b8-b9": several bits of a hex reply.
+/// Parses the selector "b8-b9": several bits of a hex reply.
 bool ParseBits(std::string_view text, ReadAddress& address) {
   const auto dash = text.find("-b");
   const auto first = ParseInteger<unsigned>(text.substr(1, dash - 1));
@@ -128,7 +131,8 @@ bool ParseBits(std::string_view text, ReadAddress& address) {
   return true;
 }
 
-/// Parses the text between the brackets of "[3]", "[b3]", "[b8-b9]", "[high]" or "[low]".
+/// Parses a selector, the text between the brackets of "[3]", "[b3]", "[b8-b9]", "[high]" or
+/// "[low]".
 bool ParseSelector(std::string_view text, ReadAddress& address) {
   using Select = ReadAddress::Select;
   if (text.starts_with('b') && text.find("-b") != std::string_view::npos) {
@@ -146,7 +150,8 @@ bool ParseSelector(std::string_view text, ReadAddress& address) {
   return true;
 }
 
-/// Returns why the command is dangerous without a decoder word, and which word to add.
+/// Returns the error for a command that is dangerous without a decoder word: the danger, and the
+/// word to add.
 std::string NeedsWord(std::string_view command) {
   const std::string own(command);
   if (command.starts_with("$4")) {
@@ -174,7 +179,7 @@ bool SelectorFits(const ReadAddress& address) {
     case Form::hex:
       return address.select == Select::whole || address.select == Select::bit ||
              address.select == Select::bits;
-    case Form::text:  // "$2[b2]" reads a bit of the format byte
+    case Form::text:  // a bit selects from a text only in "$2[b2]": a bit of the format byte
       return address.select == Select::whole ||
              (address.select == Select::bit && address.command == "$2" && address.index < 8);
     default:
@@ -309,7 +314,8 @@ std::optional<Form> DefaultForm(std::string_view command) {
 }
 
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command) {
-  if (command == "$B") return {1, 2};  // one channel: a flag; several channels: a mask
+  // One digit: a flag of one channel; two digits: a mask of several channels.
+  if (command == "$B") return {1, 2};
   if (command == "~0" || command == "$6") return {2, 2};
   if (command == "~2") return {3, 3};
   if (command == "~4") return {4, 4};
@@ -325,7 +331,8 @@ bool IsHexText(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return HexDigit(c).has_value(); });
 }
 
-/// True for writes of absolute values: sending the same request again changes nothing.
+/// True for commands that write an absolute value, so that sending the same command again changes
+/// nothing.
 bool IsAbsoluteWrite(std::string_view command) {
   const std::string_view tail = command.substr(1);
   if (command.front() == '@')
@@ -350,9 +357,9 @@ bool IsRepeatable(std::string_view command) {
 
 namespace {
 
-/// True if the output command may change what `read` shows. "#0+04.500" sets analog output 0,
-/// "#000A" digital outputs. Neither changes another output ("$81") or values for power-up ("$7N")
-/// or the watchdog ("~…").
+/// True if the output command can change what `read` shows. "#0+04.500" sets analog output 0,
+/// "#000A" sets digital outputs. Neither changes another analog output ("$81"), nor values for
+/// power-up ("$7N") or the watchdog ("~…").
 bool IsOutputOf(std::string_view read, std::string_view command) {
   if (read.starts_with('~') || read.starts_with("$7")) return false;
   const bool analog = command.size() > 2 && (command[2] == '+' || command[2] == '-');

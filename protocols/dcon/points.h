@@ -18,73 +18,78 @@
 
 namespace baudgate::protocols::dcon {
 
-/// The forms of replies. One command may have several: `#AAN` alone has three.
+/// The forms of replies. One command can have several forms: `#AAN` alone has three.
 enum class Form : std::uint8_t {
   numbers,   ///< `>` and joined numbers (`#AA`)
   number,    ///< `>` and one number (`#AAN`, `$AA3`)
   words,     ///< `>` and joined hex numbers of four digits (`$AAA`)
-  bits,      ///< `>` and four hex digits (`@AA`)
-  status,    ///< `!`, four hex digits and 00, without address (`$AA6`, `$AALS`)
-  counter,   ///< `>` or `!AA`, and eight hex digits
+  bits,      ///< `>` and four hex digits of a digital word (`@AA`)
+  status,    ///< `!`, four hex digits and 00, without an address (`$AA6`, `$AALS`)
+  counter,   ///< `>` or `!AA`, then eight hex digits
   decimal,   ///< `!AA` and five decimal digits; four for `$AAY`, `$AAX1`
   readback,  ///< `!AA` and one number (`$AA8N`)
-  hex,       ///< `!AA` and hex digits, their number depends on the command (`~AA0`, `$AAB`)
+  hex,       ///< `!AA` and hex digits; the command defines how many (`~AA0`, `$AAB`)
   text,      ///< `!AA` and text (`$AAM`, `$AAF`, `$AA2`)
 };
 
 struct ReadAddress {
   enum class Select : std::uint8_t { whole, index, bit, high, low, bits };
-  std::string command;  ///< "#", "#3", "$6"
+  std::string command;  ///< command without address: "#", "#3", "$6"
   Form form = Form::number;
   Select select = Select::whole;
-  unsigned index = 0;  ///< number of the value or bit; the lowest bit of `bits`
-  unsigned count = 1;  ///< number of bits in `bits`
-  bool total = false;  ///< for a counter: its total (totals.h) in place of its count
+  unsigned index = 0;  ///< number of the selected value or bit; for Select::bits the lowest bit
+  unsigned count = 1;  ///< number of bits for Select::bits
+  /// For a counter: true if the point reads its total (totals.h) in place of its count.
+  bool total = false;
 };
 
-/// Accepts "#[0]", "#3", "#0 counter", "@[b3]", "$M".
+/// Parses the `read` text of a point: "#[0]", "#3", "#0 counter", "@[b3]", "$M".
 Result<ReadAddress> ParseRead(std::string_view text);
 
-/// Returns the form of the reply if no decoder word selects another. Empty: `command` is no read
-/// command, or its reply form differs between modules.
+/// Returns the form of the reply to `command` if no decoder word selects another form. Empty:
+/// `command` is no read command, or the form differs between modules.
 std::optional<Form> DefaultForm(std::string_view command);
 
-/// Returns the smallest and the largest number of digits in a Form::hex reply to `command`. The
+/// Returns the smallest and the largest number of digits in a reply of Form::hex to `command`. The
 /// range is exact, because two more digits would be an unexpected checksum.
 std::pair<std::size_t, std::size_t> HexDigits(std::string_view command);
 
-/// True if the command may be sent again after a failure: a read without side effects, or an
-/// absolute write.
+/// True if the command is allowed to be sent again after a failure: a read without side effects, or
+/// a write of an absolute value.
 bool IsRepeatable(std::string_view command);
 
 struct WriteAddress {
   enum class Kind : std::uint8_t { bit, hex, number, decimal, flag, action };
-  std::string command;  ///< the characters before the data: "#13", "@", "#2"
+  std::string command;  ///< the characters of the command before the data: "#13", "@", "#2"
   Kind kind = Kind::bit;
-  /// The command writes a setting: `!AA` confirms it, and only `@DO` is repeated after a failure.
+  /// True: the command writes a setting, not an output. `!AA` confirms it, and only `@DO` is
+  /// repeated after a failure.
   bool setting = false;
-  std::size_t digits = 2;  ///< digits of hex and decimal; for a number, digits before the point
+  /// Number of digits for hex and decimal; for a number, the digits before the point.
+  std::size_t digits = 2;
   std::size_t decimals = 0;
-  bool sign = false;  ///< the number begins with + or -
-  double low = 0;     ///< accepted range of a number, low…high
+  bool sign = false;  ///< true: the number begins with + or -
+  double low = 0;     ///< accepted range of a number: `low` to `high`
   double high = 0;
 };
 
-/// Accepts "#13{bit}", "@{hex2}", "#2{+00.000 0..10}", "$C{clear}", "$50{flag}", "$X{dec4}".
+/// Parses the `write` text of a point: "#13{bit}", "@{hex2}", "#2{+00.000 0..10}", "$C{clear}",
+/// "$50{flag}", "$X{dec4}".
 Result<WriteAddress> ParseWrite(std::string_view text);
 
-/// Returns the command with its data: "#2+07.500". Returns an error if the value does not fit.
+/// Returns the command with its data, such as "#2+07.500", or an error if the value does not fit.
 Result<std::string> FormatWrite(const WriteAddress& write, const Value& value);
 
-/// Reverses FormatWrite, for the twin. Nothing: `command` does not match `write`. An empty Value:
-/// the command matches, but a module would refuse its data.
+/// Parses a command that FormatWrite has made, for the twin. Empty: `command` does not match
+/// `write`. An empty Value: the command matches, but a module would refuse its data.
 std::optional<Value> ParseWritten(const WriteAddress& write, std::string_view command);
 
 config::RawNumbers NumbersOf(const ReadAddress& read, bool hex_unsigned);
 
-/// True if `command` may change the value that `point` reads. Every write may change bits, states,
-/// hex values and outputs that are read back; only $ and % commands may change counters, decimals
-/// and texts.
+/// True if `command` can change the value that `point` reads. Writes can change bits, states, hex
+/// values and outputs that are read back, except that an output command changes only its own
+/// outputs (IsOutputOf). Only $ and % commands can change counters, decimals and texts. Read
+/// commands change nothing.
 bool Changes(std::string_view command, const config::Point& point);
 
 Status CheckPoint(const config::Point& point);

@@ -14,7 +14,8 @@ Error WriteError(std::string_view text, std::string_view what) {
   return Error{"write '" + std::string(text) + "' " + std::string(what)};
 }
 
-/// True for "#", "@", and "#" with a channel, a bit group, or `C` and a channel (ADAM-4024).
+/// True for the commands of outputs: "#", "@", and "#" with a channel, a bit group, or `C` and a
+/// channel (ADAM-4024).
 bool IsOutputCommand(std::string_view command) {
   if (command == "@" || command == "#") return true;
   if (!command.starts_with('#') || command.size() > 3) return false;
@@ -29,22 +30,22 @@ struct SettingRule {
 };
 
 constexpr SettingRule kSettings[] = {
-    {"$C", "clear"},   // latches
-    {"$Cn", "clear"},  // an input counter
+    {"$C", "clear"},   // clears latches
+    {"$Cn", "clear"},  // clears the counter of an input
     {"$6n", "clear"},  // resets a counter to its preset
     {"~1", "clear"},   // clears the tripped host watchdog
     {"$4", "store"},   // stores the present analog output for power-up
-    {"$4n", "store"},  // the same of channel n
+    {"$4n", "store"},  // stores the present analog output of channel n for power-up
     {"~5n", "store"},  // stores the present analog output as the safe value
     {"$5n", "flag"},   // starts or stops a counter
-    {"$A", "hex1"},    // gate of a counter
-    {"$3n", "hex8"},   // maximum of a counter
-    {"@Pn", "hex8"},   // preset of a counter
-    {"@DO0", "hex1"},  // outputs of a counter module
-    {"~3", "hex3"},    // host watchdog: enable flag, then tenths of a second
-    {"~5", "hex4"},    // digital outputs: power-up value, then safe value
-    {"$X", "dec4"},    // watchdog of ADAM modules, tenths of a second
-    {"$X0", "dec4"},   // the same of ADAM-4024
+    {"$A", "hex1"},    // sets the gate of a counter
+    {"$3n", "hex8"},   // sets the maximum of a counter
+    {"@Pn", "hex8"},   // sets the preset of a counter
+    {"@DO0", "hex1"},  // sets the outputs of a counter module
+    {"~3", "hex3"},    // sets the host watchdog: enable flag, then tenths of a second
+    {"~5", "hex4"},   // sets digital outputs for two cases: the power-up value, then the safe value
+    {"$X", "dec4"},   // sets the watchdog of ADAM modules, in tenths of a second
+    {"$X0", "dec4"},  // sets the watchdog of ADAM-4024, in tenths of a second
 };
 
 const SettingRule* FindSetting(std::string_view command) {
@@ -81,7 +82,7 @@ Result<WriteAddress> ParseSetting(const SettingRule& rule, WriteAddress write,
   return write;
 }
 
-/// Parses "+00.000": an optional sign, zeros, a point, zeros.
+/// Parses the number format "+00.000": an optional sign, zeros, a point, zeros.
 bool ParsePicture(std::string_view picture, WriteAddress& write) {
   write.kind = WriteAddress::Kind::number;
   write.sign = picture.starts_with('+');
@@ -99,7 +100,8 @@ double LargestOf(const WriteAddress& write) {
          std::pow(10.0, -static_cast<double>(write.decimals));
 }
 
-/// Parses "0..10", the range after the picture. Empty: all numbers that fit the digits.
+/// Parses the range "0..10" after the number format. Without a range all numbers that fit the
+/// digits are allowed.
 bool ParseRange(std::string_view range, WriteAddress& write) {
   const double largest = LargestOf(write);
   write.high = largest;
@@ -213,7 +215,8 @@ Result<std::string> FormatWrite(const WriteAddress& write, const Value& value) {
       return write.command + (hex ? FixedHex(whole, write.digits) : Padded(whole, write.digits));
     }
     case WriteAddress::Kind::number:
-      // A module refuses a value beyond its range, but still moves the output to the limit.
+      // The gateway must not send a value beyond the range: a module refuses it, but still moves
+      // the output to the limit.
       if (number < write.low || number > write.high) {
         return Error{shown + " is outside " + FormatNumber(write.low) + "..." +
                      FormatNumber(write.high)};

@@ -1,5 +1,4 @@
 // The descriptor of the DCON protocol: options, decoders, times, checks and functions.
-// SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/protocol.h"
 
 #include <algorithm>
@@ -27,7 +26,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*parsed);
 }
 
-/// Refuses a code that is listed with two meanings, because only the first would ever be found.
+/// Refuses a fault code that is listed with two meanings, because only the first meaning would be
+/// found.
 Status CheckCodes(const Settings& settings) {
   const std::pair<const char*, const std::vector<std::string>&> lists[] = {
       {"over", settings.over}, {"under", settings.under}, {"open", settings.open}};
@@ -124,7 +124,8 @@ bool HasTotals(const config::Device& device) {
 config::RawNumbers RawNumbersOf(const config::Device& device, const Point& point) {
   const auto read = ParseRead(point.read);
   const Settings settings = ReadSettings(device.options);
-  // With a full scale, hex words are converted to decimals.
+  // With a full scale, hex words are converted to decimal numbers of any size, so there is no
+  // limit.
   if (!read || settings.full_scale != 0) return {};
   return NumbersOf(*read, settings.hex_unsigned);
 }
@@ -148,7 +149,8 @@ constexpr TimingRule kTiming = {.quiet = {.least = 5ms},
                                 .drain = {.least = 100ms, .characters = 20},
                                 .longest = kMaxFrame};
 
-/// Replies contain numbers with signs, hexadecimal digits, names and versions.
+/// DCON replies contain numbers with signs, hex digits, names and versions, but never the
+/// characters in never_in_reply.
 constexpr config::Traits kTraits = {
     .speaks_text = true,
     .is_unchecked = [](const config::Options& options) { return !options.Flag("checksum"); },

@@ -16,9 +16,11 @@
 namespace baudgate::protocols::dcon {
 namespace {
 
-/// Returns the forms of a good reply, and of the refusal that any command may get.
+/// Returns the forms of a reply to `command`: the good reply, and the refusal that any command can
+/// get.
 std::vector<Shape> Shapes(const Command& command, bool checksum) {
-  const std::size_t extra = checksum ? 4 : 2;  // lead, CR, and the checksum if it is on
+  // Length of the parts around the data: lead character, CR, and the checksum if it is on.
+  const std::size_t extra = checksum ? 4 : 2;
   const auto form = DefaultForm(command.text);
   std::vector<Shape> shapes = {{'?', extra, extra + 2}};
   if (command.text == kAskSample) {
@@ -32,7 +34,8 @@ std::vector<Shape> Shapes(const Command& command, bool checksum) {
     return shapes;
   }
   const bool several = command.text.starts_with("#") || command.text.starts_with("^") ||
-                       command.text == "$A";  // `!` and the gate of a counter
+                       // The reply to "$A" is `!` with a mask, or the gate of a counter.
+                       command.text == "$A";
   const bool data = *form == Form::numbers || *form == Form::number || *form == Form::words ||
                     *form == Form::bits;
   if (data) shapes.push_back({'>', extra + 4, kMaxFrame});
@@ -61,7 +64,8 @@ Expectation Expect(View request, const Settings& settings) {
   expect.repeatable = IsRepeatable(command->text);
   expect.shapes = Shapes(*command, settings.checksum);
   const auto form = DefaultForm(command->text);
-  // With INIT* grounded a module answers at 00, and the reply contains its stored address instead.
+  // A module that was started with INIT* grounded answers at 00, and the reply to `$002` contains
+  // its stored address, so its address is not compared.
   const bool init = command->text == "$2" && command->address == 0;
   const bool asked = InputOfQuestion(command->text) || command->text == "$5";
   if (!init && (asked || form == Form::text || form == Form::readback || form == Form::hex)) {
@@ -70,8 +74,8 @@ Expectation Expect(View request, const Settings& settings) {
   return expect;
 }
 
-// Cuts lines from a start character to CR. If the checksum is on, only lines with a correct sum are
-// cut.
+// CutLine cuts lines from a start character to CR. If the checksum is on, it cuts only lines with a
+// correct checksum.
 //
 //   > 23 30 31 38 34 0D                      #01 84 CR
 //   < 3E 2B 31 30 30 2E 32 33 2B 33 34 2E 30 35 30 45 32 0D
@@ -79,9 +83,9 @@ Expectation Expect(View request, const Settings& settings) {
 //   > 23 30 31 30 42 34 0D                   #010 B4 CR to a counter module, which answers with the
 //   < 3E 44 34 30 30 30 30 30 30 31 45 0D    > D4 0000001E CR checksum in front (I-7080)
 //
-// A number never contains a start character, so a second one means that the first line was cut off.
-// If the checksum is on, it decides which start is correct. If it fits from two starts, the last
-// one is used: both fit only if the bytes between them happen to sum to zero.
+// A number never contains a start character, so a second start character means that the first line
+// was cut off. If the checksum is on, it decides which start is correct. If the checksum fits from
+// two starts, the last one is used: both fit only if the bytes between them happen to sum to zero.
 
 namespace {
 
@@ -126,7 +130,8 @@ Cut RequestRule(View held, const Expectation& expect, bool) {
   return CutLine(held, expect, kRequestStarts);
 }
 
-// Example: module 01 is asked for its name, and a reply of module 02 comes, which is skipped:
+// Cuts replies. Skips the reply of another module if replies to this request contain an address.
+// Example: module 01 was asked for its name, and a reply of module 02 comes:
 //   < 21 30 32 37 30 31 37 45 42 0D          !02 7017 EB CR
 Cut ReplyRule(View held, const Expectation& expect, bool) {
   const Cut line = CutLine(held, expect, kReplyStarts);
@@ -154,7 +159,6 @@ constexpr ScanMode kModes[] = {{}, {"checksum", "true"}};
 constexpr std::size_t kWithChecksum = 1;
 
 constexpr const char* kScanQuestions[] = {kAskName, kAskType};
-/// Length of the address, type, bit rate and format in hex digits.
 constexpr std::size_t kConfiguration = 8;
 
 Bytes AskModule(unsigned address, std::size_t mode, std::size_t question) {
@@ -162,8 +166,8 @@ Bytes AskModule(unsigned address, std::size_t mode, std::size_t question) {
                       mode == kWithChecksum);
 }
 
-/// Judges a reply to a scan question. A module started with INIT* grounded answers at 00, and its
-/// reply to `$002` contains its stored address.
+/// Judges a reply to a scan question. A module that was started with INIT* grounded answers at 00,
+/// and its reply to `$002` contains its stored address.
 Sighting JudgeModule(View request, View frame, std::size_t mode) {
   const bool checksum = mode == kWithChecksum;
   const auto asked = ParseRequest(request, checksum);
@@ -208,7 +212,9 @@ namespace {
 constexpr std::string_view kLeads = "$#%@~^";
 constexpr std::string_view kPlace = "XX";
 
-/// Completes `$01MXX`, and `$01M` if the option checksum is on, to `$01MD2` and CR.
+/// Makes a whole frame of a typed command: adds CR, and replaces a final XX by the checksum. If the
+/// option checksum is on, the checksum is added without XX as well. Example: `$01MXX` gives
+/// `$01MD2` and CR.
 Result<Bytes> CompleteCommand(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (text.size() < 3 || kLeads.find(text[0]) == std::string_view::npos) {
@@ -245,7 +251,7 @@ namespace {
 constexpr std::string_view kAsks = "$#%@~^";
 constexpr std::string_view kAnswers = ">!?";
 
-/// The length of "$01A1".
+/// The length of the longest read command, such as "$01A1".
 constexpr std::size_t kLongestRead = 5;
 constexpr std::size_t kChecksumDigits = 2;
 
@@ -261,14 +267,14 @@ Recognised OtherChecksum(bool carried) {
 }
 
 /// True for a whole reply without a checksum: an acknowledgement, or numbers of the configured
-/// width and nothing after them. A reply with a wrong checksum does not fit.
+/// width and nothing after them. A reply that ends with a wrong checksum does not fit.
 bool IsBare(std::string_view line, std::string_view asked, std::size_t width) {
   if (line[0] != '>') return line.size() == 3 && line.substr(1, 2) == asked.substr(1, 2);
   if (width == 0 || line.size() <= width || (line[1] != '+' && line[1] != '-')) return false;
   return (line.size() - 1) % width == 0;
 }
 
-/// True for ">03+01.234" where ">+01.234" is expected.
+/// True if the reply contains an address that is not expected: ">03+01.234" instead of ">+01.234".
 bool CarriesAddress(std::string_view line, std::string_view asked) {
   return line[0] == '>' && line.size() > 3 && line.substr(1, 2) == asked.substr(1, 2) &&
          (line[3] == '+' || line[3] == '-');
@@ -282,8 +288,8 @@ std::optional<Recognised> OfLine(std::string_view line, std::string_view asked,
   line.remove_prefix(lead);
   if (line.size() < 3 || !IsText(line)) return std::nullopt;
   if (kAsks.find(line[0]) != std::string_view::npos) {
-    // Without a checksum a damaged reply may look like a request, so only lines as short as a read
-    // count.
+    // Without a checksum a damaged reply can look like a request, so only lines as short as a read
+    // command count.
     const bool plain = checksum ? ChecksumFits(line, kChecksum) : line.size() <= kLongestRead;
     if (line == asked || !plain || !ParseInteger<int>(line.substr(1, 2), 16)) return std::nullopt;
     return Recognised{Recognised::What::other_master,

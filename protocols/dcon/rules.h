@@ -1,7 +1,6 @@
-// Recognises DCON messages by their bytes. Expect returns which replies may answer a request,
+// Recognises DCON messages by their bytes. Expect returns which replies can answer a request,
 // RequestRule and ReplyRule find where messages begin and end, and Recognise explains other bytes.
-// The rules for scans and for telegrams typed by hand are here too.
-// SPDX-License-Identifier: Apache-2.0
+// kScan and kTelegram are the rules for scans and for telegrams typed by hand.
 #pragma once
 
 #include <optional>
@@ -15,7 +14,8 @@
 
 namespace baudgate::protocols::dcon {
 
-/// Returns which reply may answer `request`. For an empty request: what requests look like (twins).
+/// Returns which replies can answer `request`. For an empty request: the form of requests, for
+/// twins.
 Expectation Expect(View request, const Settings& settings);
 
 /// Cuts requests: from one of $ # % @ ~ ^ to CR.
@@ -25,12 +25,13 @@ Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
 // The requests of a scan: only `$AAM` and `$AA2`, in both checksum modes, because no module takes
-// them for a write in either mode. Modules that support neither (OWEN's) are not found.
+// them for a write in either mode. Modules that support neither request (OWEN's) are not found.
 
 extern const ScanRule kScan;
 
-// The rule for telegrams typed by hand. A final XX is replaced by the checksum. Only `$AAM` and
-// `$AA2` are certainly reads: any other command is a write on some module, or in the other mode.
+// The rule for telegrams typed by hand. It replaces a final XX by the checksum. Only `$AAM` and
+// `$AA2` count as reads: any other command is a write on some module, or in the other checksum
+// mode.
 
 extern const TelegramRule kTelegram;
 
@@ -39,7 +40,7 @@ extern const TelegramRule kTelegram;
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
-/// See ForeignRule. Recognises read requests: "#01" and a carriage return.
+/// See ForeignRule. Recognises read requests, such as "#01" and a carriage return.
 std::optional<std::string> ForeignDcon(View heard);
 
 }  // namespace baudgate::protocols::dcon

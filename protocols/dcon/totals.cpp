@@ -11,9 +11,10 @@ namespace {
 
 constexpr std::uint64_t kModulusOfDecimal = 65536;
 constexpr int kUnansweredTotals = 2;
-constexpr Duration kSlack = 2s;  // tolerance for the time at which a count was taken
+constexpr Duration kSlack = 2s;  // tolerance for the time at which a count was read
 
-/// A decrease is a roll-over if the step is at most a quarter of the range, otherwise a clear.
+/// If a count has decreased, the counter has rolled over or was cleared. It counts as a roll-over
+/// if the step is at most this part (a quarter) of the counter's range.
 constexpr std::uint64_t kPartOfRollOver = 4;
 
 std::string_view Cut(std::string_view& text, char at) {
@@ -70,7 +71,7 @@ void Totals::OnCleared(std::string_view command) {
   if (Counter* counter = Find(command)) BeginAnew(*counter);
 }
 
-/// True if a counter can count `step` pulses in `time`, by the option count_rate.
+/// True if a counter can count `step` pulses in `time`, according to the option count_rate.
 bool Totals::CanCount(std::uint64_t step, Duration time) const {
   const std::chrono::duration<double> seconds = time + kSlack;
   return settings_.count_rate == 0 ||
@@ -89,13 +90,14 @@ void Totals::Believe(Counter& counter, const Seen& seen, std::uint64_t step) {
   counter.begins_anew = false;
 }
 
-/// True if the count has not decreased since it was confirmed, and the step is possible.
+/// True if the reading `seen` can follow the last confirmed count without a roll-over or a clear:
+/// the count has not decreased, and the step is possible in the time.
 bool Totals::Follows(const Counter& counter, const Seen& seen) const {
   return seen.count < counter.modulus && seen.count >= *counter.count &&
          (!counter.at || CanCount(seen.count - *counter.count, seen.at - *counter.at));
 }
 
-/// Returns the step to a count that does not follow: over a roll-over, or 0 after a clear.
+/// Returns the step to a count that has decreased: the pulses over a roll-over, or 0 after a clear.
 std::uint64_t Totals::StepTo(const Counter& counter, const Seen& seen) const {
   if (seen.count >= *counter.count || seen.count >= counter.modulus) return 0;
   const std::uint64_t step = seen.count + counter.modulus - *counter.count;
@@ -103,9 +105,9 @@ std::uint64_t Totals::StepTo(const Counter& counter, const Seen& seen) const {
   return can && step <= counter.modulus / kPartOfRollOver ? step : 0;
 }
 
-/// Returns false while the count is unconfirmed. A changed count is confirmed when the next reading
-/// is equal or higher. The lower of the two is then accepted, because that many pulses were counted
-/// even if one of the two readings is damaged.
+/// Takes a reading of a counter. Returns false as long as its count is unconfirmed. A changed count
+/// is confirmed when the next reading is equal or higher by a possible step. The lower of the two
+/// counts is then accepted, because that many pulses were counted even if one reading is damaged.
 bool Totals::TakeCount(Counter& counter, const Seen& seen) {
   const std::optional<Seen> before = std::exchange(counter.seen, seen);
   const bool confirmed = before && seen.count >= before->count &&

@@ -10,7 +10,6 @@
 //   $015 → !011, #010 → >00000900      the module was restarted: as after a clear
 //
 // README.md, "Totals", lists the cases that cannot be distinguished.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -26,38 +25,43 @@
 
 namespace baudgate::protocols::dcon {
 
-/// Asks whether the module was restarted since the last `$AA5`. The request clears the flag.
+/// The command `$AA5` asks whether the module was restarted since the last `$AA5`. The module
+/// clears its restart flag when it answers.
 inline constexpr const char* kAskRestart = "$5";
 
 class Totals {
  public:
   static constexpr Duration kBetweenNotes = 1min;
 
-  /// `reads` is indexed by point. Both references must stay valid for the lifetime of this object.
+  /// `reads` is indexed by point. `settings` and `reads` must stay valid for the lifetime of this
+  /// object.
   Totals(const Settings& settings, const Probing::Reads& reads);
 
   bool empty() const { return counters_.empty(); }
   /// True if `$AA5` must be asked before `command` is sent.
   bool WantsRestart(std::string_view command) const;
-  /// Call with the reply to `$AA5`. Empty: the module refuses it, so it is not asked again.
+  /// Call it with the reply to `$AA5`. Empty: the module refuses the command, so it is not asked
+  /// again.
   void OnRestart(std::optional<bool> restarted);
-  /// Call if `$AA5` was not answered. After the second time it counts as unsupported.
+  /// Call it if `$AA5` was not answered. After the second time the command counts as unsupported.
   void OnNothing();
-  /// Call if the module may have been restarted: after silence.
+  /// Call it after silence, because the module may have been restarted: `$AA5` is then asked again.
   void OnLost() { is_due_ = true; }
   void OnReconnect();
-  /// Call if the counter that `command` ("#0") reads was cleared, or may have been cleared.
+  /// Call it if the counter that `command` ("#0") reads was cleared, or may have been cleared.
   void OnCleared(std::string_view command);
 
-  /// Why the same count must be read again: it has changed, or it is not confirmed yet.
+  /// The reason why a counter must be read again at once: its count has changed, or is not
+  /// confirmed yet.
   enum class Again : std::uint8_t { no, has_moved, unconfirmed };
-  /// Replaces the counts in `answer` (outcome ok) by totals, or removes them while unconfirmed.
+  /// Replaces the counts in `answer` (outcome ok) by totals, or removes them as long as they are
+  /// unconfirmed.
   Again Take(std::string_view command, Answer& answer, Instant now);
   /// Removes the totals from an answer that may come from another module.
   void Leave(Answer& answer) const;
 
-  /// Conversation::Memory: command, count and total of each counter, "#0 4294967280 8589934576; #1
-  /// 5 5". Changes at most once a minute.
+  /// Returns the text for Conversation::Memory: command, count and total of each counter, such as
+  /// "#0 4294967280 8589934576; #1 5 5". It changes at most once a minute.
   const std::string& memory() const { return memory_; }
   void Recall(std::string_view memory);
 
@@ -69,8 +73,9 @@ class Totals {
   struct Counter {
     std::string command;
     std::uint64_t modulus = 0;
-    std::optional<std::uint64_t> count;  ///< the last confirmed count
-    std::optional<Instant> at;  ///< time of `count`; empty: before this program was started
+    /// The last confirmed count; empty: no count was confirmed yet.
+    std::optional<std::uint64_t> count;
+    std::optional<Instant> at;
     std::uint64_t total = 0;
     std::optional<Seen> seen;  ///< the latest reading
     bool begins_anew = false;
@@ -90,7 +95,7 @@ class Totals {
   const Probing::Reads& reads_;
   std::vector<Counter> counters_;
   bool is_due_ = true;
-  bool context_ = true;  ///< the module supports `$AA5`
+  bool context_ = true;  ///< true: the module supports `$AA5`, or has not refused it yet
   int silences_ = 0;
   std::string memory_;
   std::optional<Instant> noted_;

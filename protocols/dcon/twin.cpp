@@ -55,7 +55,6 @@ std::uint64_t Place(const ReadAddress& read, const Value& value) {
   }
 }
 
-/// Returns the code of a type that measures in `unit`.
 std::uint8_t TypeFor(std::string_view unit) {
   if (unit == "mV") return 0x0C;
   if (unit == "mA") return 0x0D;
@@ -143,8 +142,8 @@ std::string DconTwin::Joined(Form form, const std::string& command, Instant now)
   return text;
 }
 
-/// Returns the values of all points of the command. All digital commands but `$L` show the same
-/// word.
+/// Returns the digital word for `command`, with the values of all its points. All digital commands
+/// but `$L` show the same word.
 std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now) const {
   std::uint64_t word = 0;
   for (const Known& known : points_.all()) {
@@ -157,7 +156,8 @@ std::uint64_t DconTwin::Word(const std::string& command, Form form, Instant now)
   return IsDigital(form) ? DigitalWire(word, settings_) : word;
 }
 
-/// Returns `told` with the format byte of the options: "080600" with a checksum is "080640".
+/// Returns `told`, the reply to `$AA2`, with the format byte of the options. Example: "080600" with
+/// a checksum is "080640".
 std::string DconTwin::Configuration(std::string told) const {
   if (told.size() != 6) return told;
   const unsigned checksum = settings_.checksum ? 0x40 : 0;
@@ -167,8 +167,8 @@ std::string DconTwin::Configuration(std::string told) const {
   return told.replace(4, 2, HexByte(format));
 }
 
-/// Returns the reply to `$AA2` without its address, such as "080600". A point for the whole text
-/// defines it; points for bits of the format byte set these bits.
+/// Returns the reply to `$AA2` without its address, such as "080600". If a point reads the whole
+/// text, its value is used; points that read bits of the format byte set these bits.
 std::string DconTwin::ConfiguredText(Instant now) const {
   std::string text = (settings_.types.empty() ? "40" : settings_.types[0]) + "0600";
   unsigned bits = 0;
@@ -266,7 +266,7 @@ bool DconTwin::Counts() const {
   return points_.Find([](const ReadAddress& read) { return read.total; }) != nullptr;
 }
 
-/// Carries out `$60` and `$C0`: sets the counter of `#0` to zero.
+/// Carries out `$60` and `$C0`: they set the counter that `#0` reads to zero.
 void DconTwin::Clear(const std::string& command) {
   if (command.size() != 3) return;
   const bool counter = command.starts_with("$6") || command.starts_with("$C");
@@ -293,7 +293,8 @@ std::optional<std::string> DconTwin::AnswerWrite(const std::string& command) {
   return AnswerGroup(command);
 }
 
-/// Answers `#AA00DD` if the points are single outputs of the group.
+/// Carries out `#AA00DD` if points write single outputs of the group. Empty: there is no such
+/// point.
 std::optional<std::string> DconTwin::AnswerGroup(const std::string& command) {
   if (command.size() != 5 || !command.starts_with("#0")) return std::nullopt;
   const auto bits = ParseInteger<unsigned>(std::string_view(command).substr(3), 16);

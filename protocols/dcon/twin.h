@@ -15,11 +15,11 @@
 
 namespace baudgate::protocols::dcon {
 
-/// The twin takes samples (`#**`), and its host watchdog starts when it is set (`~AA3EVV`). With
-/// the option channel_types, `$AA7CiRrr` sets the type of an input, as on a real module.
+/// Simulates a DCON module. The twin takes samples (`#**`), and its host watchdog starts when it is
+/// set (`~AA3EVV`). With the option channel_types, `$AA7CiRrr` sets the type of an input, as on a
+/// real module.
 class DconTwin : public Twin {
  public:
-  /// The references must stay valid for the lifetime of the twin.
   DconTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
@@ -49,15 +49,16 @@ class DconTwin : public Twin {
 
   Settings settings_;
   std::uint8_t address_;
-  std::string who_;  ///< the address in replies, two hex digits
+  std::string who_;
   TwinPoints<ReadAddress, WriteAddress> points_;
-  std::map<unsigned, std::uint8_t> types_;  ///< type codes of the inputs
-  bool restarted_ = true;                   ///< there was a restart since the last `$AA5`
-  Duration watchdog_{};                     ///< period of the host watchdog; zero: off
+  std::map<unsigned, std::uint8_t> types_;
+  bool restarted_ = true;  ///< true: the module was restarted since the last `$AA5`
+  Duration watchdog_{};    ///< period of the host watchdog; zero: off
   Instant host_heard_at_{};
   bool tripped_ = false;
-  std::string sample_;    ///< data of the next reply to `$AA4`; empty: no sample was taken
-  bool fetched_ = false;  ///< `sample_` was sent before
+  /// Data of the next reply to `$AA4` (fetch the sample); empty: no sample was taken.
+  std::string sample_;
+  bool fetched_ = false;
 };
 
 }  // namespace baudgate::protocols::dcon

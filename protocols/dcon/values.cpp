@@ -38,7 +38,7 @@ bool AllAre(std::string_view text, char digit) {
   return text.find_first_not_of(digit) == std::string_view::npos;
 }
 
-/// Recognises the codes listed in the options. Nothing: the token is none of them.
+/// Recognises the fault codes that the options list. Empty: the token is no such code.
 std::optional<Field> ListedCode(std::string_view token, const Settings& settings) {
   if (Contains(settings.over, token)) return Above(token);
   if (Contains(settings.under, token)) return Below(token);
@@ -46,13 +46,13 @@ std::optional<Field> ListedCode(std::string_view token, const Settings& settings
   return std::nullopt;
 }
 
-/// True for "+99999." or "-99.999": the full scale of a module with a movable decimal point.
+/// True for the full-scale codes of a module with a movable decimal point: "+99999." or "-99.999".
 bool IsFullScale(std::string_view token) {
   return std::ranges::count(token, '9') >= 5 &&
          token.find_first_not_of("9.", 1) == std::string_view::npos;
 }
 
-/// Classifies a token without a decimal point, which is never a measurement.
+/// Classifies a token without a decimal point. It is never a measurement, but can be a fault code.
 Field PointlessCode(std::string_view token) {
   const std::string_view digits = token.substr(1);
   const bool minus = token.front() == '-';
@@ -76,7 +76,7 @@ Fields Malformed(Outcome outcome, std::string reason, std::string remedy = {}) {
       .outcome = outcome, .reason = std::move(reason), .remedy = std::move(remedy), .fields = {}};
 }
 
-/// True for "7FFF8000": joined hex words in place of numbers.
+/// True for joined hex words in place of numbers, such as "7FFF8000".
 bool AreHexWords(std::string_view text) {
   return text.size() % kHexWidth == 0 && IsHexText(text) &&
          text.find_first_of("+-.") == std::string_view::npos;
@@ -235,7 +235,7 @@ std::string FormatField(const Value& value, const Settings& settings, bool hex) 
     return codes.empty() ? (number < 0 ? "-999999" : "+999999") : codes.front();
   }
   const std::size_t width = settings.width == 0 ? kUsualWidth : settings.width;
-  // Most ranges have two digits before the point; larger numbers need more.
+  // Most ranges have two digits before the decimal point; larger numbers need more.
   std::size_t before = settings.format == Format::percent ? 3 : 2;
   while (std::pow(10.0, static_cast<double>(before)) <= std::abs(number) + 0.0005) ++before;
   const std::size_t after = width > before + 3 ? width - before - 2 : 1;

@@ -15,7 +15,7 @@
 
 namespace baudgate::protocols::dcon {
 
-/// The value of one channel; empty unless the quality is good: a fault code is never a number.
+/// The value of one channel. It is empty unless the quality is good: a fault code gives no number.
 struct Field : Decoded {
   unsigned channel = 0;
   std::string note;  ///< the reason for a bad quality: "over range (+99999)"
@@ -27,21 +27,24 @@ inline Field BadField(Quality quality, std::string note, unsigned channel = 0) {
 
 struct Fields {
   Outcome outcome = Outcome::ok;
-  std::string reason;    ///< if the outcome is not ok: then `fields` must not be used
-  std::string remedy{};  ///< advice for `baudgate status`
+  std::string reason;  ///< why the outcome is not ok; `fields` must not be used then
+  std::string remedy{};
   std::vector<Field> fields;
-  bool more_enabled = false;  ///< the reply contains channels that the settings call disabled
+  /// True: the reply contains channels that are disabled in the settings.
+  bool more_enabled = false;
 };
 
-/// Cuts joined numbers at every sign and checks their width, in the format of the settings. `hex`
-/// forces hex words, as in the reply to `$AAA`. AssignChannels sets the channels.
+/// Cuts joined numbers at every sign and checks their width, in the format of the settings. `hex`:
+/// true if the numbers are hex words in any format, as in the reply to `$AAA`. The channels are set
+/// later, by AssignChannels.
 Fields CutFields(std::string_view text, const Settings& settings, bool hex);
 
-/// Assigns channels, from 0, and checks their count. `expected`: how many channels the module has;
-/// 0: any. If the count is wrong, the whole reply is rejected.
+/// Sets the channels of the fields, beginning with 0, and checks their number. `expected`: how many
+/// channels the module has; 0: any number. If the number is wrong, the whole reply is rejected.
 void AssignChannels(Fields& fields, const Settings& settings, std::size_t expected);
 
-/// Converts the 16 bits of a reply to the word that points read; DigitalWire converts it back.
+/// Converts the 16 bits of a digital reply to the word that points read. DigitalWire is the
+/// inverse.
 inline std::uint64_t DigitalWord(std::uint64_t wire, const Settings& settings) {
   if (settings.swap_bytes) wire = (wire & 0xFFU) << 8U | (wire >> 8U & 0xFFU);
   return wire ^ settings.invert;

@@ -25,7 +25,8 @@ Result<Request> ExampleConversation::Ask(const Task& task, Instant) {
   }
   Request request{.bytes = EncodeRequest(message)};
   request.expect = Expect(request.bytes);
-  request.steady = task.kind == Task::Kind::probe;  // the type of a device never changes
+  // The probe asks for the device type, which never changes.
+  request.steady = task.kind == Task::Kind::probe;
   return request;
 }
 

@@ -1,5 +1,4 @@
 // `ExampleConversation` makes the requests to one example device and interprets its replies.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <vector>
@@ -22,7 +21,7 @@ class ExampleConversation final : public Conversation {
  private:
   const config::Device& device_;
   const char address_;
-  std::vector<Query> queries_;  ///< one query for each point
+  std::vector<Query> queries_;
 };
 
 }  // namespace baudgate::protocols::example

@@ -1,6 +1,5 @@
-// `ParseItem` reads `read` of a point: the number of an item, 1 to 999. DecodeValue and EncodeValue
-// convert the value in a reply.
-// SPDX-License-Identifier: Apache-2.0
+// `ParseItem` parses the `read` text of a point: the number of an item, 1 to 999. DecodeValue and
+// EncodeValue convert the value in a reply.
 #pragma once
 
 #include <span>

@@ -38,7 +38,7 @@ Cut ReplyRule(View held, const Expectation&, bool idle) {
   const Cut line = CutLine(held, "!", idle);
   if (line.kind != Cut::Kind::frame) return line;
   if (line.size < 5) return cut::BadChecksum();
-  const View body = held.first(line.size - 4);  // without '*', two digits and CR
+  const View body = held.first(line.size - 4);  // the frame without '*', two checksum digits and CR
   const std::string sum = "*" + HexByte(Sum8(body));
   return AsText(held.subspan(body.size(), 3)) == sum ? line : cut::BadChecksum();
 }

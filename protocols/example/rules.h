@@ -1,13 +1,13 @@
-// `Expect` gives the expected replies to a request of the example. RequestRule and ReplyRule are
+// `Expect` returns the expected replies to a request of the example. RequestRule and ReplyRule are
 // its frame rules.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include "protocols/frame_rule.h"
 
 namespace baudgate::protocols::example {
 
-/// An empty request gives the expectation for requests, which twins use.
+/// Returns which replies can answer `request`; for an empty request: the form of requests, for
+/// twins.
 Expectation Expect(View request);
 
 Cut RequestRule(View held, const Expectation& expect, bool idle);

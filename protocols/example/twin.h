@@ -17,7 +17,7 @@ class ExampleTwin final : public Twin {
  private:
   const char address_;
   char reply_as_ = address_;
-  TwinPoints<unsigned> points_;  ///< found by item number
+  TwinPoints<unsigned> points_;
 };
 
 }  // namespace baudgate::protocols::example

@@ -6,8 +6,6 @@
 
 namespace baudgate::protocols::modbus {
 
-// The builders follow the MODBUS Application Protocol V1.1b3.
-
 void AppendU16(Bytes& to, std::size_t value) {
   to.push_back(static_cast<std::uint8_t>((value >> 8U) & 0xFFU));
   to.push_back(static_cast<std::uint8_t>(value & 0xFFU));

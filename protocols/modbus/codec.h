@@ -15,9 +15,10 @@
 
 namespace baudgate::protocols::modbus {
 
-// Builders of request PDUs. Function codes, lengths, checks: protocols/modbus_pdu/modbus_pdu.h.
+// The functions below build the PDUs of requests. modbus_pdu.h has the function codes, lengths and
+// checks.
 
-using namespace baudgate::modbus;  // rules that the gateway shares
+using namespace baudgate::modbus;  // rules of Modbus that the gateway also uses
 
 Bytes ReadRequest(std::uint8_t function, std::uint16_t address, std::size_t count);
 Bytes WriteCoilRequest(std::uint16_t address, bool on);
@@ -25,13 +26,13 @@ Bytes WriteCoilsRequest(std::uint16_t address, const std::vector<bool>& bits);
 Bytes WriteRegisterRequest(std::uint16_t address, std::uint16_t value);
 Bytes WriteRegistersRequest(std::uint16_t address, const std::vector<std::uint16_t>& values);
 Bytes MaskWriteRequest(std::uint16_t address, std::uint16_t keep, std::uint16_t set);
-/// Diagnostics, sub-function 0: the device returns the same data.
+/// Builds a loopback request (function 8, subfunction 0): the device returns the same data.
 Bytes LoopbackRequest(std::uint16_t data);
 
 void AppendU16(Bytes& to, std::size_t value);
 /// Returns the registers as bytes, high byte first.
 Bytes BytesOf(const std::vector<std::uint16_t>& words);
-/// Packs eight bits into a byte, the first in bit 0.
+/// Packs bits into bytes, eight in each; the first bit is bit 0.
 Bytes PackBits(const std::vector<bool>& bits);
 
 using config::kLastSlave;
@@ -50,36 +51,40 @@ inline constexpr std::size_t kMaxRtu = 256;
 inline constexpr std::size_t kMaxAscii = 513;
 inline constexpr std::size_t kTcpOverhead = 7;
 inline constexpr std::size_t kMaxTcp = 260;
-/// The length in a TCP header counts the PDU and this many bytes more: the unit.
+/// The length in a TCP header counts the PDU and, by this number of bytes more, the unit.
 inline constexpr std::size_t kTcpCounted = 1;
 
-/// Returns the length of the whole frame for a PDU of `pdu` bytes; for ASCII with CR LF.
+/// Returns the length of the whole frame that contains a PDU of `pdu` bytes; for ASCII in
+/// characters, CR LF included.
 std::size_t FrameLength(Framing framing, std::size_t pdu);
 std::size_t MaxFrame(Framing framing);
 
 struct Adu {
   std::uint8_t slave = 0;
-  Bytes pdu;                      ///< never empty
-  std::uint16_t transaction = 0;  ///< number of a tcp request, repeated in its reply
+  Bytes pdu;                      ///< function code and data; never empty
+  std::uint16_t transaction = 0;  ///< tcp only: the number of a request, which its reply repeats
 };
 
-/// `transaction` is used for tcp only.
+/// Makes a whole frame of a PDU. `transaction` is used for tcp only.
 Bytes Wrap(Framing framing, std::uint8_t slave, View pdu, std::uint16_t transaction = 0);
-/// Returns nothing unless the whole frame is valid, with a correct check value.
+/// Parses a whole frame. Returns nothing unless the frame is valid and its check value is correct.
 std::optional<Adu> Unwrap(Framing framing, View frame);
-/// Unwraps a frame that a reply rule has cut. The length in a tcp header may be too large.
+/// Parses a frame that a reply rule has cut. Unlike Unwrap it accepts a tcp frame whose header
+/// gives too large a length.
 std::optional<Adu> UnwrapReply(Framing framing, View frame);
 
-/// Returns the frame's size by its header (six bytes or more). Empty: no Modbus TCP header.
+/// Returns the size of a frame according to its header, `header`, which has six bytes or more.
+/// Empty: this is no Modbus TCP header.
 std::optional<std::size_t> TcpSize(View header);
-/// True if no slave answers a request to `slave`. With tcp, unit 0 is an ordinary address.
+/// True if a request to `slave` is a broadcast, which no slave answers. With tcp, unit 0 is an
+/// ordinary address.
 constexpr bool IsBroadcast(Framing framing, std::uint8_t slave) {
   return slave == 0 && framing != Framing::tcp;
 }
 
-/// Accepts 1…247, for tcp 0…255; in decimal ("20") or hex ("0x14").
+/// Parses an address: 1…247, for tcp 0…255; in decimal ("20") or hex ("0x14").
 Result<std::uint8_t> ParseAddress(std::string_view text, Framing framing = Framing::rtu);
-/// Accepts decimal, or hex with 0x.
+/// Parses a number in decimal, or in hex with 0x.
 std::optional<std::uint16_t> ParseNumber(std::string_view text);
 
 }  // namespace baudgate::protocols::modbus

@@ -34,7 +34,8 @@ void Identification::OnAnswer(const std::optional<Data>& data) {
   step_ = step_ == Step::objects ? Step::server : Step::over;
 }
 
-/// The device fits if the profile lists one of `names`. Otherwise the worst contradiction counts.
+/// Sets trouble_ from the names that the device reports. There is no trouble if the profile lists
+/// one of them; otherwise the most serious contradiction counts.
 void Identification::Judge(const std::vector<std::string>& names) {
   trouble_ = {};
   DeviceTrouble worst;
@@ -53,12 +54,13 @@ void Identification::OnReconnect() {
 
 namespace {
 
-/// The data of a loopback: a pattern that is unlikely as an address or count.
+/// The data of a loopback. This pattern is unlikely to occur as an address or count.
 constexpr std::uint16_t kLoopbackData = 0xA55A;
-/// After a device has refused this many own probes, it counts as refusing all of them.
+/// The maximum number of reads in OwnProbes. If the device refuses one, the next one is used.
 constexpr std::size_t kMostProbes = 3;
 
-/// Pause after a device has answered "busy" or "acknowledge" (still working).
+/// Pauses after a device has answered "busy" (kBusyWait) or "acknowledge", still working
+/// (kWorkWait).
 constexpr Duration kBusyWait = 200ms;
 constexpr Duration kWorkWait = 1s;
 
@@ -76,14 +78,16 @@ Outcome OutcomeOf(std::uint8_t exception, bool write) {
       return Outcome::busy;
     case kNoPath:
     case kNoTarget:
-      // These exceptions come from a gateway on the way: the device itself did not answer.
+      // A gateway between this program and the device has sent these exceptions: the device did not
+      // answer.
       return Outcome::no_reply;
     default:
       return Outcome::refused;
   }
 }
 
-/// True if the address looks like one of a manual: 3xxxx (inputs), 4xxxx (holding), from 1 on.
+/// True if the address of the request looks like one from a manual: 3xxxx for inputs, 4xxxx for
+/// holding registers. The address in a PDU is another number.
 bool IsOfManual(View request) {
   constexpr unsigned kFirst = 30001;
   constexpr unsigned kLast = 49999;
@@ -163,8 +167,6 @@ Request ModbusConversation::MakeRequest(View pdu) const {
   return request;
 }
 
-// ---------------------------------------------------------------- requests
-
 Result<Request> ModbusConversation::Ask(const Task& task, Instant) {
   if (task.kind == Task::Kind::write) {
     const auto step = writing_.Next(task);
@@ -199,7 +201,6 @@ std::vector<Bytes> ModbusConversation::OwnProbes() const {
   return probes;
 }
 
-/// Returns the index of the request in OwnProbes(). Nothing: it is no own probe.
 std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   const std::vector<Bytes> own = OwnProbes();
   const auto found =
@@ -208,7 +209,8 @@ std::optional<std::size_t> ModbusConversation::OwnProbeOf(View pdu) const {
   return static_cast<std::size_t>(found - own.begin());
 }
 
-/// Reads identification objects from the first one on, or from where the last reply ended.
+/// Returns the PDU of a query. An identification is read from its first object on, or from the
+/// object after those of the last reply.
 Bytes ModbusConversation::PollPdu(std::size_t query) const {
   Block<Space> block = plan_.block(query);
   if (block.key.table == Table::identity) {
@@ -217,8 +219,6 @@ Bytes ModbusConversation::PollPdu(std::size_t query) const {
   }
   return ReadOf(block);
 }
-
-// ---------------------------------------------------------------- replies
 
 ModbusConversation::Exchanged ModbusConversation::Decode(View request, View frame) const {
   Exchanged exchanged = Judge(request, frame);
@@ -270,8 +270,8 @@ ModbusConversation::Exchanged ModbusConversation::Judge(View request, View frame
   return exchanged;
 }
 
-/// Compares only the PDUs for Modbus TCP: the next hop has filled in the header, and the frame rule
-/// has already compared it.
+/// Returns the outcome of a reply. For Modbus TCP it compares only the PDUs: the next hop has
+/// filled in the header, and the frame rule has already compared it.
 Outcome ModbusConversation::Check(View request, View frame) const {
   if (framing_ != Framing::tcp || std::min(request.size(), frame.size()) < kTcpOverhead) {
     return Judge(request, frame).answer.outcome;
@@ -301,8 +301,9 @@ Answer ModbusConversation::OnFrame(const Task& task, const Request& request, Vie
   return AfterPoll(task.query, std::move(exchanged), now);
 }
 
-/// A read only prepares a write, which follows. The exception "acknowledge" to a write counts as
-/// ok: the device is still working, and a later poll shows the result.
+/// Takes the reply to a request of a write task. After a preparing read the write follows. The
+/// exception "acknowledge" to a write counts as ok: the device is still working, and a later poll
+/// shows the result.
 Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   answer.readings.clear();
@@ -324,7 +325,7 @@ Answer ModbusConversation::AfterWrite(Exchanged exchanged) {
   return answer;
 }
 
-/// Continues with the poll, whatever the reply is.
+/// Takes the reply to an identification, then continues with the poll, whatever the reply is.
 Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
   identification_.OnAnswer(exchanged.data);
   Answer answer;
@@ -332,8 +333,9 @@ Answer ModbusConversation::AfterIdentification(Exchanged exchanged) {
   return answer;
 }
 
-/// A refusal of the device's own probe (unknown function, no such registers) also proves that the
-/// device is there. A refusal could answer any request, so the next own probe is sent at once.
+/// Takes the reply to a probe. A refusal of the own probe (unknown function, no such registers)
+/// also proves that the device is there. But a refusal could answer any request, so the next own
+/// probe is sent at once.
 Answer ModbusConversation::AfterProbe(Exchanged exchanged) {
   Answer answer = std::move(exchanged.answer);
   const bool ok = answer.outcome == Outcome::ok;
@@ -415,7 +417,8 @@ void ModbusConversation::OnReconnect() {
 
 namespace {
 
-/// Returns the quality of the requested points after an exception. Nothing: unchanged.
+/// Returns the quality that the requested points get after an exception. Empty: their quality does
+/// not change.
 std::optional<Quality> QualityOf(std::uint8_t exception) {
   switch (exception) {
     case kIllegalFunction:
@@ -451,14 +454,15 @@ void ModbusConversation::AddReadings(Exchanged& exchanged) const {
     const auto& place = places_[point];
     const bool there = place->form == Form::object ? data.texts.contains(place->address)
                                                    : data.block().Covers(BlockOf(*place));
-    // Objects before the first requested one came in earlier replies.
+    // Objects before the first requested object came in earlier replies.
     const bool earlier = place->form == Form::object && place->address < data.address;
     if (there || (data.whole && !earlier))
       exchanged.answer.readings.push_back(ReadingOf(point, data));
   }
 }
 
-/// Returns a bad quality if the device has no such data: an empty queue, an unknown object.
+/// Returns the reading of a point from a reply. If the device has no such data (an empty queue, an
+/// unknown object), the quality is bad.
 Reading ModbusConversation::ReadingOf(std::size_t point, const Data& data) const {
   const Location& place = *places_[point];
   const Quality absent = place.table == Table::queue
@@ -506,7 +510,6 @@ void ModbusConversation::AddLabels(Exchanged& exchanged) const {
   }
 }
 
-/// Adds a bad reading for each point of a refused read.
 void ModbusConversation::AddFaults(Exchanged& exchanged) const {
   const auto quality = QualityOf(exchanged.exception);
   const auto block = protocols::modbus::BlockOf(exchanged.request);

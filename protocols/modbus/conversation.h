@@ -20,26 +20,26 @@
 
 namespace baudgate::protocols::modbus {
 
-// Identification checks by vendor and product (43/14), else by server id (17), whether a device
-// fits its profile. ModbusConversation asks once per connection, before the first poll, and only if
-// the profile lists names: many slaves answer neither request, and each silence costs a reply time.
-// A refusal or silence is no contradiction.
+// Identification checks by vendor and product (function 43/14), else by server id (17), whether a
+// device fits its profile. ModbusConversation asks once per connection, before the first poll, and
+// only if the profile lists names: many slaves answer neither request, and each silence costs a
+// reply time. A refusal or silence is no contradiction.
 //
 //   > 2B 0E 01 00    < 2B 0E 01 01 00 00 03  00 08 "KBR GmbH"  01 10 "multicomp F144-3"  02 …
 class Identification {
  public:
-  /// `identity` must outlive this object.
   explicit Identification(const config::Identity& identity) : identity_(identity) {}
 
-  /// Returns the PDU to ask before a poll. Empty: no question is left.
+  /// Returns the PDU of the question to ask before a poll. Empty: no question is left.
   std::optional<Bytes> Next();
-  /// True if `pdu` is the question that Next returned last.
   bool IsAskedBy(const Bytes& pdu) const { return !done_ && !asked_.empty() && pdu == asked_; }
-  /// Call with the data of the reply; empty if it was an exception or did not come.
+  /// Call it with the data of the reply to the question; empty if the reply was an exception or did
+  /// not come.
   void OnAnswer(const std::optional<Data>& data);
-  /// Call after an answered poll. The questions are repeated if the device contradicts its profile.
+  /// Call it after an answered poll. If the device contradicts its profile, the questions are
+  /// repeated before the next poll.
   void OnPolled() { again_ = trouble_.reason != Reason::none; }
-  /// Call if another device may be connected. A trouble stays until a reply disproves it.
+  /// Call it if another device may be connected. A trouble stays until a reply disproves it.
   void OnReconnect();
 
   const DeviceTrouble& trouble() const { return trouble_; }
@@ -57,7 +57,8 @@ class Identification {
   DeviceTrouble trouble_;
 };
 
-/// The transaction counter of the devices behind one TCP connection: all requests differ in number.
+/// The transaction counter that the devices behind one TCP connection share, so that all their
+/// requests have different numbers.
 class Transactions : public Bus {
  public:
   std::uint16_t Next() { return ++last_; }
@@ -68,7 +69,7 @@ class Transactions : public Bus {
 
 class ModbusConversation : public Conversation {
  public:
-  /// The references must outlive the conversation. `transactions` is for tcp only.
+  /// The references must outlive the conversation. `transactions` is used for tcp only.
   ModbusConversation(Framing framing, const config::Device& device, const Settings& settings,
                      Transactions* transactions = nullptr);
 
@@ -85,27 +86,28 @@ class ModbusConversation : public Conversation {
   Answer Interpret(View request, View frame) override;
 
  private:
-  /// A request and its reply, after all checks.
+  /// A request and its reply, with the result of all checks.
   struct Exchanged {
     Answer answer;
-    Bytes request;  ///< request and reply are PDUs
+    Bytes request;  ///< `request` and `reply` are PDUs, without address and check value
     Bytes reply;
     std::uint8_t exception = 0;
-    std::optional<Data> data{};  ///< set for a good reply to a read
+    std::optional<Data> data{};  ///< the decoded reply; empty unless it is a good reply to a read
   };
 
-  /// Checks request and reply, without decoding the values.
+  /// Checks the reply against the request, without decoding the values.
   Exchanged Judge(View request, View frame) const;
   Exchanged Decode(View request, View frame) const;
   std::pair<Space, std::size_t> BeginIn(std::uint32_t point) const;
-  /// Returns the points that begin in the block, or all of its space for a table without addresses.
+  /// Returns the points that begin in the block. For a table without addresses: all points of the
+  /// block's space.
   std::vector<std::size_t> PointsIn(const Block<Space>& block) const;
   void AddReadings(Exchanged& exchanged) const;
   void AddLabels(Exchanged& exchanged) const;
   void AddFaults(Exchanged& exchanged) const;
   Request MakeRequest(View pdu) const;
-  /// Returns the probes that no poll sends: a loopback, or up to three reads. The next one is used
-  /// if the device refuses one.
+  /// Returns the probes that no poll sends: a loopback, or up to three reads. If the device refuses
+  /// one of them, the next one is used.
   std::vector<Bytes> OwnProbes() const;
   Bytes PollPdu(std::size_t query) const;
   Reading ReadingOf(std::size_t point, const Data& data) const;
@@ -120,15 +122,16 @@ class ModbusConversation : public Conversation {
   Transactions* const transactions_;
   Settings settings_;
   std::uint8_t slave_;
-  std::vector<std::optional<Location>> places_;  // index: point
-  std::vector<std::uint32_t> by_place_;          // points that are read, by space and begin
+  std::vector<std::optional<Location>> places_;  // index: point; empty: the point is not read
+  std::vector<std::uint32_t> by_place_;  // the points that are read, sorted by space and begin
   SpacePlan plan_;
   Writing writing_;
   Identification identification_;
-  // The next object to ask for, if an identification comes in several replies.
+  // The next object to ask for, if an identification comes in several replies; empty: ask from the
+  // first object on.
   std::optional<std::pair<Space, std::uint8_t>> next_object_;
   ProbeChoice probes_;
-  std::size_t own_probe_ = 0;  // index in OwnProbes() of the next probe
+  std::size_t own_probe_ = 0;
 };
 
 }  // namespace baudgate::protocols::modbus

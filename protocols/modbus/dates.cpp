@@ -1,11 +1,10 @@
-// TI081, word by word:
+// Layout of a TI081 time, one line for each register:
 //
 //   0000 0000 0YYY YYYY   year since 2000
 //   0000 MMMM wwwD DDDD   month, weekday, day
 //   S00h hhhh V0mm mmmm   summer time, hour, invalid or not synchronised, minute
 //   milliseconds          0…59999
 //
-// SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/dates.h"
 
 #include <algorithm>
@@ -19,7 +18,7 @@ namespace baudgate::protocols::modbus {
 namespace {
 
 using Words = std::vector<std::uint16_t>;
-/// Year, month, day, hour, minute, second.
+/// The parts of a time: year, month, day, hour, minute, second.
 using Parts = std::array<unsigned, 6>;
 
 struct DateRow {
@@ -56,7 +55,7 @@ Parts OfSeconds(std::uint32_t seconds) {
           static_cast<unsigned>(time.seconds().count())};
 }
 
-/// Converts two decimal digits. Empty: a digit is above 9.
+/// Converts a byte with two decimal digits (BCD). Empty: a digit is above 9.
 std::optional<unsigned> OfBcd(unsigned byte) {
   if ((byte & 0xFU) > 9 || byte >> 4U > 9) return std::nullopt;
   return 10 * (byte >> 4U) + (byte & 0xFU);

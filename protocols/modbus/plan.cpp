@@ -24,9 +24,11 @@ constexpr FunctionRow kFunctions[] = {
 };
 
 constexpr std::uint8_t kFileReference = 6;
-constexpr std::size_t kFileRequest = 9;  // for one record: function, byte count, and seven bytes
+// Size of a request for one record: function, byte count, and seven bytes.
+constexpr std::size_t kFileRequest = 9;
 
-/// Returns the longest run of printable characters: "MODEL-7" of 07 FF 4D 4F 44 45 4C 2D 37 00.
+/// Returns the longest run of printable characters. Example: "MODEL-7" from 07 FF 4D 4F 44 45 4C 2D
+/// 37 00.
 std::string TextOf(View data) {
   std::string best;
   std::string run;
@@ -55,7 +57,7 @@ void TakeObjects(View reply, Data& data) {
   }
 }
 
-/// Takes `count` bits or registers. Returns false if `bytes` is too short.
+/// Takes `count` bits or registers from `bytes` into `data`. Returns false if `bytes` is too short.
 bool TakeTable(View bytes, std::size_t count, Data& data) {
   const bool bits = IsBits(data.space.table);
   if (bytes.size() < (bits ? PackedSize(count) : 2 * count)) return false;
@@ -192,7 +194,8 @@ std::optional<Data> DataOf(View request, View reply) {
 
 namespace {
 
-/// One register in a request counts as 16 bits: both take two bytes.
+/// The limits of a request are given in registers. One register counts as 16 bits, because 16 bits
+/// take two bytes as well.
 constexpr std::size_t kBitsForRegister = 16;
 
 std::size_t MostOf(Table table) {
@@ -245,7 +248,8 @@ SpacePlan MakePlan(std::span<const config::Point> points,
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan) {
   const auto unit_of = [](Table table) { return std::size_t{IsBits(table) ? 8U : 1U}; };
   std::vector<Block<Space>> polled;
-  std::map<Table, std::set<std::size_t>> counts;  // polled sizes in registers or bytes of bits
+  // For each table: the sizes of its polls, in registers or in bytes of bits.
+  std::map<Table, std::set<std::size_t>> counts;
   for (std::size_t query = 0; query < plan.queries().size(); ++query) {
     const Block<Space>& block = plan.block(query);
     const Table table = block.key.table;

@@ -23,45 +23,52 @@ namespace baudgate::protocols::modbus {
 
 std::optional<Table> TableOf(std::uint8_t function);
 
-/// Returns the PDU that reads the block, "03 00 C8 00 02"; for an identification from its begin on.
+/// Returns the PDU that reads the block, such as "03 00 C8 00 02". For an identification: from the
+/// object `block.begin` on.
 Bytes ReadOf(const Block<Space>& block);
-/// Returns what a request reads. Empty: no read, or an incomplete one.
+/// Returns the block that a request reads. Empty: the request is no read, or is incomplete.
 std::optional<Block<Space>> BlockOf(View request);
 inline Block<Space> BlockOf(const Location& place) {
   return {place.space(), BeginOf(place), EndOf(place), 1};
 }
-/// Returns the place in the words of `read`: "holding 200", "file 4:1", "identification 0".
+/// Returns the name of a place in the words of `read`: "holding 200", "file 4:1", "identification
+/// 0".
 std::string LabelOf(const Space& space, std::size_t address);
 
 struct Data {
   Space space;
   std::size_t address = 0;
-  Registers words;  ///< registers; bits as 0 and 1; for a server id its bytes
-  /// The reply contains all there is, even if less than requested: a short queue, a server id.
+  Registers words;  ///< the registers; for bits 0 or 1 each; for a server id its bytes
+  /// True: the device has no more data, even if the reply has less than was requested: a short
+  /// queue, a server id.
   bool whole = false;
-  std::map<std::size_t, std::string> texts{};  ///< identification by object, or server id at 0
-  std::optional<std::uint8_t> follows{};       ///< next object of an incomplete identification
+  /// Identification: text by object number; server id: its text at 0.
+  std::map<std::size_t, std::string> texts{};
+  /// The next object, if the identification continues in another reply.
+  std::optional<std::uint8_t> follows{};
 
   Block<Space> block() const { return {space, address, address + words.size(), 1}; }
 };
 
-/// `reply` must fit its request (CheckReply).
+/// Returns the data of a good reply; empty if `request` is no read. `reply` must have passed
+/// CheckReply for `request`.
 std::optional<Data> DataOf(View request, View reply);
 
 using SpacePlan = QueryPlan<Space>;
 
-/// Returns where each point is read; an entry is empty for a point that is not read.
+/// Returns the place of each point, by index; an entry is empty if the point is not read.
 std::vector<std::optional<Location>> ReadLocations(std::span<const config::Point> points);
 
-/// `places`: the result of ReadLocations for `points`. A request that the device refuses and has
-/// never answered is sent with the slow group.
+/// Plans the requests for `points`. `places`: the result of ReadLocations for `points`. A request
+/// that the device refuses and has never answered is sent with the slow group.
 SpacePlan MakePlan(std::span<const config::Point> points,
                    std::span<const std::optional<Location>> places, const Settings& settings,
                    Often is_often = IsFast);
 
-/// Returns reads whose number of registers (for bits: bytes) no query of the same table has, so
-/// their replies differ from all replies to polls. Each begins where a query begins. Reads inside
-/// their query come first, because a device may refuse the others.
+/// Returns reads that can serve as probes: their number of registers (for bits: bytes) differs from
+/// that of every query of the same table, so their replies differ from all replies to polls. Each
+/// begins where a query begins. Reads that stay inside their query come first, because a device may
+/// refuse the others.
 std::vector<Block<Space>> DistinctReads(const SpacePlan& plan);
 
 }  // namespace baudgate::protocols::modbus

@@ -71,7 +71,8 @@ std::optional<Table> TableNamed(std::string_view name) {
   return std::nullopt;
 }
 
-/// Returns "16" for "string(16)".
+/// Returns the text in the parentheses after `name`: "16" for "string(16)". Empty: `word` has
+/// another form.
 std::optional<std::string_view> InParentheses(std::string_view word, std::string_view name) {
   if (!word.starts_with(name) || !word.substr(name.size()).starts_with('(')) return std::nullopt;
   if (!word.ends_with(')')) return std::nullopt;
@@ -92,7 +93,6 @@ void TakeType(const Point& point, Location& place) {
   }
 }
 
-/// Sets the form that `word` names. Returns false if it names none.
 bool TakeForm(std::string_view word, Location& place) {
   for (const FormRow& row : kForms) {
     if (row.name != word) continue;
@@ -125,7 +125,8 @@ bool TakeForm(std::string_view word, Location& place) {
   return false;
 }
 
-/// Parses "8" or "8[b3]"; for a file "4:8"; for a queue "1246" or "1246[0]".
+/// Parses the address of a place: "8" or "8[b3]"; for a file "4:8"; for a queue "1246" or
+/// "1246[0]".
 Status TakeAddress(std::string_view text, std::string_view word, Location& place) {
   const auto open = word.find('[');
   std::string_view number = word.substr(0, open);
@@ -175,7 +176,7 @@ Status TakeScale(std::string_view text, std::string_view word, Location& place) 
   return {};
 }
 
-/// Parses the words after the address: form, order and scale.
+/// Parses the words after the address: form, word order and scale.
 Status TakeWords(std::string_view text, std::span<const std::string_view> words, Location& place,
                  bool& formed) {
   for (const std::string_view word : words) {
@@ -216,7 +217,7 @@ Status TakeWords(std::string_view text, std::span<const std::string_view> words,
   return {};
 }
 
-/// `usual`: the location whose form is used if `text` has none.
+/// Parses a place. `usual`: the location whose form is used if `text` names no form; can be null.
 Result<Location> ParseLocation(std::string_view text, const Point& point, const Location* usual) {
   std::vector<std::string_view> words;
   for (const std::string_view word : Split(Trim(text), ' ')) {
@@ -405,7 +406,7 @@ Status CheckPoint(const config::Point& point) {
 
 namespace {
 
-/// A place with a name of two words.
+/// A place that is named by two words instead of a table and an address.
 struct NamedRow {
   std::string_view table;
   std::string_view name;

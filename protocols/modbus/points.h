@@ -22,19 +22,21 @@ enum class Table : std::uint8_t {
   discretes,
   holding,
   input,
-  status,    ///< eight bits (07) at address 0
-  events,    ///< status word and counter (11) at addresses 0 and 1
-  log,       ///< status word, event counter, message counter (12) at addresses 0, 1, 2
-  server,    ///< server id (17), its bytes
-  file,      ///< records of one file (20)
-  queue,     ///< a queue (24): the count at address 0, the first entry at 1
-  identity,  ///< objects of one category (43/14)
+  status,  ///< the exception status (function 07): eight bits at address 0
+  events,  ///< the event counter (function 11): status word and counter at addresses 0 and 1
+  /// The event log (function 12): status word, event counter, message counter at addresses 0, 1, 2.
+  log,
+  server,    ///< the server id (function 17): its bytes
+  file,      ///< the records of one file (function 20)
+  queue,     ///< a queue (function 24): the count at address 0, the first entry at 1
+  identity,  ///< identification objects of one category (function 43/14)
 };
 
-/// An area in which addresses count from 0: a table, or one file or queue.
+/// An area of a slave whose addresses count from 0: a table, one file, or one queue.
 struct Space {
   Table table = Table::holding;
-  std::uint16_t which = 0;  ///< number of the file, address of the queue, category of the objects
+  /// Number of the file, address of the queue, or category of the objects; 0 for other tables.
+  std::uint16_t which = 0;
 
   auto operator<=>(const Space&) const = default;
 };
@@ -42,7 +44,7 @@ struct Space {
 enum class Form : std::uint8_t {
   flag,  ///< one coil or discrete input
   bit,   ///< one bit of a register
-  bits,  ///< several bits of a register, as a number
+  bits,  ///< several bits of a register, read as one number
   int16,
   uint16,
   int32,
@@ -62,44 +64,47 @@ enum class Form : std::uint8_t {
   bcd48,
   bcd64,
   date,
-  object,  ///< the text of a server id or of an identification object
+  object,  ///< a text: the server id, or an identification object
   string,  ///< two characters per register, the first in the high byte
-  text,    ///< a code, shown as its text in the option `texts`
+  text,    ///< the code in a register, shown as its text in the option `texts`
 };
 
 /// The place of a point. A large gateway has 100,000 places, so small members are grouped.
 struct Location {
   Table table = Table::holding;
   Form form = Form::uint16;
-  DateForm date = DateForm::unix;          ///< used with Form::date
-  std::optional<config::WordOrder> order;  ///< set if the point has its own order
-  std::uint16_t which = 0;                 ///< see Space
-  std::uint16_t address = 0;               ///< 0-based, as in the PDU
-  unsigned bit = 0;                        ///< lowest bit of Form::bit and bits, 0…15
-  unsigned width = 1;                      ///< number of bits of Form::bits
-  /// Address of the scale register in the same table: its n multiplies the value by 10 to the n
-  /// (-10…10).
+  DateForm date = DateForm::unix;
+  /// Word order of this point; empty: the order of the device.
+  std::optional<config::WordOrder> order;
+  std::uint16_t which = 0;
+  std::uint16_t address = 0;  ///< 0-based, as in the PDU
+  unsigned bit = 0;           ///< the lowest bit, 0…15, for Form::bit and Form::bits
+  unsigned width = 1;         ///< number of bits, for Form::bits
+  /// Address of the scale register in the same table. The value is multiplied by 10 to the power n,
+  /// where n is the content of the scale register (-10…10). Empty: there is no scale register.
   std::optional<std::uint16_t> scale;
   std::size_t count = 1;   ///< number of registers or bits
-  std::size_t length = 0;  ///< number of characters of Form::string
-  std::string texts{};     ///< name of the text table of Form::text
+  std::size_t length = 0;  ///< number of characters, for Form::string
+  std::string texts{};
 
   std::size_t end() const { return std::size_t{address} + count; }
   Space space() const { return {table, which}; }
 };
 
-/// The range that one request must read for the place: its registers and the scale register.
+/// BeginOf and EndOf (exclusive) give the range that one request must read for the place: its
+/// registers and its scale register.
 std::size_t BeginOf(const Location& place);
 std::size_t EndOf(const Location& place);
 
-/// Returns where the point is read. The error says what is wrong and what would be correct.
+/// Returns where the point is read. The error gives the fault and a correct form.
 Result<Location> ReadLocation(const config::Point& point);
-/// Returns where the point is written: by `write`, else `read`. A missing form is that of `read`.
+/// Returns where the point is written: the place in `write`, or the place in `read` if `write` is
+/// empty. If `write` names no form, the form of `read` applies.
 Result<Location> WriteLocation(const config::Point& point);
 
 bool IsBits(Table table);
 bool IsWritable(Table table);
-/// True if places in the table have addresses: coils, discrete inputs, registers and files.
+/// True if places in the table have addresses, as coils, discrete inputs, registers and files do.
 bool IsAddressed(Table table);
 std::string_view Name(Table table);
 
@@ -109,21 +114,19 @@ Status CheckPoint(const config::Point& point);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// Places of `read` with a name in place of a table and an address ("event counter", "identification
-// product"), and bits in brackets ("[b3-b5]").
-
-/// Function 43/14: categories of identification objects. The maker's objects begin at 0x80.
+/// Categories of the objects that function 43/14 reads. The maker's objects begin at 0x80
+/// (kFirstOwnObject).
 enum Category : std::uint16_t { kBasic = 1, kRegular = 2, kExtended = 3 };
-/// The first two objects of an identification.
 enum Object : std::size_t { kVendor = 0, kProduct = 1 };
 inline constexpr unsigned kFirstOwnObject = 0x80;
 
 Error Wrong(std::string_view text, const std::string& why);
 
-/// Parses "[b3]" or "[b3-b5]".
+/// Parses a selector of bits: "[b3]" or "[b3-b5]".
 Status TakeBits(std::string_view text, std::string_view inside, Location& place);
 
-/// Parses "exception status[b3]", "server id[2]", "identification 0x80". Empty: none of these.
+/// Parses a place with a name: "exception status[b3]", "server id[2]", "identification 0x80".
+/// Empty: the words are no such name.
 std::optional<Result<Location>> ParseNamed(std::string_view text,
                                            std::span<const std::string_view> words);
 

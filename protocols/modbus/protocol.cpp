@@ -65,8 +65,9 @@ std::optional<Recognised> RecogniseAs(View request, View heard, const ParsedOpti
   return Recognise(kFraming, request, heard);
 }
 
-/// Frames are separated by silence of 3.5 characters, 1.75 ms above 19200 bit/s (MODBUS over Serial
-/// Line V1.02, 2.5.1.1). The gap inside a frame covers the delays of adapters and serial servers.
+/// Times on a serial line. Frames are separated by silence of 3.5 characters, 1.75 ms above 19200
+/// bit/s (MODBUS over Serial Line V1.02, 2.5.1.1). The gap inside a frame covers the delays of
+/// adapters and serial servers.
 TimingRule Times(std::size_t longest) {
   return {.quiet = {.least = 1750us, .characters = 3.5},
           .reply = {.least = 500ms},
@@ -75,7 +76,8 @@ TimingRule Times(std::size_t longest) {
           .longest = longest};
 }
 
-/// A lost TCP segment is sent again after 200 ms or more (RFC 6298, 2.4).
+/// Times on a TCP connection. A lost TCP segment is sent again after 200 ms or more (RFC 6298,
+/// 2.4).
 TimingRule TcpTimes() {
   return {.quiet = {.least = 100us},
           .reply = {.least = 1s},
@@ -122,14 +124,15 @@ constexpr Rules RulesOf(Framing framing) {
 
 constexpr config::Traits TraitsOf(Framing framing) {
   const bool tcp = framing == Framing::tcp;
-  const bool ascii = framing == Framing::ascii;  // two characters per byte
+  const bool ascii = framing == Framing::ascii;  // ASCII sends two characters per byte
   return {.service = tcp ? "Modbus TCP" : "",
           .counterpart = tcp ? "modbus_rtu" : "modbus_tcp",
           .has_blocks = true,
           .speaks_text = ascii,
           .has_byte_order = true,
-          // TCP: MBAP (7), function, count. RTU: slave, function, count, CRC (2). ASCII: ':',
-          // slave, function, count and LRC in two characters each, CR LF.
+          // Length of a reply with registers, without the registers. TCP: MBAP (7), function,
+          // count. RTU: slave, function, count, CRC (2). ASCII: ':', slave, function, count and LRC
+          // in two characters each, CR LF.
           .register_reply = {.around = tcp     ? 9U
                                        : ascii ? 11U
                                                : 5U,

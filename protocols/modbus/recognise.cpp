@@ -9,7 +9,7 @@
 namespace baudgate::protocols::modbus {
 namespace {
 
-/// Frames that begin later are not searched for.
+/// The search for a frame in received bytes stops at this offset.
 constexpr std::size_t kFarthest = 300;
 
 /// Size of an exception in bytes: slave, function and code.
@@ -26,7 +26,7 @@ constexpr const char* kNoModbus =
 
 struct Seen {
   Adu adu;
-  bool request = false;  ///< has the form of a request and of no reply
+  bool request = false;  ///< true: the frame has the form of a request and not of a reply
 };
 
 bool IsWhole(View held, PduLength length) {
@@ -51,7 +51,8 @@ std::optional<Seen> FirstRtu(View heard) {
   return std::nullopt;
 }
 
-/// True if the bytes begin with a request for one value or a read, or with the reply to a read.
+/// True if the bytes begin with a request that reads or writes one value, or with the reply to a
+/// read.
 bool IsPlainRtu(View held) {
   if (held.size() < kShortRequest + kRtuOverhead || held[0] == 0 || held[0] > kLastSlave)
     return false;
@@ -110,7 +111,7 @@ bool IsWholePdu(View pdu) {
   return length.kind == PduLength::Kind::exact && length.size == pdu.size();
 }
 
-/// Explains a reply whose transaction, protocol number or length is wrong.
+/// Explains a TCP reply whose transaction, protocol number or length is wrong.
 std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   if (heard.size() < kTcpOverhead + 2 || heard.size() > kMaxTcp) return std::nullopt;
   const ByteReader reader(heard);
@@ -139,7 +140,7 @@ std::optional<Recognised> OddHeader(const Adu& asked, View heard) {
   return std::nullopt;
 }
 
-/// Explains an exception to the request whose check value is wrong or missing.
+/// Explains an exception that answers the request, but whose check value is wrong or missing.
 std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::size_t check) {
   const bool bare = heard.size() == kException;
   if (!bare && heard.size() != kException + check) return std::nullopt;
@@ -153,7 +154,8 @@ std::optional<Recognised> SpoiledException(const Adu& asked, View heard, std::si
 
 }  // namespace
 
-/// Explains a wrong or missing check value, or a wrong function or count with a correct one.
+/// Explains a reply whose check value is wrong or missing, or whose check value is correct but the
+/// function or count is wrong.
 std::optional<Recognised> OtherCheck(Framing framing, const Adu& asked, View heard) {
   const auto other = [](const char* cause) {
     return Recognised{

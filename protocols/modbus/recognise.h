@@ -1,6 +1,5 @@
-// Explains bytes that came in place of a Modbus reply: another framing, slave or master, a wrong
-// header.
-// SPDX-License-Identifier: Apache-2.0
+// Explains bytes that came in place of a Modbus reply: another framing, another slave, another
+// master, or a wrong header.
 #pragma once
 
 #include <optional>
@@ -12,7 +11,8 @@
 
 namespace baudgate::protocols::modbus {
 
-/// `request`: a frame of this framing.
+/// Explains `heard`, which came after `request`, a whole frame of this framing. Empty: no
+/// explanation.
 std::optional<Recognised> Recognise(Framing framing, View request, View heard);
 
 /// See ForeignRule. Recognises requests that read or write one value, and replies to reads.

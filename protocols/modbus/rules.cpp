@@ -93,8 +93,8 @@ const PduCarrier* Carrier(Framing framing) {
 //   > 14 | 10 03 E7 00 78 F0 ... 240 bytes ... | CRC    write 120 registers, 249 bytes
 //   < 14 | 83 02 | D1 35                         exception: illegal data address
 //
-// A listener also receives replies of other slaves and skips them. A skipped reply may contain a
-// request:
+// A listener also receives replies of other slaves and skips them. A skipped reply can contain
+// bytes that look like a request:
 //
 //   < 4D | 03 08 01 06 04 D2 10 E1 E5 4B | BF 4D its data is a write to slave 1
 //
@@ -106,9 +106,10 @@ namespace {
 using Kind = PduLength::Kind;
 
 constexpr std::size_t kShortest = kRtuOverhead + 1;
-/// A loopback may contain several data words, but nearly always has one.
+/// The length of a loopback PDU with one data word. Several words are allowed, but hardly used.
 constexpr PduLength kUsualLoopback = {Kind::exact, 5};
-/// The longest reply of another slave, to another function, that the rule waits for.
+/// The longest reply of another slave that the rule waits for if its function is not the expected
+/// one.
 constexpr std::size_t kShortReply = 32;
 
 /// Cuts a frame that only silence ends: the CRC must be correct over all bytes received.
@@ -124,12 +125,12 @@ struct Head {
   enum class Kind : std::uint8_t {
     request,
     reply,       ///< a reply of another slave
-    open,        ///< incomplete: may become a request or a reply
-    by_silence,  ///< may be a request that only silence ends
+    open,        ///< incomplete: the bytes may become a request or a reply
+    by_silence,  ///< the bytes may be a request whose end only silence shows
     neither,
   };
   Kind kind = Kind::neither;
-  std::size_t size = 0;  ///< bytes of the request or reply
+  std::size_t size = 0;
 };
 
 enum class Fit : std::uint8_t { whole, open, none };
@@ -142,8 +143,9 @@ Fit FitOf(View held, PduLength length) {
   return EndsInCrc16(held.first(size)) ? Fit::whole : Fit::none;
 }
 
-/// Classifies the bytes that a listener receives. More bytes change only `open` and `by_silence`. A
-/// loopback is accepted as soon as it has two data bytes, its usual length.
+/// Classifies the bytes that a listener receives. If more bytes come, only the results `open` and
+/// `by_silence` can change. A loopback is accepted as soon as it has two data bytes, its usual
+/// length.
 Head LookAt(View held, bool idle) {
   if (held[0] > kLastSlave) return {};
   if (held.size() < 2) return {Head::Kind::open};
@@ -164,8 +166,8 @@ Head LookAt(View held, bool idle) {
   return {open ? Head::Kind::open : Head::Kind::neither};
 }
 
-/// Returns the length of a frame with an unknown function: the whole burst, else the shortest
-/// length with a correct CRC. 0: no length fits.
+/// Returns the length of a frame with an unknown function: that of the whole burst if its CRC is
+/// correct, else the shortest length with a correct CRC. 0: no length fits.
 std::size_t EndOfUnknown(View burst) {
   if (EndsInCrc16(burst)) return burst.size();
   std::size_t size = kShortest;
@@ -173,7 +175,8 @@ std::size_t EndOfUnknown(View burst) {
   return size < burst.size() ? size : 0;
 }
 
-/// True if the burst consists of frames up to its end.
+/// True if the burst consists of whole frames up to its end; the last may be incomplete unless
+/// `idle`.
 bool IsAllFrames(View burst, bool idle) {
   while (!burst.empty()) {
     const Head head = LookAt(burst, idle);
@@ -187,11 +190,11 @@ bool IsAllFrames(View burst, bool idle) {
   return true;
 }
 
-/// True for a byte that cannot begin a frame, or often appears before one.
+/// True for a byte that cannot begin a frame, or that often appears before frames (00, FF).
 bool IsNoise(std::uint8_t byte) { return cut::IsHarmless(byte) || byte > kLastSlave; }
 
-/// Drops a burst that is longer than a frame, up to a later byte that begins no frame either, so
-/// that no byte in the middle of the burst is taken for the beginning of a frame.
+/// Drops a burst that is longer than any frame. It ends the drop at the last byte that begins no
+/// frame, so that no byte in the middle of the burst is taken for the beginning of a frame.
 Cut DropFlood(View burst) {
   const auto no_frame = [&](std::size_t at) {
     return !IsNoise(burst[at]) && LookAt(burst.subspan(at), false).kind == Head::Kind::neither;
@@ -202,8 +205,8 @@ Cut DropFlood(View burst) {
 }
 
 /// Handles bytes that may be a reply to another request: from another slave, or late. The rule
-/// waits for the whole reply if its length is known or its function is the expected one. A long
-/// reply of another slave (kShortReply) is waited for only if its function is the expected one.
+/// waits for the whole reply if its length is known, or if its function is the expected one. For a
+/// reply of another slave with another function it waits only up to the length kShortReply.
 Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::string_view why,
                  bool idle) {
   if (held[0] == 0 || held[0] > kLastSlave) return cut::Slide(held, why);
@@ -231,8 +234,9 @@ Cut AnotherReply(View held, const Expectation& expect, bool another_slave, std::
   return IsReplyForm(pdu) ? Cut::Frame(size) : cut::Slide(held, why);
 }
 
-/// Some devices confirm functions 15 and 16 with the whole request. The bytes may also be an echo
-/// of the request, which the reply follows, so only silence decides.
+/// Cuts a reply that repeats the whole request: some devices confirm functions 15 and 16 so. The
+/// bytes can also be an echo of the request, which the reply follows, so the rule waits for
+/// silence.
 Cut WholeWrite(View held, bool idle) {
   const PduLength length = RequestLength(held.subspan(1));
   const std::size_t size = length.size + kRtuOverhead;
@@ -243,15 +247,16 @@ Cut WholeWrite(View held, bool idle) {
 
 }  // namespace
 
-// A byte count is used only if it agrees with the quantity before it. The reply to a write of one
-// register equals its request, and a reply with 17 to 24 bits is as long as a request with the same
-// CRC. A listener takes these replies for requests to another slave.
+// Cuts requests for a listener. A byte count is used only if it agrees with the quantity before it.
+// The reply to a write of one register equals its request, and a reply with 17 to 24 bits is as
+// long as a request with the same CRC. A listener takes these replies for requests to another
+// slave.
 //
 // A frame begins only after silence or directly after another good frame. A search inside damaged
 // bytes could find a request in the data of other frames and execute it. So bytes that are neither
-// request nor reply are kept until the line is silent, because the rest may still come, and then
-// dropped with all bytes after them. A request among these bytes is lost, and its master repeats
-// it.
+// request nor reply are kept until the line is silent, because the rest may still come, and are
+// then dropped with all bytes after them. A request among these bytes is lost, and its master
+// repeats it.
 Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const Head head = LookAt(held, idle);
   if (head.kind == Head::Kind::request) return Cut::Frame(head.size);
@@ -261,7 +266,8 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   const bool over = idle || held.size() > kMaxRtu;
   if (!over && head.kind != Head::Kind::neither) return Cut::NeedMore();
   if (head.kind == Head::Kind::by_silence) {
-    // A CRC fits at one length in thousands by chance, so the rest must consist of frames.
+    // By chance a CRC is correct at one length in thousands, so the bytes after the frame must be
+    // frames as well.
     const View burst = held.first(std::min(held.size(), kMaxRtu));
     const std::size_t size = EndOfUnknown(burst);
     if (size > 0 && IsAllFrames(burst.subspan(size), idle)) return Cut::Frame(size);
@@ -273,9 +279,10 @@ Cut RtuRequestRule(View held, const Expectation&, bool idle) {
   return open ? cut::Wait(idle, held.size()) : cut::BadChecksum(held.size());
 }
 
-// The request defines the slave, the function and the length of the reply, or an exception. After
-// damaged bytes the rule moves on by one byte. A whole reply of another slave is skipped. A reply
-// of this slave to another request is cut as a frame, and the conversation judges it.
+// Cuts replies. The request defines the slave, the function and the length of the reply, or an
+// exception. After damaged bytes the rule moves on by one byte. A whole reply of another slave is
+// skipped. A reply of this slave to another request is cut as a frame, and the conversation judges
+// it.
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   if (expect.shapes.empty()) return BySilence(held, expect.max_bytes, idle);
   if (!expect.address.empty() && held[0] != expect.address[0]) {
@@ -301,15 +308,15 @@ Cut RtuReplyRule(View held, const Expectation& expect, bool idle) {
   return IsMultipleWrite(held[1]) ? WholeWrite(held, idle) : cut::BadChecksum();
 }
 
-// Cuts lines from ':' to CR LF with a correct LRC.
+// The rules for Modbus ASCII cut lines from ':' to CR LF with a correct LRC.
 //
 //   > 3A 31 34 30 33 30 31 46 34 30 30 30 31 46 33 0D 0A   :140301F40001F3 CR LF
 //                                                          read holding 500 of slave 20
 //   < 3A 31 34 30 33 30 32 30 30 33 31 42 36 0D 0A         :1403020031B6 CR LF       0031
 //   < 3A 31 34 38 33 30 32 36 37 0D 0A                     :14830267 CR LF           exception 02
 //
-// Hex digits may be in either case. The line feed may be missing: the rule detects that by the next
-// character or by silence. A second ':' means that the first line was cut off.
+// Hex digits can be in either case. If the line feed is missing, the next character or silence
+// shows this. A second ':' means that the first line was cut off.
 
 namespace {
 
@@ -355,13 +362,14 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
   const bool asked = shape != expect.shapes.end();
   const bool fits = asked && length >= shape->min_length && length <= shape->max_length;
   if (fits || IsReplyForm(adu->pdu)) return line;
-  // Some devices confirm functions 15 and 16 with the whole request; see WholeWrite.
+  // Some devices confirm functions 15 and 16 with the whole request (see WholeWrite), so only
+  // silence shows that this is not an echo.
   const bool whole_write = asked && IsMultipleWrite(adu->pdu[0]) && IsCommon(adu->pdu);
   if (whole_write && held.size() == line.size) return idle ? line : Cut::NeedMore();
   return Cut::Discard(line.size, Outcome::partial, "not a reply to the request");
 }
 
-// Cuts Modbus TCP messages by the length in their header.
+// The rules for Modbus TCP cut messages by the length in their header.
 //
 //   > 00 01 00 00 00 06 14 | 03 01 F4 00 01     transaction 1, unit 20: read holding 500
 //   < 00 01 00 00 00 05 14 | 03 02 00 31        its value: 0031
@@ -372,9 +380,9 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
 //
 //   < 00 01 00 00 00 04 14 | 83 02              an exception has two bytes, not three
 //
-// A reply of another transaction is late and skipped. TCP loses and changes no bytes, and no check
-// value shows where a message begins. So after bytes that are no header, all bytes are dropped
-// until the connection is silent.
+// A reply with the number of another transaction is late and skipped. TCP loses and changes no
+// bytes, and no check value shows where a message begins. So after bytes that are no header, all
+// bytes are dropped until the connection is silent.
 
 namespace {
 
@@ -393,8 +401,9 @@ Cut NoHeader(View held, const Expectation& expect, bool idle) {
 }
 
 /// Returns the size of the reply at the front. Some servers count too many bytes in the header: 4
-/// for the unit and an exception of two bytes. If function and request define the size, it is used
-/// unless the byte count in the reply contradicts it. `told`: the size by the header.
+/// for the unit and an exception of two bytes. If function and request define the size, that size
+/// is used, unless the byte count in the reply contradicts it. `told`: the size according to the
+/// header.
 std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, bool idle) {
   if (held.size() <= kTcpOverhead) return told;
   const std::uint8_t function = held[kTcpOverhead];
@@ -408,7 +417,7 @@ std::size_t SizeOfReply(View held, const Expectation& expect, std::size_t told, 
     return count && kTcpOverhead + 2 + *count == size ? size : told;
   }
   // The header may be correct and the reply unusual (a write confirmed with the whole request), so
-  // the defined size is used only after silence.
+  // the rule uses the defined size only after silence.
   return idle ? size : told;
 }
 
@@ -456,7 +465,7 @@ constexpr config::SerialSettings kAsciiSerials[] = {Format(9600, 7, kEven), Form
 constexpr ScanMode kModes[] = {{}};
 
 enum Question : std::size_t { kServer, kObjects, kLoopback, kHolding, kInput, kCount };
-/// Loopback data: an unusual pattern that no other reply is likely to contain.
+/// The data of the loopback in a scan: a pattern that no other reply is likely to contain.
 constexpr std::uint16_t kScanLoopback = 0xA537;
 
 Bytes PduOf(std::size_t question) {
@@ -483,7 +492,7 @@ void Tell(Sighting& sighting, const std::string& name) {
   if (!config::SpokenName(name).empty()) sighting.names.push_back(name);
 }
 
-/// Takes names and an example point from a good reply.
+/// Takes the names and an example of a point for the scan from a good reply.
 void TakeReply(View pdu, const Data& data, Sighting& sighting) {
   switch (pdu[0]) {
     case modbus::kServerId:
@@ -554,7 +563,8 @@ namespace {
 
 constexpr std::string_view kLrcPlace = "XX";
 
-/// Completes typed bytes: `01 03 00 00 00 01` gets its CRC, unless it has one.
+/// Completes typed bytes: adds the CRC to `01 03 00 00 00 01`, unless the bytes end with a correct
+/// CRC.
 Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
   if (written.size() < 2 || written.size() > kMaxRtu) {
     return Error{"a Modbus telegram is slave, function and data in hex, as in '01 03 00 00 00 01'"};
@@ -565,7 +575,8 @@ Result<Bytes> CompleteRtu(View written, const ParsedOptions&) {
   return frame;
 }
 
-/// Completes typed text: `:010300000001` and `:010300000001XX` become the whole frame.
+/// Completes typed text to a whole frame: `:010300000001`, or `:010300000001XX` with XX in place of
+/// the LRC.
 Result<Bytes> CompleteAscii(View written, const ParsedOptions&) {
   std::string_view text = Trim(AsText(written));
   const Error wrong{"a Modbus ASCII telegram is ':' and hex, as in ':010300000001XX'"};

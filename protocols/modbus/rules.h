@@ -1,7 +1,6 @@
-// Rules of Modbus frames, in every framing. Expect returns which replies may answer a request; the
+// Rules of Modbus frames, in every framing. Expect returns which replies can answer a request; the
 // request and reply rules find where messages begin and end; Carrier serves transparent routes over
 // a serial line, ScanOf a scan, and TelegramOf telegrams typed by hand.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -13,30 +12,28 @@
 
 namespace baudgate::protocols::modbus {
 
-/// Expectation::address contains the slave number as one byte, in every framing.
+/// Returns which replies can answer `request`. Expectation::address is the slave number as one
+/// byte, in every framing.
 Expectation Expect(Framing framing, View request);
 
-/// Shape::tag: the function code of the reply; for tcp with its transaction.
+/// Returns the value of Shape::tag for a reply: its function code, and for tcp its transaction as
+/// well.
 constexpr int TagOf(std::uint16_t transaction, int function) {
   return transaction * 256 + function;
 }
 constexpr std::uint16_t TransactionOf(int tag) { return static_cast<std::uint16_t>(tag / 256); }
 
-/// Returns null for tcp: routes to TCP servers need no line (docs/modbus.md).
+/// Returns the functions for transparent routes; null for tcp: routes to TCP servers need no line
+/// (docs/modbus.md).
 const PduCarrier* Carrier(Framing framing);
-
-// The rules that cut Modbus RTU messages out of the received bytes (protocols/assembler.h).
 
 Cut RtuRequestRule(View held, const Expectation& expect, bool idle);
 Cut RtuReplyRule(View held, const Expectation& expect, bool idle);
 
-// The rules that cut Modbus ASCII messages.
-
-/// Cuts requests and, on a bus with several devices, also replies, which have the same form.
+/// Cuts ASCII requests. On a bus with several devices it also cuts replies, which have the same
+/// form.
 Cut AsciiRequestRule(View held, const Expectation& expect, bool idle);
 Cut AsciiReplyRule(View held, const Expectation& expect, bool idle);
-
-// The rules that cut Modbus TCP messages.
 
 Cut TcpRequestRule(View held, const Expectation& expect, bool idle);
 Cut TcpReplyRule(View held, const Expectation& expect, bool idle);
@@ -44,12 +41,13 @@ Cut TcpReplyRule(View held, const Expectation& expect, bool idle);
 // The requests of a scan: only server id (17), identification (43/14), loopback (8), and then a
 // read of one register. gateway/tools/scan uses this rule.
 
-/// Returns null for tcp: units behind TCP are not searched for.
+/// Returns the rule for scans; null for tcp: units behind TCP are not searched for.
 const ScanRule* ScanOf(Framing framing);
 
 // The rule for telegrams typed by hand: adds a missing check value, and decides which are reads.
 
-/// Returns null for tcp: a frame needs a transaction number, so none is typed by hand.
+/// Returns the rule for telegrams typed by hand; null for tcp: a frame needs a transaction number,
+/// which nobody types.
 const TelegramRule* TelegramOf(Framing framing);
 
 }  // namespace baudgate::protocols::modbus

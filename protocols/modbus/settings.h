@@ -14,21 +14,25 @@
 
 namespace baudgate::protocols::modbus {
 
-/// The longest reply time by function code, for functions that need more than the device's.
+/// For functions that need more time: the maximum reply time by function code.
 using FunctionTimes = std::map<std::uint8_t, Duration>;
 
-/// The texts of register codes, by table name.
+/// For each table name: the texts of register codes.
 using TextTables = std::map<std::string, std::map<std::uint16_t, std::string>, std::less<>>;
 
 struct Settings {
-  config::WordOrder order = config::WordOrder::abcd;  ///< for numbers in several registers
-  std::size_t block = 120;  ///< most registers in one request; for bits 16 times as many
-  std::size_t hole = 8;     ///< most unused registers between two points; for bits 16 times as many
+  /// Word order of numbers in several registers.
+  config::WordOrder order = config::WordOrder::abcd;
+  /// Maximum number of registers in one request; for bits 16 times as many.
+  std::size_t block = 120;
+  /// Maximum number of unused registers between two points of a request; for bits 16 times as many.
+  std::size_t hole = 8;
   bool write_multiple = false;
-  bool write_together = false;  ///< adjacent points of one command are written by one request
-  bool bits_by_read = false;    ///< write bits of a register by read and write, not by mask write
-  bool probe_by_loopback = false;  ///< probe by a loopback, else by a read
-  bool missing_zero = false;       ///< for the twin: registers between points read 0
+  bool write_together = false;  ///< true: one request writes adjacent points of one command
+  /// True: bits of a register are written by read and write; false: by mask write (22).
+  bool bits_by_read = false;
+  bool probe_by_loopback = false;  ///< true: the probe is a loopback; false: a read
+  bool missing_zero = false;       ///< true: registers between points read 0; used by the twin
   TextTables texts;
   FunctionTimes reply_times;
 };
@@ -36,10 +40,12 @@ struct Settings {
 std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
 
-/// Parses entries such as "fault 16=E.OC1". The error names the entry and what is wrong with it.
+/// Parses entries such as "fault 16=E.OC1" (table, code, text). The error contains the entry and
+/// its fault.
 Result<TextTables> ParseTexts(const std::vector<std::string>& entries);
 
-/// Parses entries such as "16=5s". The error names the entry and what is wrong with it.
+/// Parses entries such as "16=5s" (function code, time). The error contains the entry and its
+/// fault.
 Result<FunctionTimes> ParseReplyTimes(const std::vector<std::string>& entries);
 
 std::optional<config::WordOrder> ParseOrder(std::string_view text);

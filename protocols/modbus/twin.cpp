@@ -31,8 +31,9 @@ bool SameLocation(const Location& a, const Location& b) {
   return a.space() == b.space() && a.address == b.address && a.count == b.count;
 }
 
-/// Returns the drawing order: later layers overwrite earlier ones. 0: texts of codes; 1: bits; 2:
-/// whole numbers; 3: numbers with a scale register, so that number and scale agree.
+/// Returns the layer in which the twin draws a place into registers; a later layer overwrites an
+/// earlier one. 0: texts of codes; 1: bits; 2: whole numbers; 3: numbers with a scale register, so
+/// that number and scale agree.
 int Layer(const Location& place) {
   if (place.scale) return 3;
   if (place.form == Form::text) return 0;
@@ -40,7 +41,7 @@ int Layer(const Location& place) {
 }
 constexpr int kLayers = 4;
 
-/// The exponent in every scale register of a simulated device: tenths.
+/// The exponent in every scale register of a simulated device: -1, for tenths.
 constexpr int kScale = -1;
 
 }  // namespace
@@ -106,8 +107,6 @@ Bytes ModbusTwin::AnswerPdu(View pdu, Instant now) {
   }
 }
 
-// ---------------------------------------------------------------- reads
-
 Bytes ModbusTwin::Read(View pdu, Instant now) const {
   const Table table = *TableOf(pdu[0]);
   const std::size_t address = U16At(pdu, 1);
@@ -137,7 +136,7 @@ ModbusTwin::Image ModbusTwin::ImageOf(const Space& space, std::size_t address, s
       if (point.read && Layer(*point.read) == layer) Draw(point, image, now);
     }
   }
-  // A write-only register exists, too: it reads 0.
+  // A write-only register exists, too: it reads 0, instead of an exception.
   for (const auto& point : points_.all()) {
     for (std::size_t i = 0; point.write && i < count; ++i) {
       if (IsIn(*point.write, space, address + i)) image.there[i] = true;
@@ -176,8 +175,6 @@ void ModbusTwin::Draw(const TwinPoints<Location>::One& point, Image& image, Inst
   for (std::size_t i = 0; i < words.size(); ++i) put(place.address + i, words[i]);
   if (place.scale) put(*place.scale, static_cast<std::uint16_t>(kScale));
 }
-
-// ---------------------------------------------------------------- writes
 
 Bytes ModbusTwin::Write(View pdu, Instant now) {
   const std::uint8_t function = pdu[0];
@@ -263,8 +260,6 @@ Bytes ModbusTwin::ReadWrite(View pdu, Instant now) {
   return reply;
 }
 
-// Replies of functions without registers or bits: counters, files, queues, identification.
-
 namespace {
 
 constexpr std::size_t kLongestTitle = 64;
@@ -331,12 +326,12 @@ std::size_t ModbusTwin::CountOf(const Space& space) const {
   for (const auto& point : points_.all()) {
     if (point.read && point.read->space() == space) count = std::max(count, point.read->end());
   }
-  // A reply to 12 always contains three words, with or without points.
+  // The reply to function 12 always contains three words, whether points read them or not.
   if (count > 0 && space.table == Table::log) count = 3;
   return count;
 }
 
-/// Returns the text of an object or of the server id: the point's value, else a default from the
+/// Returns the text of an object or of the server id: the value of the point, or a default from the
 /// device's configuration. Empty: the device has no such object.
 std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) const {
   const auto* const point = points_.Find([&](const Location& place) {
@@ -353,7 +348,7 @@ std::string ModbusTwin::SaysOf(Table table, std::size_t object, Instant now) con
   return object == 2 ? "1.0" : "";
 }
 
-/// Returns the objects of a category, as many as fit into a reply, or one object.
+/// Returns the reply with one object, or with as many objects of a category as fit into it.
 Bytes ModbusTwin::Identify(View pdu, Instant now) const {
   if (pdu.size() != 4 || pdu[1] != kIdentification) {
     return Exception(pdu[0], kIllegalFunction);

@@ -16,7 +16,6 @@ namespace baudgate::protocols::modbus {
 
 class ModbusTwin : public Twin {
  public:
-  /// The references must stay valid for the lifetime of the twin.
   ModbusTwin(Framing framing, const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
@@ -38,16 +37,18 @@ class ModbusTwin : public Twin {
   Bytes Write(View pdu, Instant now);
   Bytes MaskWrite(View pdu, Instant now);
   Bytes ReadWrite(View pdu, Instant now);
-  Bytes ReadOne(View pdu, Instant now) const;  ///< functions without a range in the request
+  /// Answers functions that have no range in the request.
+  Bytes ReadOne(View pdu, Instant now) const;
   Bytes Identify(View pdu, Instant now) const;
   std::string SaysOf(Table table, std::size_t object, Instant now) const;
 
   Image ImageOf(const Space& space, std::size_t address, std::size_t count, Instant now) const;
   void Draw(const TwinPoints<Location>::One& point, Image& image, Instant now) const;
-  /// True if a range with these words may be read or written.
+  /// True if a range is allowed to be read or written. `there`: for each word of the range, whether
+  /// it exists.
   bool Allows(const std::vector<bool>& there) const;
-  std::size_t CountOf(const Space& space) const;  ///< number of words up to the last point
-  /// Writes `words` to the points. Returns 0, or the exception code.
+  std::size_t CountOf(const Space& space) const;  ///< words up to the last point
+  /// Writes `words` to the points from `address` on. Returns 0, or the exception code.
   std::uint8_t Store(Table table, std::size_t address, const Registers& words, Instant now);
 
   Framing framing_;

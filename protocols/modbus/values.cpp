@@ -21,7 +21,8 @@ constexpr std::uint16_t Swapped(std::uint16_t word) {
   return static_cast<std::uint16_t>((word << 8U) | (word >> 8U));
 }
 
-/// The device's order applies to numbers in several registers, a point's own to every register.
+/// Returns the word order that applies to the place. A point's own order applies to every register;
+/// the device's order applies only to numbers in several registers.
 WordOrder OrderOf(const Location& place, const Settings& settings) {
   if (place.order) return *place.order;
   const bool apart = place.form == Form::date && place.date != DateForm::unix;
@@ -36,7 +37,7 @@ std::int64_t SignExtended(std::uint64_t bits, unsigned width) {
   return static_cast<std::int64_t>(low ^ sign) - static_cast<std::int64_t>(sign);
 }
 
-/// Returns word `i` of the registers brought into the order ABCD.
+/// Returns word `i` of the registers after they are brought into the order ABCD.
 std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, std::size_t i) {
   const bool in_pairs = order == WordOrder::cdabghef && registers.size() == 4;
   const bool forward = order == WordOrder::abcd || order == WordOrder::badc;
@@ -45,7 +46,8 @@ std::uint16_t WordIn(std::span<const std::uint16_t> registers, WordOrder order, 
   return swaps ? Swapped(registers[from]) : registers[from];
 }
 
-/// Converts registers between `order` and ABCD (high byte first). It is its own inverse.
+/// Converts registers from `order` to ABCD (high byte first), or from ABCD to `order`: the
+/// conversion is the same in both directions.
 Registers Reorder(std::span<const std::uint16_t> registers, WordOrder order) {
   Registers ordered(registers.size());
   for (std::size_t i = 0; i < ordered.size(); ++i) ordered[i] = WordIn(registers, order, i);
@@ -111,11 +113,12 @@ Error NoFit(const Value& value, std::string_view why) {
   return Error{ToText(value) + " " + std::string(why)};
 }
 
-/// Tolerance for rounding errors after the division by the scale: 30.3 / 0.1 is 302.99999999999994.
+/// Tolerance for rounding errors after a division by the scale. Example: 30.3 / 0.1 is
+/// 302.99999999999994.
 constexpr double kNoise = 1e-6;
 
-/// Returns a whole number in the range, a negative one in two's complement; 64 bits are not
-/// rounded.
+/// Returns `value` as a whole number; a negative number in two's complement. An error if it is not
+/// whole or not in the range. Numbers of 64 bits are not rounded.
 Result<std::uint64_t> Whole(const Value& value, std::int64_t lowest, std::uint64_t highest) {
   const std::string range =
       "is outside " + std::to_string(lowest) + "..." + std::to_string(highest);
@@ -223,7 +226,8 @@ Result<Registers> EncodeString(const Location& place, const Value& value) {
   return registers;
 }
 
-/// Applies the exponent of a scale register, -10…10 (SunSpec and others). Others mean no value.
+/// Multiplies the value by 10 to the power of `exponent`, the content of a scale register (SunSpec
+/// and others). An exponent outside -10…10 means that the device has no value.
 Decoded Scaled(const Decoded& decoded, std::uint16_t exponent) {
   const int n = static_cast<std::int16_t>(exponent);
   if (!HasValue(decoded.value)) return decoded;
@@ -241,7 +245,7 @@ Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
   if (block.size() != EndOf(place) - begin) return {{}, Quality::bad_configuration};
   Decoded decoded = Decode(place, block.subspan(place.address - begin, place.count), settings);
   if (!place.scale || !HasValue(decoded.value)) return decoded;
-  // A sentinel means "no measurement", so it is not scaled.
+  // A sentinel means "no measurement", so the scale does not apply to it.
   const bool stands = std::ranges::any_of(sentinels, [&](const config::Sentinel& sentinel) {
     return IsMeant(decoded.value, sentinel.value);
   });

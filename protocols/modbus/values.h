@@ -1,5 +1,4 @@
-// Converts registers to values and back, by the form and byte order of a place.
-// SPDX-License-Identifier: Apache-2.0
+// Converts registers to values and back, by the form and word order of a place.
 #pragma once
 
 #include <cstdint>
@@ -17,23 +16,23 @@ namespace baudgate::protocols::modbus {
 
 using Registers = std::vector<std::uint16_t>;
 
-/// Returns the big-endian word at `at`, or 0 if `bytes` ends before.
 inline std::uint16_t U16At(View bytes, std::size_t at) {
   return ByteReader(bytes).U16Be(at).value_or(0);
 }
-/// Returns the big-endian words from `at` to the end.
+/// Returns the big-endian words of `bytes` from offset `at` to the end.
 Registers WordsFrom(View bytes, std::size_t at);
 
-/// `registers`: exactly those of the place, without its scale register.
+/// Decodes a value. `registers`: exactly the registers of the place, without its scale register.
 Decoded Decode(const Location& place, std::span<const std::uint16_t> registers,
                const Settings& settings);
 
-/// Decodes and scales a value. `block`: registers from BeginOf to EndOf, with the scale register.
+/// Decodes and scales a value. `block`: the registers from BeginOf to EndOf, with the scale
+/// register.
 Decoded DecodeBlock(const Location& place, std::span<const std::uint16_t> block,
                     const Settings& settings, std::span<const config::Sentinel> sentinels);
 
-/// Returns all registers of the place. Returns an error if the value does not fit: no value is
-/// clamped or wrapped. Not for Form::bit, Form::bits and Form::text (use CodeOf).
+/// Returns the registers of the place for `value`, or an error if the value does not fit: no value
+/// is clamped or wrapped. Must not be called for Form::bit, Form::bits and Form::text (use CodeOf).
 Result<Registers> Encode(const Location& place, const Value& value, const Settings& settings);
 
 /// Returns the code of the text `value` in the place's text table, or nothing.

@@ -14,7 +14,8 @@
 namespace baudgate::protocols::modbus {
 namespace {
 
-/// Number of equal reads before a write: they show that no other master is changing the register.
+/// How often the register is read before a write of its bits. Equal reads show that no other master
+/// is changing the register.
 constexpr std::size_t kReads = 2;
 
 bool IsBitsOfRegister(const Location& place) {
@@ -29,14 +30,15 @@ std::uint16_t MaskOf(const Location& place) {
   return static_cast<std::uint16_t>(((1U << place.width) - 1U) << place.bit);
 }
 
-/// True if `next` can follow directly after `last` in one request.
+/// True if `next` can follow directly after `last` in one request: it begins where `last` ends in
+/// the same table.
 bool IsNext(const Location& last, const Location& next) {
   return last.table == next.table && !IsBitsOfRegister(last) && !IsBitsOfRegister(next) &&
          next.address == last.end();
 }
 
-/// Explains why a raw value does not fit the registers. If the scale is the reason, the text names
-/// the number and unit that the user has entered; otherwise it returns `why`.
+/// Returns why a raw value does not fit the registers. If the scale is the reason, the text
+/// contains the number and unit that the user has entered; otherwise it is `why`.
 std::string WhyNoFit(const Value& raw, const config::Point& point, const std::string& why) {
   const auto number = Decimal::Of(raw);
   if (!number || point.scale == Decimal(1) || number->IsMultipleOf(1)) return why;
@@ -103,8 +105,6 @@ Result<Writing::Step> Writing::Next(const Task& task) {
   return Step{std::move(*pdu)};
 }
 
-// ---------------------------------------------------------------- bits
-
 Result<double> Writing::LevelOf(const Part& part) {
   const unsigned highest = (1U << part.place.width) - 1U;
   const double level = ToDouble(part.value);
@@ -126,7 +126,8 @@ Result<Writing::Bits> Writing::BitsOf(const std::vector<Part>& parts) {
   return bits;
 }
 
-/// Returns a mask write, or with `bits_by_read` two reads, then a write with the bits changed.
+/// Returns the next request for a write of bits: a mask write. With `bits_by_read` two reads, then
+/// a write of the register with the bits changed.
 Writing::Step Writing::StepOf(const Bits& bits) {
   const auto keep = static_cast<std::uint16_t>(~bits.mask);
   if (!settings_.bits_by_read) return {MaskWriteRequest(bits.address, keep, bits.set)};
@@ -150,8 +151,6 @@ Status Writing::OnRead(std::uint16_t value) {
   seen_.push_back(value);
   return {};
 }
-
-// ---------------------------------------------------------------- coils and registers
 
 Result<Bytes> Writing::CoilsPdu(const std::vector<Part>& parts) const {
   std::vector<bool> levels;
@@ -179,8 +178,6 @@ Result<Bytes> Writing::RegistersPdu(const std::vector<Part>& parts) const {
   const bool one = all.size() == 1 && !settings_.write_multiple;
   return one ? WriteRegisterRequest(address, all.front()) : WriteRegistersRequest(address, all);
 }
-
-// ---------------------------------------------------------------- changed points
 
 namespace {
 

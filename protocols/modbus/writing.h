@@ -16,24 +16,24 @@ namespace baudgate::protocols::modbus {
 
 class Writing {
  public:
-  /// The references must outlive this object.
   Writing(const config::Device& device, const Settings& settings)
       : device_(device), settings_(settings) {}
 
   /// See Conversation::WritesTogether. Bits of one register are always written together; adjacent
-  /// registers or coils only with `write_together`.
+  /// registers or coils only with the option `write_together`.
   std::size_t Together(std::span<const PointValue> writes) const;
 
   struct Step {
     Bytes pdu;
-    bool reads = false;  ///< a preparing read: nothing is written
+    bool reads = false;  ///< true: the request is a preparing read, and nothing is written yet
   };
-  /// Returns the next request of the task. The error says which value does not fit.
+  /// Returns the next request of the task. The error names the value that does not fit.
   Result<Step> Next(const Task& task);
 
-  /// Call with the register that a preparing read returned. Error: it differs from the first read.
+  /// Call it with the register that a preparing read returned. Returns an error if the register has
+  /// changed since the first read.
   Status OnRead(std::uint16_t value);
-  /// Call when the task has ended or starts again.
+  /// Call it when the task has ended or starts again: what was read for it is dropped.
   void Forget() { seen_.clear(); }
 
  private:
@@ -59,12 +59,12 @@ class Writing {
 
   const config::Device& device_;
   const Settings& settings_;
-  Bits bits_;                        // the bits that seen_ was read for
+  Bits bits_;                        // the bits for which the values in seen_ were read
   std::vector<std::uint16_t> seen_;  // values of the register, as read for this task
 };
 
-/// Returns the points whose values may change when the slave carries out the request: those that
-/// are read from or written to the range. Nothing: unknown.
+/// Returns the points whose values can change when the slave carries out the request: those that
+/// are read from or written to the range. Empty: the effect of the request is unknown.
 std::optional<std::vector<std::size_t>> ChangedPoints(View pdu, const config::Device& device);
 
 }  // namespace baudgate::protocols::modbus

@@ -1,5 +1,4 @@
 // Lengths and checks of Modbus PDUs according to the MODBUS Application Protocol V1.1b3.
-// SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus_pdu/modbus_pdu.h"
 
 #include <algorithm>
@@ -18,7 +17,7 @@ constexpr std::uint16_t kCoilOn = 0xFF00;
 constexpr std::size_t kException = 2;
 
 /// True for the subfunctions of function 8 whose request and reply have two data bytes according to
-/// the application protocol. Subfunction 0 (loopback) may have any number; other subfunctions
+/// the application protocol. Subfunction 0 (loopback) can have any number; other subfunctions
 /// depend on the vendor.
 bool HasTwoBytes(std::size_t diagnosis) {
   return (diagnosis >= 1 && diagnosis <= 4) || (diagnosis >= 10 && diagnosis <= 18) ||
@@ -30,8 +29,8 @@ std::optional<std::size_t> CountAt(View pdu, std::size_t at) {
   return count ? std::optional<std::size_t>(*count) : std::nullopt;
 }
 
-/// Length of a request that carries data: the byte count is at offset `at`, the quantity in the two
-/// bytes before it.
+/// Returns the length of a request that carries data. The byte count is at offset `at`, the
+/// quantity in the two bytes before it.
 PduLength WithData(View head, std::size_t at, bool bits) {
   if (head.size() <= at) return kNeedMore;
   const std::size_t quantity = CountAt(head, at - 2).value_or(0);
@@ -40,8 +39,8 @@ PduLength WithData(View head, std::size_t at, bool bits) {
   return at + 1 + count <= kMaxPdu ? Exact(at + 1 + count) : kUnknown;
 }
 
-/// Length of a reply 2B 0E, code, conformity, more follows, next object, number of objects, then
-/// id, length and bytes of each object.
+/// Returns the length of the reply to a device identification: 2B 0E, code, conformity, more
+/// follows, next object, number of objects, then id, length and bytes of each object.
 PduLength IdentificationLength(View head) {
   if (head.size() < 2) return kNeedMore;
   if (head[1] != kIdentification) return kUnknown;
@@ -63,14 +62,15 @@ bool RepeatsBegin(View request, View reply, std::size_t count) {
 
 Verdict Unexpected(std::string reason) { return {Outcome::unexpected, std::move(reason), 0}; }
 
-/// True if the reply fits a request for one record: 14 05 05 06 0D FE 00 20. If the request is for
-/// several records, only the length of the reply is checked.
+/// True if the reply fits a request for one record of a file. Example: 14 05 05 06 0D FE 00 20. If
+/// the request is for several records, only the length of the reply is checked.
 bool IsOneRecord(View request, View reply) {
   if (request.size() != 9 || reply.size() < 4) return reply.size() >= 2;
   return reply[2] + 1U == reply[1] && reply[3] == request[2];
 }
 
-/// True for a reply 18, byte count, number of registers (two bytes each), registers.
+/// True for a reply of function 18 (hex): byte count, number of registers (two bytes each),
+/// registers.
 bool IsQueue(View reply) {
   const auto bytes = CountAt(reply, 1);
   const auto count = CountAt(reply, 3);
@@ -78,7 +78,6 @@ bool IsQueue(View reply) {
          reply.size() == 3 + *bytes;
 }
 
-/// Compares the parts of the reply that must repeat parts of the request.
 Verdict CheckRepeated(View request, View reply) {
   switch (request[0]) {
     case kWriteCoil:
@@ -290,7 +289,7 @@ std::size_t LengthOfReply(View request, View head, std::size_t told) {
   if (HasByteCount(head[0])) {
     return head.size() >= 2 && head[1] + std::size_t{2} == awaited ? awaited : told;
   }
-  // Some devices confirm a write with the whole request.
+  // Some devices confirm a write with the whole request, so its length is accepted as well.
   return told == request.size() ? told : awaited;
 }
 
@@ -324,8 +323,8 @@ bool MayBeMirrored(std::uint8_t function) {
 bool IsRepeatable(View request) {
   if (request.empty()) return false;
   if (request[0] == kDiagnostics) {
-    // Subfunction 1 restarts the port, 4 silences the device, 10 and 20 clear counters that other
-    // masters read.
+    // Not repeatable: subfunction 1 restarts the port, 4 silences the device, 10 and 20 clear
+    // counters that other masters read.
     const auto sub = CountAt(request, 1);
     return sub && *sub != 1 && *sub != 4 && *sub != 10 && *sub != 20;
   }
@@ -340,7 +339,8 @@ bool MayChangeSlave(View request) {
                                      kServerId,        kReadFile,     kReadQueue};
   if (request[0] == kEncapsulated) return request.size() < 2 || request[1] != kIdentification;
   if (request[0] == kDiagnostics) {
-    // Subfunction 0 is a loopback, 2 reads the diagnostic register, 11 to 18 read counters.
+    // Read-only subfunctions: 0 is a loopback, 2 reads the diagnostic register, 11 to 18 read
+    // counters.
     const std::size_t what = CountAt(request, 1).value_or(1);
     return what != 0 && what != 2 && (what < 11 || what > 18);
   }

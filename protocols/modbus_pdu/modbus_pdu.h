@@ -34,38 +34,40 @@ enum Function : std::uint8_t {
   kReadQueue = 24,
   kEncapsulated = 43,
 };
-/// Set in the function code of an exception: 0x83 refuses function 3. So requests use only 1…127.
+/// The bit that an exception sets in the function code: 0x83 refuses function 3. So the function
+/// codes of requests are 1…127.
 inline constexpr std::uint8_t kExceptionBit = 0x80;
-/// MEI type of kEncapsulated: read device identification.
+/// The MEI type of kEncapsulated that reads the device identification.
 inline constexpr std::uint8_t kIdentification = 14;
 
 enum ExceptionCode : std::uint8_t {
   kNoException = 0,
-  kIllegalFunction = 1,  ///< function unknown or not permitted
-  kIllegalAddress = 2,   ///< address absent or read-only
-  kIllegalValue = 3,     ///< invalid count, length or value
+  kIllegalFunction = 1,  ///< the slave does not know or not permit the function
+  kIllegalAddress = 2,   ///< the address is absent or read-only
+  kIllegalValue = 3,     ///< the count, length or value is invalid
   kDeviceFailure = 4,
   kAcknowledge = 5,
   kBusy = 6,
   kParityError = 8,
-  kNoPath = 0x0A,    ///< from a gateway: there is no such unit
-  kNoTarget = 0x0B,  ///< from a gateway: the device does not answer
+  kNoPath = 0x0A,    ///< sent by a gateway: there is no such unit
+  kNoTarget = 0x0B,  ///< sent by a gateway: the device does not answer
 };
 
-inline constexpr std::size_t kMaxPdu = 253;  ///< includes the function code
-/// The maximum number of values in one read.
+inline constexpr std::size_t kMaxPdu = 253;  ///< maximum length, function code included
+/// The maximum number of registers or bits in one read.
 inline constexpr std::size_t kMostRegisters = 125;
 inline constexpr std::size_t kMostBits = 2000;
 /// The maximum number of registers in one record of a file, because the reply's byte count is at
 /// most F5.
 inline constexpr std::size_t kMostOfFile = 121;
-/// The maximum number of entries in the queue of function 24.
+/// The maximum number of entries in the queue that function 24 reads.
 inline constexpr std::size_t kMostQueued = 31;
 inline constexpr std::size_t kMostWrittenRegisters = 123;
 inline constexpr std::size_t kMostWrittenBits = 1968;
-/// Size of functions 15 and 16 in front of their values: function, start, count, byte count.
+/// Size of a request of function 15 or 16 in front of its values: function, start, count, byte
+/// count.
 inline constexpr std::size_t kWriteHeader = 6;
-/// Size of the good reply to functions 5, 6, 15 and 16: the first five bytes of its request.
+/// Size of the good reply to functions 5, 6, 15 and 16: it is the first five bytes of the request.
 inline constexpr std::size_t kWriteReply = 5;
 
 /// True for 1…127, the function codes of requests.
@@ -87,33 +89,37 @@ constexpr bool IsFunction(std::uint8_t code) { return code > 0 && code < kExcept
 constexpr bool IsRead(std::uint8_t function) {
   return function >= kReadCoils && function <= kReadInput;
 }
-/// True for 15 and 16: writes of several coils or registers.
+/// True for 15 and 16, the functions that write several coils or registers.
 constexpr bool IsMultipleWrite(std::uint8_t function) {
   return function == kWriteCoils || function == kWriteRegisters;
 }
-/// True for 5, 6, 15 and 16: the common writes, which are broadcasts if sent to unit 0.
+/// True for 5, 6, 15 and 16: the common writes. They are broadcasts if they are sent to unit 0.
 constexpr bool IsPlainWrite(std::uint8_t function) {
   return function == kWriteCoil || function == kWriteRegister || IsMultipleWrite(function);
 }
-/// For functions 1…6, 15 and 16: true for coils and discrete inputs, false for registers.
+/// True if the function is for coils or discrete inputs, false for registers. Valid for functions
+/// 1…6, 15 and 16.
 constexpr bool IsAboutBits(std::uint8_t function) {
   return function == kReadCoils || function == kReadDiscretes || function == kWriteCoil ||
          function == kWriteCoils;
 }
-/// Returns the number of bytes that hold `bits` bits: 9 bits take 2.
+/// Returns the number of bytes that hold `bits` bits. Example: 9 bits take 2 bytes.
 constexpr std::size_t PackedSize(std::size_t bits) { return (bits + 7) / 8; }
 
 /// The parts of a request of function 1…6, 15 or 16. `data` is a view into the PDU.
 struct PlainRequest {
   Function function = kReadCoils;
   std::uint16_t start = 0;
-  std::uint16_t count = 0;  ///< registers or bits; 1 for functions 5 and 6
-  View data;                ///< functions 15 and 16: registers or packed bits; 5 and 6: two bytes
+  std::uint16_t count = 0;  ///< number of registers or bits; 1 for functions 5 and 6
+  /// Functions 15 and 16: the registers or packed bits to write; 5 and 6: the two bytes of the
+  /// value.
+  View data;
 };
 /// Fills `request` from a PDU. Returns the exception with which a slave refuses the PDU: unknown
 /// function, invalid count or length, or a range beyond address 65535.
 ExceptionCode ParseRequest(View pdu, PlainRequest& request);
-/// True if every slave answers the request, at least with an exception: ParseRequest accepts it.
+/// True if every slave answers the request, at least with an exception. These are the requests that
+/// ParseRequest accepts.
 bool IsCommon(View request);
 
 /// The length of a PDU, derived from its first bytes.
@@ -124,45 +130,46 @@ struct PduLength {
     unknown,    ///< only silence ends the PDU
   };
   Kind kind = Kind::unknown;
-  std::size_t size = 0;  ///< only for exact; includes the function code
+  std::size_t size = 0;  ///< length of the PDU, function code included; valid for `exact`
 };
-/// Returns the length of a request. `head` is not empty. An inconsistent byte count gives unknown.
+/// Returns the length of the request that begins with `head`, which must not be empty. A byte count
+/// that contradicts the quantity gives `unknown`.
 PduLength RequestLength(View head);
-/// Returns the length of a reply from its own bytes. `head` is not empty.
+/// Returns the length of the reply that begins with `head`, which must not be empty.
 PduLength ReplyLength(View head);
-/// True if the length of `pdu` matches its function and byte count, and register data has an even
-/// length. Most requests, as an echo brings them back, fail this test.
+/// True if `pdu` has the form of a reply: its length matches its function and byte count, and
+/// register data has an even length. Most requests do not have it, so an echo is recognised.
 bool IsReplyForm(View pdu);
-/// Returns the length of the good reply to `request`; empty: unknown, or there is no good reply.
+/// Returns the length of the good reply to `request`. Empty: the length is unknown, or there is no
+/// good reply.
 std::optional<std::size_t> AwaitedLength(View request);
-/// Returns the length of the Modbus TCP reply that begins with `head`; its header announces `told`
-/// bytes. Some servers announce too many bytes: if function and request fix a shorter length, that
-/// length is returned, unless the reply's own bytes agree with the header.
+/// Returns the length of the Modbus TCP reply that begins with `head`, where the header gives
+/// `told` bytes. Some servers give too many bytes: if function and request fix a shorter length,
+/// that length is returned, unless the reply's own bytes agree with the header.
 std::size_t LengthOfReply(View request, View head, std::size_t told);
 /// True if the second byte of a reply with this function code is a byte count.
 bool HasByteCount(std::uint8_t function);
 
 bool IsRepeatable(View request);
-/// True for all requests except those that are known to only read.
+/// True unless the request is known to only read.
 bool MayChangeSlave(View request);
 /// True if the good reply has the same bytes as the request.
 bool IsMirrored(View request);
-/// False for functions whose replies never have the same bytes as the request. Some devices confirm
-/// functions 15 and 16 with the whole request.
+/// False for functions whose reply never has the same bytes as the request. True for functions 15
+/// and 16, too, because some devices confirm them with the whole request.
 bool MayBeMirrored(std::uint8_t function);
 
 struct Verdict {
-  Outcome outcome = Outcome::ok;  ///< ok, refused (an exception) or unexpected
-  std::string reason;             ///< empty when ok
-  std::uint8_t exception = 0;     ///< the exception code if refused
+  Outcome outcome = Outcome::ok;
+  std::string reason;
+  std::uint8_t exception = 0;
 };
-/// Checks function, length, byte count, and the parts that the reply must repeat from its request.
-/// For unknown functions any reply is ok.
+/// Checks the function, length and byte count of the reply, and the parts that it must repeat from
+/// its request. For an unknown function any reply is ok.
 Verdict CheckReply(View request, View reply);
 
-/// Returns the PDU that refuses a request of this function: 83 02.
+/// Returns the PDU of an exception: 83 02 refuses function 3 with code 02.
 Bytes Exception(std::uint8_t function, std::uint8_t code);
-/// Returns a text such as "exception 02, illegal data address".
 std::string ExceptionText(std::uint8_t code);
 
 }  // namespace baudgate::modbus

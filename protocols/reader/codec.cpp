@@ -68,7 +68,7 @@ Result<std::string> Decode(View frame, const Settings& settings) {
     return text;
   }
   text = AsText(TextIn(frame, settings));
-  // Control characters are allowed, because some texts contain them, such as GS between the fields
+  // Control characters are accepted, because some texts contain them, such as GS between the fields
   // of a bar code.
   const auto foreign = [](char c) { return c == 0 || static_cast<unsigned char>(c) >= 0x80; };
   if (std::ranges::any_of(text, foreign)) return Error{kForeign};

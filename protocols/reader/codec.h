@@ -1,10 +1,9 @@
 // The wire format of readers. Readers send unasked; some accept two commands.
 //   form: tag    CR LF - 06001259E3 CR LF >   ten hex digits, of an EM4100 tag; zeros: no tag.
-//                                             The '>' may come before CR LF instead, or be missing
+//                                             The '>' can come before CR LF instead, or be missing
 //   form: text   STX ST,GS,+  12.35kg ETX     start and end are options (settings.h)
 //   r CR                                      read now: the reply has the form of a tag message
 //   i CR                                      identify: MOD-RFID125-BOX CR LF >, or more lines
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string>
@@ -16,36 +15,37 @@
 
 namespace baudgate::protocols::reader {
 
-inline constexpr std::size_t kTagFrame = 16;  ///< including the '>'
+inline constexpr std::size_t kTagFrame = 16;
 inline constexpr std::size_t kTagDigits = 10;
-inline constexpr std::size_t kTagAt = 3;  ///< offset of the first digit
+inline constexpr std::size_t kTagAt = 3;  ///< offset of the first digit in a tag frame
 
-/// The only commands that are sent. `b` makes a reader wait for new firmware, `m…` changes its
-/// settings.
+/// The commands that the gateway sends to readers. It sends no others: `b` makes a reader wait for
+/// new firmware, `m…` changes its settings.
 enum class Command : std::uint8_t { read, information };
 Bytes EncodeCommand(Command command);
-/// True if `request` is the information command. A captured line may contain it even if the
-/// configuration has no commands.
+/// True if `request` is the information command. The bytes of a line can contain this command even
+/// if the configuration has no commands.
 bool IsInformation(View request);
-/// Returns the lines of the reply to `information`, joined by blanks, without '>' and echo. Error:
-/// there is no line, or it is no such reply.
+/// Returns the text of the reply to `information`: its lines, joined by blanks, without '>' and
+/// echo. Error: `answer` contains no line, or is no such reply.
 Result<std::string> DecodeInformation(View answer);
 
 Bytes EncodeTag(std::string_view digits);
 Bytes EncodeText(std::string_view text, const Settings& settings);
 
-/// Returns the text without start and end characters; without a start character, also without the
-/// CR, LF, 00 and FF around the text.
+/// Returns the text of a message without its start and end characters. If no start character is
+/// configured, CR, LF, 00 and FF around the text are removed as well.
 View TextIn(View frame, const Settings& settings);
-/// The maximum number of CR, LF, 00 and FF around a text.
+/// The maximum number of CR, LF, 00 and FF characters around a text.
 inline constexpr std::size_t kMostAround = 8;
 
 /// Returns the content of a whole message: the digits in upper case, or the text without start, end
-/// and blanks at both ends. Error: characters that are no ASCII, as with a wrong parity.
+/// and blanks at both ends. Error: the text contains characters that are not ASCII, as with a wrong
+/// parity.
 Result<std::string> Decode(View frame, const Settings& settings);
 
-/// Accepts "none" or a number from 1 to 255. A reader has no address; the number serves people
-/// only.
+/// Parses the address of a reader: "none", or a number from 1 to 255. The number is for people
+/// only: readers have no address.
 Result<int> ParseAddress(std::string_view text);
 
 }  // namespace baudgate::protocols::reader

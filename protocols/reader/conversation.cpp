@@ -26,7 +26,7 @@ std::vector<Item> ItemsOf(const config::Device& device) {
   return items;
 }
 
-/// Returns at most two queries: one for the reader's identity, one for the points of a message.
+/// Returns at most two queries: the reader's identity, and the points of a message.
 std::vector<Query> QueriesOf(const config::Device& device, const std::vector<Item>& items,
                              const Settings& settings) {
   std::vector<Query> queries;
@@ -76,7 +76,7 @@ bool IsSentence(std::string_view text) {
   });
 }
 
-/// True for texts such as "OL,GS,+-------kg" or "OVER".
+/// True if a scale reports an overload, as in "OL,GS,+-------kg" or "OVER".
 bool ShowsOverload(std::string_view text) {
   return text.starts_with("OL") || text.find("OVER") != std::string_view::npos ||
          text.find("over") != std::string_view::npos;
@@ -161,7 +161,8 @@ Result<Request> ReaderConversation::Ask(const Task& task, Instant) {
   Request request;
   request.bytes = EncodeCommand(information ? Command::information : Command::read);
   request.expect = Expect(request.bytes, settings_);
-  request.any_order = true;  // a message shows the present state, whichever command it answers
+  // A message shows the present state, so it is a correct reply to either command.
+  request.any_order = true;
   request.stamped = true;
   request.reply = settings_.answer;
   return request;
@@ -172,7 +173,8 @@ void ReaderConversation::Stamp(Request& request, Now arrives, Duration) {
   if (owed_.size() > kMostOwed) owed_.pop_front();
 }
 
-/// A reply to `r` has no readings here: OnUnasked gets it as a message.
+/// Takes the reply to the information command. A reply to `r` gives no readings here, because it
+/// also comes to OnUnasked as a message.
 Answer ReaderConversation::OnFrame(const Task&, const Request& request, View frame, Instant) {
   if (!IsInformation(request.bytes)) return {};
   const auto said = DecodeInformation(frame);
@@ -246,13 +248,14 @@ Answer ReaderConversation::OnDue(Now now) {
 
 void ReaderConversation::OnEventsKept(std::string_view said) {
   if (std::exchange(recalled_, true)) return;
-  // Tags that came before this call were numbered from 1 on.
+  // Tags that came before the first call of this function were numbered from 1 on.
   const auto before = ParseInteger<std::uint64_t>(said).value_or(0);
   counter_ += before;
   for (auto& tag : ring_) tag.counter += before;
 }
 
-/// True if the text last came less than `same_tag` ago, so it is the same tag that stays.
+/// True if this text came less than `same_tag` ago, so it counts as the same tag that is still
+/// there.
 bool ReaderConversation::IsKnown(const std::string& text, Instant now) {
   std::erase_if(latest_, [&](const auto& one) { return now - one.second >= settings_.same_tag; });
   return latest_.contains(text);
@@ -266,9 +269,10 @@ void ReaderConversation::Remember(const std::string& text, Instant now) {
   latest_.insert_or_assign(text, now);
 }
 
-/// True if this message is the reply to `r`, which looks like any message. If the reader repeats
-/// its last tag after `r`, the tag is not new, however long ago it came. If two such messages come,
-/// the tag has come again, and the second message is judged as if nothing was asked:
+/// True if this message is the reply to the command `r`; such a reply looks like any message. If
+/// the reader repeats its last tag after `r`, the tag is not new, however long ago it came. If two
+/// such messages come, the tag has come again, and the second message is handled as if nothing was
+/// asked:
 ///   tag A, 10 s, r, A                  one tag, which stays
 ///   tag A, 10 s, r, A, A               the tag came again: two tags
 ///   tag A, 10 s, r, B, then B or none  B came and was read: A and B, once each
@@ -289,8 +293,8 @@ void ReaderConversation::AddTag(const std::string& text, Now received, Answer& a
       EventBatch{.events = {{.code = kTagCode, .text = text}}, .said = std::to_string(counter_)};
 }
 
-/// Adds readings for all points of the ring of tags. Places without a tag have no value, because 0
-/// would look like a tag.
+/// Adds readings for all points of the stored tags. Points of a tag that has not come yet get no
+/// value, because 0 would look like a tag.
 void ReaderConversation::TellRing(Answer& answer) const {
   for (std::size_t point = 0; point < items_.size(); ++point) {
     const Item& item = items_[point];

@@ -1,6 +1,5 @@
 // `ReaderConversation` reports each tag or text that a reader sends. With `commands: ask` it also
 // asks for the present tag, and once for the reader's name.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <deque>
@@ -18,7 +17,7 @@ class ReaderConversation final : public Conversation {
  public:
   ReaderConversation(const config::Device& device, const Settings& settings);
 
-  /// Empty without `commands: ask`.
+  /// Returns no queries unless `commands: ask` is set.
   std::span<const Query> Queries() const override { return queries_; }
   Result<Request> Ask(const Task& task, Instant now) override;
   Answer OnFrame(const Task& task, const Request& request, View frame, Instant now) override;
@@ -29,7 +28,7 @@ class ReaderConversation final : public Conversation {
   Answer OnUnasked(View message, Now received) override;
   std::optional<Instant> DueAt() const override { return gone_at_; }
   Answer OnDue(Now now) override;
-  /// Records when the reply to `request` must have come, see TakeAnswer.
+  /// Records when the reply to `request` must have come at the latest, see TakeAnswer.
   void Stamp(Request& request, Now arrives, Duration character) override;
   /// Continues the numbers of tags from before a restart.
   void OnEventsKept(std::string_view said) override;
@@ -44,14 +43,16 @@ class ReaderConversation final : public Conversation {
 
   const config::Device& device_;
   const Settings settings_;
-  const std::vector<Item> items_;  // the item of each point
+  const std::vector<Item> items_;  // index: point
   const std::vector<Query> queries_;
   const Standing standing_;
-  std::vector<bool> had_number_;  // by point: true after the first number; before, it is not bad
-  std::deque<Tag> ring_;          // the newest tag first
-  std::map<std::string, Instant> latest_;  // the time when each text came last, within same_tag
-  std::string last_;                       // the last message; empty: no tag
-  std::deque<Instant> owed_;               // outstanding replies to `r`: the latest time for each
+  // Index: point; true after its first number: a missing number gives no bad reading before.
+  std::vector<bool> had_number_;
+  std::deque<Tag> ring_;                   // the last tags, the newest first
+  std::map<std::string, Instant> latest_;  // for each text of the last same_tag: when it came last
+  std::string last_;                       // the text of the last message; empty: no tag
+  // For each outstanding reply to `r`: when it must have come at the latest.
+  std::deque<Instant> owed_;
   std::uint64_t counter_ = 0;
   bool recalled_ = false;
   std::uint64_t repeats_ = 0;

@@ -128,7 +128,7 @@ bool IsSameWord(std::string_view one, std::string_view other) {
   return std::ranges::equal(one, other, {}, Lower, Lower);
 }
 
-/// The units of each quantity; mass must be first.
+/// Each row has the units of one quantity. The row for mass must be the first.
 constexpr std::string_view kQuantities[] = {"mg g kg t ct oz lb lbs",
                                             "um mm cm dm m km in inch ft",
                                             "C F K",
@@ -145,7 +145,7 @@ bool Has(std::string_view units, std::string_view unit) {
   return std::ranges::any_of(words, [&](std::string_view one) { return IsSameWord(one, unit); });
 }
 
-/// Returns "C" for "°C", because readers send ASCII.
+/// Returns the unit without a degree sign ("C" for "°C"), because readers send ASCII.
 std::string_view WithoutDegree(std::string_view unit) {
   constexpr std::string_view kDegree = "\u00B0";
   if (unit.starts_with(kDegree)) unit.remove_prefix(kDegree.size());
@@ -155,16 +155,16 @@ std::string_view WithoutDegree(std::string_view unit) {
 bool IsPartOfNumber(char c) { return (c >= '0' && c <= '9') || c == '.'; }
 bool IsSign(char c) { return c == '-' || c == '+'; }
 
-/// True if the text contains only names, units and separators, which do not change a number. A sign
-/// or bracket may change it.
+/// True if the text contains only names, units and separators, which cannot change the number
+/// beside them. A sign or a bracket could change it.
 bool IsUnderstood(std::string_view text) {
   constexpr std::string_view kSeparators = " \t\r\n.,;:=%/$";
   return std::ranges::all_of(
       text, [&](char c) { return IsLetter(c) || kSeparators.find(c) != std::string_view::npos; });
 }
 
-/// Removes the sign at the end of `before`, the text in front of a number, and returns it; blanks
-/// are skipped. 0: there is no sign.
+/// Removes the sign at the end of `before`, the text in front of a number, and returns it. Blanks
+/// behind the sign are skipped. 0: there is no sign.
 char TakeSign(std::string_view& before) {
   while (before.ends_with(' ')) before.remove_suffix(1);
   if (before.empty() || !IsSign(before.back())) return 0;
@@ -180,7 +180,8 @@ bool IsSigned(std::string_view lead) {
   return lead.ends_with('(') || (!lead.empty() && IsSign(lead.back()));
 }
 
-/// True for "-" or "- kg" behind a number. False for "-5.0", which is another number.
+/// True if the text behind a number begins with a sign that belongs to the number: "-" or "- kg".
+/// False for "-5.0", which is another number.
 bool HasSignBehind(std::string_view rest) {
   rest = Trim(rest);
   if (rest.empty() || !IsSign(rest.front())) return false;
@@ -252,13 +253,13 @@ Decoded NumberIn(const Item& item, std::string_view text, std::string_view unit)
   const std::size_t end = std::min(text.find_first_not_of("0123456789.", digit), text.size());
   const std::string_view behind = text.substr(end);
   const std::size_t dots = digit - before.size();
-  // A dot as in "No.5" may belong to the word or to the number, so there is no reading.
+  // The dot in "No.5" may belong to the word or to the number, so no number is returned.
   if (dots > 1 || (dots == 1 && !before.empty() && IsLetter(before.back()))) return none;
   const auto number = ParseDecimal((dots == 1 ? "0" : "") +
                                    std::string(text.substr(before.size(), end - before.size())));
   if (!number) return none;
   const auto its = UnitBehind(all.substr(item.first > 0 ? item.first - 1 : 0), unit);
-  // "Err 03" and "TICKET 0042" must not be read as weights.
+  // "Err 03" and "TICKET 0042" must not be read as weights: with words the unit must be there.
   const bool words = IsMass(unit) && item.first == 0 && std::ranges::any_of(text, IsLetter);
   if (its ? !IsSameUnit(*its, unit) : words) return none;
   const bool at_begin = before.empty();

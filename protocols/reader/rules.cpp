@@ -12,13 +12,13 @@
 namespace baudgate::protocols::reader {
 namespace {
 
-/// Tag of the Shape for replies to Command::information.
+/// Shape::tag of the replies to Command::information.
 constexpr int kInformation = -2;
-/// Tag of the Shape for a reader that answers commands: bytes that are no tag may belong to a
-/// reply, so they are no sign of damage.
+/// Shape::tag for a reader that answers commands. Bytes that are no tag may belong to a reply, so
+/// they are no sign of damage.
 constexpr int kTagsAndAnswers = -1;
 constexpr int kNone = 0x100;  // code for "no such character"
-constexpr int kEnds = 0x200;  // factor that separates the codes of start and end
+constexpr int kEnds = 0x200;  // factor that separates the codes of start and end in Shape::tag
 constexpr std::size_t kMostInformation = 256;
 
 int CodeOf(std::optional<std::uint8_t> character) { return character ? *character : kNone; }
@@ -29,7 +29,7 @@ std::optional<std::uint8_t> OfCode(int code) {
 }
 
 /// Packs the options of a text into the one Shape of an expectation: start and end into `tag`,
-/// `length` and `most` into the lengths. An expectation without a shape is for tags alone.
+/// `length` and `most` into the lengths. An expectation without a Shape is for tags alone.
 Shape ShapeOf(const Settings& settings) {
   return {CodeOf(settings.start) + kEnds * CodeOf(settings.end), settings.length, settings.most};
 }
@@ -44,8 +44,8 @@ Settings OfShape(const Shape& shape) {
 
 }  // namespace
 
-/// A text that is too long is buffered somewhat beyond its limit, so that its end is not taken for
-/// a text.
+/// Returns which messages can come after `request`. A text that is too long is buffered somewhat
+/// beyond its limit, so that its end is not taken for a text of its own.
 Expectation Expect(View request, const Settings& settings) {
   if (IsInformation(request)) {
     return {.shapes = {{.tag = kInformation}}, .max_bytes = kMostInformation};
@@ -64,9 +64,9 @@ namespace {
 
 constexpr std::string_view kTagForm = "\r\n-##########\r\n>";  // # stands for a hex digit
 static_assert(kTagForm.size() == kTagFrame);
-constexpr std::string_view kBetween = "\r\n>";  // bytes that are allowed between two messages
+constexpr std::string_view kBetween = "\r\n>";  // characters that are allowed between two messages
 
-/// `noise` is the outcome for bytes between two tags.
+/// Cuts a tag frame. `noise`: the outcome for bytes between two tags.
 Cut CutTag(View held, bool idle, Outcome noise) {
   const std::size_t size = std::min(held.size(), kTagFrame);
   std::size_t fits = 0;
@@ -75,7 +75,7 @@ Cut CutTag(View held, bool idle, Outcome noise) {
     if (kTagForm[fits] == '#' ? !HexDigit(c) : c != kTagForm[fits]) break;
   }
   if (fits == kTagFrame) return Cut::Frame(kTagFrame);
-  // Only the '>' is missing: all digits have come.
+  // Only the '>' at the end is missing: all digits have come.
   if (fits == kTagFrame - 1 && (idle || size > fits)) return Cut::Frame(fits);
   if (fits == size && !idle) return Cut::NeedMore();
   if (fits >= kTagAt) return Cut::Discard(1, Outcome::corrupt, "a damaged tag");
@@ -83,8 +83,8 @@ Cut CutTag(View held, bool idle, Outcome noise) {
   return Cut::Discard(1, harmless ? Outcome::none : noise, "noise before a tag");
 }
 
-/// Cuts up to the '>' at the beginning of a line; if none comes, up to a silence after a whole
-/// line.
+/// Cuts the reply to the information command: up to a '>' at the beginning of a line. If no '>'
+/// comes, the reply ends with a silence after a whole line.
 Cut CutInformation(View held, std::size_t most, bool idle) {
   const auto is_end = [](std::uint8_t byte) { return byte == '\r' || byte == '\n'; };
   const std::size_t size = std::min(held.size(), most);
@@ -95,7 +95,7 @@ Cut CutInformation(View held, std::size_t most, bool idle) {
     if (held[at] == '>' && begins && said) {
       return Cut::Discard(at + 1, Outcome::corrupt, "a damaged answer");
     }
-    // The last two: '>' and the echo of the command.
+    // The harmless '>' and 'i' are the prompt and the echo of the command.
     said = said || !cut::IsHarmless(held[at], "\r\n>i");
   }
   if (held.size() >= most) return cut::TooLong();
@@ -119,7 +119,8 @@ Cut Checked(View frame, const Settings& form) {
                : Cut::Discard(frame.size(), Outcome::corrupt, "not as long as a text should be");
 }
 
-/// Returns the index of `wanted`, from `from` on; held.size() if it has not come yet.
+/// Returns the index of the first byte `wanted` at `from` or behind it; held.size() if it has not
+/// come yet.
 std::size_t Find(View held, std::uint8_t wanted, std::size_t from) {
   const auto begin = held.begin() + static_cast<std::ptrdiff_t>(from);
   return static_cast<std::size_t>(std::find(begin, held.end(), wanted) - held.begin());
@@ -174,7 +175,6 @@ constexpr std::string_view kUnusual = "{|}~`^\\";
 
 bool IsShown(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Returns the printable characters in quotes, at most kQuoted of them.
 std::string Quote(View heard) {
   std::string text;
   for (const std::uint8_t byte : heard) {
@@ -197,7 +197,7 @@ Recognised Other(std::string cause, std::string remedy) {
   return {Recognised::What::other_setting, std::move(cause), std::move(remedy)};
 }
 
-/// Returns `heard` with each line end as CR LF.
+/// Returns `heard` with CR LF in place of each line end (CR, LF or CR LF).
 Bytes WithFullEnds(View heard) {
   Bytes full;
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -229,8 +229,8 @@ std::optional<Recognised> OtherTag(View heard, const Expectation& expect) {
                "set form: text in the configuration, or use another profile");
 }
 
-/// True for characters that labels and displays hardly use, or for marks without any digit or
-/// blank. Such text often comes from a wrong bit rate.
+/// True for text that often comes from a wrong bit rate: it has characters that labels and displays
+/// hardly use, or marks without any digit or blank.
 bool IsUnusual(View heard) {
   const std::string_view text = AsText(heard);
   const bool marks = text.find_first_of(kMarks) != std::string_view::npos;
@@ -238,7 +238,7 @@ bool IsUnusual(View heard) {
          (marks && text.find_first_of("0123456789 ") == std::string_view::npos);
 }
 
-/// Counts the printable characters between start and end.
+/// Counts the printable characters of a message between its start and end character.
 std::size_t CharactersOf(View heard, const Settings& settings) {
   const auto around = [&](std::optional<std::uint8_t> mark) {
     return mark && IsShown(*mark) && std::ranges::find(heard, *mark) != heard.end() ? 1U : 0U;

@@ -9,7 +9,7 @@
 namespace baudgate::protocols::reader {
 namespace {
 
-/// Parses "" (none), ":" (the character) or "0x0D" (its number).
+/// Parses a character: "" (none), ":" (the character itself) or "0x0D" (its number).
 Result<std::optional<std::uint8_t>> ParseCharacter(const std::string& text) {
   if (text.empty()) return std::optional<std::uint8_t>();
   if (text.size() == 1) return std::optional(static_cast<std::uint8_t>(text[0]));

@@ -15,17 +15,19 @@ enum class Form : std::uint8_t { tag, text };
 
 struct Settings {
   Form form = Form::tag;
-  std::optional<std::uint8_t> start{};  ///< the first character of a text; empty: any
-  /// The last character of a text; empty: `length` or silence ends it.
+  /// The character that begins a text; empty: any character begins it.
+  std::optional<std::uint8_t> start{};
+  /// The character that ends a text; empty: `length` or a silence ends the text.
   std::optional<std::uint8_t> end{};
-  std::size_t length = 0;  ///< characters between start and end; 0: any number
+  std::size_t length = 0;  ///< number of characters between start and end; 0: any number
   std::size_t most = 80;   ///< the maximum number of characters between start and end
   Duration idle{};         ///< the silence that ends a message
   Duration whole{};        ///< the maximum duration of a message
-  Duration same_tag{};     ///< a text that comes again within this time is not new
-  Duration present{};      ///< how long a tag counts as present; zero: until "no tag"
-  bool asks = false;       ///< commands may be sent, see codec.h
-  Duration answer{};       ///< the maximum time until the reply to a command
+  Duration same_tag{};     ///< a text that comes again within this time is not a new tag
+  /// How long a tag counts as present after its message; zero: until "no tag" comes.
+  Duration present{};
+  bool asks = false;  ///< true: the gateway sends the commands of codec.h
+  Duration answer{};  ///< the maximum time until the reply to a command
 };
 
 std::span<const OptionSpec> OptionTable();

@@ -16,8 +16,8 @@ constexpr std::uint64_t kFirstTag = 0x06001259E3;
 ReaderTwin::ReaderTwin(const config::Device& device, TwinValues& values)
     : settings_(ReadSettings(device.options)), points_(device, values, ParseItem, ParseItem) {}
 
-/// The tag number is the event's text if that is a number, else 06001259E3 and the numbers that
-/// follow. A scale sends the value of its point `number`.
+/// Lets the reader send a tag. The tag is the text of the event if that is a number, else
+/// 06001259E3 and the numbers that follow. A scale sends the value of its point `number`.
 bool ReaderTwin::Raise(const DeviceEvent& event, Now now) {
   if (queue_.size() >= kMostWaiting) return false;
   const auto said = ParseInteger<std::uint64_t>(event.text);

@@ -13,8 +13,8 @@ namespace baudgate::protocols::set4tm {
 namespace {
 
 const Bytes kLinkOnly = {kLinkTest};
-/// Every fourth probe of a meter that has never answered uses the other checksum, in case the meter
-/// is set to it. No meter takes this probe for a write.
+/// How often a probe of a meter that has never answered uses the other checksum (every fourth
+/// time), in case the meter is set to it. No meter takes this probe for a write.
 constexpr unsigned kOtherModeEvery = 4;
 
 }  // namespace
@@ -68,7 +68,8 @@ std::optional<Request> MeterRequests::ForSession(const Task& task, Instant now) 
     case MeterSession::Need::open:
       request = Make(RequestKind::open, parts_.session.OpenPdu());
       request.unlike_polls = true;  // the reply is a status; no other reply is a bare "00"
-      // A meter that answers too late must not receive a wrong password three times.
+      // The request is repeated only if the password was accepted before: a meter that answers late
+      // must not receive a wrong password three times.
       request.expect.repeatable = parts_.session.accepted();
       request.prepares = writes;
       return request;
@@ -107,8 +108,9 @@ Request MeterRequests::Read(std::size_t query) {
   return request;
 }
 
-/// Also true for a background task if no archive job is due: the task was due for the broadcast,
-/// which the task of another meter may have sent meanwhile.
+/// True if the task asks for the time of the latest latch before anything else. Also true for a
+/// background task if no archive job is due: the task was due for the latch broadcast, which the
+/// task of another meter may have sent meanwhile.
 bool MeterRequests::AsksLatchTime(const Task& task, Instant now) const {
   if (!parts_.latched.tells()) return false;
   if (task.kind == Task::Kind::background)
@@ -132,16 +134,18 @@ Answer EndedBy(Reply& reply, Then then) {
 
 }  // namespace
 
-/// One row: how replies to one kind of request are handled. Take handles statuses that mean the
-/// same for every request before it uses this table: channel closed, repeat, busy.
+/// How replies to one kind of request are handled. Take handles statuses that mean the same for
+/// every request (channel closed, repeat, busy) before it uses this table.
 struct MeterReplies::Row {
   RequestKind kind;
   Answer (*data)(MeterReplies& its, Step& step);
-  Answer (*refused)(MeterReplies& its, Step& step);  ///< status 01 or 03
+  /// Handles status 01 or 03: the meter refuses the request.
+  Answer (*refused)(MeterReplies& its, Step& step);
 };
 
 const MeterReplies::Row MeterReplies::kRows[] = {
-    // > 05 08 00     < 05 00 89 A2 61 …: checked before the table     < 05 01: no number
+    // > 05 08 00     < 05 00 89 A2 61 …: the serial number is checked before the table is used
+    // < 05 01: the meter has no number
     {RequestKind::serial, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        if (!its.IsOwn(step) || its.parts_.session.needs_number()) {
@@ -150,23 +154,26 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        its.parts_.session.AcceptUnnamed();
        return its.ReadRefused(step);
      }},
-    // > 05 08 12     < 05 10 40 10 …: learned before the table     < 05 01: options may contain it
+    // > 05 08 12     < 05 10 40 10 …: the type is learned before the table is used     < 05 01: the
+    // options may contain the constants
     {RequestKind::question, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.identification.OnRefused(step.reply.pdu);
        return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
      }},
-    // > 05 08 14 50  < 05 00 00 12 …: compared before the table    < 05 01: never asked again
+    // > 05 08 14 50  < 05 00 00 12 …: the latch time is compared before the table is used    < 05
+    // 01: it is never asked again
     {RequestKind::latch_time, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.latched.OnRefused();
        if (step.task.kind == Task::Kind::background) return std::move(step.reply.answer);
        return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
      }},
-    // > 05 04 01 00  < 05 31 30 15 …: events                           < 05 01: no such record
+    // > 05 04 01 00  < 05 31 30 15 …: events                           < 05 01: there is no such
+    // record
     {RequestKind::record,
      [](auto& its, Step& step) {
-       // A task reads several records. Each of them may open the channel again.
+       // A task reads several records, and the channel can be opened again for each of them.
        its.parts_.session.OnTaskEnd();
        return its.parts_.archive.TakeRecord(step.reply.data, step.now);
      },
@@ -174,7 +181,8 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        its.parts_.session.OnTaskEnd();
        return its.parts_.archive.TakeNoRecord(std::move(step.reply.answer), step.now);
      }},
-    // > 05 06 03 06 58 18  < 05 14 14 08 …: records                    < 05 01: no such profile
+    // > 05 06 03 06 58 18  < 05 14 14 08 …: records                    < 05 01: there is no such
+    // profile
     {RequestKind::background,
      [](auto& its, Step& step) {
        return its.parts_.archive.TakeInBackground(step.reply.data, step.now);
@@ -182,18 +190,21 @@ const MeterReplies::Row MeterReplies::kRows[] = {
      [](auto& its, Step& step) {
        return its.parts_.archive.TakeRefusal(std::move(step.reply.answer), step.now);
      }},
-    // > 05 08 23 01 00 …   < 05 01 …: read by mask from now on          < 05 01: read by 08 1B
+    // > 05 08 23 01 00 …   < 05 01 …: points are read by mask from now on          < 05 01: points
+    // are read by 08 1B
     {RequestKind::trial, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step&) {
        its.parts_.reads.EndTrial();
        return AskAgain();
      }},
-    // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: points are refused
+    // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: the points are
+    // refused
     {RequestKind::read, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step& step) { return its.ReadRefused(step); }},
-    // > 05 03 0B 00 0A     answered by a status                        < 05 01: not corrected
+    // > 05 03 0B 00 0A     the reply is always a status                < 05 01: the clock is not
+    // corrected
     {RequestKind::write, Plain, Plain},
-    // > 05 00, > 05 01 30 30 30 30 30 30, > FE 03 08 …: never answered by data
+    // > 05 00, > 05 01 30 30 30 30 30 30, > FE 03 08 …: the reply never has data
     {RequestKind::link, Plain, Plain},
     {RequestKind::open, Plain, Plain},
     {RequestKind::latch, Plain, Plain},
@@ -250,8 +261,8 @@ Answer MeterReplies::TakeStatus(Step& step) {
   return Unread(step, std::move(answer));
 }
 
-/// Handles a poll whose last answer has no values, whether it answers the read or a step before it
-/// (the opening of the channel is refused). The points are read again sooner than with the next
+/// Handles a poll whose last answer has no values, whether it answers the read or an earlier step
+/// (the meter has refused to open the channel). The points are read again sooner than with the next
 /// turn of their group, which may be tomorrow.
 Answer MeterReplies::Unread(const Step& step, Answer answer) {
   const bool ends = step.task.kind == Task::Kind::poll && answer.then == Then::done;
@@ -267,7 +278,7 @@ bool MeterReplies::IsOwn(const Step& step) const {
   return step.task.kind == Task::Kind::poll && parts_.reads.Reads(step.reply.pdu, step.task.query);
 }
 
-/// Handles data that another request depends on. A poll may read the same data.
+/// Handles data that another request depends on, such as the type. A poll may read the same data.
 Answer MeterReplies::TakePrelude(Step& step) {
   switch (step.task.kind) {
     case Task::Kind::poll:
@@ -289,14 +300,14 @@ Answer MeterReplies::TakePrelude(Step& step) {
   return answer;
 }
 
-/// Handles data of a poll, or of a request before the poll's own.
+/// Handles the data of a poll: the reply to its query, or to a request that must come before.
 Answer MeterReplies::TakeRead(Step& step) {
   Reply& reply = step.reply;
   if (AsksClock(reply.pdu)) AddDrift(step);
   if (parts_.reads.ChooseIntegers()) return EndedBy(reply, Then::restart);
   if (step.asked == RequestKind::trial) return parts_.reads.TakeTrial(std::move(reply.answer));
   if (IsOwn(step)) {
-    // On a new day the readings of days and months have changed.
+    // On a new day the readings of days and months have changed, so all queries are read again.
     const bool replans =
         reply.answer.outcome == Outcome::ok && parts_.reads.OnAnswered(step.task.query, step.now);
     if (replans && reply.answer.then == Then::done) reply.answer.then = Then::replan;
@@ -336,8 +347,9 @@ void MeterReplies::AddDrift(Step& step) {
 
 namespace {
 
-/// Returns the times of a meter with a multiplier. It stretches the silence that ends a frame, and
-/// the time until the reply, which comes at most 100 ms after that silence (reference, chapter 4).
+/// Returns the times of a meter with a multiplier. The multiplier stretches the silence that ends a
+/// frame, and the time until the reply, which comes at most 100 ms after that silence (reference,
+/// chapter 4).
 config::Timing StretchedTimes(int multiplier, Duration character) {
   constexpr Duration kWithin = 100ms;
   constexpr Duration kMargin = 200ms;
@@ -394,8 +406,6 @@ Then MeterConversation::OnSent(const Task& /*task*/, const Request& /*request*/,
   return Then::ask_again;
 }
 
-// ---------------------------------------------------------------- replies
-
 Answer MeterConversation::OnFrame(const Task& task, const Request& request, View frame,
                                   Instant now) {
   Reply reply = reader_.Read(request.bytes, frame);
@@ -407,7 +417,8 @@ Answer MeterConversation::OnFrame(const Task& task, const Request& request, View
   return answer;
 }
 
-/// `request` need not be the latest: one that waits behind a probe may fail without being sent.
+/// Handles a failed request. `request` need not be the latest: a request that waits behind a probe
+/// can fail without being sent.
 Then MeterConversation::OnFailure(const Task& task, const Request& request, Outcome outcome,
                                   Instant now) {
   const auto parts = SplitFrame(request.bytes, parts_.settings.checksum);
@@ -420,8 +431,8 @@ Then MeterConversation::OnFailure(const Task& task, const Request& request, Outc
   if (task.kind == Task::Kind::background && !of_latch) parts_.archive.OnFailure(now);
   parts_.session.OnFailure(opens, outcome, now);
   if (was_sent && requests_.kind() == RequestKind::trial && IsMasked(pdu)) {
-    // Some meters do not answer unknown requests. The reply to 08 1B shows that the meter is
-    // present.
+    // Some meters are silent to unknown requests, so the trial has failed. The task goes on with 08
+    // 1B, whose reply shows whether the meter is present.
     parts_.reads.EndTrial();
     return Then::ask_again;
   }
@@ -434,8 +445,6 @@ Answer MeterConversation::Interpret(View request, View frame) {
   if (!reply.data.empty()) parts_.identification.Learn(reply.pdu, reply.data);
   return std::move(reply.answer);
 }
-
-// ---------------------------------------------------------------- learned
 
 config::Timing MeterConversation::LeastTimes(Duration character) const {
   const auto multiplier = static_cast<int>(parts_.identification.multiplier());

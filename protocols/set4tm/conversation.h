@@ -1,7 +1,6 @@
 // MeterConversation is the conversation with one SET-4TM meter. MeterParts contains the parts of
-// its state, MeterRequests decides what is asked next, MeterReplies what follows from a reply, and
-// protocols/set4tm/meter/point_reads.h decodes replies.
-// SPDX-License-Identifier: Apache-2.0
+// its state, MeterRequests decides which request is next, MeterReplies what follows from a reply,
+// and protocols/set4tm/meter/point_reads.h decodes replies.
 #pragma once
 
 #include <cstddef>
@@ -34,8 +33,8 @@ struct MeterParts {
         session(settings) {}
 
   const config::Device& device;
-  /// Lets all requests that the meter has refused be sent again, except those for points.
-  /// `journals`: see MeterArchive::ForgetRefusals.
+  /// Forgets all refusals of the meter except those of points, so that these requests are sent
+  /// again. `journals`: see MeterArchive::ForgetRefusals.
   void ForgetRefusals(bool journals) {
     identification.ForgetRefusals();
     archive.ForgetRefusals(journals);
@@ -44,7 +43,8 @@ struct MeterParts {
   }
 
   const Settings settings;
-  TryAgain refused;  ///< for refused requests that read no point: constants, masks, load profiles
+  /// When to retry refused requests that read no point: constants, masks, load profiles.
+  TryAgain refused;
   Identification identification;
   PointReads reads;
   ClockDrift drift;
@@ -53,33 +53,33 @@ struct MeterParts {
   MeterSession session;
 };
 
-// MeterRequests decides what a SET-4TM meter is asked next: first what the task depends on, then
-// the request of the task itself.
+// MeterRequests decides which request is sent to a SET-4TM meter next: first the requests that the
+// task depends on, then the request of the task itself.
 //
 //   a poll of 08 1B 00 11     > 05 01 30 30 …    open the channel
 //                             > 05 08 00         ask the serial number
 //                             > 05 08 12         ask the type, which decides which floats exist
 //                             > 05 08 1B 00 11
 
-/// The purpose of a request.
 enum class RequestKind : std::uint8_t {
   latch,  ///< the latch broadcast, which no meter answers
   link,
-  other_mode,  ///< ask the serial number in the other checksum mode, only for the status
+  /// Asks for the serial number in the other checksum mode; its reply serves the status only.
+  other_mode,
   open,
-  serial,      ///< ask the serial number
-  question,    ///< ask type or ratios before a request that depends on them
-  latch_time,  ///< ask for the time of the latest latch: was the broadcast received?
-  record,      ///< read a record of a journal
-  background,  ///< read a load profile or a billing reading
-  trial,       ///< a masked read, to find out whether the meter supports masks
-  read,        ///< read a query of points
-  write,       ///< correct the clock
+  serial,    ///< asks for the serial number
+  question,  ///< asks for the type or the ratios before a request that depends on them
+  /// Asks for the time of the latest latch, which shows whether the broadcast was received.
+  latch_time,
+  record,      ///< reads a record of a journal
+  background,  ///< reads a load profile or a billing reading
+  trial,       ///< a masked read that tests whether the meter supports masks
+  read,        ///< reads a query of points
+  write,       ///< corrects the clock
 };
 
 class MeterRequests {
  public:
-  /// `parts` must outlive this object.
   explicit MeterRequests(MeterParts& parts);
 
   /// Returns the next request of the task, or an error if the task's value cannot be written.
@@ -89,7 +89,7 @@ class MeterRequests {
  private:
   Request Make(RequestKind kind, View pdu);
   Result<Bytes> CorrectionOf(const Task& task, Instant now) const;
-  /// Returns the request that the session needs first. Nothing: the task's own request may be sent.
+  /// Returns the request that the session needs first. Empty: the task's own request can be sent.
   std::optional<Request> ForSession(const Task& task, Instant now);
   Request Own(const Task& task, Instant now);
   Request InOtherMode();
@@ -99,20 +99,20 @@ class MeterRequests {
   MeterParts& parts_;
   const Bytes address_;
   RequestKind kind_ = RequestKind::open;
-  unsigned probes_ = 0;  // number of probes sent to a meter that has never answered
+  unsigned probes_ = 0;  // number of probes that were sent to a meter that has never answered
 };
 
-// MeterReplies decides what follows from a reply, by a table of request kinds (conversation.cpp).
+// MeterReplies decides what follows from a reply to a SET-4TM meter's request, by a table of
+// request kinds (conversation.cpp).
 class MeterReplies {
  public:
-  /// `parts` must outlive this object.
   explicit MeterReplies(MeterParts& parts) : parts_(parts) {}
 
   struct Step {
     RequestKind asked;
     const Task& task;
     Reply reply;
-    std::size_t bytes = 0;  ///< size of the whole reply frame
+    std::size_t bytes = 0;
     Instant now{};
   };
   Answer Take(Step step);
@@ -123,7 +123,7 @@ class MeterReplies {
   static const Row& RowOf(RequestKind kind);
 
   Answer Unread(const Step& step, Answer answer);
-  /// True if the reply answers the query of the poll itself.
+  /// True if the reply answers the query of the poll itself, not a request before it.
   bool IsOwn(const Step& step) const;
 
   static Answer Plain(MeterReplies& its, Step& step);
@@ -139,7 +139,6 @@ class MeterReplies {
 
 class MeterConversation : public Conversation {
  public:
-  /// `device` and `bus` must stay valid for the lifetime of the conversation.
   MeterConversation(const config::Device& device, const Settings& settings, MeterBus& bus);
 
   std::span<const Query> Queries() const override { return parts_.reads.Queries(); }

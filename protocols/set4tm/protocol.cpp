@@ -23,7 +23,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return FormatAddress(*parsed);
 }
 
-/// Checks that the device has everything for the correction of its clock by the gateway.
+/// Checks that the device has the options and points for the correction of its clock by the
+/// gateway.
 Status CheckClockCare(const config::Device& device, const Settings& settings) {
   constexpr Duration kLeast = 2s;
   constexpr Duration kMost = 120s;
@@ -107,7 +108,6 @@ Status CheckDevice(const config::Device& device) {
   return {};
 }
 
-/// Adds a remark for each point that is scaled twice, by `scale` and by a ratio in the options.
 std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   std::vector<ConfigRemark> doubts;
   const Scale scale = ReadSettings(device.options).scale();
@@ -127,7 +127,8 @@ std::vector<ConfigRemark> DoubtsOfRatios(const config::Device& device) {
   return doubts;
 }
 
-/// Also warns of a latch without latched points, and of events without a time zone.
+/// Returns warnings: points that are scaled twice, a latch without latched points, and events
+/// without a time zone.
 std::vector<ConfigRemark> Doubts(const config::Device& device) {
   std::vector<ConfigRemark> doubts = DoubtsOfRatios(device);
   const Settings settings = ReadSettings(device.options);

@@ -13,7 +13,8 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Adds both address forms: a meter may answer with its short or its extended address.
+/// Adds the shapes of a reply with `least` to `most` bytes and a checksum of `tail` bytes, in both
+/// address forms: a meter can answer with its short or its extended address.
 void Allow(Expectation& expect, std::size_t tail, std::size_t least, std::size_t most) {
   expect.shapes.push_back({kShortForm, 1 + least + tail, 1 + most + tail});
   expect.shapes.push_back({kExtendedForm, 5 + least + tail, 5 + most + tail});
@@ -43,13 +44,13 @@ Expectation Expect(View request, const Settings& settings) {
   Allow(expect, tail, 1, 1);
   if (AnsweredByStatus(pdu)) return expect;
   const auto data = LengthOfData(pdu);
-  // SET-4TM.03 may send two more bytes after the id (reference, chapter 11).
+  // SET-4TM.03 can send two more bytes after the id (reference, chapter 11).
   const std::size_t more = pdu[0] == kMemoryTagged ? 2 : 0;
   Allow(expect, tail, data.value_or(2), data ? *data + more : kMaxData);
   return expect;
 }
 
-// Cuts SET-4TM requests and replies by their known length and checksum.
+// The rules cut SET-4TM requests and replies by their known length and checksum.
 //
 //   > C8 | 08 1B 00 11 | 77 BB                   address 200: voltage of phase 1 as a float
 //   < C8 | 00 80 66 43 | AE 69                   230.5 V
@@ -57,7 +58,8 @@ Expectation Expect(View request, const Settings& settings) {
 //   > FC 00 89 A2 61 | 08 00 | 8F 76             extended address 9020001: serial number
 //   < FC 00 89 A2 61 | 00 89 A2 61 06 09 02 | 58 BB
 //
-// The silence that ends a frame (8 ms at 9600 bit/s) is lost in USB adapters and serial servers.
+// USB adapters and serial servers lose the silence that ends a frame (8 ms at 9600 bit/s), so it
+// cannot separate frames.
 
 namespace {
 
@@ -65,15 +67,16 @@ constexpr std::size_t kStatusBody = 1;
 
 Checksum ChecksumOf(const Expectation& expect) { return static_cast<Checksum>(expect.checksum); }
 
-/// CRC-16 has no final XOR: a good frame followed by zeros (a break on the line) also has a good
-/// CRC, and a good KS. A status with such zeros must not be read as data.
+/// True if the frame is a status with zeros after it (a break on the line), which must not be read
+/// as data. CRC-16 has no final XOR, so such a frame has a good CRC as well, and a good KS.
 bool IsStatusAndZeros(View frame, Checksum checksum) {
   const std::size_t status = AddressLength(frame[0]) + kStatusBody + SizeOf(checksum);
   return frame.size() > status && EndsInChecksum(frame.first(status), checksum) &&
          std::ranges::all_of(frame.subspan(status), [](std::uint8_t byte) { return byte == 0; });
 }
 
-/// True if the reply has a wrong short address. The conversation checks extended addresses.
+/// True if the reply has the short address of another meter. The conversation checks extended
+/// addresses.
 bool IsFromAnother(View frame, const Expectation& expect) {
   if (frame[0] == kExtendedPrefix || expect.address.size() != 1) return false;
   return frame[0] != expect.address[0] && expect.address[0] != kCommonAddress;
@@ -81,8 +84,9 @@ bool IsFromAnother(View frame, const Expectation& expect) {
 
 }  // namespace
 
-// The code and its parameter define the length. A few parameters may have an optional byte: then
-// the shorter form with a good CRC is cut. A code without a known length is cut only at silence.
+// Cuts requests. The code and its parameter define the length. A few parameters have an optional
+// byte: the shorter form is cut if its CRC is good. A code without a known length is cut only at
+// silence.
 Cut RequestRule(View held, const Expectation& expect, bool idle) {
   const Checksum checksum = ChecksumOf(expect);
   const std::size_t tail = SizeOf(checksum);
@@ -105,9 +109,9 @@ Cut RequestRule(View held, const Expectation& expect, bool idle) {
   return cut::Wait(idle);
 }
 
-// A reply repeats nothing of its request. A frame with the longest expected length and a good CRC
-// is cut at once. A shorter one is cut only at silence, because the first bytes of longer data may
-// have a good CRC by chance. A shorter frame is a status in place of data, or a late reply to
+// Cuts replies. A reply repeats nothing of its request. A frame with the longest expected length
+// and a good CRC is cut at once. A shorter frame is cut only at silence, because the first bytes of
+// longer data can have a good CRC by chance. It is a status in place of data, or a late reply to
 // another request; the conversation distinguishes them by length.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   const Checksum checksum = ChecksumOf(expect);
@@ -146,7 +150,7 @@ constexpr config::SerialSettings kSerials[] = {
 constexpr ScanMode kModes[] = {{}, {"checksum", "ks"}};
 
 constexpr std::size_t kLink = 0;
-/// Data bytes of the reply: serial number and date of manufacture.
+/// Number of data bytes in the reply: serial number and date of manufacture.
 constexpr std::size_t kSerialReply = 7;
 
 Checksum ChecksumOf(std::size_t mode) { return mode == 1 ? Checksum::ks : Checksum::crc; }
@@ -162,7 +166,7 @@ Sighting JudgeMeter(View request, View frame, std::size_t mode) {
   const auto reply = SplitFrame(frame, ChecksumOf(mode));
   Sighting sighting;
   if (!asked || !reply) return sighting;
-  // A meter may be set to answer with its extended address, whichever address was asked.
+  // A meter can be set to answer with its extended address, whichever address the request had.
   const bool extended = reply->address.size() > 1;
   if (!extended && !std::ranges::equal(reply->address, asked->address)) return sighting;
   if (asked->body[0] == kLinkTest) {
@@ -190,14 +194,15 @@ const ScanRule kScan = {.serials = kSerials,
 
 namespace {
 
-/// Completes typed bytes: `C8 08 00` gets its check value.
+/// Makes a whole frame of typed bytes: adds the check value to `C8 08 00`, unless the bytes end
+/// with a correct CRC.
 Result<Bytes> CompleteFrame(View written, const Settings& settings) {
   Bytes frame(written.begin(), written.end());
   const Checksum checksum = settings.checksum;
   if (frame.size() < 2 || frame.size() > kMaxData) {
     return Error{"a SET-4TM telegram is an address and a request in hex, as in 'C8 08 00'"};
   }
-  // A KS of one byte is correct by chance too often, so the last byte is never taken for it.
+  // A KS of one byte is correct by chance too often, so the last byte is never taken for a KS.
   const bool whole = checksum == Checksum::crc && frame.size() > 3 && SplitFrame(frame, checksum);
   if (!whole) AppendChecksum(frame, checksum);
   return frame;
@@ -233,7 +238,8 @@ const TelegramRule kTelegram = {"", kWithSettings<CompleteFrame>, kWithSettings<
 
 namespace {
 
-/// Shortest frame with a KS: address, status, KS. A KS is correct by chance in one of 256 frames.
+/// The shortest frame with a KS: address, status, KS. Shorter frames prove nothing, as a KS is
+/// correct by chance in one of 256 frames.
 constexpr std::size_t kShortestKs = 3;
 /// Shortest PDU of a read: code and parameter.
 constexpr std::size_t kShortestRead = 2;
@@ -254,7 +260,8 @@ std::string RemedyFor(const Parts& reply) {
   return "set serial_number: " + number + " in the configuration, if that is the right meter";
 }
 
-/// Finds a whole request of another master. Shorter requests than a read look like replies.
+/// Finds a whole request of another master in the received bytes. Requests that are shorter than a
+/// read look like replies, so they are not reported.
 std::optional<Recognised> FindRequest(View request, View heard, Checksum checksum) {
   const std::size_t tail = SizeOf(checksum);
   for (std::size_t at = 0; at < heard.size(); ++at) {

@@ -1,7 +1,6 @@
-// Rules of SET-4TM frames. Expect returns which replies may answer a request, RequestRule and
-// ReplyRule find where messages begin and end, and Recognise explains other bytes. The rules for
-// scans and for telegrams typed by hand are here too.
-// SPDX-License-Identifier: Apache-2.0
+// Rules of SET-4TM frames. Expect returns which replies can answer a request, RequestRule and
+// ReplyRule find where messages begin and end, and Recognise explains other bytes. kScan and
+// kTelegram are the rules for scans and for telegrams typed by hand.
 #pragma once
 
 #include <optional>
@@ -14,29 +13,33 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Returns which reply may answer `request`. For an empty request: what requests look like (twins).
+/// Returns which replies can answer `request`. For an empty request: the form of requests, for
+/// twins.
 Expectation Expect(View request, const Settings& settings);
 
-// Pure functions that cut requests and replies out of the bytes of a line, for the frame assembler.
+// The rules below cut requests and replies out of the bytes of a line, for the frame assembler.
+// They have no state.
 
-/// Shape::tag of a reply. A request to a short address may be answered with the extended address,
-/// if the meter is set so (reference, chapter 2), so an expectation contains both forms.
+/// The values of Shape::tag. A meter can be set to answer a request to its short address with its
+/// extended address (reference, chapter 2), so an expectation contains both forms.
 enum ReplyTag : int { kShortForm = 1, kExtendedForm = 2 };
 
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut ReplyRule(View held, const Expectation& expect, bool idle);
 
 // The requests of a scan: only the link test, whose reply equals its echo, and the serial number,
-// which proves that a meter has answered. A meter returns it only if its channel is open.
+// which proves that a meter has answered. A meter returns its serial number only if its channel is
+// open.
 
 extern const ScanRule kScan;
 
-// The rule for telegrams typed by hand: adds a missing check value, and tells which telegrams are
-// certainly reads. The opening of the channel is no read, because it contains the password.
+// The rule for telegrams typed by hand: it adds a missing check value, and decides which telegrams
+// are certainly reads. The opening of the channel is no read, because it contains the password.
 
 extern const TelegramRule kTelegram;
 
-// Explains bytes that came in place of a reply: another check value, meter or master.
+// Explains bytes that came in place of a reply: another check value, another meter or another
+// master.
 
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 

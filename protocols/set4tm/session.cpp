@@ -15,8 +15,9 @@ namespace {
 
 using Seconds = std::chrono::seconds;
 
-/// Returns a mark of the password, 0…250. Most other passwords have another mark, but many share
-/// it, so the mark does not reveal the password.
+/// Returns a mark of the password, 0…250, which is stored to detect a new password. A new password
+/// most likely has another mark, but many passwords share each mark, so the mark does not reveal
+/// the password.
 std::uint8_t MarkOf(View password) { return static_cast<std::uint8_t>(Crc16(password) % 251); }
 
 std::vector<std::string_view> Words(std::string_view text) {
@@ -46,8 +47,8 @@ void MeterMemory::Recall(std::string_view text, Now now) {
       for (std::size_t i = 3; i < words.size() && !given_up(); ++i) {
         const auto at = ParseInteger<std::int64_t>(words[i]);
         if (!at) continue;
-        // After the clock was set back, the stored time may be in the future: the refusal counts as
-        // of now.
+        // After the clock was set back, the stored time can be in the future: the refusal then
+        // counts as one of now.
         const auto ago = now.wall - WallTime(Seconds(*at));
         refused_.push_back(now.instant - std::max<Duration>(ago, {}));
       }
@@ -100,12 +101,14 @@ void MeterMemory::Write() {
 
 namespace {
 
-/// The channel stays open for 20 s. It is opened again with a quarter left (reference, 14.5).
+/// How long the channel counts as open. The meter keeps it open for 20 s; it is opened again when a
+/// quarter of this time is left (reference, 14.5).
 constexpr Duration kChannelTrust = 15s;
-/// The most of each in one task.
+/// The maximum number of repeated openings (kReopens) and of repeated requests (kRepeats) in one
+/// task.
 constexpr int kReopens = 1;
 constexpr int kRepeats = 1;
-/// How often the serial number is asked again until two equal replies come.
+/// The maximum number of questions for the serial number until two equal replies come.
 constexpr int kDoubts = 3;
 constexpr Duration kWrongMeter = 1min;
 
@@ -130,7 +133,8 @@ Bytes MeterSession::OpenPdu() const {
 
 void MeterSession::OnFailure(bool opens, Outcome outcome, Instant now) {
   if (opens) open_ = false;
-  // A strange reply after a refusal counts as another one, or each query would try the password.
+  // An odd reply after a refusal counts as another refusal. Otherwise each query would try the
+  // password again.
   if (opens && outcome == Outcome::unexpected && trouble_.reason == Reason::password_refused) {
     memory_.OnRefused(now);
   }
@@ -162,7 +166,7 @@ Answer MeterSession::TakeOpened(std::uint8_t code, Answer answer, bool probe, In
   memory_.OnAccepted();
   if (trouble_.reason == Reason::password_refused) trouble_ = {};
   last_good_ = now;
-  verified_ = false;  // another meter may have got the address
+  verified_ = false;  // another meter may have got the address, so the serial number is asked again
   if (!probe) answer.then = Then::ask_again;
   return answer;
 }
@@ -173,7 +177,8 @@ bool MeterSession::Doubts(std::uint32_t serial) {
   return !again && doubts_++ < kDoubts;
 }
 
-/// The expected meter is the configured one, else the first that answered since OnEnabled.
+/// Takes the serial number of the meter that answers. The expected meter is the configured one,
+/// else the first that answered since OnEnabled.
 bool MeterSession::TakeSerial(std::uint32_t serial) {
   const auto expected = Expected();
   if (!expected) memory_.OnSerial(serial);
@@ -193,7 +198,8 @@ bool MeterSession::TakeSerial(std::uint32_t serial) {
 
 Answer MeterSession::OtherMeter() const { return NotThisMeter(kWrongMeter, trouble_.text); }
 
-/// If a serial number is configured, the values may be another meter's and are rejected.
+/// Takes a reply without a serial number. If a number is configured, the values may belong to
+/// another meter, so they are rejected.
 Answer MeterSession::TakeNoSerial(Answer answer) {
   if (!settings_.serial_number) {
     verified_ = true;

@@ -1,13 +1,12 @@
 // `ClockMessages` sends the time to all relays of a line: T, the second of the minute, and D, date
 // and time, as writes to slave 900, which no relay answers. The text contains the moment at which
-// its last character arrives. Nothing is sent unless this machine's clock is known to be right.
-// Source: spa-bus reference, 13.
+// its last character arrives. Nothing is sent unless this machine's clock is synchronised. Source:
+// spa-bus reference, 13.
 //
 //   > >900WT:12.345:                    arrives at 12.345 s of the minute
 //   > >900WD:24-02-29 23.59;58.125:     a relay of the SPACOM series supports T only
 //
-// `ClockOffset` measures how far a relay's clock is off.
-// SPDX-License-Identifier: Apache-2.0
+// `ClockOffset` measures the error of a relay's clock.
 #pragma once
 
 #include <cstddef>
@@ -24,21 +23,22 @@ namespace baudgate::protocols::spabus {
 inline constexpr char kSeconds = 'T';
 inline constexpr char kDate = 'D';
 
-/// The time zone of D, in the order of the words of the option `date_zone`.
+/// The time zone of the message D. The enumerators are in the order of the words of the option
+/// `date_zone`.
 enum class Zone : std::uint8_t {
-  local,     ///< time of this machine, with summer time
-  standard,  ///< time of this machine, without summer time
+  local,     ///< time zone of this machine, with summer time
+  standard,  ///< time zone of this machine, without summer time
   utc,
 };
 
 struct ClockSettings {
-  Duration seconds{};  ///< interval of T; zero: never sent
-  Duration date{};     ///< interval of D; zero: never sent
+  Duration seconds{};  ///< interval between two messages T (seconds); zero: T is never sent
+  Duration date{};     ///< interval between two messages D (date); zero: D is never sent
   Zone zone = Zone::local;
-  Duration delay{};  ///< delay of converters on the way, beyond the characters
+  /// Delay of converters on the way, in addition to the duration of the characters.
+  Duration delay{};
 };
 
-/// The clock messages of one line, shared by its relays.
 class ClockMessages {
  public:
   explicit ClockMessages(bool right = false) : right_(right) {}
@@ -46,7 +46,7 @@ class ClockMessages {
   void OnHostClock(bool right);
   bool right() const { return right_; }
 
-  /// Returns the item to send now, D before T; empty: none is due.
+  /// Returns the message to send now, 'D' before 'T'. Empty: no message is due.
   std::optional<char> Due(const ClockSettings& settings, Instant now) const;
   void OnSent(char item, Instant now);
 
@@ -56,45 +56,47 @@ class ClockMessages {
   std::optional<Instant> date_sent_;
 };
 
-/// Returns the text of T or D; its length depends on the item only.
+/// Returns the text of the message T or D. Its length depends on `item` only.
 std::string ClockText(char item, WallTime time, Zone zone);
 
-// Measures how far a relay's clock is from this machine's clock: compares T, the second of the
-// relay's minute, with the middle of the time in which the relay read its clock.
+// ClockOffset measures the difference between a relay's clock and this machine's clock: it compares
+// T, the second of the relay's minute, with the middle of the time in which the relay read its
+// clock.
 //
 //   > >1RT:…          the last character arrives at 12:00:00.000
 //   < <1D:01.510:…    the first character comes at 12:00:00.020      1.510 - 0.010 = 1.500 s ahead
 //
-// Whole minutes do not show: the result is from -30 s to 30 s. Source: spa-bus reference, 5 and 13;
-// that the relay reads its clock between request and reply is inferred.
+// Whole minutes are not measured: the result is from -30 s to 30 s. Source: spa-bus reference, 5
+// and 13; it is inferred that the relay reads its clock between request and reply.
 
-/// The text in a point's `read` for the clock offset.
+/// The `read` text of a point for the clock offset.
 inline constexpr std::string_view kOffsetItem = "T offset";
 
-/// Reads "12.345". Empty: the text is no second of a minute.
+/// Parses the seconds of a minute, such as "12.345". Empty: the text has another form.
 std::optional<Duration> SecondsOf(std::string_view data);
 
 class ClockOffset {
  public:
-  /// In a longer time between request and reply it is unknown when the relay read its clock.
+  /// If the time between request and reply is longer, the offset is uncertain, because it is
+  /// unknown when the relay read its clock.
   static constexpr Duration kWidest = 500ms;
 
-  /// A request for T was made, but is not sent yet.
+  /// Call it when a request for T was made, before it is sent.
   void OnAsked() { first_.reset(); }
-  /// The request is sent, perhaps a second time. `arrives`: when its last character arrives;
-  /// `character`: the time of one character.
+  /// Call it each time the request is sent. `arrives`: when its last character arrives.
+  /// `character`: the duration of one character.
   void OnSent(Now arrives, Duration character);
 
   struct Offset {
-    Value value;  ///< seconds; positive if the relay's clock is ahead
+    Value value;  ///< offset in seconds; positive if the relay's clock is ahead
     Quality quality;
   };
-  /// Returns the offset for a reply of `characters` characters that was complete at `now`. `right`:
-  /// this machine's clock is known to be right.
+  /// Returns the offset for a reply of `characters` characters that was complete at `now`. `data`:
+  /// the data of the reply. `right`: true if this machine's clock is synchronised.
   Offset Of(std::string_view data, std::size_t characters, Instant now, bool right) const;
 
  private:
-  std::optional<Instant> first_;  // when the request was sent first
+  std::optional<Instant> first_;  // when the request was sent for the first time
   Now arrives_{};                 // when the request was sent last
   Duration character_{};
 };

@@ -10,7 +10,8 @@ constexpr std::string_view kNumbered = "IOSVM";
 constexpr std::string_view kSingle = "CFTDALB";
 constexpr std::size_t kSlaveDigits = 3;
 
-/// Takes `first[/last]` from the front. Returns nothing if there is no valid range.
+/// Takes a range `first` or `first/last` from the front of `text`. Returns nothing if there is no
+/// valid range.
 std::optional<Range> TakeRange(std::string_view& text, std::size_t digits) {
   const auto first = TakeNumber(text, digits);
   if (!first) return std::nullopt;
@@ -21,7 +22,8 @@ std::optional<Range> TakeRange(std::string_view& text, std::size_t digits) {
   return Range{*first, *last};
 }
 
-/// Parses what is between the type letter and the next colon.
+/// Parses the part of a command between the type letter and the next colon: channels, category,
+/// numbers. Returns false if it is malformed.
 bool ParseItems(std::string_view text, Command& command) {
   if (!text.empty() && IsDigit(text.front())) {
     const auto channels = TakeRange(text, kChannelDigits);
@@ -125,7 +127,7 @@ Command WriteOf(unsigned slave, const Address& address, std::string data) {
 
 Bytes Encode(const Command& command, bool wildcard) {
   std::string text = ">" + std::to_string(command.slave) + (command.write ? "W" : "R");
-  // Channel 0 is left out, because single-module relays expect this form.
+  // Channel 0 is left out of the text, because single-module relays expect this form.
   if (command.channels != Range{}) text += RangeText(command.channels);
   text += command.category;
   if (command.numbers) text += RangeText(*command.numbers);

@@ -16,17 +16,18 @@ namespace baudgate::protocols::spabus {
 
 inline constexpr std::uint8_t kCr = 0x0D;
 inline constexpr std::uint8_t kLf = 0x0A;
-/// Requests to this slave number are for all slaves; no slave answers.
+/// The slave number for requests to all slaves, which no slave answers.
 inline constexpr unsigned kBroadcast = 900;
-/// Most characters of a line that the gateway sends, and of a line that it accepts (devices older
-/// than version 2.1 of the protocol send 256), and most lines of a continued reply that it accepts.
+/// kMaxLine: maximum number of characters in a line that the gateway sends. kLongestLine: in a line
+/// that it accepts (devices older than version 2.1 of the protocol send 256). kMaxLines: maximum
+/// number of lines in a continued reply that it accepts.
 inline constexpr std::size_t kMaxLine = 255;
 inline constexpr std::size_t kLongestLine = 256;
 inline constexpr std::size_t kMaxLines = 16;
-/// Most digits of a channel, and of the number of an item or event.
+/// The maximum number of digits of a channel, and of the number of an item or event.
 inline constexpr std::size_t kChannelDigits = 3;
 inline constexpr std::size_t kNumberDigits = 6;
-/// In place of the checksum: the receiver does not check the frame.
+/// These characters in place of the checksum mean that the receiver does not check the frame.
 inline constexpr std::string_view kWildcard = "XX";
 
 constexpr bool IsDigit(char c) { return c >= '0' && c <= '9'; }
@@ -37,7 +38,6 @@ constexpr bool IsReserved(char c) {
   return c == '<' || c == '>' || c == ':' || c == '/' || c == '&';
 }
 
-/// Numbers from first to last; both are included.
 struct Range {
   std::uint32_t first = 0;
   std::uint32_t last = 0;
@@ -45,23 +45,24 @@ struct Range {
   bool operator==(const Range&) const = default;
 };
 
-/// One item of a slave: "I1", "14V1", "F".
+/// The address of one item of a slave. Examples: "I1", "14V1", "F".
 struct Address {
-  unsigned channel = 0;  ///< 0…999
+  unsigned channel = 0;  ///< 0…999; 0: the channel is not given
   char category = 'I';
   std::optional<std::uint32_t> number;  ///< 0…999999; empty for categories without numbers
   auto operator<=>(const Address&) const = default;
 };
 
-/// True for I, O, S, V, M. Each of C, F, T, D, A, L, B is one item.
+/// True for the categories I, O, S, V, M, whose items have numbers. Each of the categories C, F, T,
+/// D, A, L, B is a single item.
 bool TakesNumber(char category);
 
-/// Reads `[channel]category[number]`; the channel is 0 if it is left out. An error contains the
-/// right form.
+/// Parses `[channel]category[number]`; the channel is 0 if it is left out. The error contains a
+/// valid form.
 Result<Address> ParseAddress(std::string_view text);
 std::string FormatAddress(const Address& address);
 
-/// Reads a slave number: 1…999 without 900. An error contains the right form.
+/// Parses a slave number: 1…999 except 900. The error contains a valid form.
 Result<unsigned> ParseSlave(std::string_view text);
 
 struct Command {
@@ -70,7 +71,7 @@ struct Command {
   Range channels;
   char category = 'I';
   std::optional<Range> numbers;
-  std::string data;  ///< data of a write
+  std::string data;
   bool operator==(const Command&) const = default;
 
   std::size_t ItemCount() const { return channels.Count() * (numbers ? numbers->Count() : 1); }
@@ -79,20 +80,20 @@ struct Command {
 Command ReadOf(unsigned slave, const Address& first, std::uint32_t last_number);
 Command WriteOf(unsigned slave, const Address& address, std::string data);
 
-/// Returns the whole frame with its CR. `wildcard`: XX in place of the checksum.
+/// Returns the whole frame with its CR. `wildcard`: true to send XX in place of the checksum.
 Bytes Encode(const Command& command, bool wildcard);
 
 /// The content of a frame between `>` and CR, as a slave reads it.
 struct ReceivedRequest {
   std::optional<unsigned> slave;   ///< empty: the frame has no slave number
-  bool intact = false;             ///< the checksum is right, or is XX
+  bool intact = false;             ///< true: the checksum is right, or is XX
   std::optional<Command> command;  ///< empty: the syntax is wrong
-  std::size_t data_at = 0;         ///< where Command::data begins in the frame
+  std::size_t data_at = 0;         ///< offset of Command::data in the frame
 };
 ReceivedRequest ParseRequest(View frame);
 
-/// Takes up to `most` digits from the front of `text`. Returns nothing if there are no digits, or
-/// more than `most`.
+/// Takes a number from the front of `text`. Returns nothing if `text` begins with no digit, or with
+/// more than `most` digits.
 std::optional<std::uint32_t> TakeNumber(std::string_view& text, std::size_t most);
 
 }  // namespace baudgate::protocols::spabus

@@ -15,9 +15,9 @@ namespace {
 
 bool AreNeighbours(std::uint32_t a, std::uint32_t b) { return a + 1 == b || b + 1 == a; }
 
-/// True if the neighbours of the point are in other channels: 1I1, 2I1, 3I1. Neighbours in the same
-/// channel are preferred. Channel 0 never counts, because it contains the items that are common to
-/// all channels.
+/// True if the point is read together with the same item of other channels: 1I1, 2I1, 3I1.
+/// Neighbours in the same channel are preferred. Channel 0 never counts, because it contains the
+/// items that are common to all channels.
 bool IsAcross(const ReadPoint& point, std::span<const ReadPoint> points) {
   const Address& own = point.address;
   if (!own.number || own.channel == 0) return false;
@@ -104,10 +104,10 @@ bool ItemReads::OnAnswered(std::size_t query, Instant now) {
   return true;
 }
 
-/// Changes the queries, so that one item does not block the others.
+/// Handles a refused query: changes the queries, so that one item does not block the others.
 bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant now) {
-  // An item counts as missing after three refusals, because a damaged reply may look like a
-  // refusal.
+  // A damaged reply can look like a refusal, so an item counts as missing only after three
+  // refusals.
   if (!plan_.IsLastRefusal(query)) answer.readings.clear();
   const NackRule& rule = RuleOf(nack);
   const std::size_t items = plan_.block(query).size();
@@ -130,9 +130,9 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
   return plan_.OnRefused(query, now) != PlanChange::nothing;
 }
 
-/// Handles a failed request for several items. A relay may not support ranges of channels: some
-/// send nothing then, or only one value. A relay that is silent to several items of one channel,
-/// and answers other requests, is asked for fewer items.
+/// Handles a failed query for several items. A relay may not support ranges of channels: some then
+/// send nothing, or only one value. If the relay is silent to several items of one channel, but
+/// answers other requests, it is asked for fewer items at once.
 bool ItemReads::OnFailure(std::size_t query, Outcome outcome, Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   if (!silent && outcome != Outcome::unexpected) return false;
@@ -175,7 +175,8 @@ bool RelayIdentity::WantsName() {
   return asked_;
 }
 
-/// Judges the name. A relay without a designation contradicts no profile.
+/// Compares the designation in the reply with the profile. A relay without a designation
+/// contradicts no profile.
 Answer RelayIdentity::TakeName(Answer answer) {
   named_ = true;
   const bool was_in_trouble = static_cast<bool>(trouble_);
@@ -194,9 +195,8 @@ Answer RelayIdentity::TakeName(Answer answer) {
 namespace {
 
 constexpr Address kIdentification{0, 'F', std::nullopt};
-/// The only query for a relay that is not what its profile requires: its designation.
+/// The only query for a relay that is not what its profile requires. It reads the designation F.
 const Query kIdentificationQuery{config::Group::slow, {}};
-/// The memory over restarts, while the password may be open.
 constexpr std::string_view kMayBeOpen = "password may be open";
 
 class SpaConversation final : public Conversation {
@@ -223,7 +223,7 @@ class SpaConversation final : public Conversation {
   void OnEnabled() override { writes_.OnEnabled(); }
 
   Result<Request> Ask(const Task& task, Instant now) override {
-    // A probe reads F, too: its reply also answers a question for the name that waits behind the
+    // A probe reads F, too, so its reply also answers a question for the name that waits behind the
     // probe.
     const bool is_probe = task.kind == Task::Kind::probe;
     if (!is_probe) identity_.OnAsk();
@@ -275,7 +275,7 @@ class SpaConversation final : public Conversation {
     if (identity_.TakeAsked()) return identity_.TakeName(std::move(exchange.answer));
     if (task.kind == Task::Kind::events) return events_.OnAnswer(std::move(exchange), now);
     if (task.kind != Task::Kind::poll) {
-      // Only polls learn whether the relay has an item.
+      // Only polls record whether the relay has an item.
       if (exchange.answer.outcome != Outcome::ok) exchange.answer.readings.clear();
       return std::move(exchange.answer);
     }
@@ -346,7 +346,8 @@ class SpaConversation final : public Conversation {
       return Outcome::unexpected;
     }
     const auto is_odd = [](const Reading& reading) {
-      return reading.quality == Quality::bad_configuration;  // a text in place of a number
+      // The reply has a text in place of a number.
+      return reading.quality == Quality::bad_configuration;
     };
     const bool clock = exchange.command && AsksOffset(*exchange.command);
     if (clock && answer.outcome == Outcome::ok && !SecondsOf(exchange.data)) {
@@ -425,7 +426,7 @@ class SpaConversation final : public Conversation {
     return request;
   }
 
-  /// Returns the checksum variant that the user chose; 0: none, the variant is learned.
+  /// Returns the checksum variant that the user has chosen; 0: no variant is chosen, it is learned.
   int PinnedReading() const {
     const int chosen = ChecksumBits(settings_) & kCoversAny;
     return chosen == kCoversAny ? 0 : chosen;
@@ -456,7 +457,7 @@ class SpaConversation final : public Conversation {
 
   Answer TakeRead(std::size_t query, Exchange exchange, std::size_t characters, Instant now) {
     Answer& answer = exchange.answer;
-    // "Other error" (NACK 9) is worth one retry, because a read has no side effect.
+    // A poll is repeated once after "other error" (NACK 9), because a read has no side effect.
     if (exchange.nack == kOtherError && !std::exchange(repeated_, true)) {
       answer.then = Then::ask_again;
       return std::move(answer);
@@ -480,8 +481,8 @@ class SpaConversation final : public Conversation {
   ItemReads reads_;
   RelayIdentity identity_;
   ClockOffset offset_;
-  bool repeated_ = false;        ///< the current poll was repeated because of NACK 9
-  bool sends_wildcard_ = false;  ///< the latest good reply had XX as its checksum
+  bool repeated_ = false;        ///< true: the current poll was repeated because of NACK 9
+  bool sends_wildcard_ = false;  ///< true: the latest good reply had XX as its checksum
 };
 
 }  // namespace

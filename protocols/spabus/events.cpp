@@ -15,7 +15,8 @@ constexpr std::uint32_t kSecondsInMinute = 60;
 
 bool IsLetter(char c) { return c >= 'A' && c <= 'Z'; }
 
-/// Takes "12.345": exactly three decimals, so that a channel may follow without a space.
+/// Takes a time such as "12.345" from the front of `text`. It has exactly three decimals, so a
+/// channel can follow without a space.
 std::optional<SaidTime> TakeTime(std::string_view& text) {
   std::string_view rest = text;
   const auto seconds = TakeNumber(rest, kSecondDigits);
@@ -87,17 +88,17 @@ namespace {
 constexpr Address kEvents{0, 'L', std::nullopt};
 constexpr Address kBackup{0, 'B', std::nullopt};
 constexpr Address kStatus{0, 'C', std::nullopt};
-/// A relay that has never answered B, ignores B in this many tasks in a row and answers other
-/// requests, does not support B.
+/// How many tasks in a row a relay must ignore B, while it answers other requests, to count as a
+/// relay that does not support B. It must never have answered B.
 constexpr int kSilentBackups = 3;
-/// A relay that has never answered L, and refuses it this many times in a row, does not support L.
-/// A relay that has answered is asked again, because an apparent refusal may be a damaged reply, or
-/// that of another device.
+/// How often in a row a relay must refuse L to count as a relay that does not support L. A relay
+/// that has answered L is asked again, because an apparent refusal can be a damaged reply, or a
+/// reply of another device.
 constexpr int kMostRefusals = 3;
-/// Failures in a row after which the status has a remark.
+/// After this many failures in a row the status has a remark.
 constexpr int kManyFailures = 10;
-/// Events contain the time within a minute, so other events cannot have the same text within this
-/// time.
+/// Within this time two different events cannot have the same text, because events contain the time
+/// within a minute.
 constexpr Duration kNeverTwiceWithin = 50s;
 
 Answer GoOn() {
@@ -159,7 +160,7 @@ Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   if (batch.events.empty()) {
     if (again && held_ && held_->said != last_) return ReportHeld(now);
     if (again) {
-      held_.reset();  // a late copy of the batch before
+      held_.reset();  // the reply to L was a late copy of the batch before
       return GoOn();
     }
     batch.drained = true;
@@ -173,7 +174,8 @@ Answer EventSession::OnEvents(Exchange exchange, bool again, Instant now) {
   } else if (held_ && held_->said == batch.said) {
     return ReportHeld(now);
   } else if (held_ && rechecks_) {
-    // One of the two batches is damaged. Other tasks get their turn if this repeats.
+    // One of the two batches is damaged, so the question is repeated. The task ends here, so that
+    // other tasks get their turn if this repeats.
     Answer answer = Hold(std::move(batch.said), true);
     answer.then = Then::done;
     return answer;
@@ -210,7 +212,8 @@ Answer EventSession::Report(EventBatch batch, Instant now) {
   return answer;
 }
 
-/// Handles the status: 1 the relay was restarted, 2 events were lost, 3 both.
+/// Handles the reply to C, the status of the relay: 1 the relay was restarted, 2 events were lost,
+/// 3 both.
 Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
   owes_status_ = false;
   const auto status = ParseInteger<int>(Trim(exchange.data));
@@ -218,7 +221,8 @@ Answer EventSession::OnStatus(const Exchange& exchange, Instant now) {
   return held_ ? ReportHeld(now) : GoOn();
 }
 
-/// If B or C is refused, L follows without it. A relay that does not support L is not asked again.
+/// Handles a refusal. If B or C is refused, L is sent without it. A relay that does not support L
+/// is not asked again.
 Answer EventSession::OnRefused(Step step, Exchange exchange, Instant now) {
   Answer answer = std::move(exchange.answer);
   answer.readings.clear();

@@ -5,8 +5,7 @@
 //   "12.345 2E17 0.5"  {channel 2, code 17, …, "0.5"}
 //   "12.345 0Q1 0.5"   {channel 0, code 0, …, "12.345 0Q1 0.5"}
 //
-// `EventSession` takes the events out of a relay.
-// SPDX-License-Identifier: Apache-2.0
+// `EventSession` reads the events of a relay.
 #pragma once
 
 #include <optional>
@@ -20,22 +19,25 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Events that every relay has, independent of its masks. At kRestarted the relay's clock starts
-/// again, and its register is empty.
+/// Codes of events that every relay can send, independent of its masks. After kRestarted the
+/// relay's clock starts again, and its event register is empty.
 inline constexpr std::uint32_t kRestarted = 50;
 inline constexpr std::uint32_t kOverflow = 51;  ///< events after this event are lost
 
 constexpr bool IsEventList(char category) { return category == 'L' || category == 'B'; }
 
-/// Parses the data of a reply to L or B. Returns no events for empty data.
+/// Parses the data of a reply to L or B. Empty data gives no events.
 std::vector<DeviceEvent> ParseEvents(std::string_view data);
-/// True if the data may come from a reply to L or B: empty, or each part is a time and a letter
-/// with a number behind it.
+/// True if the data can be that of a reply to L or B: it is empty, or each part is a time and a
+/// letter with a number behind it.
 bool LooksLikeEvents(std::string_view data);
-/// `event.time` is within a minute; without it "00.000" is printed.
+/// Returns the text of an event as a relay sends it. `event.time` is within a minute; without a
+/// time "00.000" is printed.
 std::string PrintEvent(const DeviceEvent& event);
 
-// Takes the events out of a relay: decides the next request and handles its answer.
+// EventSession reads the events of a relay: it decides the next request and handles its answer. L
+// reads the next events and removes them from the relay, B reads the last answer to L again, C is
+// the status.
 //
 //   after a start, and when the port opens     B, the status C, then L
 //   L, answered with events                    done; L again when the events are on the disk
@@ -57,16 +59,17 @@ std::string PrintEvent(const DeviceEvent& event);
 // from before a restart (EventBatch::again).
 class EventSession {
  public:
-  /// `wanted`: the configuration asks for events. `rechecks`: a damaged reply may look undamaged.
+  /// `wanted`: true if the configuration asks for events. `rechecks`: true if a damaged reply can
+  /// look undamaged, so batches are read twice.
   EventSession(bool wanted, bool rechecks) : wanted_(wanted), rechecks_(rechecks) {}
 
   /// True if events are wanted, and the relay does not refuse L.
   bool has_events() const;
-  /// Returns why no events come, if this lasts.
+  /// Returns why no events come, if they have failed for a long time; else no trouble.
   const DeviceTrouble& remark() const;
 
   Command Next(unsigned slave);
-  /// Returns the request that replaces a failed L.
+  /// Returns the request that is sent in place of a failed L.
   Command Instead(unsigned slave);
 
   Answer OnAnswer(Exchange exchange, Instant now);
@@ -85,24 +88,25 @@ class EventSession {
   Answer OnStatus(const Exchange& exchange, Instant now);
   Answer OnRefused(Step step, Exchange exchange, Instant now);
 
-  /// A batch that must come a second time before it counts.
+  /// A batch that must be read a second time before it is reported.
   struct Held {
     std::string said;
-    bool again = false;  ///< EventBatch::again
+    bool again = false;
   };
 
   const bool wanted_;
   const bool rechecks_;
-  bool answers_ = false;  ///< the relay has answered L since the port was opened
-  int refusals_ = 0;      ///< refusals of L in a row
-  int failures_ = 0;      ///< failures of any step in a row
+  bool answers_ = false;  ///< true: the relay has answered L since the port was opened
+  int refusals_ = 0;      ///< how many refusals of L came in a row
+  int failures_ = 0;      ///< how many steps have failed in a row
   Step step_ = Step::none;
-  bool owes_backup_ = true;  ///< B must be sent before L
+  bool owes_backup_ = true;  ///< true: B must be sent before L
   bool owes_status_ = true;
   bool clears_ = false;
-  int silent_backups_ = 0;       ///< B without an answer, in a row
-  bool knows_backup_ = true;     ///< B was not refused, and not ignored kSilentBackups times
-  bool answers_backup_ = false;  ///< the relay has answered B since the program started
+  int silent_backups_ = 0;  ///< how many times in a row B got no answer
+  /// True: the relay has not refused B, nor ignored it kSilentBackups times.
+  bool knows_backup_ = true;
+  bool answers_backup_ = false;  ///< true: the relay has answered B since the program started
   std::optional<Held> held_;
   std::string last_;
   Instant last_at_{};

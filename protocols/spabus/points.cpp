@@ -29,7 +29,7 @@ constexpr DecoderSpec kDecoders[] = {
     {"3A", "alarms of a channel (string)"},
 };
 
-/// Returns why an item must not be written through a gateway; empty: it may be written.
+/// Returns why an item must not be written through a gateway. Empty: writing it is allowed.
 std::string_view Forbidden(const Address& address) {
   if (address.category != 'V') return {};
   switch (address.number.value_or(0)) {
@@ -152,21 +152,21 @@ namespace {
 
 using config::Type;
 
-/// A double cannot represent every integer beyond this, and no known device uses such numbers.
+/// A double represents every integer exactly up to this number. No known device uses larger ones.
 constexpr double kLargestExact = 9007199254740992.0;
-/// The longest text item that known masters write.
+/// The maximum length of a text item. Known masters write no longer ones.
 constexpr std::size_t kLongestText = 131;
-/// The most decimals for a point without configured decimals. A value that was divided by a scale
-/// is inexact in its last digits.
+/// The maximum number of decimals for a point without configured decimals; kScaledDecimals if the
+/// point has a scale, because a value that was divided by a scale is inexact in its last digits.
 constexpr std::size_t kMostDecimals = 9;
 constexpr std::size_t kScaledDecimals = 6;
-/// Relative tolerance, for limits that are no binary fractions.
+/// Relative tolerance in the comparison with limits, which may be no binary fractions.
 constexpr double kSlack = 1e-9;
 
 bool IsInteger(Type type) { return type >= Type::int8 && type <= Type::uint64; }
 bool IsScaled(const config::Point& point) { return point.scale != 1 || point.offset != 0; }
 
-/// Returns an integer for a whole number in any form, else a decimal number.
+/// Parses a number. A whole number in any form gives an integer, any other a decimal number.
 std::optional<Value> ParseNumber(std::string_view text) {
   if (const auto whole = ParseInteger<std::int64_t>(text)) return Value(*whole);
   if (const auto large = ParseInteger<std::uint64_t>(text)) return Value(*large);
@@ -208,7 +208,8 @@ Limits LimitsOf(Type type) {
   }
 }
 
-/// Changes "4.10" and "4.00" to "4.1" and "4"; at least `least` decimals stay.
+/// Removes zeros at the end of the decimals: "4.10" gives "4.1", "4.00" gives "4". At least `least`
+/// decimals stay.
 void DropZeros(std::string& text, std::size_t least) {
   const std::size_t point = text.find('.');
   if (point != std::string::npos) {
@@ -228,7 +229,7 @@ std::string FormatFixed(double number, int least, int most) {
   return text;
 }
 
-/// Adds one in the last digit: "-1.99" to "-2.00".
+/// Adds one to the last digit of a number: "-1.99" gives "-2.00".
 void StepUp(std::string& text) {
   for (std::size_t i = text.size(); i-- > 0;) {
     if (text[i] == '.' || text[i] == '-') continue;
@@ -241,7 +242,8 @@ void StepUp(std::string& text) {
   text.insert(text.front() == '-' ? 1 : 0, 1, '1');
 }
 
-/// Rounds as on paper, half away from zero: 2.675 becomes 2.68, although its double is lower.
+/// Rounds a decimal text, half away from zero. Example: 2.675 becomes 2.68, although its double is
+/// lower than 2.675.
 std::string RoundTo(std::string text, std::size_t decimals) {
   const std::size_t point = text.find('.');
   const std::size_t next = point + 1 + decimals;
@@ -266,9 +268,9 @@ Result<std::string> EncodeText(const std::string& text) {
   return text;
 }
 
-/// A float32 register contains 30.3 as 30.299999237, so the shortest text that reads back as the
-/// same float32 is the intended number. A float64 is rounded to 15 digits, which hides the error of
-/// 0.1 + 0.2.
+/// Returns the shortest text of a number. A float32 register contains 30.3 as 30.299999237, so the
+/// shortest text that gives the same float32 is the intended number. A float64 is rounded to 15
+/// digits, which hides the error of 0.1 + 0.2.
 std::string Shortest(double number, Type type) {
   char buffer[512];
   char* const end = buffer + sizeof buffer;
@@ -289,7 +291,6 @@ std::size_t MostDecimals(const config::Point& point) {
   return IsScaled(point) ? kScaledDecimals : kMostDecimals;
 }
 
-/// True if the rounded value is still in the allowed range.
 bool IsAllowed(const std::string& text, const config::Point& point) {
   const Decimal shown = Decimal::Parse(text).value_or(0) * point.scale + point.offset;
   const auto& [min, max] = std::tie(point.writing.min, point.writing.max);
@@ -297,7 +298,7 @@ bool IsAllowed(const std::string& text, const config::Point& point) {
   return !(min && shown < *min - slack) && !(max && shown > *max + slack);
 }
 
-/// Returns the text for a number within the range of the point's type.
+/// Returns the text for a number. It fails if the number is out of the range of the point's type.
 Result<std::string> EncodeNumber(double number, const config::Point& point) {
   const std::size_t decimals = MostDecimals(point);
   std::string text = RoundTo(Shortest(number, point.type), decimals);
@@ -324,7 +325,7 @@ Decoded DecodeValue(std::string_view raw, const config::Point& point) {
     return {{}, Quality::bad_configuration};
   }
   if (IsInteger(point.type)) {
-    // 0.52 in an integer point is valid only if a scale makes the value whole.
+    // A decimal such as 0.52 is valid for an integer point only if the point is scaled.
     const bool whole = !std::holds_alternative<double>(*number);
     if (!whole && !IsScaled(point)) return {{}, Quality::bad_configuration};
     return {*number, Quality::good};

@@ -1,6 +1,5 @@
-// Checks and parses `read` and `write` of points: the items of a slave that a gateway may use.
-// DecodeValue and EncodeValue convert the text of a value.
-// SPDX-License-Identifier: Apache-2.0
+// Checks and parses `read` and `write` of points: the items of a slave that a gateway is allowed to
+// use. DecodeValue and EncodeValue convert the text of a value.
 #pragma once
 
 #include <cstddef>
@@ -18,42 +17,43 @@
 
 namespace baudgate::protocols::spabus {
 
-/// A point that can be read, with its address already parsed.
 struct ReadPoint {
   Address address;
-  std::size_t index = 0;  ///< index into the device's points
+  std::size_t index = 0;
   const config::Point* point = nullptr;
-  bool offset = false;  ///< the point is the clock offset of the relay (clock.h); its address is T
+  /// True: the point is the clock offset of the relay (clock.h); its address is T.
+  bool offset = false;
 };
 std::vector<ReadPoint> ReadablePoints(std::span<const config::Point> points);
 
-/// Returns the address that writes a point: `write`, or `read` if `write` is empty.
+/// Returns the address for writes of a point: its `write`, or its `read` if `write` is empty.
 Result<Address> WriteAddress(const config::Point& point);
 
 Status CheckPoint(const config::Point& point);
 
-/// Returns warnings: slave numbers that few devices can have, and outputs that may be written.
+/// Returns warnings: slave numbers that few devices can have, and outputs that are writable.
 std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
 std::span<const DecoderSpec> DecoderTable();
 
-// Converts values of points to and from their text on the SPA Bus.
+// DecodeValue, GuessValue, EncodeValue and PrintValue convert between values and their text on the
+// SPA Bus.
 
-/// Decodes a text by the point's type. A text of another type never becomes a number: an empty text
-/// is a sensor failure, another text means that the profile is wrong.
+/// Decodes a text by the point's type. A text of another type gives no number: an empty text is a
+/// sensor failure, any other means that the profile is wrong.
 Decoded DecodeValue(std::string_view text, const config::Point& point);
 
-/// Decodes a text without a point: a number if the text is one, else a text.
+/// Decodes a text that belongs to no point: to a number if it is one, else to a text.
 Value GuessValue(std::string_view text);
 
 /// Returns the text that writes a raw value, without an exponent and without reserved characters.
-/// Numbers have the form that a device prints, "30.3": the shortest text of a float32, rounded to
-/// the point's decimals. Fails if the value does not fit the point's type, or becomes 0 or out of
-/// range by rounding.
+/// Numbers have the form that a device prints, such as "30.3": the shortest text of a float32,
+/// rounded to the point's decimals. Fails if the value does not fit the point's type, or becomes 0
+/// or out of range by rounding.
 Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 
-/// Returns the text that a slave prints: booleans as 0 and 1, numbers with the point's decimals,
-/// else with two to four.
+/// Returns the text that a slave sends for a value: booleans as 0 and 1, numbers with the point's
+/// decimals, or with two to four if none are configured.
 std::string PrintValue(const Value& value, const config::Point& point);
 
 }  // namespace baudgate::protocols::spabus

@@ -20,8 +20,8 @@ Result<std::string> CanonicalAddress(std::string_view address) {
   return std::to_string(*slave);
 }
 
-/// Delays of known masters (README.md names the sources), because the chapter of the specification
-/// is not public.
+/// The times of the bus. They are those of known masters (README.md names the sources), because the
+/// chapter of the specification is not public.
 constexpr TimingRule kTiming = {
     .quiet = {.least = 5ms, .characters = 5},
     .reply = {.least = 500ms},
@@ -29,11 +29,11 @@ constexpr TimingRule kTiming = {
     .drain = {.least = 100ms, .characters = 40},
     .longest = kMaxReply,
     .gaps = 0,
-    // Sixteen lines take 4.3 s at 9600 bit/s. A slow device must not block other devices for
-    // minutes, so the limit is ten seconds, or the time of two whole lines if this is longer.
+    // The limit is ten seconds, or the time of two whole lines if this is longer, so that a slow
+    // device does not block other devices for minutes. Sixteen lines take 4.3 s at 9600 bit/s.
     .longest_time = {.least = 10s, .characters = 2 * (kMaxLine + 2)}};
 
-/// True for an S item of a slave or of a channel: "S21", "14S3".
+/// True if the point reads an S item, of the slave ("S21") or of a channel ("14S3").
 bool IsSetting(const config::Point& point) {
   const std::string_view item = point.read;
   const std::size_t letter = item.find_first_not_of("0123456789");

@@ -11,8 +11,8 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-// Codes and meanings from Arcteq's table of SPA error codes; the reactions are our choice
-// (README.md).
+// The rules for NACK 0 to 9, by code. Codes and meanings are those of Arcteq's table of SPA error
+// codes; the reactions are chosen by this project (README.md).
 constexpr NackRule kRules[] = {
     {Outcome::corrupt,
      "the device saw a checksum or parity error; check wiring, termination and bit rate",
@@ -74,7 +74,7 @@ namespace {
 
 constexpr std::string_view kLineBreak = "&\r\n";
 
-/// Returns the text from `<` to before the line end.
+/// Returns the frame without its line end (CR or CR LF).
 std::string_view Body(View frame) {
   std::string_view text = AsText(frame);
   if (!text.empty() && text.back() == '\n') text.remove_suffix(1);
@@ -90,7 +90,8 @@ std::uint8_t Sum(std::string_view text, std::string_view without) {
   return sum;
 }
 
-/// `covered`: the text from `<` to the last colon.
+/// Returns the checksum of a reply in the variant `reading`. `covered`: the text from `<` to the
+/// last colon.
 std::uint8_t SumOf(std::string_view covered, int reading) {
   const std::uint8_t line_feed = (reading & kLineFeedCovered) != 0 ? kLf : 0;
   switch (reading & kCoversAny) {
@@ -108,8 +109,8 @@ std::uint8_t SumOf(std::string_view covered, int reading) {
   }
 }
 
-/// Joins the lines without a separator, because a value may be cut anywhere. Nothing: a character
-/// is not allowed.
+/// Joins the lines without a separator, because a line break can be inside a value. Sets
+/// `continued` if there are several lines. Empty: a character is not allowed.
 std::optional<std::string> Join(std::string_view lines, bool& continued) {
   std::string data;
   for (;;) {
@@ -151,11 +152,11 @@ std::optional<Reply> ParseReply(View frame) {
   if (rest[rest.size() - 3] != ':') return std::nullopt;
   reply.wildcard = checksum == kWildcard;
   if (!reply.wildcard && !(HexDigit(checksum[0]) && HexDigit(checksum[1]))) return std::nullopt;
-  rest.remove_suffix(2);  // now from after the type to the last colon
+  rest.remove_suffix(2);  // `rest` is now the text from after the type to the last colon
 
   if (reply.type == 'A') return rest == ":" ? std::optional(reply) : std::nullopt;
   if (reply.type == 'N') {
-    // No source prints the layout of a NACK. Its first digit is assumed to be the code.
+    // No source defines the layout of a NACK. Its first digit is assumed to be the code.
     const auto digit = rest.find_first_of("0123456789");
     if (digit != std::string_view::npos) reply.nack = rest[digit] - '0';
     if (rest.find_first_of("&\r\n") != std::string_view::npos) return std::nullopt;
@@ -189,7 +190,7 @@ bool ChecksumPasses(View frame, int accepted) {
 }
 
 std::optional<Bytes> EncodeData(unsigned slave, std::string_view data, int reading) {
-  constexpr std::size_t kTail = 3;  // the last colon and the checksum
+  constexpr std::size_t kTail = 3;  // size of the last colon and the checksum
   std::string text = "<" + std::to_string(slave) + "D:";
   std::size_t line = text.size();
   std::size_t lines = 1;
@@ -251,7 +252,7 @@ constexpr const char* kOtherForm = "does the profile fit the device, item by ite
 constexpr const char* kFewer =
     "set max_items: 1 in the configuration; does the profile fit the device?";
 
-/// The end of a request by `send_xx`, without a checksum.
+/// The end of a request that is sent with `send_xx`, without a checksum.
 constexpr std::string_view kUnchecked = "XX\r";
 
 Answer Unexpected(std::string reason, const char* remedy = kOtherForm) {
@@ -262,8 +263,9 @@ Answer Unexpected(std::string reason, const char* remedy = kOtherForm) {
   return answer;
 }
 
-/// Returns the items of a command in the order of their values: all numbers of the first channel,
-/// then the next channel. This order is certain for one channel, and inferred for several.
+/// Returns the items of a command in the order of their values in the reply: all numbers of the
+/// first channel, then those of the next channel. This order is certain for one channel, and
+/// inferred for several.
 std::vector<Address> ItemsOf(const Command& command) {
   std::vector<Address> items;
   for (unsigned channel = command.channels.first; channel <= command.channels.last; ++channel) {
@@ -284,7 +286,8 @@ bool HidesPassword(const Address& item) {
 }
 
 std::span<const ReadPoint> PointsOf(const Address& item, std::span<const ReadPoint> points) {
-  // Not std::ranges::equal_range: clang 14, which checks each source alone, cannot compile it.
+  // std::ranges::equal_range is not used, because clang 14, which checks each source alone, cannot
+  // compile it.
   const auto first = std::ranges::lower_bound(points, item, {}, &ReadPoint::address);
   const auto last = std::ranges::upper_bound(first, points.end(), item, {}, &ReadPoint::address);
   return {first, last};
@@ -305,7 +308,7 @@ void AddValue(const Address& item, std::string_view text, std::span<const ReadPo
 }
 
 /// Returns each part of a list of events or alarms as a text. The number of parts is not known in
-/// advance.
+/// advance, so it is not checked.
 Answer DecodeList(const Command& command, const Reply& reply) {
   Answer answer;
   const Address item{command.channels.first, command.category, std::nullopt};
@@ -319,10 +322,11 @@ Answer DecodeList(const Command& command, const Reply& reply) {
 
 Answer DecodeData(const Command& command, const Reply& reply, std::span<const ReadPoint> points) {
   if (IsEventList(command.category)) return DecodeList(command, reply);
-  // An alarm is text for people, and a slash in it is no separator.
+  // An alarm is a text for people, so a slash in it is no separator.
   const auto texts =
       command.category == 'A' ? std::vector<std::string_view>{reply.data} : Split(reply.data, '/');
-  // Checked before ItemsOf, because a captured request may ask for a huge range.
+  // The number is checked before ItemsOf is called, because a captured request can ask for a huge
+  // range.
   if (texts.size() != command.ItemCount()) {
     return Unexpected("the reply has " + std::to_string(texts.size()) + " values instead of " +
                           std::to_string(command.ItemCount()),
@@ -358,7 +362,7 @@ Answer DecodeNack(const Command& command, int code, std::span<const ReadPoint> p
 std::vector<Reading> WrittenBy(const Command& command) {
   const auto texts = Split(command.data, '/');
   std::vector<Reading> readings;
-  // With one text for several items, or several for one, the assignment is unknown.
+  // If the numbers of texts and items differ, it is unknown which text belongs to which item.
   if (texts.size() != command.ItemCount()) return readings;
   const std::vector<Address> items = ItemsOf(command);
   for (std::size_t i = 0; i < items.size(); ++i) {

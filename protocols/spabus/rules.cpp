@@ -14,8 +14,8 @@
 namespace baudgate::protocols::spabus {
 namespace {
 
-/// Returns the most bytes of a reply. Text items have up to 131 characters, and the slave decides
-/// how long a list is.
+/// Returns the maximum number of bytes in a reply. Text items have up to 131 characters, and the
+/// slave decides how long a list is.
 std::size_t LongestReply(const Command& command) {
   constexpr std::size_t kItem = 132;
   const std::size_t one_line = kLongestLine + 3;
@@ -45,26 +45,27 @@ Expectation Expect(View request, const Settings& settings) {
   expect.address = ToBytes(std::to_string(command.slave));
   expect.max_bytes = LongestReply(command);
   const std::size_t head = expect.address.size();
-  // The numbers count `<`, slave, type, colons, checksum, CR and LF around the content.
+  // The numbers are the bytes around the content: `<`, slave, type, colons, checksum, CR and LF.
   expect.shapes.push_back({'N', head + 7, kLongestLine + 2});
   if (command.write) {
     expect.shapes.push_back({'A', head + 6, head + 7});
   } else {
     expect.shapes.push_back({'D', head + 7, expect.max_bytes});
   }
-  // A retry of L would lose events, and a write may have been executed although no reply came.
+  // Writes and L are not repeated: a write may have been executed although no reply came, and a
+  // second L would lose events.
   expect.repeatable = !command.write && command.category != 'L';
   if (command.write && command.category == 'V' && command.numbers &&
       command.numbers->first <= kPasswordItems.last &&
       command.numbers->last >= kPasswordItems.first) {
     expect.secrets.emplace_back(received.data_at, command.data.size());
-    // The checksum, which gives the password away.
+    // The checksum is secret, too, because the password can be computed from it.
     expect.secrets.emplace_back(received.data_at + command.data.size() + 1, 2);
   }
   return expect;
 }
 
-// Cutting of SPA messages from `>` or `<` to CR:
+// The rules cut SPA messages from `>` or `<` to CR:
 //
 //   > 3E 31 52 46 3A 32 31 0D                        >1RF:21           what is slave 1?
 //   < 0A 3C 31 44 3A 30 2E 35 32 2F 31 3A 36 30 0D 0A
@@ -73,19 +74,22 @@ Expectation Expect(View request, const Settings& settings) {
 //   < 0A 3C 31 4E 3A 35 3A 37 36 0D 0A               <1N:5:76          refused, code 5
 //   < 0A 3C 33 44 3A 31 2E 30 30 26 0D 0A 30 2F ... 3A CC CC 0D 0A     continued behind & CR LF
 //
-// A message never contains `<` or `>`, so each of them ends an incomplete message before it. Fibre
-// rings return every request to the master.
+// A message contains no second `<` or `>`, so each of them ends an incomplete message before it.
+// Fibre rings return every request to the master.
 
 namespace {
 
-/// How far a message can be followed from its first byte.
+/// The result of following a message from its first byte.
 struct Scan {
   enum class State { open, broken, whole } state = State::open;
-  std::size_t size = 0;  ///< whole: length with the CR; broken: number of bytes that are no message
+  /// For `whole`: length of the message with its CR; for `broken`: number of bytes that are no
+  /// message.
+  std::size_t size = 0;
   std::string_view why;
 };
 
-/// Follows a message from its start character to the CR at its end.
+/// Follows a message from its start character to the CR at its end. `may_continue`: `&` in front of
+/// CR continues the message in another line.
 Scan ScanText(View held, bool may_continue) {
   std::size_t line_start = 0;
   std::size_t lines = 1;
@@ -111,7 +115,8 @@ Scan ScanText(View held, bool may_continue) {
   return {};
 }
 
-/// Skips to the next message. CR and LF of the message before are not counted as noise.
+/// Skips the bytes in front of the next message. CR and LF, which end the message before, are
+/// harmless.
 Cut SkipTo(View held, std::string_view starts) { return cut::SkipNoise(held, starts, "\r\n"); }
 
 /// Skips a request that a fibre ring has returned.
@@ -124,8 +129,8 @@ Cut SkipEcho(View held, bool idle) {
 
 }  // namespace
 
-// Skips a reply of another slave: for example 3C 32 44 3A 30 3A 37 41 0D 0A (<2D:0:7A) while slave
-// 1 is asked.
+// Cuts replies. A reply of another slave is skipped. Example: 3C 32 44 3A 30 3A 37 41 0D 0A
+// (<2D:0:7A) while slave 1 is asked.
 Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (held[0] == '>') return SkipEcho(held, idle);
   if (held[0] != '<') return SkipTo(held, "<>");
@@ -146,8 +151,8 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle) {
   if (!expect.address.empty() && std::to_string(reply->slave) != AsText(expect.address)) {
     return cut::OfAnother(scan.size);
   }
-  // The LF belongs to the frame; otherwise it would be a stray byte of the next exchange. A slave
-  // that leaves it out is accepted, too.
+  // The LF after the CR belongs to the frame; otherwise it would be a stray byte in the next
+  // exchange. Replies without the LF are accepted, too.
   if (scan.size == held.size()) return idle ? Cut::Frame(scan.size) : Cut::NeedMore();
   return Cut::Frame(held[scan.size] == kLf ? scan.size + 1 : scan.size);
 }
@@ -202,7 +207,7 @@ Sighting JudgeDesignation(View request, View frame, std::size_t) {
 
 }  // namespace
 
-// 900 is the number for broadcasts, so the addresses end at 899.
+// The addresses end at 899, because 900 is the number for broadcasts.
 const ScanRule kScan = {.serials = kSerials,
                         .first_address = 1,
                         .last_address = 899,
@@ -213,8 +218,8 @@ const ScanRule kScan = {.serials = kSerials,
 
 namespace {
 
-/// Completes `>1RF:`, `>1RF:XX` and `>1RF:21` to `>1RF:21` and CR. XX stays if the option send_xx
-/// is set.
+/// Makes a whole frame of a typed telegram: `>1RF:`, `>1RF:XX` and `>1RF:21` give `>1RF:21` and CR.
+/// With the option send_xx the frame has XX in place of the checksum.
 Result<Bytes> CompleteMessage(View written, const Settings& settings) {
   std::string text(Trim(AsText(written)));
   if (!text.starts_with('>')) return Error{"an SPA telegram begins with '>', as in '>1RF:XX'"};
@@ -242,12 +247,12 @@ const TelegramRule kTelegram = {">", kWithSettings<CompleteMessage>, kWithSettin
 
 namespace {
 
-/// length of "<1D:0:"
+/// The length of the shortest message, "<1D:0:" without its checksum.
 constexpr std::size_t kShortest = 6;
 
 std::string Slave(unsigned slave) { return "slave " + std::to_string(slave); }
 
-/// Recognises a message of the requested slave that has a right check value and is no reply.
+/// Recognises a message that has a right check value, but not the form of a reply.
 std::optional<Recognised> OtherForm(View message) {
   if (ParseReply(message) || MatchingReadings(message, false) == 0) return std::nullopt;
   return Recognised{Recognised::What::other_reply,
@@ -256,7 +261,7 @@ std::optional<Recognised> OtherForm(View message) {
                     "the device or its firmware does not follow the SPA protocol"};
 }
 
-/// Recognises a reply of the requested slave that would be right with another option.
+/// Recognises a reply of the requested slave that would be right if an option were set differently.
 std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   const auto other = [](const char* cause, const char* remedy) {
     return Recognised{Recognised::What::other_setting, cause, remedy};
@@ -280,7 +285,7 @@ std::optional<Recognised> OtherOption(View message, const Settings& settings) {
   return std::nullopt;
 }
 
-/// True for "<D:0:33" in place of "<1D:0:33".
+/// True if the slave number is missing in a reply: "<D:0:33" in place of "<1D:0:33".
 bool IsNameless(View message, const std::string& name) {
   if (message.size() < 2 || !std::isalpha(message[1])) return false;
   Bytes named(message.begin(), message.begin() + 1);

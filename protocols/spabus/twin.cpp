@@ -18,7 +18,7 @@ namespace {
 constexpr int kDamaged = 0;
 constexpr int kMissing = 6;
 constexpr int kBadValue = 8;
-/// A reply cannot contain more items, so they are not looked up.
+/// The maximum number of items in a request that the twin answers: a reply cannot contain more.
 constexpr std::size_t kMostItems = 500;
 
 constexpr std::size_t kRegister = 65;
@@ -27,7 +27,7 @@ constexpr int kStatusOverflow = 2;
 constexpr Address kModuleStatus{0, 'C', std::nullopt};
 constexpr Address kOwnClock{0, 'T', std::nullopt};
 
-/// Returns the one checksum variant that this device uses.
+/// Returns the one checksum variant that the simulated device uses.
 int OwnReading(const Settings& settings) {
   const int bits = ChecksumBits(settings);
   const int chosen = bits & kCoversAny;
@@ -51,7 +51,8 @@ bool HasOffset(const config::Device& device) {
                              [](const config::Point& point) { return point.read == kOffsetItem; });
 }
 
-/// The twin's clock is not set: its minutes begin at any time.
+/// Returns the seconds of the twin's clock. This clock is not set, so its minutes begin at any
+/// time.
 std::string PrintSeconds(Duration time) {
   const auto millis = time / 1ms % 60'000;
   return fmt::format("{:02}.{:03}", millis / 1000, millis % 1000);

@@ -14,44 +14,43 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Silent for other slaves, broadcasts and frames without a slave number. Answers NACK 0 for a
-/// wrong checksum, 3 for a request whose reply would be too long, 5 for wrong syntax, 6 for items
-/// that the profile lacks, 7 for items that cannot be read or written now, 8 for a value that the
-/// item does not accept, for example with too many decimals. Its register holds 65 events, as that
-/// of an SPCJ 4D28; each L takes five events out, and B repeats them. If a write has several
-/// values, those before the first refused value are stored.
+/// Simulates a relay. It is silent to requests for other slaves, broadcasts and frames without a
+/// slave number. It answers NACK 0 for a wrong checksum, 3 for a request whose reply would be too
+/// long, 5 for wrong syntax, 6 for items that the profile lacks, 7 for items that cannot be read or
+/// written now, 8 for a value that the item does not accept, for example with too many decimals.
+/// Its register holds 65 events, like that of an SPCJ 4D28; each L takes five events out, and B
+/// repeats them. If a write has several values, those before the first refused value are stored.
 class SpaTwin final : public Twin {
  public:
   SpaTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
   void ReplyAs(std::string_view address) override;
-  /// Stores the event with the seconds of `now`. Returns false if the register is full; then the
-  /// last entry is E51.
+  /// Stores the event with the seconds of `now`. Returns false if the register is full; its last
+  /// entry then is E51 (overflow).
   bool Raise(const DeviceEvent& event, Now now) override;
 
  private:
   std::string TakeEvents();
   Bytes Read(const Command& command, Instant now);
   Bytes Write(const Command& command);
-  /// Returns the code of the NACK; nothing if the item was written.
+  /// Writes an item. Returns the code of the NACK, or nothing if the item was written.
   std::optional<int> WriteItem(const Address& item, const std::string& data);
   Bytes WritePassword(std::uint32_t item, const std::string& data);
   Bytes Nack(int code) const;
-  /// Returns the text of one item, or an error if the profile has no such item.
   Result<std::string> Text(const Address& item, Instant now) const;
 
   const config::Device& device_;
   TwinPoints<Address> points_;
   unsigned slave_;
   unsigned reply_as_;
-  int reading_ = 0;  ///< the variant of its checksums (reply.h)
+  int reading_ = 0;  ///< the checksum variant of the twin (reply.h)
   std::size_t write_items_ = 1;
   std::int64_t password_ = 0;
   bool open_ = false;
-  std::deque<std::string> events_;  ///< events as they are printed
-  std::string last_events_;         ///< the events that the latest L gave
-  int status_ = 0;                  ///< bits of the item C
+  std::deque<std::string> events_;
+  std::string last_events_;  ///< the events in the reply to the latest L, which B repeats
+  int status_ = 0;           ///< bits of the status, item C
 };
 
 }  // namespace baudgate::protocols::spabus

@@ -20,8 +20,8 @@ bool IsNext(const Address& item, const Address& before) {
          before.number && *item.number == *before.number + 1;
 }
 
-/// The most characters around the values: `>1WS21/23:` and `:CC` CR, with numbers of the greatest
-/// length.
+/// The maximum number of characters around the values in a write: `>1WS21/23:` and `:CC` CR, with
+/// numbers of maximum length.
 constexpr std::size_t kMostAround = 28;
 
 }  // namespace
@@ -69,7 +69,7 @@ namespace {
 
 constexpr Address kOpenPassword{0, 'V', 160};
 constexpr Address kClosePassword{0, 'V', 161};
-/// A lost closing is sent once more, because an open password is worth a second try.
+/// The maximum number of requests that close the password: a lost request is sent once more.
 constexpr int kMostClosings = 2;
 
 bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
@@ -78,7 +78,8 @@ bool AreSame(std::span<const PointValue> a, std::span<const PointValue> b) {
   });
 }
 
-/// True if the device has judged the closing, even if nothing was open.
+/// True if the device has read the request to close the password and refuses it, even if nothing
+/// was open.
 bool IsFinal(const Answer& answer) {
   return answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
 }
@@ -98,7 +99,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
     values_ = std::move(values);
     step_ = password_ == 0 ? Step::write : Step::open;
   }
-  // The values are checked before the password is opened, so a bad value sends nothing.
+  // All values are checked before the password is opened, so nothing is sent if a value is bad.
   auto write = WriteOf(slave, values_, points);
   if (!write) {
     step_ = Step::idle;
@@ -117,7 +118,7 @@ Result<Command> WriteSession::Next(unsigned slave, const Task& task,
 }
 
 std::optional<Command> WriteSession::Leftover(unsigned slave) {
-  // The latest write has ended before its request was sent.
+  // If a step is left, the latest write has ended before its request was sent.
   if (step_ != Step::idle) End();
   if (closings_ >= kMostClosings) return std::nullopt;
   if (unsettled_ && !password_refused_) {
@@ -128,10 +129,10 @@ std::optional<Command> WriteSession::Leftover(unsigned slave) {
 }
 
 void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
-  // Otherwise a failure follows, and is counted there.
+  // Other outcomes are followed by a failure, which counts the closing.
   if (ProvesLife(answer.outcome)) ++closings_;
   if (unsettled_) {
-    // Without a NACK and without "ok" the result is unknown, so the step is repeated.
+    // An outcome that is neither a NACK nor "ok" is unknown, so the step is repeated.
     unsettled_ = answer.outcome != Outcome::ok && !nack;
     maybe_open_ = answer.outcome == Outcome::ok;
     password_refused_ = nack && RuleOf(*nack).judged && !RuleOf(*nack).missing;
@@ -174,7 +175,7 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
     step_ = Step::write;
     answer.then = Then::ask_again;
   } else if (!nack) {
-    // The reply is not from this device: the password may be open anyway.
+    // The reply is not from this device, so the password may be open and must be closed.
     result_ = answer;
     step_ = Step::close;
     answer.then = Then::ask_again;
@@ -196,7 +197,8 @@ Answer WriteSession::Opened(Answer answer, std::optional<int> nack) {
   return answer;
 }
 
-/// A single refused value was not stored: NACK 7 and 9 mean not now, others never.
+/// Returns the answer to the write. A single value that was refused was not stored: NACK 7 and 9
+/// mean that it cannot be stored now, other codes that it never can.
 Answer WriteSession::Written(Answer answer, std::optional<int> nack) const {
   if (!nack || !RuleOf(*nack).judged) return answer;
   if (values_.size() > 1) {
@@ -257,7 +259,7 @@ Then WriteSession::OnFailure(Outcome outcome, bool closes) {
   return Then::ask_again;
 }
 
-/// Ends the task. Its unanswered closings do not count for the next task.
+/// Ends the task. Closings of this task that got no answer do not count for the next task.
 void WriteSession::End() {
   step_ = Step::idle;
   closings_ = 0;

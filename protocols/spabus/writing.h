@@ -3,7 +3,6 @@
 //   S21 ← 0.5, S22 ← 1.2, S23 ← 3  >1WS21/23:0.5/1.2/3:
 //
 // `WriteSession` decides the steps of one write.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -19,58 +18,58 @@
 
 namespace baudgate::protocols::spabus {
 
-/// Returns the values that a task writes: its main value, then those in `also`.
 std::vector<PointValue> ValuesOf(const Task& task);
 
-/// Returns the request that writes `values`: one value, or several that CountTogether permits in
-/// one request. An error names the value that does not fit its point.
+/// Returns the request that writes `values`: one value, or several if CountTogether allows them in
+/// one request. The error names the value that does not fit its point.
 Result<Command> WriteOf(unsigned slave, std::span<const PointValue> values,
                         std::span<const config::Point> points);
 
-/// Returns how many of `writes`, from the first on, fit into one request: neighbouring items of one
-/// channel and category that can be read back, in one line; at least one, at most `most`.
+/// Returns how many of `writes`, from the first on, fit into one request: at least one, at most
+/// `most`. They must be neighbouring items of one channel and category that can be read back, and
+/// fit into one line.
 std::size_t CountTogether(std::span<const PointValue> writes, std::span<const config::Point> points,
                           std::size_t most);
 
 /// The steps of one write: open the password, write, close the password, also after a failure. An
-/// open password opens the relay for every master on the line, and a few wrong passwords lock it.
-/// So the password is sent only for a real write, never again after a refusal, and closed with its
-/// own value: any other value in V161 would become the new password.
+/// open password opens the relay for every master on the line, and a few wrong passwords lock the
+/// relay. So the password is sent only for a real write, and never again after a refusal. It is
+/// closed with its own value: any other value in V161 would become the new password.
 class WriteSession {
  public:
-  /// `password` 0: the device needs none.
+  /// `password`: the password of the device; 0: the device needs none.
   explicit WriteSession(std::int64_t password) : password_(password) {}
 
-  /// Returns the command of the next step of `task`, which writes points of `points`.
   Result<Command> Next(unsigned slave, const Task& task, std::span<const config::Point> points);
   /// True if the latest command opens the password, so it writes no value.
   bool opening() const { return step_ == Step::open; }
   bool closing() const { return step_ == Step::close; }
 
-  /// Handles the decoded answer to the current step. Returns the answer of the task; in the last
-  /// step it contains the outcome of the write itself.
+  /// Handles the decoded reply to the current step. Returns the answer of the task; in the last
+  /// step the answer contains the outcome of the write itself.
   Answer OnAnswer(Answer answer, std::optional<int> nack);
-  /// Handles a failed exchange, also if the failure follows an OnAnswer with a useless frame.
-  /// `closes`: the request should have closed the password.
+  /// Handles a failed exchange; it can also follow an OnAnswer with a useless frame. `closes`: true
+  /// if the request should have closed the password.
   Then OnFailure(Outcome outcome, bool closes);
 
-  /// Returns the command that closes a password left open by an earlier task; nothing if none is
-  /// open, or if the most closings got no answer. The call itself is not counted, because the
-  /// request may wait and be asked for again. To be used before a device that answers is read, as
-  /// the next write may be far away. After OnUnsettledWrite the password is opened first.
+  /// Returns the command that closes a password that an earlier task has left open. Empty: no
+  /// password is open, or kMostClosings closings got no answer. Call it before a device that
+  /// answers is read, because the next write may be far away. After OnUnsettledWrite the command
+  /// opens the password first. The call itself is not counted, because the request may wait and be
+  /// asked for again.
   std::optional<Command> Leftover(unsigned slave);
   void OnLeftover(const Answer& answer, std::optional<int> nack);
   Then OnLeftoverFailure(Outcome outcome);
 
-  /// The program was killed during a write, so the password may be open. It is closed only if the
-  /// device accepts the configured password: in another device the closing would set a new
-  /// password.
+  /// Call it if the program was killed during a write, so the password may be open. The password is
+  /// closed only if the device accepts the configured password: in another device the closing would
+  /// set a new password.
   void OnUnsettledWrite() { unsettled_ = password_ != 0; }
-  /// True if the password may be open. Worth storing over restarts: the device may be silent until
-  /// then.
+  /// True if the password may be open. The caller stores this over restarts, because the device may
+  /// be silent until then.
   bool may_be_open() const { return unsettled_ || maybe_open_; }
 
-  /// A user has enabled the device again: a refused password may be sent once more.
+  /// Call it when a user has enabled the device again: a refused password is then sent once more.
   void OnEnabled() { password_refused_ = false; }
 
   /// Forgets the current task, but not that the password may be open. A refused password stays
@@ -88,13 +87,13 @@ class WriteSession {
   void End();
 
   std::int64_t password_;
-  Step step_ = Step::idle;  ///< the next step
+  Step step_ = Step::idle;  ///< the step that the next command makes
   std::vector<PointValue> values_;
-  Answer result_;     ///< answer to the write itself
-  int closings_ = 0;  ///< closings in a row that have ended, with or without an answer
+  Answer result_;
+  int closings_ = 0;  ///< how many closings in a row have ended, with or without an answer
   bool password_refused_ = false;
-  bool maybe_open_ = false;  ///< the password was sent, and no closing was answered since
-  bool unsettled_ = false;   ///< a write before a restart may have left the password open
+  bool maybe_open_ = false;  ///< true: the password was sent, and no closing was answered since
+  bool unsettled_ = false;   ///< true: a write before a restart may have left the password open
 };
 
 }  // namespace baudgate::protocols::spabus

@@ -26,7 +26,7 @@ constexpr std::size_t kMostTelegrams = 200;
 constexpr std::size_t kMostCodes = 200;
 constexpr std::size_t kLongestTelegram = 4096;
 
-/// Parts of a telegram that can be checked only when all telegrams are known.
+/// The parts of a telegram that can be checked only when all telegrams are read.
 struct RawTelegram {
   std::vector<YamlNode> before;
   std::vector<YamlNode> behind;
@@ -66,14 +66,16 @@ std::string HintOf(std::string_view name, const std::vector<std::string>& known)
          " fields: " + (views.empty() ? std::string("none") : Join(views));
 }
 
-/// Returns "0x1A" for "0x1a" and for the escape "\\x1A"; nothing for another key.
+/// Returns the code of a byte in its usual form: "0x1A" for "0x1a" and for the escape "\\x1A".
+/// Empty: `key` is no byte.
 std::optional<std::string> ByteCode(std::string_view key) {
   if (!key.starts_with("0x") && !key.starts_with("\\x")) return std::nullopt;
   const auto byte = ParseHex(key.substr(2));
   return byte && byte->size() == 1 ? std::optional(ByteText(*byte)) : std::nullopt;
 }
 
-/// Returns the codes in the form of the field `name`, and reports codes that it cannot contain.
+/// Returns the codes in the form of the field `name`. Codes that the field cannot contain are
+/// reported as errors.
 Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& codes,
               const config::Mark& mark, Problems& problems) {
   const Format& format = telegram.FindField(name)->format;
@@ -96,13 +98,14 @@ Codes CodesOf(const Telegram& telegram, const std::string& name, const Codes& co
   return of_bytes;
 }
 
-/// `codes: { state: { 'I': busy }, 'input_*': { '+9999.9': over } }`
+/// Reads the codes of fields, such as `codes: { state: { 'I': busy }, 'input_*': { '+9999.9': over
+/// } }`.
 void ReadCodes(MapReader& map, Telegram& telegram) {
   const auto node = map.Get("codes");
   if (!node) return;
   Problems& problems = map.problems();
   const std::vector<std::string> names = FieldNames(telegram);
-  // 'receive' is invalid, which was reported.
+  // 'receive' is invalid, and an error was reported, so the fields are unknown.
   if (telegram.receive.empty() && map.Has("receive")) return;
   for (const Entry& field : config::ReadEntries(*node, "codes", problems)) {
     Codes codes;
@@ -201,14 +204,14 @@ class Compiler {
   }
 
  private:
-  /// Returns the YAML as text. Two descriptions are equal if their texts are equal.
+  /// Returns the YAML as text; two descriptions are equal if their texts are equal.
   static std::string TextOf(const YamlNode& node) {
     YAML::Emitter out;
     out << node.yaml();
     return out.good() ? out.c_str() : std::string();
   }
 
-  /// True for a misspelt "all": "al: { ends: '\r\n' }".
+  /// True if the entry looks like a misspelt "all", such as "al: { ends: '\r\n' }".
   static bool IsMeantAsAll(const Entry& entry) {
     constexpr std::array<std::string_view, 1> kKnown = {kAll};
     if (entry.key == kAll || DidYouMean(entry.key, kKnown).empty()) return false;
@@ -290,7 +293,7 @@ class Compiler {
     };
     read(raws_[index].before, "before", telegram.before);
     read(raws_[index].behind, "behind", telegram.behind);
-    // One place is left for the question for the device's name.
+    // The exchange can have one telegram more, the question for the device's name.
     constexpr std::size_t kMost = kMostSteps - 1;
     if (telegram.before.size() + telegram.behind.size() + 1 > kMost) {
       problems_.Error(telegram.mark, "telegram '" + telegram.name + "': at most " +
@@ -334,7 +337,8 @@ class Compiler {
 }  // namespace
 
 std::shared_ptr<const config::Description> Compile(const YamlNode& telegrams, Problems& problems) {
-  // Errors elsewhere in the file must not count as errors of the description.
+  // The errors are collected apart, because errors elsewhere in the file must not count as errors
+  // of the description.
   Problems own;
   auto description = Compiler(telegrams, own).Run(telegrams);
   for (const config::Problem& problem : own.Sorted()) problems.Error(problem.mark, problem.message);
@@ -352,7 +356,7 @@ std::string NameOf(const Element& element) {
   return element.name.empty() ? "a field without a name" : "{" + element.name + "}";
 }
 
-/// Returns how far the bytes fit: "it does not fit from byte 5 on, at {weight}".
+/// Returns why the bytes do not fit the form: "it does not fit from byte 5 on, at {weight}".
 std::string Misfit(const Form& form, View bytes, const Match& match) {
   const auto size = form.pattern.size();
   if (size && bytes.size() > *size) {
@@ -425,7 +429,8 @@ class ExampleCheck {
     return bytes;
   }
 
-  /// Returns a hint if the bytes are written as in C ("0x1B").
+  /// Returns a hint for the error message if the bytes are written as in C ("0x1B"); else an empty
+  /// text.
   std::string HexHint(const char* key) {
     const auto text = map_.Text(key);
     return text && text->starts_with("0x") ? "; write bytes in hex as 'hex 1B 05'" : "";
@@ -483,7 +488,7 @@ class ExampleCheck {
   }
 
   std::string WhyNot(View bytes) const {
-    // If several answers are possible, the reason is that of the form that fits furthest.
+    // If several answers are possible, the reason is given for the form that fits the most bytes.
     const Form* best = nullptr;
     Match furthest;
     for (const Form& form : telegram_.receive) {
@@ -526,8 +531,8 @@ class ExampleCheck {
   Bound known_;
 };
 
-/// Takes the unit of the first example as the only good code of a unit field, unless `codes` list
-/// its texts.
+/// Sets the codes of unit fields: the unit in the first example is the only good code, unless
+/// `codes` list the texts of the field.
 void TakeUnits(const Example& example, Telegram& telegram) {
   const auto good = std::ranges::find(Meanings(), "good", &Meaning::word);
   for (const auto& [name, value] : example.values) {
@@ -537,9 +542,9 @@ void TakeUnits(const Example& example, Telegram& telegram) {
   }
 }
 
-/// Decides whether numbers may stand at the left of their fields, with blanks behind them. These
-/// blanks may have replaced digits ("123 " for "1234"), so they are accepted only if an example
-/// shows them.
+/// Sets Format::left of number fields: whether a number can be at the left of its field, with
+/// blanks behind it. These blanks may have replaced digits ("123 " for "1234"), so they are
+/// accepted only if an example shows them.
 void TakeSides(Telegram& telegram) {
   for (Form& form : telegram.receive) {
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {

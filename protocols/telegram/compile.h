@@ -1,7 +1,6 @@
 // `Compile` reads the YAML of a description into telegrams. It reports all errors at once, each
-// with line and column, so that no error appears when the line runs. `CheckExamples` checks the
-// examples of a description.
-// SPDX-License-Identifier: Apache-2.0
+// with line and column, so no error is left to be found later, on the line. `CheckExamples` checks
+// the examples of a description.
 #pragma once
 
 #include <memory>
@@ -12,13 +11,13 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Returns the description; it has no telegrams if there is an error.
+/// Reads a description. Its errors are reported to `problems`; it then has no telegrams.
 std::shared_ptr<const config::Description> Compile(const config::YamlNode& telegrams,
                                                    config::Problems& problems);
 
-/// Checks the examples of telegram `index`, and stores the good ones in it. The sent bytes must be
-/// what the pattern gives; the received bytes must mean what the example states. The rest of
-/// `description` must be complete.
+/// Checks the examples of telegram `index`, and stores the good ones in the telegram. The pattern
+/// must give the sent bytes, and the received bytes must have the values that the example states.
+/// The rest of `description` must be complete.
 void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
                    std::size_t index, config::Problems& problems);
 

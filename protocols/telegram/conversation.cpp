@@ -77,7 +77,7 @@ Answer AnswerReader::Interpret(View request, View frame) const {
   const auto sent = description_.Recognise(request);
   if (!sent) {
     return {Outcome::corrupt,
-            "request '" + Printable(request) + "' is not a telegram of the description"};
+            "request '" + Printable(request) + "' is not a telegram of its profile"};
   }
   const Reply reply = DecodeReply(description_.telegrams[sent->telegram], frame, sent->values);
   Answer answer{reply.outcome, reply.reason};
@@ -94,7 +94,7 @@ Answer AnswerReader::Interpret(View request, View frame) const {
 }
 
 Answer AnswerReader::ReadUnasked(View message, const Bound& bound) const {
-  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is not a telegram of the description"};
+  Answer why{Outcome::corrupt, "'" + Printable(message) + "' is not a telegram of its profile"};
   for (std::size_t i = 0; i < description_.telegrams.size(); ++i) {
     if (!description_.telegrams[i].listen) continue;
     Answer answer = Read(i, bound, bound, message);
@@ -109,8 +109,8 @@ constexpr std::size_t kMostOthers = 3;
 constexpr std::size_t kLongestBegin = 10;
 constexpr std::size_t kShortestWord = 2;
 
-/// Returns the word in its fixed characters by which users know a telegram, such as "MDA"; else its
-/// name.
+/// Returns the word by which users know a telegram: a word in its fixed characters, such as "MDA",
+/// or else its name.
 std::string WordOf(const Telegram& telegram) {
   for (const Element& element : telegram.receive.front().pattern.elements) {
     std::string word;
@@ -122,7 +122,7 @@ std::string WordOf(const Telegram& telegram) {
   return telegram.name;
 }
 
-/// Returns for example "$GPGSV".
+/// Returns the beginning of a message, up to the first comma or blank: "$GPGSV".
 std::string BeginOf(View message) {
   const std::string_view text = Trim(AsText(message));
   return Printable(ToBytes(text.substr(0, std::min(text.find_first_of(", "), kLongestBegin))));
@@ -150,7 +150,8 @@ Listening::Listening(const Description& description, const Bound& bound,
   }
 }
 
-/// True if the message is this telegram, with any parameters.
+/// Returns true if the message is the awaited telegram, with any parameters. Records that it has
+/// come, or which parameter differs (Awaited::said).
 bool Listening::Take(Awaited& awaited, View message) const {
   for (const Form& form : description_.telegrams[awaited.telegram].receive) {
     const Match match = MatchAll(form, message, bound_);
@@ -226,7 +227,7 @@ bool Exchanges::Advance() {
 
 bool Exchanges::Fail() {
   Forget();
-  // Nothing must be closed if neither a telegram before nor the main telegram was sent.
+  // If neither a telegram before nor the main telegram was sent, there is nothing to close.
   const bool begun = at_ > 0 || (under_way() && steps_[at_].part != Step::Part::before);
   while (under_way() && steps_[at_].part != Step::Part::behind) ++at_;
   const bool closes = begun && under_way() && steps_[at_].part == Step::Part::behind;
@@ -236,11 +237,11 @@ bool Exchanges::Fail() {
 
 namespace {
 
-constexpr Duration kUsualIdle = 500ms;  // silence that ends an incomplete unasked message
+constexpr Duration kUsualIdle = 500ms;  // this silence ends an incomplete unasked message
 constexpr Duration kLongestMessage = 5s;
-constexpr int kRefusals = 3;  // a damaged answer may look like a refusal
+constexpr int kRefusals = 3;  // number of refusals in a row; a damaged answer can look like one
 
-/// A device without a description is asked nothing.
+/// Returns `settings` with an empty description if it has none; then nothing is sent to the device.
 Settings WithDescription(Settings settings) {
   if (!settings.description) settings.description = std::make_shared<const Description>("");
   return settings;
@@ -292,8 +293,6 @@ TelegramConversation::TelegramConversation(const config::Device& device, const S
   plan_.Make();
 }
 
-// ---------------------------------------------------------------- asking
-
 Status TelegramConversation::Begin(const Task& task, Instant now) {
   filled_ = bound_;
   repeated_ = false;
@@ -316,7 +315,7 @@ Status TelegramConversation::Begin(const Task& task, Instant now) {
   if (is_false) {
     return Error{"only true can be written here, which sends the telegram '" + call.telegram + "'"};
   }
-  // A value that cannot be written is refused before anything is sent.
+  // A value that cannot be written is refused before any telegram is sent.
   if (const auto bytes = BytesOf(*telegram); !bytes) return Error{bytes.error()};
   identifies_ = identification_.IsDue(now);
   if (identifies_) filled_ = bound_;
@@ -357,8 +356,8 @@ Result<Request> TelegramConversation::AskProbe() {
   return AskStep();
 }
 
-/// Returns the bytes of a telegram. Fails if they look like another telegram, because the device
-/// would answer that telegram.
+/// Returns the bytes of a telegram. Fails if they are also the bytes of another telegram in the
+/// description, because the device would answer that telegram.
 Result<Bytes> TelegramConversation::BytesOf(std::size_t telegram) const {
   auto bytes = Build(*TelegramOf(telegram).send, filled_);
   if (!bytes) return bytes;
@@ -398,14 +397,12 @@ Result<Request> TelegramConversation::AskStep() {
   return request;
 }
 
-// ---------------------------------------------------------------- what comes back
-
 Answer TelegramConversation::OnFrame(const Task& task, const Request& request, View frame,
                                      Instant now) {
   if (!exchanges_.under_way()) return Interpret(request.bytes, frame);
   const Exchanges::Step step = exchanges_.step();
   Answer answer = ReadStep(step.telegram, request, frame);
-  // The frame answers another exchange, so the same step is asked again.
+  // The frame answers another exchange, so the task has not advanced.
   if (answer.outcome == Outcome::unexpected) return answer;
   NoteTold(step, request);
   return AfterStep(task, std::move(answer), now);
@@ -432,8 +429,8 @@ Answer TelegramConversation::ReadStep(std::size_t number, const Request& request
   return answer;
 }
 
-/// Notes the fields of a finished step that goes before: they belong to the question of the next
-/// steps.
+/// Records the fields of a finished step of the part `before`: they belong to the question of the
+/// next steps.
 void TelegramConversation::NoteTold(const Exchanges::Step& step, const Request& request) {
   const Telegram& telegram = TelegramOf(step.telegram);
   if (step.part != Exchanges::Step::Part::before) return;
@@ -446,7 +443,6 @@ Then TelegramConversation::OnSent(const Task& task, const Request& request, Inst
   return AfterStep(task, {}, now).then == Then::ask_again ? Then::ask_again : Then::done;
 }
 
-/// Continues after a step. `answer` is the answer to this step.
 Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant now) {
   using Part = Exchanges::Step::Part;
   const Part part = exchanges_.under_way() ? exchanges_.step().part : Part::behind;
@@ -465,7 +461,7 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant 
   }
   if (task.kind == Task::Kind::probe) {
     if (ProvesLife(answer.outcome)) probes_.OnAnswered(own_);
-    // The device is present, even if it refuses a question that no poll asks.
+    // The device is present, even if it refuses its own probe.
     const bool refused =
         answer.outcome == Outcome::refused || answer.outcome == Outcome::unsupported;
     if (own_ && refused) answer = {};
@@ -476,8 +472,8 @@ Answer TelegramConversation::AfterStep(const Task& task, Answer answer, Instant 
   return answer;
 }
 
-/// Continues after the question for the device's name. If the name is wrong, nothing is written to
-/// the device.
+/// Continues after the question for the device's name. If the name is wrong, only polls go on:
+/// nothing is written to the device.
 Answer TelegramConversation::GoOnKnown(const Task& task, Answer answer, Instant now) {
   const bool goes_on = task.kind == Task::Kind::poll || !trouble();
   if (answer.outcome != Outcome::ok) identification_.OnNoName(now);
@@ -498,8 +494,8 @@ void TelegramConversation::AfterPoll(std::size_t query, Answer& answer, Instant 
     change = plan_.OnHeard(query, now);
   }
   if (answer.outcome == Outcome::unsupported) {
-    // An item counts as missing after three refusals, because a damaged answer may look like a
-    // refusal.
+    // A damaged answer can look like a refusal, so an item counts as missing only after three
+    // refusals.
     if (!plan_.IsLastRefusal(query)) answer.readings.clear();
     change = plan_.OnRefused(query, now);
   }
@@ -525,7 +521,8 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   if (std::exchange(identifies_, false)) {
     identification_.OnNoName(now);
     goes_on_ = false;
-    // A device that is only written to has no other request that shows its presence.
+    // If the device is only written to, no other request shows whether it is present, so the write
+    // is sent.
     const bool goes_on = task.kind == Task::Kind::poll || plan_.queries().empty();
     return goes_on ? Then::ask_again : Then::done;
   }
@@ -538,13 +535,14 @@ Then TelegramConversation::OnFailure(const Task& task, const Request&, Outcome o
   return plan_.OnSilent(task.query, now) == PlanChange::nothing ? Then::done : Then::replan;
 }
 
-/// Repeats a read together with the telegrams that go before it. A device that has restarted, or
-/// that selects a channel for one telegram only, would answer the read alone for another channel.
+/// Repeats a read together with the telegrams that go before it. After a restart of the device, or
+/// if it selects a channel for one telegram only, the read alone could be answered for another
+/// channel.
 std::optional<Request> TelegramConversation::Instead(const Request& request, Outcome outcome,
                                                      Instant) {
   const bool hangs = !request.context.empty() && exchanges_.under_way();
   if (!hangs || !request.expect.repeatable) return std::nullopt;
-  if (outcome == Outcome::unexpected) return request;  // the right answer is still to come
+  if (outcome == Outcome::unexpected) return request;  // the right answer can still come
   if (repeated_ || 2 * exchanges_.size() >= std::size_t{kMostSteps}) return std::nullopt;
   repeated_ = true;
   exchanges_.BeginAgain();

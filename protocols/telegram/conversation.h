@@ -1,7 +1,6 @@
 // `TelegramConversation` polls and writes a device that a description describes. `Exchanges` gives
 // the telegrams of a task one after the other, `AnswerReader` reads the answers, and `Listening`
-// notes unasked telegrams.
-// SPDX-License-Identifier: Apache-2.0
+// records which unasked telegrams have come.
 #pragma once
 
 #include <cstddef>
@@ -23,23 +22,24 @@ namespace baudgate::protocols::telegram {
 
 class AnswerReader {
  public:
-  /// The place of each point in the answers; empty: the point is not read.
+  /// The field of an answer that each point reads; empty: the point is not read.
   using Places = std::vector<std::optional<ReadPlace>>;
 
-  /// `bound`: values for the fields of every telegram of the device. `description` must outlive
-  /// this object.
+  /// `bound`: values for the fields that have the same value in all telegrams, such as the address.
+  /// `description` must outlive this object.
   AnswerReader(const Description& description, const Bound& bound, const config::Device& device);
 
   const Places& places() const { return places_; }
 
-  /// `known`: values that the answer must repeat. `sent`: see Questions.
+  /// Reads the answer to a telegram. `known`: values that the answer must repeat. `sent`: the
+  /// fields of the telegrams that were sent, see Questions.
   Answer Read(std::size_t telegram, const Bound& known, const Bound& sent, View frame) const;
-  /// See Conversation. Interpret also returns the fields that no point reads. It has only
-  /// `request`, not the telegrams sent before it, so it leaves out points whose question depends on
-  /// such a telegram: "READ" after "CH2".
+  /// Check and Interpret implement the functions of Conversation. Interpret also returns the fields
+  /// that no point reads. It has only `request`, not the telegrams sent before it, so it leaves out
+  /// points whose question depends on such a telegram. Example: "READ" after "CH2".
   Outcome Check(View request, View frame) const;
   Answer Interpret(View request, View frame) const;
-  /// `bound`: values for the fields of every telegram of the device.
+  /// Reads a message that the device has sent unasked. `bound`: as in the constructor.
   Answer ReadUnasked(View message, const Bound& bound) const;
 
  private:
@@ -48,10 +48,10 @@ class AnswerReader {
 
   const Description& description_;
   const Places places_;
-  const Questions questions_;  // by point
+  const Questions questions_;  // index: point
 };
 
-// Notes which unasked telegrams have come, and reports telegrams that points read and that never
+// Records which unasked telegrams have come, and reports telegrams that points read but that never
 // came. Its memory is bounded.
 class Listening {
  public:
@@ -59,14 +59,14 @@ class Listening {
   Listening(const Description& description, const Bound& bound, const AnswerReader::Places& places);
 
   void OnMessage(View message);
-  /// Returns "no MDA comes: …"; empty: all telegrams that points read have come.
+  /// Returns a text such as "no MDA comes: …". Empty: all telegrams that points read have come.
   std::string Missing() const;
 
  private:
   struct Awaited {
     std::size_t telegram = 0;
     bool came = false;
-    std::string said;  ///< the telegram came with another parameter: "speed_unit: M"
+    std::string said;  ///< set if the telegram came with another parameter: "speed_unit: M"
   };
 
   bool Take(Awaited& awaited, View message) const;
@@ -74,14 +74,13 @@ class Listening {
   const Description& description_;
   const Bound& bound_;
   std::vector<Awaited> awaited_;     // the unasked telegrams that points read
-  std::vector<std::string> others_;  // the beginnings of other messages
+  std::vector<std::string> others_;  // the beginnings of other messages that came
 };
 
-// The telegrams of a task, sent one after the other: telegrams that go before, the main telegram
-// (`meant`), and telegrams that go behind.
+// The telegrams of one task, which are sent one after the other: telegrams that go before, the main
+// telegram (`meant`), and telegrams that go behind.
 class Exchanges {
  public:
-  /// `description` must outlive this object.
   explicit Exchanges(const Description& description) : description_(description) {}
 
   struct Step {
@@ -90,29 +89,31 @@ class Exchanges {
   };
 
   void Begin(std::size_t telegram);
-  /// Starts again with the first telegram, including telegrams that are sent only once.
+  /// Starts the exchange again with its first telegram; telegrams with `once` are sent again as
+  /// well.
   void BeginAgain();
   bool under_way() const { return at_ < steps_.size(); }
   const Step& step() const { return steps_[at_]; }
   bool is_first() const { return at_ == 0; }
   std::size_t size() const { return steps_.size(); }
 
-  /// The step has succeeded. Returns true if another step follows.
+  /// Call it when the step has succeeded. Returns true if another step follows.
   bool Advance();
-  /// The step has failed. Returns true if closing telegrams must still be sent.
+  /// Call it when the step has failed. Returns true if closing telegrams must still be sent.
   bool Fail();
-  /// Telegrams that are sent only once are sent again.
+  /// Forgets which telegrams with `once` were sent, so that they are sent again.
   void Forget() { done_once_.clear(); }
   void Break() { at_ = steps_.size(); }
 
-  /// Sets the outcome of the exchange: that of the main telegram, or the first failure. Only the
-  /// first call counts: the answer to a closing telegram is no result of the main telegram.
+  /// Sets the outcome of the exchange: the outcome of the main telegram, or the first failure. Only
+  /// the first call has an effect, because the answer to a closing telegram is no result of the
+  /// main telegram.
   void EndAs(Outcome outcome, const std::string& reason) {
     if (outcome_ != Outcome::none) return;
     outcome_ = outcome;
     reason_ = reason;
   }
-  /// Outcome::none: EndAs was not called yet.
+  /// Returns the outcome that EndAs has set; Outcome::none: EndAs was not called yet.
   Outcome outcome() const { return outcome_; }
   const std::string& reason() const { return reason_; }
 
@@ -166,8 +167,8 @@ class TelegramConversation final : public Conversation {
   void AfterPoll(std::size_t query, Answer& answer, Instant now);
 
   const config::Device& device_;
-  const Settings settings_;  // its description is never null
-  const Bound bound_;        // values for the fields of every telegram
+  const Settings settings_;  // settings of the device; `description` is never null
+  const Bound bound_;        // values for the fields of every telegram of the device
   const AnswerReader reader_;
   Listening listening_;
   QueryPlan<Call> plan_;
@@ -177,15 +178,16 @@ class TelegramConversation final : public Conversation {
   ProbeChoice probes_;
 
   Exchanges exchanges_;
-  Bound filled_;                  // values for the fields of its telegrams
-  Bytes context_;                 // see Request
-  Bound told_;                    // the fields of the telegrams that went before
-  Quality said_ = Quality::good;  // the quality of the device by their answers
-  bool repeated_ = false;         // the exchange was repeated as a whole
-  bool goes_on_ = false;          // ask_again was returned, so Ask continues the exchange
-  // The exchange asks for the name of the device, before the main exchange.
+  Bound filled_;   // values for the fields of the telegrams of this exchange
+  Bytes context_;  // see Request::context
+  Bound told_;     // the fields of the telegrams that were sent before the present step
+  // Quality of the device according to the answers to the telegrams before.
+  Quality said_ = Quality::good;
+  bool repeated_ = false;  // true: the whole exchange was repeated once
+  bool goes_on_ = false;   // true: ask_again was returned, so the next Ask continues the exchange
+  // True: the present exchange asks for the name of the device; the main exchange follows.
   bool identifies_ = false;
-  bool own_ = false;  // the exchange is a probe that is no poll
+  bool own_ = false;  // true: the exchange is a probe with a telegram that no poll sends
 };
 
 }  // namespace baudgate::protocols::telegram

@@ -1,7 +1,6 @@
-// `Description` holds the telegrams of a device, compiled from YAML (compile.h): what is sent, what
-// may come back, and what the answers mean. It is made when the configuration is read, and never
-// changes. OptionTable describes the options of a device.
-// SPDX-License-Identifier: Apache-2.0
+// `Description` contains the telegrams of a device, compiled from YAML (compile.h): the bytes that
+// are sent, the possible answers, and their meaning. It is made when the configuration is read, and
+// never changes. OptionTable describes the options of a device.
 #pragma once
 
 #include <map>
@@ -22,42 +21,46 @@
 
 namespace baudgate::protocols::telegram {
 
-/// An example in a description. It is checked when the description is read, and the twin fills its
-/// fields that no point reads with the values of the example.
+/// An example of a telegram in a description. It is checked when the description is read. The twin
+/// takes the values of fields that no point reads from it.
 struct Example {
   Bytes send{};
   Bytes receive{};
-  Bound sent{};    ///< fields of `send`
-  Bound values{};  ///< fields of `receive`
+  Bound sent{};
+  Bound values{};
 };
 
 struct Telegram {
   std::string name;
   config::Mark mark;
-  std::optional<Form> send{};   ///< empty: the device sends the telegram unasked
-  std::vector<Form> receive{};  ///< empty: nothing comes back
-  std::vector<Form> refused{};  ///< answers that refuse the request
-  std::map<std::string, Codes, std::less<>> codes{};  ///< by field
-  bool reads = false;   ///< the telegram changes nothing in the device
-  bool repeat = false;  ///< the telegram may be repeated although `reads` is false
+  /// The bytes that are sent; empty: the device sends the telegram unasked.
+  std::optional<Form> send{};
+  std::vector<Form> receive{};  ///< the possible answers; empty: there is no answer
+  std::vector<Form> refused{};  ///< answers with which the device refuses the request
+  std::map<std::string, Codes, std::less<>> codes{};
+  bool reads = false;   ///< true: the telegram changes nothing in the device
+  bool repeat = false;  ///< true: the telegram is allowed to be repeated although `reads` is false
   bool listen = false;
-  bool once = false;  ///< a telegram that goes before is sent once, until a failure
-  /// A field without a valid number is damage, and the answer is asked for again.
+  /// True: the telegram goes before others and is sent only once, until a failure.
+  bool once = false;
+  /// True: a field without a valid number means that the answer is damaged, so the telegram is
+  /// repeated.
   bool strict = false;
-  std::vector<std::size_t> before{};  ///< numbers of telegrams
+  std::vector<std::size_t> before{};  ///< indices of the telegrams that are sent before and behind
   std::vector<std::size_t> behind{};
-  Duration pause{};        ///< silence on the line before the telegram
-  Duration wait{};         ///< the longest time until the answer; zero: the device's reply time
-  Duration idle{};         ///< silence that ends an answer without another end
-  std::string identity{};  ///< the field with the name of the device
+  Duration pause{};        ///< silence on the line before the telegram is sent
+  Duration wait{};         ///< maximum time until the answer; zero: the device's reply time
+  Duration idle{};         ///< silence that ends an answer which has no other end
+  std::string identity{};  ///< name of the field that contains the name of the device
   std::vector<Example> examples{};
 
-  /// Returns the field for the value of a written point; null: there is none.
+  /// Returns the field for the value of a written point. Null: the telegram has no such field.
   const Element* value_field() const { return send ? send->pattern.Find(kValue) : nullptr; }
   bool may_repeat() const { return reads || repeat; }
-  /// Returns the example whose sent values agree best with `sent`; else the first example.
+  /// Returns the example whose sent values agree best with `sent`; if none agrees, the first
+  /// example.
   const Example& ExampleFor(const Bound& sent) const;
-  /// Returns null if no answer has this field.
+  /// Returns the field with this name in an answer. Null: no answer has it.
   const Element* FindField(std::string_view field) const;
 };
 
@@ -66,9 +69,9 @@ class Description final : public config::Description {
   explicit Description(std::string text) : config::Description(std::move(text)) {}
 
   std::vector<Telegram> telegrams;
-  std::size_t most = 256;  ///< most bytes of a telegram
+  std::size_t most = 256;
 
-  /// Empty: no telegram has this name.
+  /// Returns the index of a telegram. Empty: no telegram has this name.
   std::optional<std::size_t> Find(std::string_view name) const;
   bool listens() const;
 
@@ -77,24 +80,25 @@ class Description final : public config::Description {
     Match match;
     Bound values;
   };
-  /// Returns the telegram that these bytes are, with the most fixed bytes if several fit; empty:
-  /// none.
+  /// Returns the telegram that has these bytes. If several fit, it is the one with the most fixed
+  /// bytes. Empty: no telegram fits.
   std::optional<Sent> Recognise(View request) const;
 };
 
-/// Returns null if the device has no description, or it could not be read.
+/// Returns the description in the options. Null: the device has no description, or it could not be
+/// read.
 std::shared_ptr<const Description> DescriptionOf(const config::Options& options);
 
-/// The options of a device.
 struct Settings {
-  std::shared_ptr<const Description> description{};  ///< null: as for DescriptionOf
-  Bound parameters{};  ///< values of fields; the password is one of them
+  /// Null: the device has no description, see DescriptionOf.
+  std::shared_ptr<const Description> description{};
+  Bound parameters{};  ///< values for fields of telegrams, the password among them
 };
 Settings ReadSettings(const config::Options& options);
 
-/// Returns the values for the fields of every telegram: address, password, parameters.
+/// Returns the values for the fields that every telegram can have: address, password, parameters.
 Bound BoundOf(const Settings& settings, std::string_view address);
-/// Returns a number if the address is one.
+/// Returns the address as a number if it is a number, else as a text.
 Value AddressValue(std::string_view address);
 
 // The options of a device: its description, and values for the fields of its telegrams.
@@ -104,7 +108,8 @@ inline constexpr std::string_view kParametersOption = "parameters";
 
 std::span<const OptionSpec> OptionTable();
 
-/// Checks an address: a number, hex with 0x, or a word of letters, digits, '-', '_' and '.'.
+/// Checks an address and returns its usual form: a number, hex with 0x, or a word of letters,
+/// digits, '-', '_' and '.'.
 Result<std::string> CanonicalAddress(std::string_view address);
 
 }  // namespace baudgate::protocols::telegram

@@ -1,6 +1,5 @@
-// Encodes values as bytes of a field. A value that the format cannot express is refused, because
-// the device would get another value.
-// SPDX-License-Identifier: Apache-2.0
+// Encodes values as the bytes of a field. A value that the format cannot express is refused,
+// because the device would otherwise get another value.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -29,8 +28,8 @@ Error DoesNotFit(const Value& value, const std::string& why) {
   return {"the value " + ToText(value) + " " + why};
 }
 
-/// Pads with blanks before numbers and behind texts, or with zeros if the format asks for zeros or
-/// a sign, and before hex digits.
+/// Returns `text` padded to the width of the field: numbers with blanks in front, texts with blanks
+/// behind. Hex digits, and numbers whose format has zeros or a sign, get zeros in front.
 Result<Bytes> Padded(const Format& format, std::string text, const Value& value) {
   if (format.width == 0) return ToBytes(text);
   const std::size_t width = format.width;
@@ -50,7 +49,8 @@ Result<Bytes> Padded(const Format& format, std::string text, const Value& value)
   return ToBytes(text);
 }
 
-/// True if both numbers are equal except for rounding errors of doubles, as in 0.30000000000000004.
+/// True if both numbers are equal except for rounding errors of doubles. Example: 0.3 and
+/// 0.30000000000000004.
 bool IsSame(const Decimal& a, const Decimal& b) {
   static const Decimal kSlack = Decimal(1).Shifted(-14);
   return Abs(a - b) <= Abs(a) * kSlack;
@@ -63,18 +63,18 @@ std::optional<Decimal> RoundedTo(const Decimal& number, int places) {
   return number.is_negative() ? -rounded : rounded;
 }
 
-/// Empty: as many decimals as needed.
+/// Returns the number of decimals to write. Empty: as many as the number needs.
 std::optional<int> PlacesOf(const Format& format, const Decimal& number) {
   if (format.kind != Kind::decimal) return 0;
   if (format.precision >= 0) return format.precision;
   if (!format.point) return std::nullopt;
-  // The width is filled with decimals, so 7.331 becomes "+07.331".
+  // The decimals fill the width of the field. Example: 7.331 becomes "+07.331".
   const auto whole = Abs(number).ToUint64();
   const std::size_t before = whole ? std::to_string(*whole).size() : 20;
   const std::size_t used = before + 1 + (format.sign || number.is_negative() ? 1 : 0);
   if (format.width > used) return static_cast<int>(std::min<std::size_t>(format.width - used, 9));
   if (format.width > 0) return 1;
-  // "12.0": at least one decimal, and no more than needed.
+  // At least one decimal, as in "12.0", and no more than needed.
   const std::string text = Abs(number).ToText();
   const auto point = text.find('.');
   return point == std::string::npos
@@ -82,7 +82,7 @@ std::optional<int> PlacesOf(const Format& format, const Decimal& number) {
              : static_cast<int>(std::min<std::size_t>(text.size() - point - 1, 18));
 }
 
-/// Returns "12.500", without a sign.
+/// Returns a number as a text such as "12.500", without a sign.
 std::optional<std::string> FixedText(const Decimal& number, int precision) {
   const auto scaled = Abs(number).Shifted(precision).ToUint64();
   if (!scaled) return std::nullopt;
@@ -113,7 +113,7 @@ Result<Bytes> EncodeDecimal(const Format& format, const Decimal& number, const V
   return Padded(format, (negative ? "-" : format.sign ? "+" : "") + digits, value);
 }
 
-/// Returns "1.25e+01", with all digits if the format has no precision.
+/// Returns a number as a text such as "1.25e+01". It has all digits if the format has no precision.
 std::string ScientificText(const Format& format, double number) {
   std::array<char, 48> buffer{};
   const auto [end, error] =
@@ -182,7 +182,8 @@ Result<Bytes> EncodeWhole(const Format& format, const Decimal& number, const Val
   return OfRaw(format, raw);
 }
 
-/// Encodes a float. A fraction becomes the nearest float; a whole number must be exact.
+/// Encodes a float. A fraction becomes the nearest float; a whole number that a float cannot
+/// represent exactly is refused.
 Result<Bytes> EncodeReal(const Format& format, const Decimal& number, const Value& value) {
   const double real = number.ToDouble();
   const bool single = format.width == 4;
@@ -219,7 +220,7 @@ Result<Bytes> EncodeNumber(const Format& format, const Value& value) {
   }
 }
 
-/// A simulated number has more digits than a device would show.
+/// Returns a simulated number with as few digits as a device would show.
 Decimal Shown(const Decimal& number) {
   constexpr std::size_t kMostDigits = 9;
   const std::string text = Abs(number).ToText();

@@ -19,11 +19,11 @@ namespace {
 constexpr std::string_view kUnitBehind = "_unit";
 constexpr std::string_view kUnitInFront = "unit_";
 
-/// The letters of NMEA 0183 for units of speed, and the same units as points have them.
+/// The letters of NMEA 0183 for units of speed, each with the unit of points.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 4> kLettersOfUnits = {
     {{"N", "kn"}, {"K", "km/h"}, {"M", "m/s"}, {"S", "mph"}}};
 
-/// Removes blanks; "°C" and "degC" become "C".
+/// Returns the unit without blanks; "°C" and "degC" become "C".
 std::string PlainText(std::string_view unit) {
   std::string text(unit);
   std::erase(text, ' ');
@@ -35,8 +35,8 @@ std::string PlainText(std::string_view unit) {
   return text;
 }
 
-/// True for "mPa" and "MPa", but not for "mbar" and "MBAR", because a device may write capitals
-/// only.
+/// True if the units differ as milli and mega do, as "mPa" and "MPa". False for "mbar" and "MBAR",
+/// because a device may write capitals only.
 bool AreMilliAndMega(std::string_view one, std::string_view other) {
   return one.size() > 1 && one.front() != other.front() && Lower(one).front() == 'm' &&
          one.substr(1) == other.substr(1);
@@ -47,12 +47,13 @@ bool IsNumberField(const Element& element) {
          element.name != kChecksum && element.name != kAddress;
 }
 
-/// Returns the number field beside elements[index], first in front of it, then behind it; null:
-/// there is none.
+/// Returns the number field beside elements[index], first in front of it, then behind it. Null:
+/// there is no number field beside it.
 const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
   const auto& elements = pattern.elements;
   for (const bool behind : {false, true}) {
-    std::size_t place = behind ? index + 1 : index - 1;  // wraps in front of the first element
+    // Wraps around for index 0, so that `place` is no element.
+    std::size_t place = behind ? index + 1 : index - 1;
     const bool separates =
         place < elements.size() && !elements[place].is_field() &&
         AsText(elements[place].literal).find_first_not_of(" ,;\t") == std::string_view::npos;
@@ -62,8 +63,8 @@ const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
   return nullptr;
 }
 
-/// True if elements[index] is the unit of the number `field`: by its name ("weight_unit"), because
-/// the answer has no other number, or because it is beside the number.
+/// True if elements[index] is the unit of the number `field`: its name shows this ("weight_unit"),
+/// the answer has no other number, or it is beside the number.
 bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field) {
   std::string_view own = pattern.elements[index].name;
   if (own.ends_with(kUnitBehind)) {
@@ -81,8 +82,8 @@ bool IsUnitOf(const Pattern& pattern, std::size_t index, std::string_view field)
   return alone || (next != nullptr && next->name == field);
 }
 
-/// Returns the texts of `unit` with which the number is good: the text that a parameter chooses,
-/// else all good codes.
+/// Returns the texts of the field `unit` with which its number is good: the text that a parameter
+/// chooses, or else all good codes.
 std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& unit,
                                    const Bound& bound) {
   const bool chosen = telegram.listen || (telegram.send && telegram.send->pattern.Has(unit));
@@ -97,7 +98,7 @@ std::vector<std::string> GoodTexts(const Telegram& telegram, const std::string& 
   return texts;
 }
 
-/// False for "0" and "1", which are codes, and for blanks.
+/// True if the text can be the name of a unit. False for codes such as "0" and "1", and for blanks.
 bool NamesUnit(std::string_view text) {
   return text.find_first_not_of(" 0123456789") != std::string_view::npos;
 }
@@ -114,8 +115,8 @@ std::string SayWrongUnit(const config::Point& point, const Telegram& telegram,
 }
 
 /// Returns an error for a point that reads the number `field` of `telegram`, if the number is good
-/// only with other units than that of the point. Empty if the units agree, or if a `scale` or an
-/// `offset` converts the number. `bound`: address and parameters, with those of the point.
+/// only with other units than the point's unit. Empty: the units agree, or a `scale` or an `offset`
+/// converts the number. `bound`: address and parameters, also those of the point.
 std::string WrongUnit(const config::Point& point, const Telegram& telegram, const Element& field,
                       const Bound& bound) {
   if (point.unit.empty() || point.scale != 1 || point.offset != 0) return {};
@@ -159,7 +160,7 @@ using config::Access;
 using config::Point;
 using config::Type;
 
-/// True if the first digit could be lost unnoticed: nothing is in front of it.
+/// True if the first digit of a number could be lost unnoticed, because nothing is in front of it.
 bool IsUnguarded(const Form& form) {
   const Element& first = form.pattern.elements.front();
   return form.is_unmarked() && first.is_field() && first.format.is_text_number() &&
@@ -167,13 +168,13 @@ bool IsUnguarded(const Form& form) {
 }
 
 /// True for an unasked telegram that begins with a binary field and has no check value: any byte
-/// may be its first byte.
+/// can be its first byte, so its beginning cannot be found.
 bool IsUnsynchronised(const Telegram& telegram, const Form& form) {
   const Element& first = form.pattern.elements.front();
   return telegram.listen && form.is_unmarked() && first.is_field() && !first.format.is_text();
 }
 
-/// Returns the largest number that the point may get; empty: unknown.
+/// Returns the largest number that the point can get. Empty: the limit is unknown.
 std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format) {
   std::optional<unsigned> bits;
   if (place.select == ReadPlace::Select::bits) bits = place.bits;
@@ -189,7 +190,7 @@ std::optional<std::uint64_t> MostOf(const ReadPlace& place, const Format& format
   return *bits >= 64 ? std::numeric_limits<std::uint64_t>::max() : (std::uint64_t{1} << *bits) - 1;
 }
 
-/// True if the point can hold `raw`, a number on the line before scale and offset.
+/// True if the point can contain `raw`, a number as on the line, before scale and offset.
 bool Holds(const Point& point, std::uint64_t raw) {
   const Decimal number = Decimal(raw) * point.scale + point.offset;
   if (point.type == Type::boolean) return number == 0 || number == 1;
@@ -198,12 +199,12 @@ bool Holds(const Point& point, std::uint64_t raw) {
   return whole && config::RangeOf(point).Contains(*whole);
 }
 
-/// Returns the field beside elements[index]. Null: it is a number, or more than a separator is
-/// between them.
+/// Returns the field beside elements[index]. Null: the field is a number, or more than a separator
+/// is between them.
 const Element* Beside(const Pattern& pattern, std::size_t index, bool behind) {
   const auto at = [&](std::size_t steps) -> const Element* {
     const std::size_t place =
-        behind ? index + steps : index - steps;  // wraps in front of the first element
+        behind ? index + steps : index - steps;  // wraps around before the first element
     return place < pattern.elements.size() ? &pattern.elements[place] : nullptr;
   };
   const Element* next = at(1);
@@ -249,7 +250,7 @@ class DoubtFinder {
             "comes with a telegram without fixed first bytes and check value, so a lost byte "
             "shifts all values unnoticed; write its fixed bytes and its {checksum}, if it has any");
       }
-      // With `recheck` a sudden change is read twice.
+      // With `recheck` a sudden change is read twice, so a lost digit is found.
       if (device_.points[point_].recheck != config::Recheck::off) continue;
       if (!IsUnguarded(form) || form.pattern.elements.front().name != place.field) continue;
       Tell(
@@ -260,7 +261,7 @@ class DoubtFinder {
     }
   }
 
-  /// Warns of a unit or state beside the number if no code judges it.
+  /// Warns if a unit or state is beside the number, but has no codes.
   void CheckBeside(const Telegram& telegram, const Element& field) {
     if (!field.format.is_number()) return;
     for (const Form& form : telegram.receive) {
@@ -290,7 +291,7 @@ class DoubtFinder {
       says = ToText(DecodeField(text.format, match.parts[index]));
       break;
     }
-    if (text.name.empty() && says.empty()) return;  // only blanks
+    if (text.name.empty() && says.empty()) return;
     const std::string name = text.name.empty() ? "unit" : text.name;
     Tell("comes with '" + says +
          "' beside its number, but nothing checks this text: if the device sends another unit or "
@@ -311,7 +312,7 @@ class DoubtFinder {
          " on the line; larger values will be bad");
   }
 
-  /// Checks the numbers of `simulate`, which are numbers on the line.
+  /// Checks the limits of `simulate`, which are numbers as on the line.
   void CheckSimulated(const Point& point, const ReadPlace& place, const Element& field) {
     if (!point.simulate || point.simulate->text || !field.format.is_number()) return;
     if (place.select != ReadPlace::Select::whole) return;
@@ -393,7 +394,7 @@ class FaultFinder {
 
   void CheckRead(const Point& point) {
     const auto place = ParseRead(point);
-    if (!place) return;  // CheckPoint reports this
+    if (!place) return;  // CheckPoint reports this error
     const Telegram* telegram = FindTelegram(place->call, "read");
     if (telegram == nullptr) return;
     if (!telegram->reads && !telegram->listen) {
@@ -437,7 +438,6 @@ class FaultFinder {
     }
   }
 
-  /// Checks that the point has the unit that the telegram contains for its number.
   void CheckUnit(const Point& point, const Telegram& telegram, const ReadPlace& place,
                  const Element& field) {
     if (place.select != ReadPlace::Select::whole || !field.format.is_number()) return;
@@ -504,7 +504,8 @@ class FaultFinder {
     }
   }
 
-  /// A telegram with 'once' is sent for all points, so it must not have a parameter of one point.
+  /// Checks that a telegram with 'once' has no parameter of a single point, because it is sent only
+  /// once for all points.
   void CheckOnce(const Telegram& telegram, const Telegram& once, const Call& call) {
     for (const auto& [name, text] : call.parameters) {
       if (!once.send || !once.send->pattern.Has(name)) continue;
@@ -513,7 +514,7 @@ class FaultFinder {
     }
   }
 
-  /// True if the telegram, or one that goes with it, has the field.
+  /// True if the telegram, or a telegram that goes before or behind it, has the field.
   bool IsSent(const Telegram& telegram, const std::string& name) const {
     const auto has = [&](const Telegram& one) { return one.send && one.send->pattern.Has(name); };
     const auto other_has = [&](std::size_t other) { return has(description_.telegrams[other]); };
@@ -529,10 +530,10 @@ class FaultFinder {
       const Bound& from = own.contains(element.name) ? own : bound_;
       const auto value = from.find(element.name);
       if (value == from.end() || ToText(value->second).empty()) {
-        // A profile has no address; each device gives the missing values.
+        // A profile has no address, and each device gives the missing values, so nothing is
+        // reported for a profile.
         if (!device_.address.empty()) Missing(telegram, element.name);
       } else if (const auto field = EncodeField(element.format, value->second); !field) {
-        // The text of a password is not shown.
         Tell("cannot be sent: {" + element.name + "} of telegram '" + telegram.name + "'" +
              (element.name == kPassword ? " does not take this password" : ": " + field.error()));
       } else if (const std::string text = ToText(value->second); IsTooShort(element, text)) {
@@ -548,7 +549,7 @@ class FaultFinder {
     }
   }
 
-  /// True if blanks would be added to the text, and the device would be asked for something else.
+  /// True if blanks would be added to the text, so that the device would get another text.
   static bool IsTooShort(const Element& element, const std::string& text) {
     return element.format.kind == Format::Kind::text && element.name != kPassword &&
            text.size() < element.format.width;
@@ -607,7 +608,8 @@ std::vector<ConfigRemark> FaultsOf(const config::Device& device) {
     return {
         {kNoPoint, "has no 'telegrams'; describe in this key what is sent and what is answered"}};
   }
-  // Errors in the telegrams were reported at their place in the file.
+  // There are no telegrams if the description has errors, which were reported at their place in the
+  // file.
   if (description->telegrams.empty()) return {};
   return FaultFinder(device, *description).Run();
 }

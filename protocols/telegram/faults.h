@@ -1,6 +1,5 @@
 // Checks the points of a device against its telegrams: FaultsOf finds errors, DoubtsOf finds
 // settings that are hardly intended, and WrongUnit compares units.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <string_view>
@@ -12,27 +11,26 @@
 
 namespace baudgate::protocols::telegram {
 
-// Units that come with a number: "S S     100.00 g". The codes of the unit field list the good
+// Some numbers come with a unit: "S S     100.00 g". The codes of the unit field list its good
 // texts, and a point that reads the number must have the same unit.
 
-/// True if a field of this name is a unit: "unit", "weight_unit", "unit_1".
+/// True if a field with this name contains a unit: "unit", "weight_unit", "unit_1".
 bool IsUnit(std::string_view name);
 
-/// True if a point with this unit may show a number that comes with `text`. Blanks and letter case
-/// do not matter ("KG", "kg"), except for milli and mega ("mPa" is not "MPa"). "C" and "F" are
+/// True if `text`, the unit that comes with a number, is the unit of a point. Blanks and letter
+/// case do not matter ("KG", "kg"), except for milli and mega ("mPa" is not "MPa"). "C" and "F" are
 /// degrees ("°C", "degC"); the letters of NMEA 0183 are "kn", "km/h", "m/s" and "mph".
 bool IsSameUnit(std::string_view text, std::string_view unit);
 
-// Returns settings that are hardly intended, because values would be wrong or bad without a
-// message.
+// Returns warnings for settings that are hardly intended, because values would be wrong or bad
+// without a message.
 
 std::vector<ConfigRemark> DoubtsOf(const config::Device& device);
 
-/// Returns the range of numbers that the field of the point can contain.
 config::RawNumbers NumbersOf(const config::Device& device, const config::Point& point);
 
-/// Returns errors that only show for the whole device: telegrams that are not described, fields
-/// that no answer has, parameters without a value.
+/// Returns errors that only show when the whole device is known: telegrams that are not described,
+/// fields that no answer has, parameters without a value.
 std::vector<ConfigRemark> FaultsOf(const config::Device& device);
 
 }  // namespace baudgate::protocols::telegram

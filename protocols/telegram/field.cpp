@@ -44,7 +44,7 @@ constexpr std::string_view kAllKinds =
     "decimal, scientific, integer, hex, char, word, text, rest, bytes, byte, uint8 to uint64, int8 "
     "to int64, float32, float64, bcd1 to bcd8";
 
-/// The most common words, for suggestions.
+/// The most common words for binary formats. Error messages suggest them.
 constexpr std::array<std::string_view, 12> kBinaryWords = {
     "uint8",    "uint16_be", "uint16_le", "uint32_be", "uint32_le",  "int8",
     "int16_be", "int16_le",  "int32_be",  "int32_le",  "float32_be", "float32_le"};
@@ -60,7 +60,8 @@ Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::st
   return *number;
 }
 
-/// Parses "uint16_le", "int24", "float32_be", "bcd3".
+/// Parses a binary format: "uint16_le", "int24", "float32_be", "bcd3". Empty: `text` is no such
+/// format.
 std::optional<Format> ParseBinary(std::string_view text) {
   Format format;
   format.little = text.ends_with("_le");
@@ -202,7 +203,8 @@ bool AllDigits(std::string_view text) {
   return !text.empty() && text.find_first_not_of(kDigits) == std::string_view::npos;
 }
 
-/// True for "12.5" or "12", without a sign, with as many decimals as the format requires.
+/// True if the text is a number without a sign ("12.5" or "12") with as many decimals as the format
+/// requires.
 bool IsPlain(std::string_view text, const Format& format) {
   const std::size_t point = text.find('.');
   const std::string_view whole = text.substr(0, point);
@@ -217,10 +219,11 @@ bool IsPlain(std::string_view text, const Format& format) {
   return format.precision < 0 || behind.size() == static_cast<std::size_t>(format.precision);
 }
 
-/// Removes the blanks that may stand beside a number: in front of it, or, in a field of fixed width
-/// with numbers at the left, behind it. Other blanks stay and make the number invalid: "5  kg" may
-/// be a damaged "50 kg". Hex digits of fixed width and zero-padded numbers have no blanks. Behind
-/// an exponent or a point a blank has replaced a digit: "1.25E+0 ", "12. ".
+/// Returns the text without the blanks that can be beside a number: in front of it, or, in a field
+/// of fixed width with numbers at the left, behind it. Other blanks stay and make the number
+/// invalid: "5  kg" may be a damaged "50 kg". Hex digits of fixed width and zero-padded numbers
+/// have no blanks. Blanks behind an exponent or a point stay, because they have replaced a digit:
+/// "1.25E+0 ", "12. ".
 std::string_view WithoutBlanks(const Format& format, std::string_view text) {
   if (format.width > 0 && (format.zeros || format.kind == Kind::hex)) return text;
   if (text.starts_with(' ')) return text.substr(std::min(text.find_first_not_of(' '), text.size()));
@@ -230,8 +233,7 @@ std::string_view WithoutBlanks(const Format& format, std::string_view text) {
   return number.size() < text.size() && number.ends_with('.') ? text : number;
 }
 
-/// Sign and digits of a number. In a field of fixed width blanks may stand between them: "+
-/// 12.5".
+/// Sign and digits of a number. In a field of fixed width blanks can be between them: "+  12.5".
 struct SignedText {
   bool negative = false;
   bool has_sign = false;
@@ -265,7 +267,7 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   if (format.kind == Kind::hex) {
     const std::string_view digits = WithoutBlanks(format, text);
     const auto number = ParseInteger<std::uint64_t>(digits, 16);
-    // ParseInteger accepts a sign, but a hex number has none.
+    // A hex number must not have a sign, which ParseInteger accepts.
     if (!number || !HexDigit(digits.front())) return {};
     return WholeValue(false, *number);
   }
@@ -274,7 +276,8 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   std::string_view mantissa = parts.digits;
   std::string_view exponent;
   if (format.kind == Kind::scientific) {
-    // A lost character would change the number by powers of ten.
+    // The form of the exponent is checked exactly, because a lost character would change the number
+    // by powers of ten.
     const auto e = mantissa.find_first_of("eE");
     if (e == std::string_view::npos) return {};
     exponent = mantissa.substr(e + 1);
@@ -294,7 +297,7 @@ Value DecodeTextNumber(const Format& format, std::string_view text) {
   whole += mantissa;
   if (exponent.empty()) {
     const auto number = ParseDecimal(whole);
-    // Adding 0 turns "-0.0" into 0.
+    // -0.0 + 0.0 is 0.0, so "-0.0" gives no negative zero.
     return number ? Value(*number + 0.0) : Value{};
   }
   whole += 'e';
@@ -384,7 +387,8 @@ constexpr std::array<Meaning, 10> kMeanings = {
 
 constexpr std::string_view kDots = "..";
 
-/// 9.9E37 may be written in several ways, and bytes are no text.
+/// True if codes of the field are compared as numbers: 9.9E37 has several notations, and binary
+/// fields have no text.
 bool IsByNumber(const Format& format) {
   return format.is_binary() || format.kind == Format::Kind::scientific;
 }
@@ -394,7 +398,8 @@ struct Range {
   std::optional<Decimal> high;
 };
 
-/// Returns nothing if the code is no range. Dots without a number beside them are a text.
+/// Parses a code that is a range of numbers. Returns nothing if the code is no range. Dots without
+/// a number beside them are a text.
 std::optional<Range> ParseRange(std::string_view code) {
   const std::size_t dots = code.find(kDots);
   if (dots == std::string_view::npos) return std::nullopt;
@@ -405,7 +410,7 @@ std::optional<Range> ParseRange(std::string_view code) {
   return whole && (range.low || range.high) ? std::optional(range) : std::nullopt;
 }
 
-/// Returns the number as the field stores it: a float32 cannot store 999.9, only its nearest
+/// Returns the number as the field stores it. Example: a float32 stores not 999.9, but its nearest
 /// neighbour.
 Decimal Held(const Format& format, const Decimal& number) {
   const bool single = format.kind == Format::Kind::real && format.width == 4;

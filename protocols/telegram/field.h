@@ -1,7 +1,6 @@
-// Decodes and encodes one field. `Format` is how a field is written, and `Meaning` is a code: a
-// text or number that is no measurement. A field that is not entirely a valid number gives no
-// number.
-// SPDX-License-Identifier: Apache-2.0
+// Decodes and encodes one field. `Format` describes how a field is written, and `Meaning` is the
+// meaning of a code, a text or number that is no measurement. A field that is not entirely a valid
+// number gives no number.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +18,8 @@
 namespace baudgate::protocols::telegram {
 
 // How one field of a telegram is written: as text ("+07.3f", "decimal", "word") or as bytes
-// ("uint16_le", "bcd3"). The words of a description are parsed here, and never reach printf or fmt.
+// ("uint16_le", "bcd3"). These words of a description are parsed here, and never passed to printf
+// or fmt.
 struct Format {
   enum class Kind : std::uint8_t {
     decimal,     ///< "12.5"
@@ -31,19 +31,19 @@ struct Format {
     text,        ///< characters with blanks
     bytes,       ///< any bytes, which are skipped
     byte,        ///< one byte, whose meaning only codes define
-    uint,        ///< binary, `width` bytes
+    uint,        ///< binary, unsigned, `width` bytes
     sint,
     real,
     bcd,  ///< two digits per byte
   } kind = Kind::text;
-  std::size_t width = 0;  ///< characters or bytes; 0: any number
-  int precision = -1;     ///< digits behind the point; -1: any number
-  bool sign = false;      ///< a number always has a sign
-  bool point = false;     ///< a number always has a point; a text without a point is a code
-  bool zeros = false;     ///< padded with zeros, not with blanks
-  bool left = true;       ///< a number may stand at the left of its width, with blanks behind it
-  bool lower = false;     ///< hex digits in lower case
-  bool little = false;    ///< binary, low byte first
+  std::size_t width = 0;  ///< number of characters or bytes; 0: any number
+  int precision = -1;     ///< number of decimals; -1: any number
+  bool sign = false;      ///< true: a number always has a sign
+  bool point = false;   ///< true: a number always has a point, so a text without a point is a code
+  bool zeros = false;   ///< true: padded with zeros, not with blanks
+  bool left = true;     ///< true: a number can be at the left of its width, with blanks behind it
+  bool lower = false;   ///< true: hex digits in lower case
+  bool little = false;  ///< true: binary with the low byte first
 
   /// True if the field is written in characters, not in bytes.
   bool is_text() const { return kind < Kind::bytes; }
@@ -51,13 +51,13 @@ struct Format {
   bool is_text_number() const { return kind <= Kind::hex; }
   bool is_number() const { return is_text_number() || is_binary(); }
   bool is_whole_number() const;
-  /// True if signs separate such fields: "+025.12-020.45" are two fields.
+  /// True if the sign in front of a number separates the field from the one before. Example:
+  /// "+025.12-020.45" are two fields.
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
   }
-  /// Returns the width of a whole number in bits; empty: unknown.
+  /// Returns the number of bits of a whole number. Empty: it is unknown.
   std::optional<unsigned> bits() const;
-  /// True if the field always has `width` bytes.
   bool is_fixed() const { return width != 0 && !is_signed_token(); }
 
   bool operator==(const Format&) const = default;
@@ -65,56 +65,57 @@ struct Format {
 
 config::RawNumbers NumbersOf(const Format& format);
 
-/// Parses a format; an empty text is the format of a text.
+/// Parses a format. An empty text gives the format of a text field.
 Result<Format> ParseFormat(std::string_view text);
 
-/// True for characters that a field of text may contain.
 constexpr bool IsPrintable(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Returns an empty value if the bytes are no number of this format. A text is returned without the
-/// blanks around it.
+/// Decodes the bytes of a field. The value is empty if the bytes are no number of this format. A
+/// text is returned without the blanks around it.
 Value DecodeField(const Format& format, View bytes);
 
-/// Returns "0x1A".
+/// Returns the bytes in hex: "0x1A".
 std::string ByteText(View bytes);
 
 /// Encodes a value without rounding. Fails with the reason if the format cannot express the value:
 /// too wide, out of range, more digits than the format has, a control character.
 Result<Bytes> EncodeField(const Format& format, const Value& value);
 
-/// Returns the nearest number that the format can express. A simulated number gets as many digits
-/// as a device would show.
+/// Returns the number that is nearest to `value` and that the format can express. A simulated
+/// number gets as many digits as a device would show.
 Value Nearest(const Format& format, const Value& value);
 
-/// Returns blanks, or zero bytes, in the width of the field, for a field without a value.
+/// Returns blanks or zero bytes in the width of the field, for a field without a value.
 Bytes BlankField(const Format& format);
 
 /// True if both are the same number, in any notation, or the same text.
 bool SameValue(const Value& a, const Value& b);
 
-// The meaning of a code of a field: "I" is busy, "+9999.9" is over range.
+// The meaning of a code in a field. Examples: "I" means busy, "+9999.9" over range.
 struct Meaning {
   std::string_view word;
   Quality quality;
-  bool busy = false;  ///< the device asks to be asked again later
+  bool busy = false;  ///< true: the device asks to be asked again later
 };
 
-/// Returns good, uncertain, busy, over, under, open, disabled, not_ready, fault, bad.
+/// Returns the known meanings: good, uncertain, busy, over, under, open, disabled, not_ready,
+/// fault, bad.
 std::span<const Meaning> Meanings();
 
-/// Key: the text of the field without the blanks around it; for a byte "0x1A".
+/// The codes of a field. The key is the text of the field without the blanks around it, or "0x1A"
+/// for a byte.
 using Codes = std::map<std::string, const Meaning*, std::less<>>;
 
-/// Returns the meaning of a field; null: no code fits. Codes of binary and scientific numbers are
-/// compared as numbers, all others as texts. "9.9E37..", "..-9.9E37" and "900..999" are ranges of a
-/// number, ends included; a code for a single number takes precedence over a range that contains
-/// it.
+/// Returns the meaning of a field's content. Null: no code fits. Codes of binary and scientific
+/// numbers are compared as numbers, all others as texts. "9.9E37..", "..-9.9E37" and "900..999" are
+/// ranges of a number, ends included; a code for a single number takes precedence over a range that
+/// contains the number.
 const Meaning* FindCode(const Codes& codes, const Format& format, View bytes, const Value& value);
 
-/// Fails with the reason if a field of this format cannot contain the code.
+/// Checks a code. The error gives the reason why a field of this format cannot contain the code.
 Status CheckCode(const Format& format, std::string_view code);
 
-/// Returns a number that a twin can send for the code; empty: the code is a text.
+/// Returns a number that a twin can send for the code. Empty: the code is a text.
 Value NumberOf(const Format& format, std::string_view code);
 
 }  // namespace baudgate::protocols::telegram

@@ -16,7 +16,7 @@ using config::YamlNode;
 constexpr std::size_t kMostForms = 20;
 constexpr std::int64_t kMostSkipped = 255;
 
-/// A field whose place a map gives, not a pattern: { at: 4, format: uint16_be }.
+/// A field whose place is given by a map, not by a pattern: { at: 4, format: uint16_be }.
 struct PlacedField {
   Element element;
   std::size_t at = 0;
@@ -84,7 +84,7 @@ std::optional<SizeField> ReadSizeAt(const YamlNode& node, Problems& problems) {
   return std::nullopt;
 }
 
-/// Returns the nodes of a list, or the node itself.
+/// Returns the nodes of a list; if the node is no list, the node itself.
 std::vector<YamlNode> OneOrMore(const YamlNode& node, const std::string& what, Problems& problems) {
   if (node.kind() != YamlNode::Kind::list) return {node};
   return config::ReadList(node, what, kMostForms, problems);
@@ -129,15 +129,15 @@ Element Gap(std::size_t width) {
   return gap;
 }
 
-/// Appends the placed fields to the pattern, and fills it up to `size`.
 void AddPlaced(const std::vector<PlacedField>& placed, std::optional<std::size_t> size,
                Pattern& pattern, Problems& problems) {
   if (placed.empty()) return;
   std::size_t at = pattern.elements.empty() ? 0 : pattern.size().value_or(0);
   if (!pattern.elements.empty() && !pattern.size()) {
-    problems.Error(placed.front().mark,
-                   "fields: the position of a field is unknown after a field without a width; give "
-                   "each field a width");
+    problems.Error(
+        placed.front().mark,
+        "fields: a field in 'receive' has no width, so the positions after it are unknown; "
+        "give each field in 'receive' a width");
     return;
   }
   for (const PlacedField& one : placed) {
@@ -272,8 +272,8 @@ class FormReader {
     return "0" + std::to_string(2 * kind.bytes) + "X";
   }
 
-  /// True if a check value is missing. An answer of repeated fields and fixed bytes ("ACK") needs
-  /// none.
+  /// True if the form lacks the field for the check value. An answer of repeated fields and fixed
+  /// bytes ("ACK") needs no check value.
   bool NeedsSum(const Form& form) const {
     if (framing_.checksum.kind == nullptr || !framing_.answers_have_it) return false;
     if (form.pattern.Has(kChecksum)) return false;
@@ -320,7 +320,7 @@ class FormReader {
   const Framing& framing_;
   const std::size_t most_;
   const bool listen_;
-  const Pattern* sent_ = nullptr;  // null: nothing is sent
+  const Pattern* sent_ = nullptr;  // the pattern that is sent; null: nothing is sent
 };
 
 }  // namespace

@@ -20,8 +20,8 @@ bool IsFilled(const Form& form, const Bound& bound) {
   });
 }
 
-/// True if no answer to one telegram can be mistaken for an answer to the other, because their
-/// lengths differ.
+/// True if the lengths of the answers to the two telegrams always differ, so that they cannot be
+/// mistaken for each other.
 bool Differ(const Telegram& one, const Telegram& other) {
   for (const Form& form : one.receive) {
     const auto [least, most] = form.pattern.usual_sizes();

@@ -1,6 +1,5 @@
-// Matches a pattern from left to right without backtracking: each element alone decides where it
-// ends, so the result does not depend on how the bytes were split into pieces.
-// SPDX-License-Identifier: Apache-2.0
+// Matches a pattern from left to right without backtracking: each element decides by itself where
+// it ends, so the result does not depend on how the bytes were split into pieces.
 #include "protocols/telegram/matching.h"
 
 #include <zlib.h>
@@ -118,7 +117,8 @@ class Walk {
     return Step::taken;
   }
 
-  /// Takes a field to the end that the known size gives, without the elements behind the field.
+  /// Takes a field that ends where the elements behind it begin. This is possible if the size of
+  /// the telegram and the sizes of these elements are known.
   Step TakeKnownRest(std::size_t index, const Format& format) {
     if (whole_ == kNoSize) return Step::none;
     std::size_t behind = 0;
@@ -131,7 +131,8 @@ class Walk {
     return TakeFixed(format, whole_ - at_ - behind);
   }
 
-  /// Takes "+025.12" of "+025.12-020.45", or blanks of the field's width.
+  /// Takes a number that begins with a sign: "+025.12" of "+025.12-020.45". Takes blanks of the
+  /// field's width as well.
   Step TakeSigned(std::size_t index, const Format& format) {
     if (at_ >= held_.size()) return Short();
     if (held_[at_] == ' ' && format.width > 0) return TakeBlanks(format.width);
@@ -139,7 +140,8 @@ class Walk {
     std::size_t end = at_ + 1;
     while (end < held_.size() && IsOfNumber(format, held_[end], end)) ++end;
     if (end - at_ > kMostOfRun) return Step::none;
-    // The next characters may look like a part of the number; the anchor shows its end.
+    // The characters behind the number can look like a part of it, so its end is found by the
+    // anchor, the next fixed characters.
     if (const auto anchor = form_.pattern.AnchorOf(index)) {
       const std::size_t begin = at_;
       const Step step = TakeUntil(format, *anchor);
@@ -174,7 +176,7 @@ class Walk {
     return is_e(byte) || (IsSign(byte) && is_e(held_[at - 1]));
   }
 
-  /// Takes a number that another field follows, up to its last character.
+  /// Takes a number, up to its last character, that is followed by another field.
   Step TakeRun(const Format& format) {
     std::size_t end = at_;
     while (end < held_.size() && held_[end] == ' ') ++end;
@@ -190,7 +192,7 @@ class Walk {
   Step TakeUntil(const Format& format, const Pattern::Anchor& anchor) {
     const Bytes& literal = *anchor.literal;
     std::size_t end = at_;
-    // "S S     100.00 g": the blanks in front of the number belong to the field.
+    // The blanks in front of a number belong to its field, as in "S S     100.00 g".
     if (format.kind != Kind::text) {
       while (end < held_.size() && held_[end] == ' ') ++end;
     }
@@ -225,11 +227,13 @@ class Walk {
   View held_;
   const bool idle_;
   const std::size_t most_;
-  const std::size_t whole_;  // kNoSize: only the pattern decides where the telegram ends
+  // Size of the whole telegram; kNoSize: only the pattern decides where it ends.
+  const std::size_t whole_;
   std::size_t at_ = 0;
 };
 
-/// Empty: too few bytes. An invalid size becomes a huge one, which the caller must refuse.
+/// Returns the size of a telegram according to its size field. Empty: there are too few bytes. An
+/// invalid size gives a huge number, which the caller must refuse.
 std::optional<std::size_t> SaidSize(const SizeField& field, View held) {
   if (held.size() < field.at + field.format.width) return std::nullopt;
   const Value value = DecodeField(field.format, held.subspan(field.at, field.format.width));
@@ -253,7 +257,7 @@ bool ChecksumFits(const Form& form, const Match& match) {
   return true;
 }
 
-/// True if a field that occurs twice has the same bytes.
+/// True if all fields that occur twice have the same bytes in both places.
 bool RepeatsAgree(const Form& form, const Match& match) {
   if (!form.pattern.has_repeats) return true;
   const auto& elements = form.pattern.elements;
@@ -275,8 +279,8 @@ bool IsOther(const Form& form, const Match& match, const Bound& known) {
   return false;
 }
 
-/// Returns no match for an invalid size. `began` does not depend on how the bytes were split into
-/// pieces.
+/// Returns the result for a telegram with an invalid size: no match. `began` does not depend on how
+/// the bytes were split into pieces.
 Match BadSize(const Form& form, View held, bool idle) {
   Match match;
   const Bytes& front = form.pattern.elements.front().literal;

@@ -28,18 +28,19 @@ std::span<const ChecksumKind> ChecksumKinds();
 /// How the check value of a telegram is computed: over the bytes in front of the field `checksum`,
 /// without the first `skip` and the last `leave` bytes.
 struct Checksum {
-  const ChecksumKind* kind = nullptr;  ///< null: there is no check value
+  const ChecksumKind* kind = nullptr;  ///< the algorithm; null: the telegram has no check value
   std::size_t skip = 0;
   std::size_t leave = 0;
 
-  /// `front`: all bytes in front of the field. Returns nothing if they are too few.
+  /// Computes the check value. `front`: all bytes in front of the field. Returns nothing if they
+  /// are too few.
   std::optional<std::uint32_t> Of(View front) const;
 };
 
-/// Values of fields that are known beforehand: address, parameters, fields that were sent.
+/// The values of fields that are known beforehand: address, parameters, fields that were sent.
 using Bound = std::map<std::string, Value, std::less<>>;
 
-/// A field that contains the size of the telegram.
+/// A field that contains the size of the telegram. Its content plus `plus` is the number of bytes.
 struct SizeField {
   std::size_t at = 0;
   Format format{};
@@ -50,53 +51,54 @@ struct Form {
   Pattern pattern;
   Checksum checksum;
   std::optional<SizeField> size_at;
-  bool is_answer = false;  ///< the telegram answers a sent telegram
+  bool is_answer = false;  ///< true: the telegram is an answer to a telegram that was sent
 
-  /// True if almost no bytes are fixed, as in the one byte ACK: many damaged telegrams contain it.
+  /// True for an answer that begins with fixed bytes, has at most two of them, and has no check
+  /// value, as the one byte ACK: many damaged telegrams contain these bytes.
   bool is_scant() const {
     constexpr std::size_t kFewBytes = 2;
     return is_answer && checksum.kind == nullptr && !pattern.elements.front().is_field() &&
            pattern.literal_size() <= kFewBytes;
   }
-  /// True if such a telegram could be found inside another, damaged telegram: it has no check
-  /// value, and begins with a field or is scant. It is accepted only at the beginning of the
+  /// True if such a telegram could be found inside another, damaged telegram, because it has no
+  /// check value, and begins with a field or is scant. It is accepted only at the beginning of the
   /// received bytes (rules.cpp), and has at most half of the longest size.
   bool is_unmarked() const {
     return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();
   }
-  /// True if no fixed bytes end the telegram: bytes that follow without a pause show that its bytes
-  /// are shifted.
+  /// True if no fixed bytes end an unmarked telegram, so only silence does. Bytes that follow
+  /// without a pause then show that the bytes of the telegram are shifted.
   bool ends_with_silence() const { return is_unmarked() && pattern.elements.back().is_field(); }
 };
 
 struct Match {
   enum class Kind : std::uint8_t {
-    none,       ///< the bytes are no such telegram, even if more bytes follow
-    need_more,  ///< the bytes may become such a telegram
+    none,       ///< the bytes are no such telegram, whatever bytes follow
+    need_more,  ///< the bytes can become such a telegram
     whole,
   } kind = Kind::none;
-  /// With `none`: the fixed bytes at the beginning are right, so this is a damaged telegram.
+  /// For `none`: true if the fixed bytes at the beginning are right, so this is a damaged telegram.
   bool began = false;
-  bool bad_checksum = false;  ///< with `none`: only the check value is wrong
-  bool other = false;  ///< with `whole`: the telegram names another device, or repeats something
-                       ///< that was not sent
+  bool bad_checksum = false;  ///< for `none`: true if only the check value is wrong
+  /// For `whole`: true if the telegram names another device, or repeats a value that was not sent.
+  bool other = false;
   std::size_t size = 0;
-  std::vector<View> parts{};  ///< by element; views of the matched bytes
+  std::vector<View> parts{};  ///< the bytes of each element, as views of the matched bytes
 
-  /// Returns the bytes of the field; empty if the pattern has no such field.
   View Of(const Pattern& pattern, std::string_view name) const;
 };
 
-/// Matches at the front of `held`. `idle`: no more bytes follow. `most`: the longest telegram.
+/// Matches the bytes at the front of `held`. `idle`: true if no more bytes follow. `most`: the
+/// length of the longest telegram.
 Match MatchFront(const Form& form, View held, bool idle, std::size_t most, const Bound& known);
-/// Matches all of `bytes`, or nothing.
+/// Matches all of `bytes`; no match if bytes are left over.
 Match MatchAll(const Form& form, View bytes, const Bound& known);
 
-/// Returns the values of a match; a field without a valid number has an empty value.
+/// Returns the values of the fields of a match. A field without a valid number has an empty value.
 Bound ValuesOf(const Form& form, const Match& match);
 
-/// Builds the telegram. Fields without a value are as in `rest`, a match of the same form, or blank
-/// if `rest` is null. An error names the field.
+/// Builds a telegram. Fields without a value are taken from `rest`, a match of the same form, or
+/// are blank if `rest` is null. The error names the field.
 Result<Bytes> Build(const Form& form, const Bound& values, const Match* rest = nullptr);
 
 }  // namespace baudgate::protocols::telegram

@@ -111,7 +111,7 @@ class PatternParser {
     }
     if (const Element* before = pattern_.Find(element.name);
         before != nullptr && !element.name.empty()) {
-      // A check value must be unique, because it covers the bytes in front of it.
+      // There must be only one check value, because it covers the bytes in front of it.
       if (element.name == kChecksum || before->format != element.format) {
         return Fail(at_ + 1, "field '" + element.name + "' occurs twice" +
                                  (element.name == kChecksum ? "" : ", in different formats"));
@@ -126,7 +126,7 @@ class PatternParser {
     at_ = end + 1;
   }
 
-  /// Checks that the end of each field follows from what is behind it.
+  /// Checks that the end of each field can be found from the elements behind it.
   void CheckOrder() {
     if (pattern_.elements.empty()) return Fail(0, "a telegram needs at least one byte");
     if (pattern_.elements.size() > kMostElements) return Fail(0, "has too many fields");
@@ -142,7 +142,7 @@ class PatternParser {
       }
       if (last || pattern_.AnchorOf(index)) continue;
       const Format& next = pattern_.elements[index + 1].format;
-      // "12.5kg", "+025.12-020.45": the next field shows where the number ends.
+      // The next field shows where the number ends, as in "12.5kg" and "+025.12-020.45".
       const bool shows = next.is_signed_token() || (next.is_text() && !next.is_text_number());
       if (!element.format.is_text_number() || !shows) {
         return Fail(at, "the end of '" + element.name +
@@ -155,7 +155,7 @@ class PatternParser {
   bool hex_ = false;
   std::size_t at_ = 0;
   Pattern pattern_;
-  // Place of each field: number of its element, and of its character.
+  // For each field: the index of its element, and the place of its first character in the text.
   std::vector<std::pair<std::size_t, std::size_t>> places_;
   std::optional<PatternError> error_;
 };

@@ -17,8 +17,8 @@
 
 namespace baudgate::protocols::telegram {
 
-/// A signed number field without a point contains a code, which may be up to this many characters
-/// shorter.
+/// A signed number field without a point contains a code. The code can be up to this many
+/// characters shorter than the field.
 inline constexpr std::size_t kShorterCode = 2;
 
 inline constexpr std::string_view kAddress = "address";
@@ -26,39 +26,40 @@ inline constexpr std::string_view kPassword = "password";
 inline constexpr std::string_view kValue = "value";
 inline constexpr std::string_view kChecksum = "checksum";
 
-/// Fixed bytes, or a field.
 struct Element {
-  Bytes literal{};     ///< empty: the element is a field
-  std::string name{};  ///< empty: the field is skipped
+  Bytes literal{};     ///< the fixed bytes; empty: the element is a field
+  std::string name{};  ///< name of the field; empty: the field is skipped
   Format format{};
 
   bool is_field() const { return literal.empty(); }
-  /// True if the size of the element is known beforehand.
+  /// True if the size of the element does not depend on its content.
   bool is_fixed() const { return !is_field() || format.is_fixed(); }
   std::size_t fixed_size() const { return is_field() ? format.width : literal.size(); }
 };
 
 struct Pattern {
   std::vector<Element> elements;
-  bool has_repeats = false;  ///< a field occurs twice, and must have the same bytes
+  /// True: a field occurs twice, and must have the same bytes in both places.
+  bool has_repeats = false;
 
-  /// Returns null if the pattern has no such field.
+  /// Returns the field with this name. Null: the pattern has no such field.
   const Element* Find(std::string_view name) const;
   bool Has(std::string_view name) const { return Find(name) != nullptr; }
   std::size_t least_size() const;
-  /// Empty: the size depends on the content.
+  /// Returns the size of the telegram. Empty: the size depends on the content.
   std::optional<std::size_t> size() const;
-  /// Returns the smallest and the largest size of a telegram with regular content. The second is
-  /// empty if a field has no limit.
+  /// Returns the smallest and the largest size of a telegram with regular content. The largest size
+  /// is empty if a field has no limit.
   std::pair<std::size_t, std::optional<std::size_t>> usual_sizes() const;
-  /// How the end of a text field without a width is found: the next fixed characters, and how many
-  /// characters of other fields are before them. For "{weight:decimal}{checksum:02X}\r": "\r" and
-  /// 2.
+  /// How the end of a text field without a width is found: the next fixed characters (`literal`),
+  /// and how many characters of other fields are in front of them (`between`). Example: "\r" and 2
+  /// for the first field of "{weight:decimal}{checksum:02X}\r".
   struct Anchor {
     const Bytes* literal = nullptr;
     std::size_t between = 0;
   };
-  /// Empty: the field ends with its own characters, or with the telegram.
+  /// Returns the anchor of the field elements[index]. Empty: the field ends with its own
+  /// characters, or with the telegram.
   std::optional<Anchor> AnchorOf(std::size_t index) const;
   std::size_t literal_size() const;
   /// True if only silence or a known size ends the telegram.
@@ -67,10 +68,10 @@ struct Pattern {
 
 struct PatternError {
   std::string message;
-  std::size_t at = 0;  ///< the place of the wrong character in the text, from 0 on
+  std::size_t at = 0;  ///< offset of the wrong character in the text
 };
 
-/// Exactly one of the members has a value.
+/// The result of ParsePattern. Exactly one of the members has a value.
 struct ParsedPattern {
   std::optional<Pattern> pattern{};
   std::optional<PatternError> error{};

@@ -24,7 +24,8 @@ bool EndsSigned(View before) {
   return !before.empty() && (before.back() == '-' || before.back() == '+' || before.back() == '(');
 }
 
-/// True for "-" and "- kg", but not for "-5", which is the next number.
+/// True if the text behind a number begins with a sign that belongs to the number: "-" or "- kg".
+/// False for "-5", which is the next number.
 bool BeginsWithSign(View behind) {
   while (!behind.empty() && behind.front() == ' ') behind = behind.subspan(1);
   if (behind.empty() || (behind.front() != '-' && behind.front() != '+')) return false;
@@ -34,7 +35,7 @@ bool BeginsWithSign(View behind) {
 }
 
 /// True if the text beside a number belongs to the number, so the number was cut. Other numbers and
-/// fixed characters of the pattern do not count.
+/// fixed characters of the pattern are ignored.
 bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   const auto& elements = form.pattern.elements;
   const auto speaks = [&](std::size_t i) {
@@ -58,8 +59,8 @@ bool IsTorn(const Form& form, const Match& match, std::size_t index) {
   return false;
 }
 
-/// True for "+1234567" or "+12" in a field of seven characters: neither a code of the field nor a
-/// number.
+/// True if the content is neither a code nor a number of the field, because its length is wrong.
+/// Example: "+1234567" or "+12" in a field of seven characters.
 bool HasWrongWidth(const Format& format, View part) {
   if (!format.is_signed_token() || format.width == 0) return false;
   const bool point = std::ranges::find(part, '.') != part.end();
@@ -74,7 +75,8 @@ std::size_t DecimalsOf(std::string_view text) {
   return point == std::string_view::npos ? 0 : text.size() - point - 1;
 }
 
-/// Returns reason and remedy; both are empty if the format explains nothing.
+/// Returns the reason why the field is no number, and a remedy. Both are empty if the format
+/// explains nothing.
 std::pair<std::string, std::string> WhyNoNumber(const Element& element, View part) {
   const Format& format = element.format;
   const std::string text(Trim(AsText(part)));
@@ -111,7 +113,8 @@ std::pair<std::string, std::string> WhyNoNumber(const Element& element, View par
           correct};
 }
 
-/// Codes that are all good are units or modes that a user chooses.
+/// Returns the remedy for an unknown code. If all known codes are good, they are units or modes
+/// that a user can set at the device.
 std::string RemedyOfUnknown(const Codes& codes) {
   const bool chosen = std::ranges::all_of(
       codes, [](const auto& code) { return code.second->quality == Quality::good; });
@@ -119,7 +122,7 @@ std::string RemedyOfUnknown(const Codes& codes) {
     return "check the device, or add the text to the codes of its profile";
   std::string names;
   for (const auto& [text, meaning] : codes) names += (names.empty() ? "'" : " or '") + text + "'";
-  return "set " + names + " at the device, or correct the description";
+  return "set the device to " + names + ", or correct the codes of its profile";
 }
 
 class Interpreter {
@@ -173,7 +176,7 @@ class Interpreter {
     const bool wrong_width = HasWrongWidth(element.format, part);
     const bool torn = element.format.is_text_number() && IsTorn(form_, match_, index);
     if (HasValue(value) && !wrong_width && !torn) return {value, Quality::good};
-    // An unknown code is valid information of the device and no damage.
+    // An unknown code is valid information of the device, not damage, so the answer is accepted.
     const bool unknown_code = element.format.is_signed_token() && element.format.point &&
                               !wrong_width && std::ranges::find(part, '.') == part.end() &&
                               std::ranges::find(part, ' ') == part.end();
@@ -192,7 +195,8 @@ class Interpreter {
     const Quality says = meaning != nullptr ? meaning->quality : Quality::bad;
     if (says < reply_.quality) reply_.quality = says;
     if (meaning == nullptr) {
-      reply_.reason = "'" + element.name + "' says '" + text + "', which is not in the description";
+      reply_.reason =
+          "'" + element.name + "' says '" + text + "', which is not in the codes of its profile";
       reply_.remedy = RemedyOfUnknown(codes);
     }
   }
@@ -230,7 +234,7 @@ Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known) {
     other = other || (match.kind == Match::Kind::whole && match.other);
     return match.kind == Match::Kind::whole && !match.other;
   };
-  // Refusals are tried first, because a text field matches almost anything, also a refusal.
+  // Refusals are tried first, because a text field matches almost any bytes, also a refusal.
   for (const Form& form : telegram.refused) {
     const Match match = MatchAll(form, frame, known);
     if (!fits(match)) continue;
@@ -270,7 +274,7 @@ bool IsName(std::string_view text) {
   });
 }
 
-/// Takes "input(channel=3)" off the front of `text`.
+/// Takes a telegram with its parameters, such as "input(channel=3)", from the front of `text`.
 Result<Call> TakeCall(std::string_view& text) {
   Call call;
   const std::size_t end = std::min(text.find_first_of("(."), text.size());
@@ -293,7 +297,7 @@ Result<Call> TakeCall(std::string_view& text) {
   return call;
 }
 
-/// Parses "[b3]", "[b4-b7]", "=S" or nothing.
+/// Parses the selector of a field: "[b3]", "[b4-b7]", "=S" or nothing.
 Status TakeSelect(std::string_view text, ReadPlace& place) {
   if (text.empty()) return {};
   if (text.front() == '=') {
@@ -428,7 +432,7 @@ std::span<const DecoderSpec> DecoderTable() { return kDecoders; }
 Decoded ValueAt(const ReadPlace& place, const Reply& reply) {
   const auto found = reply.fields.find(place.field);
   if (found == reply.fields.end()) {
-    // The answer has another form, without this field; its status fields are the reason.
+    // The answer has another form, without this field; its status fields give the reason.
     const bool good = !IsBad(reply.quality);
     return {{}, good ? Quality(Quality::bad, Reason::not_ready) : reply.quality};
   }

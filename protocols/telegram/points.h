@@ -1,7 +1,6 @@
 // Parses `read` and `write` of points. `read` is a field of a telegram: "weight.weight",
 // "input(channel=3).value", "status.flags[b3]", "weight.state=S"; `write` is a telegram that is
 // sent: "tare". `DecodeReply` decodes an answer.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -17,28 +16,29 @@
 
 namespace baudgate::protocols::telegram {
 
-// The content of an answer, field by field.
+// The content of one field of an answer.
 
 struct SaidField {
   Decoded decoded{};
-  std::string text{};  ///< the text of the field, without the blanks around it
-  /// True if the field is no number and has codes: it decides the quality of the other fields.
+  std::string text{};
+  /// True if the field is no number and has codes: it then decides the quality of the other fields.
   bool is_status = false;
 };
 
 struct Reply {
   Outcome outcome = Outcome::ok;
-  /// With `ok`: the text in place of a known code or a number; empty: there is none.
+  /// For `ok`: the text that was in place of a known code or a number. Empty: all fields were
+  /// right.
   std::string reason{};
-  std::string remedy{};  ///< with `ok`: what to do about `reason`
-  /// The quality of all other fields, as the status fields give it.
+  std::string remedy{};
+  /// The quality that the status fields give to all other fields.
   Quality quality = Quality::good;
   std::map<std::string, SaidField, std::less<>> fields{};
 };
 
-/// Decodes an answer. `known`: values that the answer must repeat.
+/// Decodes an answer to `telegram`. `known`: values that the answer must repeat.
 Reply DecodeReply(const Telegram& telegram, View frame, const Bound& known);
-/// True if each number field of the match is a number with the described width.
+/// True if each number field of the match contains a number with the width in the description.
 bool HasNumbers(const Form& form, const Match& match);
 
 struct Call {
@@ -48,38 +48,38 @@ struct Call {
   bool operator==(const Call&) const = default;
 };
 
-/// Distinguishes the calls of a device by all bytes that are sent for them. If telegram `sel`,
-/// 'CH{n}', goes before `val`, then "CH2" followed by "READ" is the question of val(n=2). "READ"
-/// alone is the question of neither val(n=1) nor val(n=2).
+/// Decides which calls of a device have caused a telegram, by all bytes that are sent for a call.
+/// Example: telegram `sel`, 'CH{n}', goes before `val`. Then "CH2" followed by "READ" is the
+/// question of val(n=2); "READ" alone is the question of neither val(n=1) nor val(n=2).
 class Questions {
  public:
   Questions() = default;
-  /// `calls`: an empty call is never asked. `bound`: values for the fields of every telegram.
+  /// `calls`: an empty entry is never asked. `bound`: values for the fields of every telegram.
   Questions(const Description& description, const Bound& bound,
             const std::vector<std::optional<Call>>& calls);
 
   /// True if `telegram` was sent for calls[call]. `sent`: the fields of this telegram and of the
-  /// telegrams before it.
+  /// telegrams that were sent before it.
   bool IsAsked(std::size_t call, std::size_t telegram, const Bound& sent) const;
-  /// Returns the calls for which `telegram` was sent, in their order.
+  /// Returns the indices of the calls for which `telegram` was sent, in ascending order.
   std::vector<std::size_t> AskedBy(std::size_t telegram, const Bound& sent) const;
 
  private:
   struct Question {
     std::size_t telegram = 0;
-    Bound fields{};  ///< the fields by which calls of the device differ
+    Bound fields{};  ///< the fields by which the calls of the device differ
   };
-  std::vector<std::optional<Question>> questions_;  // by call
-  std::multimap<std::size_t, std::size_t> calls_;   // by telegram
+  std::vector<std::optional<Question>> questions_;  // index: call
+  std::multimap<std::size_t, std::size_t> calls_;   // key: telegram; value: index of a call
 };
 
 struct ReadPlace {
   Call call;
   std::string field;
   enum class Select : std::uint8_t { whole, bits, equal } select = Select::whole;
-  unsigned bit = 0;  ///< with `bits`: number of the first bit
+  unsigned bit = 0;  ///< for `bits`: number of the first bit
   unsigned bits = 1;
-  std::string equal{};  ///< with `equal`: the text of the field for true
+  std::string equal{};  ///< for `equal`: the text of the field that means true
 
   bool operator==(const ReadPlace&) const = default;
 };

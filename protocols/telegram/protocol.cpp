@@ -27,7 +27,7 @@ const Protocol& TelegramProtocol() {
       .raw_numbers = NumbersOf,
       .faults = FaultsOf,
       .doubts = DoubtsOf,
-      .serial = {},  // 9600 8N1
+      .serial = {},  // the default is 9600 8N1
       .timing = {.quiet = {.least = 5ms},
                  .reply = {.least = 300ms},
                  .gap = {.least = 50ms, .characters = 20},

@@ -23,7 +23,7 @@ void AddForm(const Form& form, std::size_t most, Awaited& awaited, Expectation& 
   awaited.forms.push_back(&form);
 }
 
-/// Adds the places of the password in the request, and of the check value over it.
+/// Adds the places of the password in the request, and of the check value that is computed over it.
 void AddSecrets(const Form& form, const Match& match, Expectation& expect) {
   if (!form.pattern.Has(kPassword)) return;
   std::size_t at = 0;
@@ -36,7 +36,8 @@ void AddSecrets(const Form& form, const Match& match, Expectation& expect) {
   }
 }
 
-/// Returns the address as answers contain it; empty unless all forms write it alike.
+/// Returns the bytes of the address in answers. Empty: answers have no address, or their forms
+/// write it differently.
 Bytes AddressIn(const Telegram& telegram, const Bound& known) {
   const auto address = known.find(kAddress);
   if (address == known.end() || telegram.receive.empty()) return {};
@@ -113,12 +114,12 @@ Expectation ExpectUnasked(const Settings& settings) {
 //   < 53 20 53 20 20 20 20 20 31 30 30 2E 30 30 20 67 0D 0A    "S S     100.00 g": whole
 //   < 53 20 53 20 20 20 FF 20                                  a text field has no such byte
 //
-// A telegram that begins with a field and has no check value could be found inside a damaged one,
-// as "-03" in "1.25E-03" whose sign was lost. If such a telegram is possible, the whole line is
-// dropped, or all bytes up to the next silence if no fixed characters end the telegram. For an
-// answer of one or two fixed bytes, such as an ACK, all bytes up to the next silence are dropped,
-// too. A telegram that ends with a field is whole when the line is silent: if more bytes follow
-// without a pause, its bytes are shifted.
+// An unmarked telegram begins with a field and has no check value, so it could be found inside a
+// damaged one: "-03" in "1.25E-03" whose sign was lost. If such a telegram is possible, the whole
+// line is dropped, or all bytes up to the next silence if no fixed characters end the telegram. For
+// an answer of one or two fixed bytes, such as an ACK, all bytes up to the next silence are
+// dropped, too. A telegram that ends with a field is whole when the line is silent: if more bytes
+// follow without a pause, its bytes are shifted.
 
 namespace {
 
@@ -127,8 +128,8 @@ bool AllHarmless(View bytes) {
                              [](std::uint8_t byte) { return cut::IsHarmless(byte, "\r\n"); });
 }
 
-/// Returns the place behind the first characters that end one of the unmarked forms; empty: they
-/// have not come.
+/// Returns the place behind the first characters that end one of the unmarked forms. Empty: these
+/// characters have not come.
 std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   std::optional<std::size_t> first;
   for (const Form* form : awaited.forms) {
@@ -142,20 +143,22 @@ std::optional<std::size_t> EndOfLine(View held, const Awaited& awaited) {
   return first;
 }
 
-/// Drops bytes at whose front no telegram begins, without looking for a telegram behind it.
+/// Drops bytes at whose front no telegram begins, up to the end of their line or the next silence,
+/// without looking for a telegram among them.
 Cut DropLine(View held, const Awaited& awaited, std::size_t most, bool idle) {
   const bool has_lines = std::ranges::none_of(awaited.forms, [](const Form* form) {
     return form->is_scant() || (form->is_unmarked() && form->pattern.elements.back().is_field());
   });
-  // No more is examined than if the bytes came one by one, so the result is the same.
+  // Not more than `most` bytes are examined, as if the bytes came one by one, so the result does
+  // not depend on how they were split.
   const View near = held.first(std::min(held.size(), most));
   const auto end = has_lines ? EndOfLine(near, awaited) : std::nullopt;
   const auto drop = [&](std::size_t size, Outcome blame, std::string_view why) {
     return Cut::Discard(size, AllHarmless(held.first(size)) ? Outcome::none : blame, why);
   };
   if (end) return drop(*end, Outcome::corrupt, "not as described");
-  // Only one byte is dropped: the rest stays longer than any unmarked telegram, so the end of this
-  // line is not taken for one.
+  // Lines: only one byte is dropped. The rest is still longer than any unmarked telegram, so the
+  // end of this line is not taken for a telegram.
   if (held.size() >= most) return drop(has_lines ? 1 : most, Outcome::corrupt, "too long");
   if (idle) return drop(held.size(), Outcome::partial, "stopped mid-frame");
   return Cut::NeedMore();
@@ -192,8 +195,8 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
   }
   if (other != 0) return cut::OfAnother(other);
   if (unmarked) {
-    // In front of a fixed byte, the noise of a driver that is switched on can be dropped without
-    // harm.
+    // In front of a fixed byte, the noise of a line driver that is switched on can be dropped
+    // without harm.
     if (begins_fixed && cut::IsHarmless(held[0], "\r\n"))
       return Cut::Discard(1, Outcome::none, "noise of a driver");
     return DropLine(held, *awaited, expect.max_bytes, idle);
@@ -205,7 +208,7 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle) {
 
 namespace {
 
-/// Returns the bytes as they were written, because the telegrams of a description are complete.
+/// Returns the typed bytes unchanged, because nothing can be completed in a described telegram.
 Result<Bytes> Complete(View written, const Settings&) {
   if (written.empty()) return Error{"a telegram needs at least one byte, as in '53 0D 0A'"};
   return Bytes(written.begin(), written.end());
@@ -224,7 +227,7 @@ const TelegramRule kAskRule = {.complete = kWithSettings<Complete>,
 
 namespace {
 
-/// A received check value, and the bytes in front of it.
+/// A check value as received, and the bytes in front of it.
 struct Said {
   View front{};
   std::uint32_t value = 0;
@@ -262,7 +265,8 @@ std::string Written(const Checksum& sum, bool range) {
          ", leave: " + std::to_string(sum.leave) + " }";
 }
 
-/// Finds another known check value over the same bytes, or any known check value over other bytes.
+/// Finds how the received check value was computed: by another known algorithm over the same bytes,
+/// or by any known algorithm over other bytes.
 std::optional<Checksum> FindFit(const Checksum& own, const Said& said) {
   for (const auto& [skip, leave] : RangesBeside(own)) {
     Checksum sum{own.kind, skip, leave};
@@ -307,15 +311,15 @@ std::optional<Recognised> OtherChecksum(const Form& form, const Match& match) {
 
 namespace {
 
-/// A text with fewer characters is no line.
+/// Texts with fewer characters than these are not reported as lines.
 constexpr std::size_t kShortest = 2;
 constexpr std::size_t kShortestUnasked = 8;
 constexpr std::size_t kQuoted = 24;
 constexpr const char* kOtherForm =
     "does the profile fit the device and the mode that is set in the device?";
 
-/// Returns the first line of text that is not empty, with its end; nothing if there is none.
-/// `only`: nothing may stand behind the line.
+/// Returns the first line of text that is not empty, with its end. Empty: there is no such line.
+/// `only`: true if nothing is allowed behind the line.
 View FirstLine(View heard, bool only) {
   const auto begin = std::ranges::find_if_not(heard, IsLineEnd);
   const auto end = std::find_if(begin, heard.end(), IsLineEnd);
@@ -329,7 +333,8 @@ std::string Quoted(View line) {
   return "'" + text.substr(0, kQuoted) + (text.size() > kQuoted ? "...'" : "'");
 }
 
-/// Returns the form without its check value; `mark`: also without the character in front of it.
+/// Returns the form without its check value. `mark`: true to remove also the character in front of
+/// it.
 std::optional<Form> WithoutSum(const Form& form, bool mark) {
   auto changed = std::optional(form);
   auto& elements = changed->pattern.elements;
@@ -351,14 +356,14 @@ bool IsWhole(const Form& form, View line, const Bound& known) {
   return MatchAll(form, line, known).kind == Match::Kind::whole;
 }
 
-/// True if fixed characters precede the check value.
+/// True if fixed characters are in front of the check value.
 bool HasMarkedSum(const Form& form) {
   const auto& elements = form.pattern.elements;
   const auto sum = std::ranges::find(elements, kChecksum, &Element::name);
   return sum != elements.begin() && sum != elements.end() && !std::prev(sum)->is_field();
 }
 
-/// True if the line is whole, and its numbers are valid.
+/// True if the line is a whole telegram of this form, and its numbers are valid.
 bool IsRight(const Form& form, View line, const Bound& known) {
   const Match match = MatchAll(form, line, known);
   return match.kind == Match::Kind::whole && HasNumbers(form, match);
@@ -371,7 +376,8 @@ bool LacksSum(const Form& form, View line, const Bound& known) {
   });
 }
 
-/// Returns a unit behind the number at the end, such as "VDC", if the line is right without it.
+/// Returns a unit behind the number at the end of the line, such as "VDC", if the line is right
+/// without the unit.
 std::string UnitBehind(const Form& form, View line, const Bound& known) {
   constexpr std::string_view kUnits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz%/";
   const std::string_view text = AsText(line);
@@ -394,7 +400,8 @@ bool LacksSign(const Form& form, View line, const Bound& known) {
   return IsWhole(form, signed_line, known);
 }
 
-/// Returns how many numbers the form has, if each begins with a sign; 0: one number has none.
+/// Returns how many numbers the form has, if each of them begins with a sign; 0: a number has no
+/// sign.
 std::size_t SignedNumbers(const Form& form) {
   std::size_t count = 0;
   for (const Element& element : form.pattern.elements) {
@@ -420,7 +427,7 @@ std::optional<Recognised> Recognise(View request, View heard, const Settings& se
   if (awaited == nullptr || line.size() < (asked ? kShortest : kShortestUnasked)) {
     return std::nullopt;
   }
-  // A text behind a password may repeat it.
+  // The text is not shown after a request with a password, because it can contain the password.
   const std::string quoted = expect.secrets.empty() ? " (" + Quoted(line) + ")" : std::string();
   const auto sent = asked ? settings.description->Recognise(request) : std::nullopt;
   const std::string its =

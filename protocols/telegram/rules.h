@@ -1,7 +1,6 @@
-// Frame rules for described telegrams: `Expect` lists the possible answers, `CutTelegram` is the
+// Frame rules for described telegrams: `Expect` returns the possible answers, `CutTelegram` is the
 // frame rule, `Recognise` explains other texts, and `OtherChecksum` finds how a wrong check value
 // may be computed.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <memory>
@@ -14,35 +13,31 @@
 
 namespace baudgate::protocols::telegram {
 
-/// The forms that the frame rule looks for. An expectation carries them.
+/// The forms that the frame rule looks for; a part of the Expectation.
 struct Awaited final : FrameForms {
-  std::shared_ptr<const Description> description;  ///< keeps the forms alive
+  std::shared_ptr<const Description> description;
   std::vector<const Form*> forms;
   Bound known;
 };
 
-/// Returns the possible answers. An empty request stands for the twin: any telegram that is sent to
-/// the device.
+/// Returns the possible answers to `request`. For an empty request: the forms of all telegrams that
+/// are sent to the device, for twins.
 Expectation Expect(View request, const Settings& settings);
-/// Returns which telegrams the device sends unasked.
+/// Returns the forms of the telegrams that the device sends unasked.
 Expectation ExpectUnasked(const Settings& settings);
-
-// The frame rule: finds the beginning and the end of telegrams, for every description.
 
 Cut CutTelegram(View held, const Expectation& expect, bool idle);
 
-// The rule for telegrams that a user sends by `baudgate ask`.
-
 extern const TelegramRule kAskRule;
 
-/// Finds how a check value may be computed. `match`: only the check value is wrong. Empty: the text
-/// in its place is no check value.
+/// Finds how a check value may be computed. `match`: a telegram of which only the check value is
+/// wrong. Empty: the text in its place is no check value.
 std::optional<Recognised> OtherChecksum(const Form& form, const Match& match);
 
-// Explains a text that came in place of an answer, for `baudgate status`: without its check value,
-// without its sign, with fewer numbers, or of another form.
+// Explains a text that came in place of an answer, for `baudgate status`: an answer without its
+// check value, without its sign, with fewer numbers, or of another form.
 
-/// An empty request: `heard` came unasked.
+/// `request`: the request before the text; empty: `heard` came unasked.
 std::optional<Recognised> Recognise(View request, View heard, const Settings& settings);
 
 }  // namespace baudgate::protocols::telegram

@@ -9,7 +9,7 @@
 namespace baudgate::protocols::telegram {
 namespace {
 
-/// Returns the first code that means `reason`, as the field writes it; empty: there is none.
+/// Returns the bytes of the first code that means `reason`. Empty: the field has no such code.
 std::optional<Bytes> CodeFor(const Telegram& telegram, const Element& field, Reason reason) {
   const auto codes = telegram.codes.find(field.name);
   if (codes == telegram.codes.end()) return std::nullopt;
@@ -23,7 +23,7 @@ std::optional<Bytes> CodeFor(const Telegram& telegram, const Element& field, Rea
   return std::nullopt;
 }
 
-/// Returns a value of the field other than `text`: another code, a good one if possible.
+/// Returns a value of the field other than `text`: another of its codes, a good one if possible.
 Value OtherThan(const Telegram& telegram, const Element& field, const std::string& text) {
   Value other;
   if (const auto codes = telegram.codes.find(field.name); codes != telegram.codes.end()) {
@@ -84,8 +84,8 @@ bool TelegramTwin::IsForMe(const Bound& sent) const {
   return true;
 }
 
-/// Returns the fields of this telegram, and of the last telegrams that go before it, because a
-/// selected channel stays selected.
+/// Returns the fields of this telegram, and of the telegrams that go before it as they were sent
+/// last, because a selected channel stays selected.
 Bound TelegramTwin::Told(std::size_t telegram, const Bound& sent) {
   told_.insert_or_assign(telegram, sent);
   Bound told = sent;
@@ -103,7 +103,7 @@ void TelegramTwin::Write(std::size_t telegram, const Bound& sent) {
     values_.Set(i, written);
     if (value == sent.end() || !reads_[i] || reads_[i]->select != ReadPlace::Select::whole)
       continue;
-    // Other points that read the same field get the value, too.
+    // Other points that read the same field get the value as well.
     for (std::size_t other = 0; other < reads_.size(); ++other) {
       if (other != i && reads_[other] && *reads_[other] == *reads_[i]) values_.Set(other, written);
     }
@@ -155,7 +155,6 @@ Bytes TelegramTwin::Compose(std::size_t number, const Bound& sent, Instant now) 
     const Match usual = MatchAll(form, example.receive, {});
     if (usual.kind != Match::Kind::whole) continue;
     Bound values;
-    // Codes in place of values that are no numbers.
     std::vector<std::pair<std::size_t, Bytes>> codes;
     for (std::size_t i = 0; i < form.pattern.elements.size(); ++i) {
       const Element& element = form.pattern.elements[i];

@@ -1,6 +1,5 @@
-// `TelegramTwin` simulates a described device. Fields that no point reads are as in the example of
-// the telegram.
-// SPDX-License-Identifier: Apache-2.0
+// `TelegramTwin` simulates a described device. Fields that no point reads have the values of the
+// telegram's example.
 #pragma once
 
 #include <deque>
@@ -35,12 +34,12 @@ class TelegramTwin final : public Twin {
   const std::shared_ptr<const Description> description_;  // null: the twin never answers
   const Bound bound_;
   std::optional<Value> reply_as_;
-  std::vector<std::optional<ReadPlace>> reads_;  // by point
+  std::vector<std::optional<ReadPlace>> reads_;  // index: point
   std::vector<std::optional<Call>> writes_;
-  Questions read_;  // by point
+  Questions read_;  // the questions for reads and for writes; index: point
   Questions written_;
-  std::map<std::size_t, Bound> told_;  // by telegram: its fields when it was sent last
-  // unasked messages that Say sends next
+  std::map<std::size_t, Bound> told_;  // for each telegram: its fields when it was sent last
+  // Unasked messages that are not sent yet; Say sends them.
   std::deque<Bytes> said_;
 };
 

@@ -1,5 +1,5 @@
-// Benchmark: delay from the last byte of a reply to the sample in a DDS subscriber process. The
-// limit is a bare pipeline with the same hops: pty, writer thread, socket, bare Fast DDS.
+// Benchmark: delay from a reply's last byte to its sample in a DDS subscriber, beside a bare
+// pipeline.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -49,7 +49,6 @@ void WriteAll(int descriptor, std::string_view text) {
     std::exit(4);
 }
 
-/// The subscriber process. It prints "<source> <value> <arrival in ns>" for each sample.
 class Subscriber {
  public:
   explicit Subscriber(const std::string& self) {
@@ -72,7 +71,6 @@ class Subscriber {
     fclose(stream_);
   }
 
-  /// Returns the arrival time of the sample in the subscriber; nothing after two seconds.
   std::optional<std::int64_t> Arrival(std::string_view source, int number) {
     std::unique_lock lock(mutex_);
     const auto key = std::pair(std::string(source), number);
@@ -118,8 +116,7 @@ void WriteBare(dds::SampleWriter& writer, double number) {
   writer.Write(sample);
 }
 
-/// The limit: a thread reads the pty up to CR; a second thread sends the number to a process that
-/// publishes it.
+/// The limit to compare with: pty, two threads, socket, bare Fast DDS.
 class DirectPipeline {
  public:
   explicit DirectPipeline(const std::string& self) : pty_(std::move(*tools::Pty::Create())) {
@@ -205,7 +202,6 @@ class DirectPipeline {
   std::thread write_thread_;
 };
 
-/// The gateway's pipeline: the same reply through line, store and publisher.
 class GatewayPipeline {
  public:
   explicit GatewayPipeline(const config::Catalog& catalog)
@@ -239,7 +235,6 @@ class GatewayPipeline {
     twin_.join();
   }
 
-  /// Answers the next poll with `number` and returns the time of the answer.
   std::int64_t Feed(int number) {
     std::unique_lock lock(mutex_);
     number_ = number;
@@ -249,7 +244,6 @@ class GatewayPipeline {
   }
 
  private:
-  /// Plays a DCON module that answers every request.
   void BeTwin() {
     char buffer[64];
     std::string request;
@@ -267,7 +261,7 @@ class GatewayPipeline {
   }
 
   void Answer(const std::string& request) {
-    if (request != "#010\r") return WriteAll(pty_.master(), "!017017\r");  // the module's name
+    if (request != "#010\r") return WriteAll(pty_.master(), "!017017\r");
     const std::lock_guard lock(mutex_);
     const std::int64_t now = NowNs();
     WriteAll(pty_.master(), Reply(number_));
@@ -340,7 +334,7 @@ namespace {
 struct Delays {
   std::vector<double> limit;
   std::vector<double> ours;
-  std::vector<double> ratios;  ///< of the medians, one for each round
+  std::vector<double> ratios;
 };
 
 Delays Compare(const config::Catalog& catalog, const std::string& self) {
@@ -348,7 +342,7 @@ Delays Compare(const config::Catalog& catalog, const std::string& self) {
   DirectPipeline direct(self);
   GatewayPipeline gateway(catalog);
   int number = 0;
-  Measure(direct, kBare, subscriber, number, 20);  // discovery and warm up
+  Measure(direct, kBare, subscriber, number, 20);
   Measure(gateway, kGateway, subscriber, number, 20);
   Delays delays;
   for (int round = 0; round < kRounds; ++round) {

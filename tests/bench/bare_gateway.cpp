@@ -21,9 +21,9 @@ namespace baudgate::bench {
 namespace {
 
 constexpr std::uint8_t kSlave = 20;
-constexpr std::size_t kReplySize = 7;  // reply to a read of one register
-constexpr std::size_t kAduSize = 12;   // a read request
-constexpr int kPatience = 1000;        // ms
+constexpr std::size_t kReplySize = 7;
+constexpr std::size_t kAduSize = 12;
+constexpr int kPatience = 1000;  // ms
 
 void WriteWhole(int descriptor, View bytes) {
   while (!bytes.empty()) {

@@ -1,5 +1,4 @@
-// The limits of the route benchmarks: a slave that answers at once, a bare master and a bare
-// gateway.
+// Limits for the route benchmarks: a slave that answers at once, a bare master, a bare gateway.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +20,6 @@ Bytes ReadFrame(std::uint16_t address);
 Bytes ReadAdu(std::uint16_t transaction, std::uint16_t address);
 
 int OpenRaw(const std::string& path);
-/// Waits until `count` bytes have been received. Returns false after a second of silence.
 bool ReadWhole(int descriptor, std::uint8_t* to, std::size_t count);
 
 /// A minimal gateway: one epoll loop, Modbus TCP in, RTU out, one request at a time, no checks.

@@ -17,19 +17,17 @@ namespace baudgate::bench {
 double Median(std::vector<double> values);
 double Percentile(std::vector<double> values, double share);
 
-/// Creates a new directory in the temporary directory. It is removed at exit.
 std::string Scratch();
-/// Loads a configuration. If it has problems, prints them and exits.
 config::Config Load(const std::string& yaml, const config::Catalog& catalog);
 struct Totals {
   std::uint64_t exchanges = 0;
   std::uint64_t failed = 0;
-  std::uint64_t missed = 0;    ///< missed polling periods
-  std::uint64_t readings = 0;  ///< point readings
+  std::uint64_t missed = 0;
+  std::uint64_t readings = 0;
 };
 Totals Sum(const bus::PointStore& store);
 double CpuSeconds(pid_t process);
-/// Returns a number of /proc/PID/status, for example VmRSS in KiB; 0: missing.
+/// Returns a number of /proc/PID/status, for example VmRSS in KiB; 0 if the key is missing.
 double StatusOf(pid_t process, const std::string& key);
 const char* Verdict(bool reached);
 

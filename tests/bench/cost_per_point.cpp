@@ -1,5 +1,4 @@
-// Benchmark: cost of one changed point from the line's thread to the DDS writer (store, feed,
-// publish plan), with 1,000 to 100,000 points, without the cost of Fast DDS.
+// Benchmark: cost of a changed point up to the DDS writer, with 1,000 to 100,000 points.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,7 +15,7 @@ namespace {
 
 constexpr std::size_t kPointsPerDevice = 100;
 constexpr std::uint64_t kUpdates = 500'000;
-constexpr double kWanted = 1.5;  // ratio of the highest cost to the lowest
+constexpr double kWanted = 1.5;
 
 class CountingWriter final : public dds::SampleWriter {
  public:
@@ -58,7 +57,6 @@ double ProcessSeconds() {
   return static_cast<double>(used.tv_sec) + static_cast<double>(used.tv_nsec) / 1e9;
 }
 
-/// Returns the processor time of both threads for each update, in microseconds.
 double RunOne(std::size_t points) {
   const config::Config config = MakeConfig(points);
   bus::PointStore store(config);
@@ -67,7 +65,8 @@ double RunOne(std::size_t points) {
       dds::DdsPublisher::Create(config, store, std::make_unique<CountingWriter>(written));
   if (!publisher) std::exit(4);
   while (written < points)
-    std::this_thread::yield();  // the start-up image is paced, so it is not measured
+    std::this_thread::yield();  // the publisher sends the start-up image slowly, so it is not
+                                // measured
   std::vector<bus::Sample> samples(kPointsPerDevice);
   const double began = ProcessSeconds();
   auto next = std::chrono::steady_clock::now();
@@ -78,7 +77,7 @@ double RunOne(std::size_t points) {
     value += 1;
     for (std::uint32_t i = 0; i < kPointsPerDevice; ++i) samples[i] = {i, value, Quality::good};
     store.Update(device, samples, ReadClocks(), 1ms);
-    // One device each millisecond makes 100,000 points a second, as from many lines.
+    // One device each millisecond makes 100,000 points a second, like many lines together.
     next += std::chrono::milliseconds(1);
     std::this_thread::sleep_until(next);
   }

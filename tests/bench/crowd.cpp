@@ -1,6 +1,5 @@
-// Benchmark: cost of an exchange with 100 and with 1,000 lines on tcp://, each with one SPA device
-// of a hundred points at 1 s. Devices and gateway are two child processes, which this process
-// measures.
+// Benchmark: processor time of an exchange with 100 and 1,000 lines on tcp://, each with a device
+// of a hundred points at 1 s. Devices and gateway are child processes.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -58,15 +57,12 @@ std::string Yaml(const std::vector<int>& ports) {
   return yaml;
 }
 
-// ---------------------------------------------------------------- the devices
-
 /// The values never change, so each reply is computed only once.
 struct StillValues final : protocols::TwinValues {
   Value Get(std::size_t point, Instant) const override { return static_cast<double>(point) / 2; }
   void Set(std::size_t, const Value&) override {}
 };
 
-/// All devices in one thread: one epoll loop that takes replies from a table.
 class Slaves {
  public:
   explicit Slaves(const config::Catalog& catalog)
@@ -125,7 +121,8 @@ class Slaves {
       close(fd);
       return;
     }
-    // The gateway sends each request in one piece, and waits for the reply before the next.
+    // The gateway sends each request in one piece and waits for its reply, so the buffer contains
+    // one whole request.
     const std::string& reply = ReplyTo(std::string(buffer.data(), static_cast<std::size_t>(count)));
     if (!reply.empty() && write(fd, reply.data(), reply.size()) < 0) close(fd);
   }
@@ -144,9 +141,6 @@ class Slaves {
   std::map<std::string, std::string> replies_;
 };
 
-// ---------------------------------------------------------------- between the processes
-
-/// Renames the file into place, so that readers never see a part of it.
 void Publish(const std::string& path, const std::string& text) {
   std::ofstream(path + ".new") << text;
   fs::rename(path + ".new", path);
@@ -190,7 +184,7 @@ Process Spawn(const std::string& self, const char* role, const std::string& dire
 struct Figures {
   double per_second = 0;
   double cores = 0;
-  double cost_us = 0;  ///< processor time of one exchange
+  double cost_us = 0;
   double mib = 0;
   double threads = 0;
   long descriptors = 0;
@@ -255,7 +249,7 @@ int BeCrowdGateway(const config::Catalog& catalog, int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGUSR1);
   sigaddset(&signals, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // inherited by all threads that start later
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);  // also for threads that start later
   std::vector<int> ports;
   std::ifstream file(directory + "/ports");
   for (int port = 0; file >> port;) ports.push_back(port);

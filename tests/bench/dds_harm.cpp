@@ -1,6 +1,5 @@
-// Benchmark: delay of Modbus reads and missed polls of `baudgate demo` while its DDS process is
-// killed, stopped, at its memory limit, or receives hostile datagrams. A quiet phase precedes each
-// phase.
+// Benchmark: delay of Modbus reads and missed polls while the DDS process is killed, stopped, at
+// its memory limit, or attacked, compared with an undisturbed phase.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fcntl.h>
@@ -37,12 +36,12 @@ constexpr int kDomain = 112;
 constexpr int kPort = 15112;
 constexpr auto kPhase = std::chrono::seconds(12);
 constexpr auto kReadPeriod = std::chrono::milliseconds(2);
-constexpr double kWantedUs = 1000;  // wanted: p99 at most this much above p99 without disturbance
+constexpr double kWantedUs = 1000;  // limit of p99 minus p99 without disturbance
 
 class Gateway {
  public:
   explicit Gateway(const fs::path& program) : program_(program) {
-    setenv("XDG_RUNTIME_DIR", Scratch().c_str(), 1);  // for the gateway's control socket
+    setenv("XDG_RUNTIME_DIR", Scratch().c_str(), 1);
     child_ = fork();
     if (child_ == 0) {
       const int quiet = open("/dev/null", O_WRONLY | O_CLOEXEC);
@@ -58,7 +57,6 @@ class Gateway {
     waitpid(child_, nullptr, 0);
   }
 
-  /// Returns 0 while the process does not run.
   pid_t DdsProcess() const {
     std::error_code gone;
     for (const auto& thread : fs::directory_iterator(fmt::format("/proc/{}/task", child_), gone)) {
@@ -133,7 +131,7 @@ struct Phase {
 struct Harm {
   std::string name;
   std::chrono::milliseconds every;
-  std::function<void()> once;  ///< the disturbance; empty: none
+  std::function<void()> once;
 };
 
 Phase Run(Gateway& gateway, Client& client, const Harm& harm) {
@@ -183,7 +181,7 @@ std::vector<Harm> Harms(const Gateway& gateway, dds::testing::DatagramSender& at
            AnnouncementOf(1, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 10"))},
       {"a heartbeat of 2^40, 20 a second", std::chrono::milliseconds(50),
        [&attacker, heartbeat] {
-         attacker.Send(AnnouncementOf(1));  // the heartbeat must come from a known participant
+         attacker.Send(AnnouncementOf(1));  // heartbeats of unknown participants are dropped
          attacker.Send(heartbeat);
        }},
       {"an invented participant, 500 a second", std::chrono::milliseconds(2),

@@ -1,5 +1,4 @@
-// Benchmark: loss of living devices through dead ones on the same paced line, and the time until a
-// port that comes back is served. The limit is a line without dead devices in the same run.
+// Benchmark: how much dead devices slow living ones, and how soon a port that comes back is served.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -21,7 +20,7 @@ namespace {
 constexpr int kLiving = 5;
 constexpr int kDead[] = {0, 1, 10, 30};
 constexpr std::size_t kLines = std::size(kDead);
-constexpr Duration kSettle = 40s;  // enough to ask thirty dead devices once each
+constexpr Duration kSettle = 40s;  // in this time, thirty dead devices are asked at least once each
 constexpr Duration kMeasured = 120s;
 constexpr double kWanted = 0.97;
 
@@ -40,7 +39,8 @@ std::string LineYaml(const std::string& port, int living, int dead) {
   return yaml;
 }
 
-/// Runs lines with real runners. Each line has a paced simulator of its first devices.
+/// Runs lines as the gateway does. Each line has a simulator of its first devices; the other
+/// devices are dead.
 class Lines {
  public:
   Lines(const std::string& yaml, const config::Catalog& catalog)
@@ -126,7 +126,7 @@ void MeasureReturn(const config::Catalog& catalog) {
   lines.StartRunners();
   std::vector<double> waits;
   for (int i = 0; i < kReturns; ++i) {
-    std::this_thread::sleep_for(300ms + i * 700ms);  // the port is absent for longer each time
+    std::this_thread::sleep_for(300ms + i * 700ms);  // absent for longer in each round
     lines.StartTwins(0);
     const auto began = std::chrono::steady_clock::now();
     while (lines.answered(0) == 0) std::this_thread::sleep_for(1ms);

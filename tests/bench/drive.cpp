@@ -1,5 +1,5 @@
-// Benchmark: time from a motor's start to a changed frequency. A PLC repeats five messages and
-// transfers parameter blocks through a transparent route to an inverter on RS-485 at 19200 8E1.
+// Benchmark: time from a PLC's start command to a changed frequency, through a transparent route to
+// an inverter on RS-485 at 19200 8E1.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,14 +15,12 @@
 namespace baudgate::bench {
 namespace {
 
-/// Returns the number of reads that were sent after the PLC's start command (`sent`) but before it
-/// on the line. The exchange that was already under way does not count.
 int ReadsBefore(const std::vector<OnWire>& log, Instant sent) {
   int reads = 0;
   for (const OnWire& request : log) {
     if (request.from < sent) continue;
     if (request.pdu == StartPdu()) return reads;
-    // The start command needs time to pass through the gateway.
+    // In this time the start command is still in the gateway, so such a read is not late.
     const bool on_its_way = request.from < sent + 1ms;
     if (request.pdu.starts_with("03") && !on_its_way) ++reads;
   }
@@ -36,7 +34,7 @@ double Milliseconds(Duration time) {
 struct Setup {
   const char* name;
   bool blocks;
-  bool high;  ///< the frequency is read through a listener of high priority
+  bool high;
 };
 
 void Measure(const config::Catalog& catalog, const Setup& setup) {

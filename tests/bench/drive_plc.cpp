@@ -14,7 +14,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr Duration kBetweenEvents = 700ms;
-constexpr int kEvents = 25;  // number of starts and of stops
+constexpr int kEvents = 25;
 constexpr std::uint16_t kRunCommand = 8;
 constexpr std::uint16_t kSetFrequency = 13;
 constexpr std::uint16_t kFrequency = 200;

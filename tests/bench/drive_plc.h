@@ -1,5 +1,4 @@
-// The PLC of the drive benchmark: a Modbus TCP client that accesses the inverter through the
-// gateway.
+// The PLC of the drive benchmark.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,18 +15,17 @@
 
 namespace baudgate::bench {
 
-inline constexpr Duration kPlcPeriod = 30ms;  // nominal period of the five messages
-/// First registers of the parameter blocks that a PLC transfers.
+inline constexpr Duration kPlcPeriod = 30ms;
 inline constexpr std::array<std::uint16_t, 9> kBlocks = {999,  1119, 1239, 1359, 1479,
                                                          1599, 1719, 1839, 1959};
 
-/// As hex.
+/// Returns the PDU of the start command as hex.
 std::string StartPdu();
 
-/// The PLC. It repeats a message when its period is over and its last answer has arrived.
+/// A PLC as Modbus TCP client. It repeats a message when its period and its exchange are over.
 class Plc {
  public:
-  /// Reads the frequency through `watch_port`.
+  /// `watch_port` is the listener for reads of the frequency, `port` for everything else.
   Plc(std::uint16_t port, std::uint16_t watch_port, bool blocks);
 
   void Run();
@@ -53,7 +51,6 @@ class Plc {
   };
 
   void Fire(Message& message, Instant now);
-  /// Sends nine reads and one write of a block, repeatedly.
   void FireBlocks();
   void Send(const std::string& pdu, Message* message);
   void Receive();

@@ -1,4 +1,4 @@
-// The inverter of the drive benchmark: a Modbus RTU slave on a pty, in a separate thread.
+// The inverter of the drive benchmark.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -53,8 +53,8 @@ struct OnWire {
   std::string pdu;
 };
 
-/// The inverter on a pty. It paces bytes at the bit rate, thinks for 5 ms, sends long replies in
-/// fragments, and counts violations of the protocol's timing.
+/// An inverter as a Modbus RTU slave on a pty. It paces bytes at the bit rate, thinks for 5 ms,
+/// sends long replies in fragments, and counts violations of the protocol's timing.
 class Drive {
  public:
   Drive(const protocols::Protocol& rtu, const config::Device& device,
@@ -63,14 +63,14 @@ class Drive {
 
   const std::string& path() const { return pty_.path(); }
   std::vector<OnWire> log() const;
-  std::atomic<int> overlaps = 0;        ///< bytes received before an exchange was over
-  std::atomic<int> short_silences = 0;  ///< silences below 3.5 characters between reply and request
+  std::atomic<int> overlaps = 0;
+  std::atomic<int> short_silences = 0;  ///< silences before a request below 3.5 characters
   std::atomic<std::uint64_t> bytes_in = 0;
   std::atomic<std::uint64_t> bytes_out = 0;
 
  private:
   void Run();
-  /// Returns an estimate of when the last byte was sent, rather too early than too late.
+  /// Sends the reply. Returns an estimate of its end, rather too early than too late.
   Instant Answer(View request, Instant begin);
 
   tools::Pty pty_;

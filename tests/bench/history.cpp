@@ -1,5 +1,4 @@
-// Benchmark of the history: 10,000 points are read every second and change with every reading; then
-// a chart of a year is read. Counts processor time, in virtual seconds, without lines or waiting.
+// Benchmark of the history: 10,000 points that change every second, then a chart of a year.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -50,8 +49,6 @@ config::Config ManyPoints() {
   return config;
 }
 
-/// Makes test values: one point in four is a state, two change in steps of a tenth, and one is
-/// noise.
 class Signal {
  public:
   Value Next(std::uint32_t point, int second) {
@@ -137,7 +134,6 @@ void RunManyPoints() {
     recording += middle - begin;
     writing += ProcessorSeconds() - middle;
   }
-  // Waiting values are written as chunks, as at the end of an hour.
   const double begin = ProcessorSeconds();
   now = {now.instant + 2h, now.wall + 2h};
   for (int step = 0; step < 300; ++step) {

@@ -1,5 +1,4 @@
-// Benchmark: share of the possible exchanges that a line carries, as limited by characters, think
-// time and prescribed silences: the line alone, then with Modbus TCP, DDS, history and events.
+// Benchmark: share of the possible exchanges that a line carries, alone and with all outputs.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 

@@ -73,7 +73,6 @@ config::Config Load(const std::string& yaml, const config::Catalog& catalog) {
     }
     std::exit(3);
   }
-  // Each gateway has a separate state directory, which is removed at exit.
   static int gateways = 0;
   loaded.config.state = Scratch() + "/state-" + std::to_string(++gateways);
   return std::move(loaded.config);

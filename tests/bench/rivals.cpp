@@ -1,6 +1,5 @@
 // Benchmark of loads that other gateways publish results for: 100,000 floats at 1 s and 10,000 at
-// 100 ms from ten Modbus TCP servers, with 100 writes meanwhile. A further plant has ten devices
-// with ten times as many points: the cost of a reply must not rise.
+// 100 ms from ten Modbus TCP servers, with 100 writes meanwhile.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -43,7 +42,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr int kServers = 10;
 constexpr std::size_t kFloatsOfRequest = 62;
-constexpr std::size_t kWritable = 10;  // the last points of each device
+constexpr std::size_t kWritable = 10;  // the last points of each device are writable
 constexpr int kWrites = 100;
 constexpr std::uint16_t kPort = 15998;
 constexpr auto kSettle = std::chrono::seconds(8);
@@ -79,14 +78,12 @@ struct Outputs {
   bool history = false;
 };
 
-// ---------------------------------------------------------------- the servers
-
 std::uint16_t WordAt(const std::uint8_t* at) {
   return static_cast<std::uint16_t>(at[0] << 8 | at[1]);
 }
 
-/// Ten Modbus TCP servers in one epoll loop of another process. Their floats change every second;
-/// written values stay.
+/// Ten Modbus TCP servers in one loop of another process. Their floats change every second; written
+/// floats stay.
 class Servers {
  public:
   Servers()
@@ -214,7 +211,7 @@ class Servers {
     bytes.push_back(static_cast<std::uint8_t>(word));
   }
 
-  std::atomic<std::uint64_t>* answered_;  // shared with the server process
+  std::atomic<std::uint64_t>* answered_;
   std::vector<int> listeners_;
   std::vector<int> ports_;
   std::map<int, Client> clients_;
@@ -222,9 +219,6 @@ class Servers {
   pid_t process_ = 0;
 };
 
-// ---------------------------------------------------------------- the gateway
-
-/// Writes the profile and the configuration as a user would.
 std::string Write(const Plant& plant, const Outputs& outputs, const std::vector<int>& ports,
                   const std::string& folder) {
   std::string profile = "device: PLC of the bench\npoints:\n";
@@ -269,8 +263,7 @@ std::optional<pid_t> ChildOf(pid_t process) {
   return std::nullopt;
 }
 
-/// The program beside this one. The environment variable BAUDGATE chooses another, to compare two
-/// versions.
+/// Runs the baudgate program beside this one, or the program in the environment variable BAUDGATE.
 class Gateway {
  public:
   explicit Gateway(const std::string& file) {
@@ -336,14 +329,11 @@ class Reader {
   std::thread thread_;
 };
 
-// ---------------------------------------------------------------- what is measured
-
 struct Writes {
   std::vector<double> ms;
   int failed = 0;
 };
 
-/// Writes one value after the other, each to another device, and waits for each answer.
 Writes WriteMeanwhile(const Plant& plant, const std::string& folder) {
   Writes writes;
   const RawClient client(folder + "/control");

@@ -1,5 +1,4 @@
-// Benchmark of transparent routes against minimal programs with the same task: round trips, rate,
-// time added to prescribed silences, and how clients share a line.
+// Benchmark of transparent routes against minimal programs: round trips, rate, silences, fairness.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <poll.h>
@@ -28,14 +27,14 @@ constexpr int kRounds = 9;
 constexpr int kPerRound = 400;
 constexpr Duration kMeasured = 3s;
 constexpr double kWantedRoundTrip = 2.0;
-/// mbusd 0.5.3 at its shortest pause carried 700 requests per second, a bare gateway 7,800 on the
-/// same machine (4,700 when the machine was busiest). Wanted: five times mbusd's share.
+/// At its shortest pause, mbusd 0.5.3 carried 700 requests per second, and a bare gateway 7,800 on
+/// the same machine. The limit is five times mbusd's share of the bare gateway's rate.
 constexpr double kWantedRate = 5 * 700.0 / 7800;
 constexpr double kWantedSilence = 150;  // us
 constexpr int kClients = 64;
 constexpr double kWantedFairness = 0.8;
 constexpr double kWantedHigh = 0.5;
-constexpr std::size_t kReplyFrame = 7;  // reply to a read of one register
+constexpr std::size_t kReplyFrame = 7;
 constexpr std::uint16_t kFrequency = 200;
 
 std::uint16_t FreePort() { return BareGateway("/dev/null").port(); }
@@ -56,7 +55,7 @@ struct Gateway {
       fmt::print(stderr, "{}\n", status.error());
       std::exit(4);
     }
-    // The line opens in another thread.
+    // The line opens in another thread, so the first requests can fail.
     RawClient client(port);
     for (int i = 0; i < 100; ++i) {
       client.Send(ReadAdu(1, kFrequency));
@@ -103,7 +102,6 @@ std::vector<double> TimeMaster(int tty, int count, Duration quiet = {}) {
   return times;
 }
 
-/// Returns requests per second. Each client has one outstanding request.
 double Rate(std::uint16_t port, int clients) {
   std::vector<RawClient> all;
   std::vector<pollfd> ready;
@@ -170,7 +168,6 @@ void MeasureRoundTrip(const config::Catalog& catalog) {
   }
 }
 
-/// A slave that paces bytes at the bit rate and thinks for 5 ms.
 class PacedSlave {
  public:
   explicit PacedSlave(const config::Catalog& catalog) {
@@ -235,8 +232,8 @@ void MeasureSilences(const config::Catalog& catalog) {
              Median(direct), Median(routed), added, Verdict(added <= kWantedSilence));
 }
 
-/// Returns how many requests of each client were answered in the measured time; for client
-/// `watched`, between its first answer and its last.
+/// Returns the answered requests of each client; for client `watched`, between its first and last
+/// answer.
 std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
                                  std::optional<std::size_t> watched = {}) {
   std::vector<RawClient> all;
@@ -267,7 +264,7 @@ std::vector<std::uint64_t> Share(const std::vector<std::uint16_t>& ports,
 
 void MeasureFairness(const config::Catalog& catalog) {
   const ScriptedSlave slave({}, InstantAnswer);
-  // A request occupies the line for a millisecond, so that clients wait for the line only.
+  // At 115200 bit/s, a request takes about a millisecond, so clients wait only for the line.
   const Gateway gateway(slave.path(), "115200 8N1", ", timing: { quiet: 1ms }", catalog);
   fmt::print(
       "{} clients on one line (wanted: nobody below {:.0f} % of a fair share; one of high "

@@ -1,5 +1,4 @@
-// Benchmark: 10,000 points on 100 pty lines at 1 s, every value changing at every poll, with one
-// DDS subscriber. This process is the gateway and measures itself.
+// Benchmark: 10,000 points on 100 pty lines, all changing every second, with one DDS subscriber.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -30,7 +29,7 @@ constexpr auto kMeasured = std::chrono::seconds(30);
 constexpr double kWantedCore = 0.35;
 constexpr double kWantedMib = 120;
 
-/// Makes one relay per line with a hundred floats, read 25 at a time: four exchanges a second.
+/// Each line has a relay with a hundred floats, which takes four exchanges a second.
 std::string Yaml(const std::string& directory) {
   std::string points;
   for (int i = 1; i <= kPointsPerLine; ++i) {

@@ -1,5 +1,4 @@
-// Benchmark: delay from the last byte of an RFID tag on a pty to its event in a DDS subscriber,
-// including the write to disk. The time of one fsync is measured between the tags.
+// Benchmark: delay from an RFID tag's last byte to its stored event in a DDS subscriber.
 // SPDX-License-Identifier: Apache-2.0
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -22,7 +21,7 @@ constexpr int kDomain = 113;
 constexpr int kTags = 200;
 constexpr auto kPeriod = std::chrono::milliseconds(50);
 constexpr double kWantedMs = 20;
-constexpr double kFsyncMs = 5;  // the limit applies only if an fsync takes at most this long
+constexpr double kFsyncMs = 5;
 
 using Clock = std::chrono::steady_clock;
 
@@ -30,7 +29,7 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-/// Measures fsync. Overwrites the same pages each time, as a database log does.
+/// Measures fsync. It overwrites the same pages each time, as a database log does.
 class Fsyncs {
  public:
   Fsyncs()
@@ -124,7 +123,7 @@ void RunTagDelay(const config::Catalog& catalog) {
     const auto sent = Clock::now();
     if (write(pty->master(), frame.data(), frame.size()) < 0) std::exit(4);
     const auto arrived = arrivals.Wait(Digits(tag));
-    if (tag > 1) {  // during the first tag, the DDS participants are still being discovered
+    if (tag > 1) {  // during the first tag, the DDS participants are still discovering each other
       if (!arrived) ++lost;
       if (arrived) {
         delays.push_back(std::chrono::duration<double, std::milli>(*arrived - sent).count());

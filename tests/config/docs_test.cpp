@@ -1,10 +1,10 @@
-// Tests that every piece of YAML in the documents can be pasted: it is completed to a whole file
-// and loaded.
+// Tests that every piece of YAML in the documents can be pasted: each piece is completed to a whole
+// file and loaded.
 //
-// Pieces are blocks marked as yaml, files that a command writes (cat > x.yaml <<'END'), lines in
-// other blocks and inline code that begin with a key of the configuration. "…" stands for omitted
-// parts. Each piece is tried at every level (file, line, device, point, profile …) with every
-// protocol until an attempt loads; missing names, ports and addresses are filled in.
+// Pieces are blocks marked as yaml, files that a command writes (cat > x.yaml <<'END'), and lines
+// in other blocks and inline code that begin with a key of the configuration. "…" stands for
+// omitted parts. Each piece is tried at every level (file, line, device, point, profile …) with
+// every protocol until an attempt loads; missing names, ports and addresses are filled in.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -33,7 +33,7 @@ struct Piece {
   std::string text;
 };
 
-/// Pieces that are no configuration of baudgate, or need files that another piece creates.
+/// A piece that is not tested: it is no configuration, or needs files of another piece.
 struct Exception {
   std::string_view file;
   std::string_view begins;
@@ -55,8 +55,6 @@ constexpr Exception kUnreadCode[] = {
     {"protocols/telegram/README.md", "",
      "keys of a telegram; its blocks show them at their places"},
 };
-
-// ---------------------------------------------------------------- pieces of a document
 
 const std::set<std::string>& Keys() {
   static const std::set<std::string> kKeys = {"gateway", "modbus",    "dds",     "web",    "events",
@@ -86,7 +84,6 @@ class Document {
   }
 
  private:
-  /// Takes the pieces that begin in line `i` and returns the number of the next line.
   std::size_t TakeFrom(std::size_t i) {
     const std::string& line = lines_[i];
     if (line.starts_with("```")) {
@@ -158,7 +155,6 @@ class Document {
   std::vector<Piece> pieces_;
 };
 
-/// Replaces omitted values by `instead`, or removes their keys.
 std::string WithoutDots(std::string text, bool keys) {
   static const std::string kDots = R"((…|\.\.\.))";
   const auto replace = [&text](const std::string& form, const std::string& by) {
@@ -172,9 +168,7 @@ std::string WithoutDots(std::string text, bool keys) {
   return text;
 }
 
-// ---------------------------------------------------------------- a piece as a whole file
-
-/// Prints in block style with unchanged scalars, because `0x8000` and "0x8000" differ.
+/// Appends the node in block style. Scalars stay unchanged, because `0x8000` and "0x8000" differ.
 void Print(const YAML::Node& node, const std::string& indent, std::string& out) {
   if (node.IsMap() && node.size() > 0) {
     out += "\n";
@@ -210,14 +204,13 @@ void Print(const YAML::Node& node, const std::string& indent, std::string& out) 
   }
 }
 
-/// A protocol with a profile or a point, which the missing parts of an excerpt are taken from.
 struct Base {
   const char* protocol;
-  const char* profile;  ///< empty: the device has one point
+  const char* profile;
   const char* read = "";
   const char* type = "float32";
   bool written = false;
-  const char* option = "";  ///< a device option that excerpts omit
+  const char* option = "";
   const char* value = "";
 };
 constexpr Base kBases[] = {
@@ -298,7 +291,7 @@ class Completion {
     Each(line["devices"], &Completion::Device);
     return line;
   }
-  /// Moves keys of lower levels that stand beside those of the file to their level.
+  /// Moves keys of lower levels that stand beside keys of the file to their own level.
   YAML::Node File(YAML::Node file) const {
     const auto move = [&file](const char* key, const auto& to) {
       if (!file[key]) return;
@@ -352,7 +345,6 @@ class Completion {
     }
     return std::nullopt;
   }
-  /// Routes name lines that an excerpt omits.
   static void AddLinesOfRoutes(YAML::Node& file) {
     if (!file["modbus"].IsMap() || !file["modbus"]["routes"].IsSequence()) return;
     for (const YAML::Node& route : file["modbus"]["routes"]) {
@@ -419,8 +411,7 @@ constexpr Level kLevels[] = {
     },
     [](YAML::Node& piece) { return Map("devices", List(Map("timing", piece))); },
 };
-/// Only the first levels depend on the protocol; the others need no profile, so they are tried
-/// once.
+/// Only these levels depend on the protocol, so the other levels are tried once.
 constexpr std::size_t kLevelsOfProtocols = 4;
 constexpr Level kProfileLevels[] = {
     [](YAML::Node& piece) { return piece; },
@@ -431,7 +422,7 @@ constexpr Level kProfileLevels[] = {
     },
 };
 
-/// Stores the attempt with the fewest problems. Unknown keys weigh more: they show a wrong level.
+/// Stores the attempt with the fewest problems. Unknown keys count more: they show a wrong level.
 class Attempts {
  public:
   bool done() const { return nearest_ && nearest_->empty(); }
@@ -486,7 +477,6 @@ void Try(const std::string& text, const std::string& file, Attempts& attempts) {
   }
 }
 
-/// Returns the problems of the best attempt; empty: the piece loads.
 std::string Refusal(const Piece& piece) {
   Attempts attempts;
   for (const bool keys : {false, true}) {

@@ -60,8 +60,6 @@ TEST(EventTable, IsReadWithTextsAndStates) {
   EXPECT_EQ(config::FindEvent(table, 0, 3), nullptr);
 }
 
-// ---------------- The key events: of points, and alarms in a profile's table of events.
-
 using config::AlarmPriority;
 using config::PointEvent;
 using ::testing::ElementsAre;
@@ -137,8 +135,6 @@ TEST(PointEvents, HaveANormalValue) {
   EXPECT_EQ(DeviceOf(loaded).points.at(0).events.at(0).normal, "0");
 }
 
-// ---------------- The keys alarms: and event_alarms:, and which alarms shipped profiles raise.
-
 std::string TextOf(const config::AlarmSetting& alarms) {
   return (alarms.on() ? std::string(Name(alarms.priority)) : "off") + " " +
          FormatDuration(alarms.delay);
@@ -150,7 +146,7 @@ TEST(AlarmsKey, EachKeyIsTakenFromTheMostSpecificSetting) {
     const char* line;
     const char* device;
     const char* route;
-    const char* are;  // alarm settings of gateway, line, device and route
+    const char* are;
   };
   const Row rows[] = {
       {"", "", "", "", "medium 30s, medium 30s, medium 30s, medium 30s"},
@@ -199,12 +195,12 @@ TEST(EventAlarms, OverrideAlarmsOfTheEventTable) {
   EXPECT_EQ(config::FindEvent(table, 2, 17)->text, "output TS1 activated");
 }
 
-/// The alarms are those that the device's document calls a trip, a fault or a loss.
+/// The expected alarms are what the device's manual calls a trip, a fault or a loss.
 TEST(ShippedProfiles, DefineTheExpectedAlarms) {
   struct Row {
     const char* protocol;
     const char* profile;
-    const char* alarms;  // codes of events, then points
+    const char* alarms;
   };
   const Row rows[] = {
       {"spabus", "spaj140c", "E3 high, E7 high, E11 high, E15 high, internal_fault high"},
@@ -234,8 +230,6 @@ TEST(ShippedProfiles, DefineTheExpectedAlarms) {
   }
 }
 
-// ---------------- The key records of profiles, and the groups of the points in records.
-
 using config::Group;
 
 constexpr const char* kPoints =
@@ -252,7 +246,6 @@ struct LoadedProfile {
   std::string problems;
 };
 
-/// Loads a profile with `keys` behind its points and resolves it as for a device.
 LoadedProfile LoadKeys(const std::string& keys, bool events = true) {
   static const protocols::Protocol kProtocol = MakeFakeProtocol("fake");
   config::Problems problems;
@@ -309,10 +302,8 @@ TEST(Records, ReportInvalidKeys) {
                   .problems,
               HasSubstr("record: the profile has no record 'tripp'; did you mean 'trip'?"));
   EXPECT_THAT(LoadKeys("events: [{ code: 1, text: a, record: trip }]\n").problems,
-              HasSubstr("it has: none"));
+              HasSubstr("records: none"));
 }
-
-// ---------------- The key history: which points it selects, and its problems.
 
 constexpr const char* kFeeders =
     "lines:\n- { name: bay, port: /dev/l, protocol: fake, devices: [\n"

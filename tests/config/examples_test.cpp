@@ -65,7 +65,6 @@ TEST(Examples, ADeviceKnowsTheIdentityNamesOfOtherTypes) {
       << Shown(wrong.problems);
 }
 
-/// Only names, places and values marked as examples may differ from the defaults.
 TEST(Examples, AnnotatedDefaultsAreTheDefaults) {
   const config::Loaded loaded = config::LoadFile("config/examples/baudgate.yaml", Shipped());
   ASSERT_TRUE(loaded.ok());
@@ -104,7 +103,7 @@ TEST(Profiles, AllShippedProfilesLoadWithoutProblems) {
   }
 }
 
-/// A default that a profile repeats would override the setting of a line or gateway.
+/// A key with its default value would override the setting of a line or gateway.
 TEST(Profiles, ContainNoKeyWithItsDefaultValue) {
   for (const config::ProfileFile& file : Shipped().Profiles()) {
     const protocols::Protocol& protocol = *Shipped().FindProtocol(file.protocol);

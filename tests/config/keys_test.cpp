@@ -55,7 +55,7 @@ std::string AllowedOf(const Field<kMember>& field) {
   return ValueText(field.least) + "…" + ValueText(field.most);
 }
 
-/// Returns the table of the keys that begin with `prefix`: "gateway." for "gateway.name".
+/// Returns the table of the keys that begin with `prefix`. Example: "gateway." for "gateway.name".
 template <HasFields T>
 std::string TableOf(const T& its, std::string_view prefix = "") {
   std::string text = "| key | default | allowed | |\n| --- | --- | --- | --- |\n";

@@ -24,7 +24,6 @@ constexpr const char* kDrive =
     "- { name: drive, port: /dev/l, protocol: modbus_rtu, devices: [{ name: d, address: 1, "
     "points: [{ name: p, read: A1, type: int16 }] }] }\n";
 
-/// The keys begin in line 1, column 21.
 config::Loaded LoadListener(const std::string& keys) {
   return LoadModbus("modbus: { listen: { " + keys + " } }\n" + kDrive);
 }
@@ -153,9 +152,6 @@ TEST(Network, ServersMayOmitThePort) {
   EXPECT_EQ(shown("x:0"), "'x:0' has no usable port number; allowed: 1…65535");
 }
 
-// ---------------- modbus.routes: resulting and refused routes, and units that a route does not
-// get.
-
 using config::Route;
 
 constexpr const char* kRoutedLines =
@@ -165,7 +161,7 @@ constexpr const char* kRoutedLines =
     "- { name: drive, port: /dev/b, protocol: modbus_rtu }\n"
     "- { name: text, port: /dev/c, protocol: modbus_ascii }\n";
 
-/// The routes begin in line 2, column 12. The two routes at the end keep the lines in use.
+/// The routes begin in line 2, column 12. The two routes at the end give each line a route.
 config::Loaded LoadRoutes(const std::string& routes) {
   return LoadModbus("modbus: {\n  routes: [ " + routes +
                     ", { units: 201, line: drive }, { units: 202, line: text } ] }\n" +
@@ -241,8 +237,6 @@ TEST(Units, AreShownAsRanges) {
   EXPECT_EQ(text({0}), "0");
   EXPECT_EQ(text({33, 34, 35, 37, 254, 255}), "33-35, 37, 254-255");
 }
-
-// ---------------- The sections gateway, modbus and dds.
 
 constexpr const char* kLines =
     "lines:\n"
@@ -356,8 +350,6 @@ TEST(Network, Ipv4IsStoredInItsMappedForm) {
   EXPECT_EQ(config::ParseNetwork("fe80::/10")->prefix, 10);
 }
 
-// ---------------- The key web.
-
 config::Loaded LoadWeb(const std::string& web) {
   return config::LoadText("web: " + web +
                               "\nlines: [{ name: l, port: /dev/l, protocol: fake, devices: [{ "
@@ -388,8 +380,6 @@ TEST(WebConfig, IsReadWithAllItsKeys) {
   EXPECT_FALSE(web.on_loopback());
   EXPECT_TRUE(LoadWeb("{ listen: localhost:1, allow: [], hosts: [] }").config.web.on_loopback());
 }
-
-// ---------------- The keys serial_server and lend of a line.
 
 using config::PortServer;
 

@@ -200,8 +200,6 @@ TEST(OptionTable, ReadsTextForEveryKind) {
       << "a secret is not quoted";
 }
 
-// ---------------- A protocol that also uses the profiles of another protocol.
-
 class SharedProfiles : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -258,12 +256,12 @@ TEST_F(SharedProfiles, AreSuggestedForAMisspeltProfile) {
   EXPECT_NE(missed.error().find((root_ / "owner").string()), std::string::npos);
 }
 
-// ---------------- Times, retries and periods: protocol's default < gateway < line < profile <
-// device, for each key separately.
+// ---------------- Precedence of times, retries and periods, for each key separately: protocol's
+// default < gateway < line < profile < device.
 
 using config::Timing;
 
-/// The fake's profile `relay` has reply 700ms, gap 30ms, retries 5, poll 2s, slow 2min.
+/// The device uses the profile `relay`: reply 700ms, gap 30ms, retries 5, poll 2s, slow 2min.
 config::Line LineOf(const std::string& gateway, const std::string& line,
                     const std::string& device) {
   const config::Loaded loaded = Load("lines:\n- { name: l, port: /dev/l, protocol: fake, " + line +
@@ -271,7 +269,7 @@ config::Line LineOf(const std::string& gateway, const std::string& line,
                                      " }] }\n"
                                      "gateway: { name: g" +
                                      gateway + " }\n");
-  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);  // other tests check warnings
+  EXPECT_TRUE(loaded.ok()) << Shown(loaded.problems);
   return loaded.config.lines.empty() ? config::Line() : loaded.config.lines[0];
 }
 

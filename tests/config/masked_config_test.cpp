@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsSupersetOf;
 using ::testing::Not;
 
-/// KEY is replaced by each secret key, SECRET by its value.
+/// YAML texts in which KEY is replaced by each secret key, and SECRET by its value.
 const char* const kPlaces[] = {
     "lines:\n- { name: l, devices: [{ name: d, KEY: SECRET, address: 1 }] }\n",
     "lines:\n- devices:\n  - KEY: \"SECRET\"  # SECRET\n    name: d\n",

@@ -129,8 +129,6 @@ TEST(Points, TypesMayHaveTheirIec61131Names) {
   EXPECT_EQ(RangeOf(device.points[2]).highest, 86'399'999U);
 }
 
-// ---------------- `ratios` of a device: its units at this site.
-
 config::Loaded LoadRatios(const std::string& ratios) {
   return Load(
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"
@@ -168,12 +166,10 @@ TEST(Ratios, ARatioIsNotAppliedToTheResultOfAnother) {
   EXPECT_EQ(loaded.config.lines[0].devices[0].points[0].scale, 200);
 }
 
-// ---------------- Write permission: keys of points and devices, and their problems.
-
 using ::testing::HasSubstr;
 
 /// Loads a device with points a (rw), b (rw, bool), r (read only) and t (rw, text). `keys` are
-/// added to the device, `more` to point a.
+/// added to the device, `more` are added to point a.
 config::Loaded LoadDevice(const std::string& keys, const std::string& more = "") {
   return Load(
       "lines:\n- { name: l, port: /dev/l, protocol: fake, devices: [\n"

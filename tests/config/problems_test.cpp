@@ -21,7 +21,6 @@ std::string Joined(const std::vector<std::string>& lines) {
   return text;
 }
 
-/// Returns the document `form` with the parts of `written` in place of its "§" signs.
 std::string DocumentOf(const std::string& form, std::string written) {
   const std::string place = "§";
   std::string text = form;
@@ -69,7 +68,7 @@ std::string Without(const std::string& prefix, std::string problems) {
   return problems;
 }
 
-/// The head of problems.txt explains the signs.
+/// The head of problems.txt explains the notation of the table.
 TEST(Problems, AreReportedAsInTheTable) {
   const auto cases = ReadFileCases("tests/config/problems.txt");
   EXPECT_GT(cases.size(), 500U);

@@ -58,8 +58,8 @@ TEST(Sentinels, InHexAreTheRawBitsOfTheReading) {
   }
 }
 
-// ---------------- A number with a leading zero is 10 to some YAML readers and 8 to others: it is
-// an error wherever a number is expected, and only there.
+// ---------------- A number with a leading zero means 10 to some YAML readers and 8 to others, so
+// it is an error wherever a number is expected. Text with a leading zero is no error.
 
 using ::testing::HasSubstr;
 
@@ -76,8 +76,6 @@ TEST(LeadingZero, NamesBothReadings) {
     EXPECT_EQ(WhyLeadingZero(fine), "") << fine;
   }
 }
-
-// ---------------- Suggestions for an unknown protocol name.
 
 TEST(MeantProtocol, IsFoundByCommonNames) {
   const struct {

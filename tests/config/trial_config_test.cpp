@@ -1,4 +1,4 @@
-// Tests the copy of a configuration that runs without hardware.
+// Tests TrialConfig, the copy of a configuration that runs without hardware.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

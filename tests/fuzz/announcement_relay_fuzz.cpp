@@ -1,4 +1,4 @@
-// Fuzzes the discovery server: any bytes as datagrams, one relay for a whole input.
+// Fuzzes the discovery server: one relay receives all datagrams of an input.
 // Input: datagrams, each with a length (2 bytes, big-endian), the last byte of the sender's address
 // 127.0.0.x, the time that has passed (a byte, in 50 ms), and its bytes.
 #include "gateway/outputs/dds/discovery/announcement_relay.h"

@@ -1,6 +1,6 @@
-// Fuzzes the reader of the audit file. The first byte chooses: damage to a good file, as places
-// (two bytes each) with the byte to write there; or rows of any type and size in a table without
-// constraints, as a byte for the type of each field and its content.
+// Fuzzes the reader of the audit file. The first byte of the input chooses: damage to a good file
+// (positions of two bytes, each with the byte to write there); or rows of any type and size in a
+// table without constraints. Each field of a row is a byte for its type and its content.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/status/records_json.h"
 #include "gateway/records/audit/audit_log.h"

@@ -1,4 +1,4 @@
-// Fuzzes a conversation: tasks, real requests, and replies from a good one of the twin to noise.
+// Fuzzes a conversation: tasks, real requests, and replies from valid replies of the twin to noise.
 // Input: device, options, then steps: task and reply (see Session).
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
@@ -15,7 +15,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-constexpr int kMostTasks = 8;  // in one input
+constexpr int kMostTasks = 8;
 
 double NumberOf(std::uint8_t choice) {
   constexpr double kNumbers[] = {0,     1,     -1,  0.5,  7.25, 99.999, -12.5,  255,   1000,
@@ -71,7 +71,7 @@ class Session {
  private:
   void CheckQueries() const {
     for (const protocols::Query& query : conversation_->Queries()) {
-      // While another device answers, only its identification is read.
+      // While another device answers, only identification is read, so a query may have no points.
       Require(!query.points.empty() || conversation_->trouble(), "a query reads something");
       for (const std::size_t point : query.points) {
         Require(point < device_.points.size(), "a query reads points of its device");
@@ -79,9 +79,9 @@ class Session {
     }
   }
 
-  /// Takes one byte. Its low 3 bits: 0…3 poll, 4 probe, 5 and 6 write, 7 the port was reopened. The
-  /// other bits: the time that passes before, in 500 ms. A conversation that listens for unasked
-  /// bytes does so in place of 0…2.
+  /// Takes one byte. Its low 3 bits choose the task: 0…3 poll, 4 probe, 5 and 6 write, 7 reopen the
+  /// port. The other bits are the time that passes before, in 500 ms. A conversation that receives
+  /// unasked bytes does so in place of 0…2.
   void RunTask() {
     const std::uint8_t head = input_.U8();
     now_ += (head >> 3U) * 500ms;
@@ -118,7 +118,6 @@ class Session {
     }
   }
 
-  /// Takes one byte: even: the twin sends an event; odd: any bytes arrive.
   void Listen(const protocols::Standing& standing) {
     if (!ear_) {
       ear_.emplace(standing);
@@ -158,7 +157,6 @@ class Session {
     return cut.kind == protocols::Cut::Kind::frame && cut.size == request.size();
   }
 
-  /// Exchanges the options with and without checksum: a DCON module is identified in both modes.
   config::Options OtherMode() const {
     config::Options options = device_.options;
     if (UnderTest().name == "dcon") options.Set("checksum", !options.Flag("checksum"));
@@ -211,8 +209,9 @@ class Session {
     return conversation_->OnFailure(task, request, outcome, now_);
   }
 
-  /// Takes one byte: 0 and 1 the twin's reply, 2 the twin's reply with edits and a new checksum, 3
-  /// with edits only, 4 bytes with a checksum, 5 bytes without, 6 silence, 7 the request itself.
+  /// Takes one byte: 0 and 1 the twin's reply; 2 the twin's reply with edits and a new checksum; 3
+  /// with edits but the old checksum; 4 arbitrary bytes with a checksum; 5 without a checksum; 6 no
+  /// reply; 7 the request itself.
   Bytes TakeReply(const protocols::Request& request) {
     const std::uint8_t head = input_.U8();
     const std::uint8_t kind = head & 7U;

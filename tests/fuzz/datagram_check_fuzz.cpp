@@ -1,4 +1,4 @@
-// Fuzzes the check that shields the DDS library: any bytes as datagrams, one check for a whole
+// Fuzzes the check of datagrams before the DDS library: one check receives all datagrams of an
 // input.
 // Input: a byte of options, then datagrams, each with a length (2 bytes, big-endian), a byte of the
 // sender's address, a byte of time that has passed, and its bytes.
@@ -33,7 +33,7 @@ void CheckOne(DatagramCheck& check, Secured security, const Bytes& datagram, Sen
     Require(verdict.hidden[i] + 2U <= passed.size(), "what is hidden lies inside");
     passed[verdict.hidden[i]] = passed[verdict.hidden[i] + 1U] = 0;
   }
-  // A new check has no state of earlier datagrams.
+  // A new check has no state of earlier datagrams, so it must accept what the first check accepted.
   constexpr std::int64_t kAny = std::int64_t{1} << 62;
   constexpr WindowLimits kEndless{.burst = kAny, .each_second = 1, .first_of_samples = kAny};
   DatagramCheck fresh{CheckOptions{.security = security, .participants = {}, .window = kEndless}};
@@ -45,8 +45,8 @@ void CheckOne(DatagramCheck& check, Secured security, const Bytes& datagram, Sen
 
 void FuzzDatagramCheck(View bytes) {
   Input input(bytes);
-  // Values 0 to 2 have the meaning of an older one-bit option, so that the corpus stays valid; 3
-  // demands security.
+  // Values 0 to 2 have the meaning of an older one-bit option, so that the corpus stays valid;
+  // value 3 demands security.
   const int options = input.U8() & 3;
   const auto security = static_cast<dds::Secured>(options == 3 ? 2 : options & 1);
   dds::DatagramCheck check{dds::CheckOptions{
@@ -58,7 +58,6 @@ void FuzzDatagramCheck(View bytes) {
     const dds::Sender sender{.address = input.U8(), .port = 7400};
     now += std::chrono::milliseconds(input.U8());
     const View piece = input.Take(length);
-    // A separate copy lets AddressSanitizer detect reads beyond the end.
     CheckOne(check, security, Bytes(piece.begin(), piece.end()), sender, now);
   }
 }

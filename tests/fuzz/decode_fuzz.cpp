@@ -1,4 +1,4 @@
-// Fuzzes `baudgate decode`. Input: one byte for the protocol, then the text of a capture file.
+// Fuzzes `baudgate decode`. Input: a byte for the protocol, then the text of a capture file.
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 #include <sstream>

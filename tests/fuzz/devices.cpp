@@ -66,7 +66,6 @@ config::Device MakeDevice(const Slice& slice, std::uint8_t variant) {
   const auto count = std::min<std::ptrdiff_t>(part.points.end() - begin, kPointsOfSlice);
   part.points = std::vector<config::Point>(begin, begin + count);
   config::Device device = config::DeviceFromProfile(part, UnderTest(), "device", "1");
-  // Half of the variants keep the device options of the profile.
   if ((variant & 1U) != 0) device.options = OptionsOf(UnderTest(), variant >> 1U);
   return device;
 }
@@ -111,8 +110,7 @@ const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant) {
 
 void CheckAnswer(const protocols::Answer& answer, const config::Device& device) {
   const bool life = ProvesLife(answer.outcome);
-  // The outcomes no_reply and partial are allowed: the last answer of a task reports the failed
-  // exchange.
+  // The last answer of a task can report a failed exchange: no_reply and partial are allowed.
   Require(answer.outcome != Outcome::none && answer.outcome != Outcome::line_down,
           "an answer has an outcome of an exchange");
   Require(answer.outcome == Outcome::ok || answer.then == protocols::Then::ask_again ||

@@ -1,4 +1,4 @@
-// Devices made from small slices of the shipped profiles, so that a conversation is built quickly.
+// Devices made from small slices of the shipped profiles, so that conversations are built fast.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,8 +10,8 @@
 
 namespace baudgate::fuzz {
 
-/// Returns a device with a few points, writable if the plugin allows it. The device is made on
-/// first use and never freed. All arguments are valid.
+/// Returns a device with a few points, writable if the protocol supports writing. The device is
+/// created on first use and never freed. All argument values are valid.
 const config::Device& DeviceOf(std::uint8_t slice, std::uint8_t variant);
 
 void CheckAnswer(const protocols::Answer& answer, const config::Device& device);

@@ -12,14 +12,13 @@
 
 namespace baudgate::fuzz {
 
-/// If `kept` is false, prints the broken promise and aborts the process.
 inline void Require(bool kept, std::string_view promise) {
   if (kept) return;
   std::fprintf(stderr, "not kept: %.*s\n", static_cast<int>(promise.size()), promise.data());
   std::abort();
 }
 
-/// Reads the fuzzer's bytes from front to back; behind their end it returns zeros and empty slices.
+/// Reads the fuzzer's bytes from front to back; behind their end, it returns zeros and empty views.
 class Input {
  public:
   explicit Input(View bytes) : rest_(bytes) {}
@@ -29,7 +28,6 @@ class Input {
     const View one = Take(1);
     return one.empty() ? std::uint8_t{0} : one[0];
   }
-  /// Returns a number below `limit`; 0 if `limit` is 0.
   std::size_t Below(std::size_t limit) {
     const std::size_t byte = U8();
     return limit == 0 ? 0 : byte % limit;
@@ -39,7 +37,6 @@ class Input {
     rest_ = rest_.subspan(taken.size());
     return taken;
   }
-  /// Takes a length byte and that many bytes.
   View TakeCounted() { return Take(U8()); }
   View Rest() { return Take(rest_.size()); }
 

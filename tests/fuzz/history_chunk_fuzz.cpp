@@ -1,5 +1,5 @@
-// Fuzzes the reader of history files. The first byte chooses: the bytes as they are; or columns
-// that are compressed here, so that they pass the checksum of zlib; or entries that must be read
+// Fuzzes the reader of history files. The first byte chooses: the bytes are the file; or columns
+// that the target compresses, so that they pass the checksum of zlib; or entries that must be read
 // back unchanged.
 // SPDX-License-Identifier: Apache-2.0
 #include <zlib.h>

@@ -1,5 +1,4 @@
-// The main program with libFuzzer. Its file name chooses the target: CMakeLists.txt makes a link
-// for each target.
+// Runs the fuzz target that the file name of the program names, with libFuzzer.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <cstdlib>

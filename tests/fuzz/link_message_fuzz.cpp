@@ -1,5 +1,5 @@
-// Fuzzes the messages between daemon and DDS process: a packet is refused with a reason, or has the
-// same meaning after it was encoded again.
+// Fuzzes the messages between daemon and DDS process: refused with a reason, or encoded back
+// equally.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_message.h"
 #include "gateway/outputs/dds/published_types.h"
@@ -23,7 +23,7 @@ void CheckSample(const LinkMessage& message) {
   Require(again.ok() && again->kind == message.kind, "a sample that was read can be sent on");
   Sample back;
   Require(Decode(again->body, back), "what was sent on can be read");
-  // Compare the encodings, because NaN is not equal to NaN.
+  // The encodings are compared, not the values, because NaN is not equal to NaN.
   Bytes second(kMaxLinkMessage);
   second.resize(EncodeSample(message.kind, back, second));
   Require(Same(packet, second), "and says the same");
@@ -84,7 +84,6 @@ void CheckPacket(View packet) {
 }
 
 void FuzzLinkMessage(View bytes) {
-  // A separate copy lets AddressSanitizer detect reads beyond the end.
   const Bytes packet(bytes.begin(), bytes.end());
   CheckPacket(packet);
 }

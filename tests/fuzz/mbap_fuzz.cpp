@@ -64,7 +64,6 @@ void AnswerFrame(modbus::OwnUnits& units, View frame) {
   CheckModbusAnswer(frame, answer);
 }
 
-/// Extracts frames from the pieces until the first defect.
 void Receive(Input& input) {
   FuzzSink* sink = nullptr;
   modbus::OwnUnits& units = TheUnits(sink);
@@ -91,7 +90,6 @@ void Receive(Input& input) {
       out += frame.size();
       Require(out <= in, "no frame is longer than what came");
       Require(frame.size() >= 8 && frame.size() <= modbus::kMaxAdu, "a frame has its length");
-      // A separate copy lets AddressSanitizer detect reads beyond the end.
       const Bytes copy(frame.begin(), frame.end());
       AnswerFrame(units, copy);
     }
@@ -102,7 +100,7 @@ void Receive(Input& input) {
 
 void FuzzMbap(View bytes) {
   Input input(bytes);
-  input.U8();  // unused: the corpus has this byte at the beginning
+  input.U8();  // skipped, because inputs of the corpus begin with an unused byte
   Receive(input);
 }
 

@@ -1,4 +1,5 @@
-// Fuzzes a Modbus session over a socket pair, with TCP or RTU frames, late answers and late reads.
+// Fuzzes a Modbus session over a socket pair, with TCP or RTU frames, delayed answers and delayed
+// reads.
 // Input: flags, then pieces: an action byte (see Step), a length byte and that many bytes.
 // SPDX-License-Identifier: Apache-2.0
 #include <sys/socket.h>
@@ -21,7 +22,7 @@ namespace {
 class Gateway : private modbus::ClientSession::Owner {
  public:
   Gateway() {
-    log::SetLeast(log::Level::error);  // a session logs no errors
+    log::SetLeast(log::Level::error);
     Require(clients_->Open().ok(), "there is an epoll set");
     clients_->Start();
     shared_.inbox()->Open(io_, ReadClocks);
@@ -68,7 +69,8 @@ class Gateway : private modbus::ClientSession::Owner {
   void OnClosed(modbus::ClientSession&) override { ++closed_; }
   void SweepAt(Instant) override {}
 
-  /// Bits 0 and 1: permission; 2: RTU frames; 3: no exception replies; 4: broadcasts pass.
+  /// Bits 0 and 1 of `flags`: permission; bit 2: RTU frames; bit 3: no exception replies; bit 4:
+  /// broadcasts are routed.
   void Configure(std::uint8_t flags) {
     constexpr std::array kPermits = {config::Permit::all, config::Permit::read,
                                      config::Permit::data, config::Permit::all};
@@ -83,7 +85,7 @@ class Gateway : private modbus::ClientSession::Owner {
 
   /// Takes one byte. Bit 0: the server runs; bit 1: the client reads; bit 2: a waiting write and a
   /// waiting routed request end; bit 3: deadlines pass; bit 4: the piece of an RTU client is a
-  /// frame without its CRC.
+  /// frame to which a CRC is added.
   void Step(Input& input, modbus::ClientSession& session, int client, Bytes& sent, Bytes& answers) {
     const std::uint8_t what = input.U8();
     Bytes framed;
@@ -117,7 +119,6 @@ class Gateway : private modbus::ClientSession::Owner {
     }
   }
 
-  /// Every answer is a whole frame with a good CRC and the length that its function prescribes.
   static void CheckRtuAnswers(View answers) {
     while (!answers.empty()) {
       Require(answers.size() >= 5, "answers are whole");
@@ -138,7 +139,6 @@ class Gateway : private modbus::ClientSession::Owner {
     }
   }
 
-  /// Answers may arrive in any order while writes wait, so each is matched to any of the requests.
   static void CheckAnswers(View sent, View answers) {
     std::vector<View> requests;
     const auto next = [](View& bytes) -> View {

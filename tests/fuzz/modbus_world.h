@@ -1,5 +1,4 @@
-// A gateway for the Modbus fuzz targets, with points of every type, values of every kind, and
-// routes to slaves of different behaviour; and checks of its answers.
+// A gateway for the Modbus fuzz targets, with all kinds of points and slaves.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,19 +15,16 @@ namespace baudgate::fuzz {
 
 const config::Config& ModbusConfig();
 bus::PointStore& FilledStore();
-/// A time at which some values are young, some are old, and some were never read.
 Instant ModbusNow();
 
-/// Accepts, refuses or stores writes, as `turn` (set from the input) chooses.
 class FuzzSink final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override;
 
   std::uint8_t turn = 0;
-  std::deque<bus::WriteCommand> kept;  ///< stored writes, not answered yet
+  std::deque<bus::WriteCommand> kept;
 };
 
-/// Accepts, refuses or stores routed requests, as `turn` (set from the input) chooses.
 class FuzzTarget final : public bus::RouteTarget {
  public:
   bool Submit(bus::RoutedRequest request) override;
@@ -39,8 +35,6 @@ class FuzzTarget final : public bus::RouteTarget {
   std::deque<bus::RoutedRequest> kept;
 };
 
-/// Checks that `answer` is a whole frame that answers `request`: the same ids and function, or an
-/// exception, and the length that it declares.
 void CheckModbusAnswer(View request, View answer);
 
 }  // namespace baudgate::fuzz

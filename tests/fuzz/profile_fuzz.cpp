@@ -1,5 +1,4 @@
-// Fuzzes the loading of device profiles. Input: one byte for the protocol ('d', 's', 'm', 'r';
-// others: by number), then the YAML text.
+// Fuzzes the loading of profiles. Input: a byte for the protocol (see ProtocolOf), the YAML text.
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
 
@@ -12,7 +11,7 @@
 namespace baudgate::fuzz {
 namespace {
 
-/// The first protocol whose name contains the letter, else the protocol of this number.
+/// Returns the protocol whose name contains the letter `byte`, else the protocol of this number.
 const protocols::Protocol& ProtocolOf(std::uint8_t byte) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     if (protocol->name.find(static_cast<char>(byte)) != std::string_view::npos) return *protocol;
@@ -37,7 +36,7 @@ void FuzzProfile(View bytes) {
     for (const config::Point& point : points) {
       Require(protocol.check_point(point).ok(), "the protocol takes its points");
     }
-  } catch (const YAML::Exception&) {  // config/loader.cpp catches these exceptions
+  } catch (const YAML::Exception&) {  // allowed, because config/loader.cpp catches these exceptions
   }
 }
 

@@ -1,5 +1,4 @@
-// Runs every input of tests/fuzz/corpus through its target. Each target runs in a child process, so
-// that an input that ends the process is named and the other targets still run.
+// Runs every input of tests/fuzz/corpus through its target, each target in a child process.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -25,7 +24,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr unsigned kMostSeconds = 60;  // time limit of one input
+constexpr unsigned kMostSeconds = 60;
 
 fs::path Folder() { return fs::path(FUZZ_SOURCE_DIR) / "tests/fuzz"; }
 
@@ -49,11 +48,9 @@ std::vector<fs::path> Entries(const fs::path& folder) {
   return entries;
 }
 
-/// Runs in the child. Writes a byte to `progress` before each input.
 [[noreturn]] void RunAll(const Target& target, const std::vector<fs::path>& inputs, int progress) {
   for (const fs::path& path : inputs) {
     std::ifstream file(path, std::ios::binary);
-    // A copy of the exact size lets AddressSanitizer detect reads beyond the end.
     const std::string text{std::istreambuf_iterator<char>(file), {}};
     const Bytes input(text.begin(), text.end());
     if (::write(progress, "", 1) != 1) std::exit(3);

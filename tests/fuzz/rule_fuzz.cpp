@@ -1,6 +1,5 @@
-// Fuzzes the laws of frame rules: every cut lies within the held bytes, bytes in = delivered +
-// discarded + held, memory is bounded, and the fragmentation of the bytes does not change the
-// frames.
+// Fuzzes the laws of frame rules: every cut lies within the held bytes; bytes in = delivered +
+// discarded + held; memory is bounded; the frames do not depend on how the bytes are fragmented.
 // Input: options, request (counted; replies only), then pieces (stream.h).
 // SPDX-License-Identifier: Apache-2.0
 #include <string>
@@ -34,7 +33,7 @@ protocols::Cut CheckedRule(View held, const protocols::Expectation& expect, bool
 }
 
 struct Delivery {
-  std::vector<std::size_t> ends;  ///< end of each frame in the stream
+  std::vector<std::size_t> ends;
   std::vector<Bytes> frames;
   std::uint64_t discarded = 0;
   Outcome blame = Outcome::none;
@@ -94,7 +93,7 @@ void FuzzRule(View bytes) {
     Require(whole.frames == pieces.frames && whole.ends == pieces.ends,
             "any fragmentation gives the same frames");
     Require(whole.discarded == pieces.discarded, "any fragmentation discards the same bytes");
-    // The blame of bytes before a request is never used.
+    // Nothing uses the blame of bytes before a request, so it may depend on the fragmentation.
     Require(!kReplies || whole.blame == pieces.blame, "any fragmentation gives the same blame");
   }
 }

@@ -15,12 +15,11 @@ bool HasCrc(const protocols::Protocol& protocol) {
   return protocol.name == "set4tm" || protocol.name == "modbus_rtu";
 }
 
-/// True for the one-byte checksum of old meters (protocols/set4tm/meter/codec.h).
 bool IsKs(const protocols::Protocol& protocol, int checksum) {
   return protocol.name == "set4tm" && checksum == 1;
 }
 
-/// Modbus TCP has no check value; sets the length in the header.
+/// Sets the length in the header, because Modbus TCP has no check value.
 void SealTcp(Bytes& bytes, std::size_t from) {
   const std::size_t size = bytes.size() - from;
   if (size < 6) return;

@@ -1,5 +1,5 @@
-// Makes the bytes on a line from the fuzzer's input: pieces, some of which end a fragment and some
-// of which get a right checksum, because a fuzzer cannot guess a CRC.
+// Makes a byte stream from the fuzzer's input. Some pieces of it end a fragment, and some get a
+// right checksum, because a fuzzer cannot guess a CRC.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,18 +12,17 @@ namespace baudgate::fuzz {
 
 struct Stream {
   Bytes bytes;
-  std::vector<std::size_t> cuts;  ///< ends of fragments, ascending
+  std::vector<std::size_t> cuts;
 };
 
-/// Appends the check value of the protocol's frames over the bytes from index `from` on.
-/// `checksum`: its kind, if the protocol has several (Expectation::checksum).
+/// Appends the check value of the protocol's frames over the bytes from index `from` on. `checksum`
+/// is the kind of check value, if the protocol has several (Expectation::checksum).
 void Seal(const protocols::Protocol& protocol, Bytes& bytes, std::size_t from, int checksum = 0);
 
-/// Removes the check value of a whole frame, so that Seal can append a new one.
 void Unseal(const protocols::Protocol& protocol, Bytes& frame, int checksum = 0);
 
-/// Takes all remaining pieces of the input. A piece has one byte before it: length (6 bits), 0x40 =
-/// seal everything since the last seal, 0x80 = a fragment ends behind the piece.
+/// Takes all remaining pieces of the input. A piece has one byte before it: its length (6 bits);
+/// 0x40 = seal everything since the last seal; 0x80 = a fragment ends behind the piece.
 Stream TakeStream(const protocols::Protocol& protocol, Input& input);
 
 }  // namespace baudgate::fuzz

@@ -1,5 +1,5 @@
-// A fuzz target processes one input. Targets are registered by their source files and run by
-// libfuzzer.cpp with new inputs (clang), or by replay_test.cpp with the corpora (ctest).
+// Runs a fuzz target on one input. Each source file registers its target; libfuzzer.cpp runs it
+// with new inputs (clang), replay_test.cpp with the corpora (ctest).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,11 +13,10 @@
 namespace baudgate::fuzz {
 
 struct Target {
-  std::string name;  ///< the name in targets.txt
+  std::string name;
   std::function<void(View input)> run;
 };
 
-/// Registers a target. Define a constant of this type, so that it is registered before main().
 class Registered {
  public:
   Registered(std::string name, std::function<void(View input)> run);

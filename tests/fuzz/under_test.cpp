@@ -15,7 +15,6 @@ namespace {
 
 const protocols::Protocol* under_test = nullptr;
 
-/// Sets the telegram description of a shipped profile, if the protocol uses descriptions.
 void Describe(const protocols::Protocol& protocol, std::uint8_t variant, config::Options& options) {
   const std::string name(protocol.name);
   const config::Catalog catalog = {.protocols = {{name, &protocol}},

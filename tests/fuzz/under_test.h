@@ -14,10 +14,11 @@ const protocols::Protocol& UnderTest();
 
 enum class Protocols {
   all,
-  with_conversations,  ///< without modbus_ascii, which uses the conversations of modbus_rtu
+  with_conversations,  ///< protocols with a conversation of their own: modbus_ascii uses that of
+                       ///< modbus_rtu
 };
 
-/// Registers a target for each protocol. Its name is `before`, the protocol's name and `behind`.
+/// Registers a target for each protocol, named `before`, the protocol's name, `behind`.
 class RegisteredFor {
  public:
   RegisteredFor(Protocols which, const std::string& before, const std::string& behind,
@@ -26,7 +27,6 @@ class RegisteredFor {
 
 config::Options OptionsOf(const protocols::Protocol& protocol, std::uint8_t variant);
 
-/// Made on first use and never freed.
 const protocols::ParsedOptions& CachedOptions(std::uint8_t variant);
 
 }  // namespace baudgate::fuzz

@@ -54,7 +54,6 @@ web::Request AnyRequest(Input& input) {
   return request;
 }
 
-/// One gateway for all inputs: no request may change it.
 struct WebWorld {
   WebWorld() : live(config, {store, lines, Info()}, io), past(config, store, lines, Info(), io) {
     config.web.on = true;

@@ -1,5 +1,5 @@
-// Fuzzes samples on baudgate/write: they are refused, or are executed once at most in any order,
-// within bounded memory. Input: several requests, each behind its length.
+// Fuzzes samples on baudgate/write: each is refused, or executed at most once. Input: several
+// requests, each behind its length.
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>

@@ -1,13 +1,9 @@
-// The laws of frame rules, as three parameterised test suites that a protocol instantiates with its
-// own frames and garbage. FrameRuleLaws holds for every rule; ChecksumLaws and GarbageLaws are only
-// run for subjects with the matching flag (`checksum`, `found_behind_garbage`):
+// The laws of frame rules, as three parameterised test suites. A protocol instantiates them with
+// its own frames and garbage. FrameRuleLaws holds for every rule; ChecksumLaws and GarbageLaws are
+// only run for subjects with the flag `checksum` or `found_behind_garbage`:
 //
 //   using ::testing::ValuesIn;
 //   INSTANTIATE_TEST_SUITE_P(Dcon, FrameRuleLaws, ValuesIn(Subjects()), LawSubjectName);
-//   INSTANTIATE_TEST_SUITE_P(Dcon, ChecksumLaws, ValuesIn(WithChecksum(Subjects())),
-//                            LawSubjectName);
-//   INSTANTIATE_TEST_SUITE_P(Dcon, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
-//                            LawSubjectName);
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,15 +23,14 @@ struct LawSubject {
   std::string name;  ///< letters and digits only
   protocols::FrameRule rule = nullptr;
   protocols::Expectation expect;
-  std::vector<Bytes> frames;  ///< good frames that all fit `expect`
+  std::vector<Bytes> frames;
   /// Returns bytes without a whole frame: noise, truncated frames, foreign text.
   std::function<Bytes(std::mt19937&)> garbage;
-  /// Returns the part of a delivered frame that carries meaning; by default all of it.
+  /// Returns the part of a frame that carries its meaning; by default the whole frame.
   std::function<Bytes(View)> essence = [](View frame) { return Bytes(frame.begin(), frame.end()); };
-  /// The frames have a check value; without one, damage cannot be detected.
+  /// True if the frames have a check value. Without one, damage cannot be detected.
   bool checksum = true;
-  /// A good frame after garbage is found, because frames are delimited or the check value is tried
-  /// at every byte. False if only silence marks the beginning of a frame.
+  /// True if a good frame after garbage is found. False if only silence marks the begin of a frame.
   bool found_behind_garbage = true;
 };
 
@@ -56,7 +51,6 @@ class FrameRuleLaws : public ::testing::TestWithParam<LawSubject> {
  protected:
   using Frames = std::vector<Bytes>;
 
-  /// Returns the frames of a `stream` in pieces that end at `cuts`, followed by silence.
   static Frames Deliver(const LawSubject& subject, View stream,
                         const std::vector<std::size_t>& cuts) {
     protocols::Assembler assembler;
@@ -167,7 +161,7 @@ TEST_P(FrameRuleLaws, RandomBytesMakeProgressInBoundedMemory) {
     std::vector<std::size_t> cuts;
     for (std::size_t at = random() % 50; at < stream.size(); at += 1 + random() % 200)
       cuts.push_back(at);
-    Deliver(subject, stream, cuts);  // asserts conservation and bounds
+    Deliver(subject, stream, cuts);
   }
 }
 

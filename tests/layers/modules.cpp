@@ -7,7 +7,7 @@
 namespace baudgate::layers {
 namespace {
 
-/// `is_layer` is needed because a layer and a module may have the same name.
+/// `is_layer` is needed because a layer and a module can have the same name.
 const Entry* Find(const std::vector<Entry>& table, std::string_view name, bool is_layer) {
   const auto found = std::ranges::find_if(table, [&](const Entry& entry) {
     return entry.name == name && entry.layer.empty() == is_layer;
@@ -82,7 +82,7 @@ std::vector<std::string> WrongIncludes(const std::vector<Entry>& table, const st
 
 std::vector<std::string> WrongNames(const std::vector<Entry>& table) {
   std::vector<std::string> wrong;
-  std::set<std::string> above;  // as "LAYER|NAME"
+  std::set<std::string> above;
   for (const Entry& entry : table) {
     for (const std::string& name : entry.may) {
       if (!above.contains(entry.layer + "|" + name)) {

@@ -1,5 +1,4 @@
-// Reads the table of layers and modules (docs/modules.txt) and checks the includes of a source
-// against it.
+// Reads the table of layers and modules (docs/modules.txt), and checks includes against it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,28 +12,27 @@ namespace baudgate::layers {
 
 /// An entry of the table: a layer (not indented), or a module of the layer above it.
 struct Entry {
-  std::string name;   ///< "bus", or the folder "gateway/bus/exchange"
-  std::string layer;  ///< the module's layer; empty: the entry is a layer
-  /// For a layer: layers that it may include; for a module: modules of its layer.
+  std::string name;
+  std::string layer;
+  /// The layers, or the modules of the same layer, that this entry is allowed to include.
   std::vector<std::string> may;
 };
 
-/// Returns the entries in the order of the table, from bottom to top.
 std::vector<Entry> ReadTable(std::string_view table);
 
-/// An include of a project header: `#include "gateway/bus/exchange/line.h"` in line 12.
 struct Include {
   int line = 0;
   std::string header;
 };
 std::vector<Include> IncludesOf(std::string_view source);
 
-/// Returns "gateway/bus/exchange" for "gateway/bus/exchange/line.h".
+/// Example: returns "gateway/bus/exchange" for "gateway/bus/exchange/line.h".
 std::string FolderOf(std::string_view path);
 
-/// Returns one sentence for each forbidden include of `path`: "gateway/bus/exchange/line.cpp:12:
-/// gateway/bus/exchange may not include gateway/lines/lines.h". Adds to `used` which entries of the
-/// table `path` needs: "LAYER|NAME" of an entry → names in its `may`.
+/// Returns one sentence for each forbidden include of `path`. Example:
+/// "gateway/bus/exchange/line.cpp:12: gateway/bus/exchange may not include gateway/lines/lines.h".
+/// Adds to `used` the entries of the table that `path` needs: "LAYER|NAME" of an entry → names in
+/// its `may`.
 std::vector<std::string> WrongIncludes(
     const std::vector<Entry>& table, const std::string& path, std::string_view source,
     std::map<std::string, std::set<std::string>>* used = nullptr);

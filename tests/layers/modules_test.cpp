@@ -1,4 +1,4 @@
-// Checks the source tree against docs/modules.txt, and tests that a wrong include would be found.
+// Checks the source tree against docs/modules.txt, and that a forbidden include is found.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/layers/modules.h"
 
@@ -62,7 +62,6 @@ TEST(Layers, EveryNameInTheTableIsUsed) {
   }
 }
 
-/// A protocol is loaded at run time, so only its own sources may include its headers.
 TEST(Layers, NoModuleIncludesAProtocol) {
   for (const std::string& path : Sources()) {
     for (const Include& include : IncludesOf(ReadFile(path))) {
@@ -140,12 +139,10 @@ TEST(Layers, ANameFromBelowIsReported) {
                           "a names b, which does not stand above it"));
 }
 
-// ---------------- A source file that a comment names must exist: in the folder of the comment, or
-// at the given path.
+// ---------------- Each source file that a comment names must exist.
 
 using Exists = std::function<bool(const std::string& path)>;
 
-/// Returns "gateway/bus/jobs/job.h:3: there is no gateway/bus/jobs/jobs.cpp".
 std::vector<std::string> MissingFiles(const std::string& path, std::istream& source,
                                       const Exists& exists) {
   static const std::regex kName(R"([\w./-]*\w\.(?:h|cpp)\b)");
@@ -193,16 +190,15 @@ TEST(FileNames, AMissingFileIsReportedWithItsLine) {
                   "gateway/bus/jobs/job.cpp:3: there is no gateway/bus/jobs/modules.h"));
 }
 
-// ---------------- gateway/outputs/status and gateway/diagnosis must not depend on the name of a
-// protocol: the plugin provides its particulars (config/model/options.h), so that a new protocol
-// needs no change there.
+// ---------------- gateway/outputs/status and gateway/diagnosis must not name a protocol, so that a
+// new protocol needs no change there.
 
 std::string ReadAll(const fs::path& path) {
   std::ifstream file(path);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns "spabus|dcon|…|telegram" from the list that registers protocols.
+/// Returns, for example, "spabus|dcon|…|telegram" from the list that registers protocols.
 std::string NamesIn(const std::string& list) {
   std::smatch found;
   if (!std::regex_search(list, found, std::regex(R"(set\(baudgate_protocols ([^)]*)\))")))
@@ -211,7 +207,7 @@ std::string NamesIn(const std::string& list) {
   return std::regex_replace(names, std::regex(R"(\s+)"), "|");
 }
 
-/// Returns literals that contain a protocol's name, and comparisons of parts of a name.
+/// Returns string literals with a protocol name, and comparisons of parts of a protocol name.
 std::vector<std::string> NamedIn(const std::string& source, const std::string& names) {
   const std::regex named("\"(?:" + names + ")\"|protocol: (?:" + names +
                          ")\\b|protocol(?:\\.|->)(?:starts_with|ends_with|find|contains)\\b");

@@ -1,5 +1,4 @@
-// Tests Assembler, the buffering loop around frame rules: no byte is lost, memory is bounded, and
-// the outcome names the right cause. tests/laws contains the laws of real rules.
+// Tests Assembler, the buffering loop around frame rules. tests/laws has the laws of real rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/assembler.h"
 

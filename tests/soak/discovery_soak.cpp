@@ -1,8 +1,8 @@
 // Soak of DDS discovery without multicast (packaging/soak.sh discovery): gateways, a subscriber and
 // two discovery servers or peers are killed in turn. Measures the time until the subscriber has
 // every point again, and prints the slowest times.
-// BAUDGATE_SOAK_ROUNDS, _GATEWAYS, _POINTS (of each gateway), _BY (servers, peers), _DOMAIN
-// _IDLE: seconds of idle time afterwards, whose cost is measured.
+// Environment: BAUDGATE_SOAK_ROUNDS, _GATEWAYS, _POINTS (of each gateway), _BY (servers, peers),
+// _DOMAIN, _IDLE (seconds of idle time afterwards, whose cost is measured).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <poll.h>
@@ -54,8 +54,7 @@ struct Plan {
   }
 };
 
-/// Publishes `life` as the value of all its points, then 100 samples a second without end; one a
-/// second if the idle time is measured.
+/// Publishes `life` in all points, then 100 samples a second; 1 a second if idle time is measured.
 void BeGateway(const Plan& plan, std::size_t which, std::size_t life) {
   auto writer = CreateFastWriter(plan.Participant(),
                                  {.points = static_cast<std::uint32_t>(plan.points), .devices = 1});
@@ -79,7 +78,6 @@ void BeGateway(const Plan& plan, std::size_t which, std::size_t life) {
   }
 }
 
-/// Writes "GATEWAY LIFE\n" when all points of that life have arrived, and with each later sample.
 void BeSubscriber(const Plan& plan, int to) {
   struct Seen {
     std::set<std::string> points;
@@ -112,7 +110,6 @@ class Domain {
     StartSubscriber();
   }
 
-  /// Kills the running server first.
   void StartServer(std::size_t which) {
     if (!plan_.by_servers) return;
     servers_[which].reset();
@@ -138,8 +135,8 @@ class Domain {
     rest_.clear();
   }
 
-  /// Waits until the subscriber has all points of all gateways' current lives, and samples of each
-  /// that were sent after this call. Returns the time.
+  /// Returns the time until all points of all running gateways, and new samples of each, are
+  /// received.
   Duration Whole() {
     heard_.clear();
     DropNews();
@@ -231,8 +228,7 @@ TEST(DiscoverySoak, AllGatewaysAreSeenAgainAfterEachKill) {
     std::printf("%3zu %-32s %s\n", round, what.c_str(), FormatDuration(took).c_str());
     std::fflush(stdout);
     times[what].push_back(took);
-    // The time depends on the machine: it is printed, and the test only checks that recovery
-    // happens.
+    // The time depends on the machine, so it is only printed.
     EXPECT_LT(took, kPatience) << what;
   }
   for (auto& [what, all] : times) {

@@ -11,7 +11,7 @@
 namespace baudgate {
 namespace {
 
-constexpr std::size_t kKept = 60;  // number of requests and replies that Latest() prints
+constexpr std::size_t kKept = 60;
 
 Instant ReadClock() { return std::chrono::steady_clock::now(); }
 
@@ -25,7 +25,7 @@ LagPort::LagPort(asio::io_context& io, const protocols::Protocol& protocol,
       descriptor_(io, pty_.TakeMaster()),
       timer_(io),
       on_request_(std::move(on_request)) {
-  descriptor_.non_blocking(true);  // a full pty must not block this thread
+  descriptor_.non_blocking(true);
   assembler_.Begin(protocol.request_rule, protocol.expect({}, ParseOptions(protocol, options)));
   Read();
 }
@@ -39,7 +39,7 @@ void LagPort::Read() {
                               });
 }
 
-/// Passes a request on when its last character would have arrived over a wire.
+/// Passes each request on at the time at which its last character would have arrived over a wire.
 void LagPort::Take(View bytes) {
   assembler_.Feed(bytes);
   while (const auto request = NextRequest()) {
@@ -51,8 +51,7 @@ void LagPort::Take(View bytes) {
   SendNext();
 }
 
-/// Returns the next request. A request that only silence ends is returned at once if it is
-/// complete.
+/// Returns the next request. One that only silence ends is returned as soon as it is complete.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
   protocols::Assembler after_silence = assembler_;
@@ -70,7 +69,7 @@ void LagPort::SendNext() {
     while (!leaving_.empty() && leaving_.begin()->first <= ReadClock()) {
       const auto piece = leaving_.extract(leaving_.begin());
       Keep(false, piece.mapped());
-      asio::error_code ignored;  // a full pty loses bytes, as a wire does
+      asio::error_code ignored;
       asio::write(descriptor_, asio::buffer(piece.mapped()), ignored);
     }
     SendNext();

@@ -1,5 +1,5 @@
-// `LagPort` is the device side of a real pty: it cuts requests out of the bytes that a master
-// sends, and writes the replies when they are due. It runs in the thread of the io_context.
+// `LagPort` is the device side of a real pty: it finds the requests in the bytes of a master, and
+// writes the replies when they are due. It runs in the thread of the io_context.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,12 +26,11 @@ class LagPort {
   using OnRequest =
       std::function<std::vector<tools::TimedPiece>(View request, Instant end_of_request)>;
 
-  /// `path`: link for the line's port. `io` and `protocol` must stay valid for the lifetime of this
-  /// object, which must end after the last run of `io`.
+  /// `path` is a link to the pty. `io` and `protocol` must outlive this object, which must end
+  /// after the last run of `io`.
   LagPort(asio::io_context& io, const protocols::Protocol& protocol, const config::Options& options,
           const tools::TwinWire& wire, const std::string& path, OnRequest on_request);
 
-  /// Returns the latest requests and replies with their ages, to explain a wrong value.
   std::string Latest() const;
 
  private:

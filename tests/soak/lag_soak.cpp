@@ -51,7 +51,7 @@ class LagSoak : public ::testing::Test {
     std::filesystem::remove_all(folder_);
   }
 
-  /// Runs everything but the lines' threads until `done` is true. Returns false after `limit`.
+  /// Runs everything except the lines' threads until `done` is true. Returns false after `limit`.
   bool RunUntil(const std::function<bool()>& done, Duration limit) {
     const Instant until = std::chrono::steady_clock::now() + limit;
     while (!done()) {

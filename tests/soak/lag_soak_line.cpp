@@ -11,9 +11,9 @@ namespace baudgate {
 namespace {
 
 constexpr Duration kThink = 5ms;
-constexpr Duration kDeeds = 1s;          // interval of possible writes and replacements
-constexpr Duration kStaysFor = 1min;     // a device, until another device of the line is replaced
-constexpr std::size_t kOneWriteIn = 10;  // one deed in ten is a write
+constexpr Duration kDeeds = 1s;       // interval of possible writes and replacements
+constexpr Duration kStaysFor = 1min;  // time until another device of the line is replaced
+constexpr std::size_t kOneWriteIn = 10;
 constexpr std::size_t kOneReplacementIn = 60;
 
 config::Config ConfigOf(config::Line line, const std::string& name, const std::string& path) {
@@ -60,7 +60,6 @@ bool LagSoakLine::Submit(bus::WriteCommand command) {
   return runner_->Submit(std::move(command));
 }
 
-/// Creates the twins of present devices. A device that was removed loses its sessions.
 void LagSoakLine::MakeTwins() {
   for (std::size_t twin = 0; twin < twins(); ++twin) {
     if (!IsThere(twin)) {
@@ -101,12 +100,12 @@ void LagSoakLine::EndTroubles() {
 void LagSoakLine::EndTurn() {
   const double time = std::chrono::duration<double>(NowOnStage() - turn_began_).count();
   Share& share = troubled_ ? troubled_share_ : quiet_share_;
-  if (turn_ends_ == Instant::max()) return;  // nothing had been read before the first turn
+  if (turn_ends_ == Instant::max()) return;
   share.good += time * oracle().Availability();
   share.all += time;
 }
 
-/// The length of a turn is 0.5 to 1.5 times `turn_`.
+/// Begins a quiet or troubled turn. Its length is 0.5 to 1.5 times `turn_`.
 void LagSoakLine::NextTurn() {
   troubled_ = !troubled_;
   turn_began_ = NowOnStage();
@@ -149,7 +148,7 @@ void LagSoakLine::Look() {
     EndTurn();
     NextTurn();
   }
-  // A foreign device's points are never good, so it stays for one troubled turn only.
+  // Points of a foreign device are never good, so it stays for one troubled turn only.
   for (std::uint32_t device = 0; device < devices() && !troubled_ && !NextChange(); ++device)
     if (IsForeign(device)) Replace(device, 500ms, false);
   if (now >= next_deed_) {

@@ -18,26 +18,23 @@ namespace baudgate {
 
 class LagSoakLine final : public protocols::LagStage {
  public:
-  /// The twins run on `world`, in the thread that calls all these functions; the line runs in
-  /// another thread.
+  /// The twins run on `world`, in the thread that calls these functions; the line has a thread.
   LagSoakLine(const protocols::LagCase& which, unsigned seed, const std::string& path,
               asio::io_context& world);
   ~LagSoakLine() override { runner_->Stop(); }
 
-  /// From now on, quiet and troubled turns of about this length alternate.
   void BeginTroubles(Duration turn);
   void EndTroubles();
-  /// True if some device is not the configured one, or is being replaced.
   bool IsReplacing() const;
-  /// Checks the store and does what is due; must be called as often as possible. The first wrong
-  /// reading fails the test and prints the latest traffic.
+  /// Checks the store and does what is due; must be called as often as possible. A wrong reading
+  /// fails the test.
   void Look();
   void PrintSummary();
 
  private:
-  /// The share of good points in the turns that have ended.
+  /// Share of good points in the turns that have ended, in seconds.
   struct Share {
-    double good = 0;  ///< seconds
+    double good = 0;
     double all = 0;
     std::string Text() const;
   };

@@ -31,7 +31,7 @@ constexpr Duration kLook = 10ms;
 constexpr Duration kProgress = 10s;
 constexpr Duration kSampleHeap = 1s;
 constexpr Duration kPatience = 5min;
-// Allowed heap growth above the maximum of the first third.
+// Allowed growth of the heap above the maximum of the first third, in bytes.
 constexpr std::size_t kFlat = 256 * 1024;
 
 Duration Length() { return std::chrono::seconds(Setting("BAUDGATE_SOAK_SECONDS", 4)); }
@@ -72,7 +72,6 @@ class PtySoak : public ::testing::Test {
     for (const auto& line : lines_) line->Check();
   }
 
-  /// Waits until all points are good, and checks every value meanwhile.
   void ExpectAllGood(const std::string& when) {
     const Instant limit = std::chrono::steady_clock::now() + kPatience;
     for (const auto& line : lines_) {

@@ -56,7 +56,7 @@ class Role {
   double ProcessorSeconds() const {
     std::ifstream file(Folder() + "stat");
     std::string word;
-    for (int i = 0; i < 13; ++i) file >> word;  // works because the process name contains no spaces
+    for (int i = 0; i < 13; ++i) file >> word;
     double user = 0;
     double system = 0;
     file >> user >> system;

@@ -1,9 +1,8 @@
 // Soak of the gateway as a service with devices, each a twin on a pty. Measures the time from its
 // start to the first good value and to its end, and checks that memory, descriptors and files do
-// not grow: while it runs, and over kill -9. Prints a line for each at the end; packaging/soak.sh
-// service.
-// BAUDGATE_SOAK_SECONDS (of the run that is watched), _KILLS, _DEVICES (14 at most), _DDS (1: with
-// the DDS process)
+// not grow, neither during a run nor over kill -9. Prints the results; packaging/soak.sh service.
+// Environment: BAUDGATE_SOAK_SECONDS (of the run that is watched), _KILLS, _DEVICES (14 at most),
+// _DDS (1: with the DDS process).
 // SPDX-License-Identifier: Apache-2.0
 #include <signal.h>
 
@@ -21,8 +20,8 @@ namespace fs = std::filesystem;
 using soak::Now;
 using soak::Number;
 
-constexpr int kUnit = 1;  // the twin whose values are awaited
-/// Below this limit it is no growth: malloc takes a little more now and then.
+constexpr int kUnit = 1;
+/// Growth below this limit is ignored, because malloc sometimes takes a little more.
 constexpr std::size_t kMostGrowthKiB = 2048;
 /// Closed client connections that the gateway has not noticed yet hold descriptors.
 constexpr std::size_t kMostMoreDescriptors = 2;
@@ -91,7 +90,6 @@ class ServiceSoak : public Station {
     }
     Write("baudgate.yaml", yaml_);
   }
-  /// Starts the gateway. Returns the seconds until a value of the first twin is served.
   double StartService() {
     const Instant begin = Now();
     daemon_ = Start({"run", "-c", (directory() / "baudgate.yaml").string()});
@@ -99,7 +97,6 @@ class ServiceSoak : public Station {
         << daemon_->Errors();
     return std::chrono::duration<double>(Now() - begin).count();
   }
-  /// Waits until all devices answer, so that all one-time allocations have been made.
   void Settle() {
     for (int unit = kUnit; unit < kUnit + static_cast<int>(twins_.size()); ++unit) {
       const auto answers = [&] {
@@ -109,7 +106,6 @@ class ServiceSoak : public Station {
       EXPECT_TRUE(Eventually(answers, 60s)) << unit;
     }
   }
-  /// Reads ten registers ten times a second, over one connection and over a new one each time.
   void ReadFor(Duration time) {
     for (const Instant end = Now() + time; Now() < end; std::this_thread::sleep_for(100ms)) {
       client_.Input(kUnit, 0, 10);

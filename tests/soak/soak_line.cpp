@@ -16,10 +16,8 @@
 namespace baudgate {
 namespace {
 
-/// Short enough to keep every line busy.
 constexpr Duration kFastPeriod = 20ms;
 constexpr Duration kSlowPeriod = 5s;
-/// Limit of wrong values that are reported one by one; further ones are only counted.
 constexpr std::size_t kMostTold = 20;
 
 template <typename Work>
@@ -110,7 +108,6 @@ SoakLine::~SoakLine() {
   RunIn(world_, [this] { simulator_.reset(); });
 }
 
-/// Takes the true values from a clean run under virtual time, and sets the twins to measure them.
 void SoakLine::LearnTruth(const protocols::Setup& setup) {
   protocols::Rig rig(setup);
   rig.LearnTruth();
@@ -144,7 +141,6 @@ bool SoakLine::AllGood() const {
 
 namespace {
 
-/// True for a meter's clock, whose value changes by itself.
 bool IsClock(const config::Point& point) { return point.read.starts_with("04 00"); }
 
 }  // namespace
@@ -171,7 +167,7 @@ void SoakLine::BeginFaults(Duration time) {
   const std::string too_late = FormatDuration(*times.reply + *times.drain / 2);
   const Duration turn = std::clamp<Duration>(time / 5, 8s, 1min);
   std::vector<tools::Fault> faults = Standing();
-  const std::uint64_t seed = Crc16(ToBytes(name()));  // makes the faults of each line differ
+  const std::uint64_t seed = Crc16(ToBytes(name()));
   for (const std::string& text : {
            std::string("bits:rate=0.01,count=3"),
            std::string("loss:rate=0.01"),
@@ -195,7 +191,6 @@ void SoakLine::EndFaults() {
     struck_ = simulator_->fault_counts();
     simulator_->SetFaults(Standing());
   });
-  // Every exchange had an echo, so its count is left out.
   if (echoes_) struck_.erase(struck_.begin());
 }
 

@@ -17,14 +17,13 @@
 
 namespace baudgate {
 
-/// Records when a twin sent a damaged frame whose check value is nevertheless good.
 class WeakChecksums {
  public:
   WeakChecksums(const protocols::Setup& setup, const config::Options& options)
       : setup_(setup), options_(ParseOptions(*setup.protocol, options)) {}
 
   void OnDelivery(View request, View reply, View delivered);
-  /// True if an exchange that ended at `read_at` may have read such a frame.
+  /// True if an exchange that ended at `read_at` can contain an undetected damaged frame.
   bool MayHaveReached(Instant read_at, Duration longest_exchange) const;
   std::size_t count() const;
 
@@ -37,21 +36,18 @@ class WeakChecksums {
 
 class SoakLine {
  public:
-  /// `world` must run in another thread for the lifetime of this object. With `echoes` the bus
-  /// returns every request, and the line removes the echo.
+  /// `world` must run in another thread for the lifetime of this object. `echoes`: the bus echoes,
+  /// and the line removes the echo.
   SoakLine(const protocols::Setup& setup, bool echoes, const std::string& port,
            asio::io_context& world);
   ~SoakLine();
 
   bool AllGood() const;
-  /// Checks that the store contains what the twins measure. Call it when AllGood() is true.
   void CompareWithTruth();
-  /// Starts all faults that a line has to tolerate. Device deaths are scheduled within `time`.
+  /// Starts all faults that a line must tolerate. Device deaths are scheduled within `time`.
   void BeginFaults(Duration time);
   void EndFaults();
-  /// Fails the test if a usable value is not the true one.
   void Check();
-  /// Fails the test if the line has sent nothing since the last call.
   void ExpectProgress();
   void PrintSummary() const;
   std::uint64_t struck() const;
@@ -68,9 +64,8 @@ class SoakLine {
   asio::io_context& world_;
   config::Config config_;
   std::vector<std::vector<Value>> truth_;
-  // Sequence number of the last reported wrong value.
   std::vector<std::vector<std::uint64_t>> told_;
-  std::vector<std::uint64_t> versions_;  // each device's version at the last check
+  std::vector<std::uint64_t> versions_;
   std::unique_ptr<bus::PointStore> store_;
   std::unique_ptr<WeakChecksums> weak_;
   std::unique_ptr<tools::Simulator> simulator_;

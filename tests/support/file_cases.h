@@ -19,9 +19,9 @@
 namespace baudgate {
 
 struct FileCase {
-  std::string place;   ///< file and line for SCOPED_TRACE: "tests/config/problems.txt:7"
-  std::string head{};  ///< title of its section
-  std::vector<std::string> form{};  ///< lines of its section
+  std::string place;
+  std::string head{};
+  std::vector<std::string> form{};
   std::vector<std::string> given{};
   std::vector<std::pair<char, std::string>> results{};
 };

@@ -10,8 +10,8 @@ namespace baudgate {
 
 struct FixedValues final : protocols::TwinValues {
   std::map<std::size_t, Value> values;
-  Value fallback;                            ///< for points without a value
-  protocols::TwinValues* instead = nullptr;  ///< if set, it answers in place of the values
+  Value fallback;
+  protocols::TwinValues* instead = nullptr;
   Value Get(std::size_t point, Instant now) const override {
     if (instead != nullptr) return instead->Get(point, now);
     const auto found = values.find(point);

@@ -31,7 +31,7 @@ class Journald {
     ::close(socket_);
     std::filesystem::remove_all(folder_);
   }
-  /// Redirects the log to this socket. May be called once in a process.
+  /// Redirects the log to this socket. Must be called at most once in a process.
   void TakeLog() const {
     struct stat info {};
     ASSERT_EQ(::fstat(STDERR_FILENO, &info), 0);
@@ -40,7 +40,6 @@ class Journald {
     ::unsetenv("JOURNAL_STREAM");
   }
   std::string path() const { return folder_ / "socket"; }
-  /// Returns an empty text if there is no message.
   std::string Next() const {
     char buffer[4096];
     const ssize_t count = ::recv(socket_, buffer, sizeof buffer, MSG_DONTWAIT);

@@ -15,11 +15,10 @@
 namespace baudgate {
 namespace {
 
-constexpr int kPatience = 20'000;        // ms
-constexpr std::size_t kLengthPlace = 4;  // in Modbus TCP: the number of bytes behind the first six
+constexpr int kPatience = 20'000;
+constexpr std::size_t kLengthPlace = 4;  // place of the length in a Modbus TCP header
 constexpr std::size_t kChunk = 4096;
 
-/// Returns true when bytes or the end can be read, false after kPatience.
 bool Readable(int socket) {
   pollfd waited{socket, POLLIN, 0};
   return ::poll(&waited, 1, kPatience) > 0;
@@ -39,7 +38,6 @@ bool Fill(int socket, Bytes& bytes, std::size_t from) {
 
 RawClient::RawClient(std::uint16_t port, int receive_buffer)
     : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  // Before connect(), because the first segment contains the size.
   if (receive_buffer > 0) {
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVBUF, &receive_buffer, sizeof receive_buffer);
   }
@@ -103,7 +101,6 @@ std::optional<std::string> RawClient::ReceiveLine() const {
   std::string line;
   std::string chunk(kChunk, '\0');
   while (Readable(socket_)) {
-    // Only peek: bytes behind the line must stay in the kernel.
     const ssize_t seen = ::recv(socket_, chunk.data(), chunk.size(), MSG_PEEK);
     if (seen <= 0) break;
     const auto end = std::string_view(chunk.data(), static_cast<std::size_t>(seen)).find('\n');

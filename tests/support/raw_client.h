@@ -16,7 +16,7 @@ namespace baudgate {
 
 class RawClient {
  public:
-  /// `receive_buffer`: size of the kernel's receive buffer in bytes; 0: the default.
+  /// `receive_buffer` is the size of the kernel's receive buffer in bytes; 0: the default.
   explicit RawClient(std::uint16_t port, int receive_buffer = 0);
   explicit RawClient(const std::string& path);
   RawClient(RawClient&& other) noexcept : socket_(std::exchange(other.socket_, -1)) {}
@@ -34,11 +34,10 @@ class RawClient {
 
   /// Returns exactly `count` bytes, or none if the other side closes before.
   Bytes Receive(std::size_t count) const;
-  /// Returns one Modbus TCP frame with its header; no bytes if the connection ends before.
+  /// Returns one Modbus TCP frame with its header; empty if the connection ends before.
   Bytes ReceiveFrame() const;
-  /// Returns one line without its end, or nothing if the other side closes before its end.
+  /// Returns one line without its end; nothing if the other side closes before.
   std::optional<std::string> ReceiveLine() const;
-  /// True if the other side has closed; skips bytes before the end.
   bool IsClosed() const;
 
  private:

@@ -10,7 +10,6 @@
 
 namespace baudgate {
 
-/// `config` must have the same lines, devices and points as the store.
 inline void Renew(bus::PointStore& store, const config::Config& config) {
   for (std::uint32_t line = 0; line < config.lines.size(); ++line) {
     store.Reconfigure(line, std::make_shared<const config::Line>(config.lines[line]));

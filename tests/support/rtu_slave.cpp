@@ -15,7 +15,7 @@ namespace {
 constexpr int kPollMilliseconds = 20;
 constexpr std::size_t kCrc = 2;
 
-/// Returns the length of a request (of the functions that tests use); 0: not known yet.
+/// Returns the length of a request (of the functions that tests use); 0: more bytes are needed.
 std::size_t RequestLength(View held) {
   if (held.size() < 7) return 0;
   const bool counted = held[1] == 15 || held[1] == 16;
@@ -88,7 +88,6 @@ void ScriptedSlave::Handle(const Bytes& request) {
   }
   for (const Piece& piece : script_(request)) {
     std::this_thread::sleep_for(piece.after);
-    // A pty buffers far more than one frame, so the write is never partial.
     [[maybe_unused]] const ssize_t written =
         ::write(pty_->master(), piece.bytes.data(), piece.bytes.size());
   }

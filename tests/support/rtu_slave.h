@@ -22,7 +22,6 @@ Bytes RtuFrame(std::uint8_t unit, View pdu);
 Bytes RegistersReply(View request, std::uint16_t base);
 std::uint16_t AddressOf(View request);
 
-/// Bytes to send, and the delay after the request or the piece before.
 struct Piece {
   Duration after{};
   Bytes bytes;
@@ -33,14 +32,13 @@ class ScriptedSlave {
   /// Called on the slave's thread with every complete request, for any unit.
   using Script = std::function<std::vector<Piece>(View request)>;
 
-  /// `link`: a path at which the pty can be opened in addition to path(); empty: none.
+  /// `link` is a further path at which the pty can be opened; empty: no further path.
   ScriptedSlave(const std::string& link, Script script);
   ~ScriptedSlave();
   ScriptedSlave(const ScriptedSlave&) = delete;
   ScriptedSlave& operator=(const ScriptedSlave&) = delete;
 
   bool connected() const { return thread_.joinable(); }
-  /// Path at which a master opens the pty.
   const std::string& path() const { return pty_->path(); }
   std::vector<Bytes> heard() const;
 

@@ -1,4 +1,4 @@
-// `Talk` runs a conversation against its device's twin, without poller, line or wire.
+// `Talk` runs a conversation against the twin of its device, without poller, line or wire.
 //
 //   Talk talk(DconProtocol(), device);
 //   talk.Ask(Poll(0))                           → Request "#01\r"
@@ -20,8 +20,6 @@
 
 namespace baudgate {
 
-// ---------------------------------------------------------------- devices
-
 using Settable = std::vector<std::pair<std::string, config::OptionValue>>;
 
 /// Returns the default of every option that the protocol declares, overwritten by `given`.
@@ -37,22 +35,17 @@ config::Point WritePoint(const std::string& name, const std::string& read, const
 config::Device DeviceOf(const protocols::Protocol& protocol, const std::string& address,
                         std::vector<config::Point> points, const Settable& options = {});
 
-// ---------------------------------------------------------------- tasks
-
 protocols::Task Poll(std::size_t query);
 protocols::Task Probe();
 protocols::Task Write(std::size_t point, Value value);
 
-// ---------------------------------------------------------------- both ends
-
-/// Returns the first complete frame in bytes that are followed by silence; empty: none.
+/// Returns the first complete frame of `bytes`, which silence follows; empty: no frame is complete.
 Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
 /// Returns the twin's reply; empty: the bytes are no complete request, or the twin is silent.
 Bytes AskTwin(const protocols::Protocol& protocol, protocols::Twin& twin,
               const config::Options& options, View request, Instant now = {});
 
-/// Returns the bytes that a test lets come back for a request; empty: silence.
 using Wire = std::function<Bytes(View request)>;
 
 class Talk {
@@ -64,12 +57,10 @@ class Talk {
   const protocols::Request& request() const { return request_; }
 
   Result<protocols::Request> Ask(const protocols::Task& task);
-  /// Handles `wire`, all bytes that were received for the latest request. If they contain no
-  /// complete frame, the request fails, and the answer's outcome tells why.
+  /// Handles `wire`, all bytes that were received. Without a complete frame the request fails.
   protocols::Answer Reply(const protocols::Task& task, View wire);
   protocols::Then Fail(const protocols::Task& task, Outcome outcome);
 
-  /// Runs one exchange. A task that cannot be requested ends as `unsupported`.
   protocols::Answer Exchange(const protocols::Task& task, const Wire& wire);
   protocols::Answer Exchange(const protocols::Task& task, View wire);
   protocols::Answer Exchange(const protocols::Task& task, protocols::Twin& twin) {
@@ -81,13 +72,13 @@ class Talk {
   }
 
   Instant now{std::chrono::hours(1)};
-  std::vector<Bytes> asked;  ///< all requests, in order
+  std::vector<Bytes> asked;
 
  private:
   Wire WireTo(protocols::Twin& twin) const;
 
   const protocols::Protocol* protocol_;
-  // Conversations refer to the device and the bus.
+  // The conversation refers to the device and the bus.
   std::unique_ptr<const config::Device> device_;
   std::unique_ptr<protocols::Bus> bus_;
   std::unique_ptr<protocols::Conversation> conversation_;

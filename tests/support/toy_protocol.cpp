@@ -13,7 +13,7 @@ namespace {
 struct Words {
   char address = 0;
   std::string number;
-  std::string rest;  // "=5", "~busy" or empty
+  std::string rest;
 };
 
 std::optional<Words> Read(std::string_view text) {
@@ -115,7 +115,7 @@ class ToyConversation final : public protocols::Conversation {
     return OnContent(task, kind, rest);
   }
 
-  /// An untagged reply answers any untagged read.
+  /// A reply without an address fits any request of the kind U.
   Outcome Check(View request, View frame) const override {
     const auto got = Read(AsText(frame.subspan(1, frame.size() - 5)));
     const auto asked = Read(AsText(request).substr(1));
@@ -251,7 +251,6 @@ class ToyConversation final : public protocols::Conversation {
       closing_ = true;
       answer.then = protocols::Then::ask_again;
     } else if (kind == 'W' || kind == 'P') {
-      // the write or probe is confirmed
     } else if (const auto value = ParseDecimal(rest.empty() ? rest : rest.substr(1))) {
       answer.readings.push_back({PointOf(task), *value, Quality::good, {}});
       trouble_ = {};

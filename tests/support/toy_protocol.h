@@ -30,7 +30,7 @@ namespace baudgate {
 /// device answers with a value. Address: one letter. Option: wait (a duration, after busy).
 const protocols::Protocol& ToyProtocol();
 
-/// Returns "!A7=5*XX\r" for "A7=5".
+/// Returns a whole reply. Example: "!A7=5*XX\r" for "A7=5".
 Bytes ToyReply(std::string_view body);
 
 config::Options ToyOptions();

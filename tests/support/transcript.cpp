@@ -176,7 +176,6 @@ class Player {
 
   static Now At(Instant instant) { return {instant, WallTime(instant.time_since_epoch())}; }
 
-  /// A task without a request must end as unsupported.
   void CheckUnsent(const Step& step, const Result<protocols::Request>& request) const {
     if (request) return Fail(step, "nothing may be sent, but this is: " + ToHex(request->bytes));
     if (step.request) return Fail(step, request.error());

@@ -44,7 +44,6 @@
 
 namespace baudgate {
 
-/// Plays the file. Every difference is a GoogleTest failure that names file and line.
 void PlayTranscript(const protocols::Protocol& protocol, const std::string& path);
 
 }  // namespace baudgate

@@ -14,7 +14,6 @@
 namespace baudgate {
 namespace {
 
-/// Splits at blanks, except between double quotes, which are removed.
 std::vector<std::string> Words(std::string_view text) {
   std::vector<std::string> words;
   bool quoted = false;
@@ -29,7 +28,6 @@ std::vector<std::string> Words(std::string_view text) {
   return words;
 }
 
-/// Returns "scale" and "0.01" for "scale=0.01".
 std::pair<std::string, std::string> KeyAndValue(const std::string& word) {
   const auto equals = word.find('=');
   if (equals == std::string::npos) return {word, ""};
@@ -235,7 +233,7 @@ class Reader {
   const std::string& path_;
   int line_ = 0;
   bool silence_ = false;
-  Duration wait_{};  // duration of the silence
+  Duration wait_{};
   TranscriptScript script_;
 };
 

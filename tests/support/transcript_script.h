@@ -1,4 +1,4 @@
-// A golden transcript, parsed from its file; the format is described in transcript.h.
+// A golden transcript, parsed from its file. transcript.h describes the format.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,20 +13,18 @@ namespace baudgate {
 
 struct TranscriptPiece {
   Bytes bytes;
-  bool after_silence = false;  ///< the file has a time before this piece
-  Duration silence{};          ///< the time before this piece
+  bool after_silence = false;
+  Duration silence{};
 };
 
-/// One request with its reply and its expected result.
 struct TranscriptStep {
   int line = 0;
-  /// The task that begins here: a write with a raw value, or events.
   std::optional<protocols::Task> task;
-  bool unasked = false;          ///< there is no request: the device sends `reply` unasked
+  bool unasked = false;          ///< true: no request; the device sends `reply` unasked
   std::optional<Bytes> request;  ///< nothing: the write must end without a request
   std::vector<TranscriptPiece> reply;
   Outcome outcome = Outcome::ok;
-  std::vector<std::string> values;  ///< "name value quality", "event 0 1 12.345s"
+  std::vector<std::string> values;
 };
 
 struct TranscriptScript {
@@ -35,7 +33,6 @@ struct TranscriptScript {
   std::vector<TranscriptStep> steps;
 };
 
-/// Every line that cannot be parsed is a GoogleTest failure.
 TranscriptScript ReadTranscript(const protocols::Protocol& protocol, const std::string& path);
 
 }  // namespace baudgate

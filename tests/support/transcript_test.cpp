@@ -1,5 +1,4 @@
-// Tests of the player of golden transcripts: it must accept correct transcripts and name the
-// differences in others.
+// Tests of the player of golden transcripts.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/support/transcript.h"
 

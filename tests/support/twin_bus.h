@@ -17,11 +17,10 @@
 
 namespace baudgate {
 
-/// The bits on the wire in order of time; the wire is 1 when idle.
 using WireBits = std::vector<bool>;
 WireBits ToWire(View bytes, const config::SerialSettings& serial);
 struct FromWire {
-  Bytes bytes;  ///< a damaged byte is replaced by FF, as serial ports do
+  Bytes bytes;  ///< a damaged byte is replaced by FF, as in serial ports
   std::uint32_t damaged = 0;
 };
 FromWire FromWireBits(const WireBits& bits, const config::SerialSettings& serial);
@@ -32,21 +31,20 @@ struct TwinWish {
   std::string address;
   config::SerialSettings serial;
   std::vector<std::pair<std::string, std::string>> options{};
-  bool judges_parity = true;  ///< it ignores characters in another format
+  bool judges_parity = true;  ///< true: the twin ignores characters of another format
 };
 
 class TwinBus {
  public:
   void Add(const TwinWish& wish);
-  /// The device at `index`, so that a test can change its options.
   config::Device& device(std::size_t index) { return *twins_[index]->device; }
 
-  /// What is received after a request with these settings, and how many twins have answered.
+  /// The bytes that are received after a request, and the number of twins that answered.
   struct Answer {
     FromWire heard;
     int speakers = 0;
   };
-  /// Two replies to one request overlap, or follow each other.
+  /// How two replies to one request meet: they overlap, or follow each other.
   enum class Two { together, in_turn };
   Answer Ask(View request, const config::SerialSettings& serial, Instant now,
              Two two = Two::together);
@@ -61,7 +59,7 @@ class TwinBus {
     std::unique_ptr<protocols::Twin> twin;
   };
   std::vector<std::unique_ptr<Inhabitant>> twins_;
-  std::size_t asked_ = 0;  // varies the offset between two overlapping replies
+  std::size_t asked_ = 0;
 };
 
 }  // namespace baudgate

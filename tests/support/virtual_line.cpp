@@ -179,7 +179,7 @@ void VirtualLine::Send(View bytes, const config::SerialSettings& serial, Now) {
     Instant at = instant_;
     for (const std::uint8_t byte : echo(bytes)) arriving_.emplace(at += character, Bytes{byte});
   }
-  Bytes said;  // the bytes that the devices send to the server
+  Bytes said;
   for (const auto& twin : twins_) {
     const Manner& manner = twin->manner;
     if (manner.dead) continue;

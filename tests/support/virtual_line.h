@@ -1,6 +1,6 @@
 // `VirtualLine` is a whole line under virtual time: the poller, a wire with a bit rate, and the
 // twins of all devices, whose behaviour a test can disturb. Time jumps from event to event; no real
-// clock is used. Works with the toy protocol and with the real plugins:
+// clock is used. Works with the toy protocol and with the real protocols:
 //
 //   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
 //   line.Open();
@@ -31,16 +31,15 @@ class Poller;
 
 namespace baudgate {
 
-/// How a device behaves on the wire, independent of its twin's answers. May change at any time.
+/// How a device behaves on the wire, independent of its twin's answers. Can be changed at any time.
 struct Manner {
   bool dead = false;
-  Duration think = 5ms;      ///< from the end of the request to the first byte of the reply
-  std::size_t fragment = 0;  ///< bytes that arrive together; 0: the whole reply at once, when its
-                             ///< last byte is through
+  Duration think = 5ms;      ///< time from the end of the request to the first byte of the reply
+  std::size_t fragment = 0;  ///< bytes that arrive together; 0: the whole reply
   Duration pause{};          ///< additional silence between fragments
-  int copies = 1;            ///< the reply is sent this many times, one after the other
-  Duration babble{};         ///< noise of this duration in place of a reply
-  std::function<Bytes(Bytes reply)> distort;  ///< damages the reply
+  int copies = 1;
+  Duration babble{};
+  std::function<Bytes(Bytes reply)> distort;
   /// Returns a reply in place of the twin's; nothing: the twin's reply is sent. Not called for
   /// requests that the twin does not answer, such as those to other devices.
   std::function<std::optional<Bytes>(View request)> instead;
@@ -53,7 +52,7 @@ struct Manner {
 
 struct Sent {
   Instant at;
-  std::string text;  ///< the bytes of the request as characters
+  std::string text;
 };
 
 struct StateChange {
@@ -73,7 +72,7 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
     std::size_t answered = 0;
   };
 
-  /// `others`: devices on the wire that are not configured on the line; their twins come last.
+  /// `others` are devices on the wire that are not configured on the line; their twins come last.
   VirtualLine(config::Line line, std::vector<const protocols::Protocol*> protocols,
               std::vector<config::Device> others = {});
   ~VirtualLine() override;
@@ -84,9 +83,9 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   void Restart();
   void RunFor(Duration time);
   /// Stops the program for `time`, as SIGSTOP does. Bytes that arrive meanwhile are delivered in
-  /// one piece afterwards, before the timers that are due or after them.
+  /// one piece, before the due timers or after them.
   void Stop(Duration time, bool timers_first = false);
-  /// Runs until `done` returns true, at most for `limit`. Returns whether it did.
+  /// Runs until `done` returns true, at most for `limit`. Returns the last result of `done`.
   bool RunUntil(const std::function<bool()>& done, Duration limit);
   /// Makes bytes arrive `after` this time from now, from any sender.
   void Inject(Bytes bytes, Duration after = {});
@@ -112,32 +111,30 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   bool keep_sent = true;       ///< false in runs that are too long to store all requests
   bool keeps_bit_rate = true;  ///< false: a pty or a network; set it before Open()
   std::vector<Sent> sent;
-  bool holds = false;       ///< bytes wait, because the port has no connection
-  std::size_t dropped = 0;  ///< number of requests whose unsent bytes the port had to drop
+  bool holds = false;  ///< true: bytes wait, because the port has no connection
+  std::size_t dropped = 0;
   std::vector<StateChange> states;
   std::vector<std::string> warnings;
-  std::vector<WriteEnd> ends;  ///< results of Write(), in the order of their arrival
-  /// The echo of a request, returned by the bus character by character; empty: the bus does not
-  /// echo.
+  std::vector<WriteEnd> ends;
+  /// Returns the echo of a request, which the bus returns character by character; empty: no echo.
   std::function<Bytes(View request)> echo;
-  /// What arrives, and when, from a serial server before all devices. Its arguments are a request
-  /// and the replies of the devices, empty if they are silent. It replaces all manners except
-  /// `dead` and `instead`.
+  /// Returns what arrives, and when, from a serial server before all devices. Its arguments are a
+  /// request and the replies of the devices, empty if they are silent. It replaces all manners
+  /// except `dead` and `instead`.
   std::function<std::vector<tools::TimedPiece>(View request, Bytes reply, Instant end_of_request)>
       server;
-  /// How long the disk takes to store a batch of events. Restart() loses a batch that is not stored
-  /// yet.
+  /// Time that the disk takes to store a batch of events. Restart() loses a batch that is not
+  /// stored yet.
   Duration keep_time = 5ms;
   /// Returns whether the batch was stored; if not, it is called again after a second. Empty:
   /// batches are appended to `events`.
   std::function<bool(const bus::ReportedEvents& reported)> keep;
-  std::vector<bus::ReportedEvents> events;  ///< stored batches, in their order
-  /// The device's last event state that the event store returns at a start; empty: none.
+  std::vector<bus::ReportedEvents> events;
+  /// Returns the device's last event state, as stored before the start; empty: no state is stored.
   std::function<std::string(std::uint32_t device)> said;
   /// See PollerListener. Called within the poller, so it must not call the poller.
   std::function<void(std::uint32_t device, Instant asked)> drained;
   std::function<void(std::uint32_t device, Instant at)> read;
-  /// Called after every event, to check what must hold at any time.
   std::function<void()> always;
 
  private:
@@ -183,7 +180,6 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
 inline void PrintTo(Quality quality, std::ostream* out) { *out << Name(quality); }
 inline void PrintTo(Outcome outcome, std::ostream* out) { *out << Name(outcome); }
 
-/// Makes a device with one fast point for each `read`, polled every second.
 config::Device ToyDevice(std::string name, std::string address, std::vector<std::string> reads);
 config::Line ToyLine(std::vector<config::Device> devices);
 

@@ -20,15 +20,14 @@ using ::testing::HasSubstr;
 
 constexpr int kPointUnit = 1;
 constexpr int kRouteUnit = 20;
-constexpr int kRegister = 4;      // of the slave
-constexpr int kFirstValue = 100;  // above the slave's first value
+constexpr int kRegister = 4;
+constexpr int kFirstValue = 100;
 
 class Slave {
  public:
   explicit Slave(const std::string& link)
       : slave_(link, [this](View request) { return Answer(request); }) {}
 
-  /// Returns the values in the order on the wire.
   std::vector<int> Written() const {
     std::vector<int> values;
     for (const Bytes& request : slave_.heard()) {
@@ -48,7 +47,7 @@ class Slave {
     return {{0ms, RegistersReply(request, base)}};
   }
 
-  std::uint16_t held_ = 1;  // used on the slave's thread
+  std::uint16_t held_ = 1;
   ScriptedSlave slave_;
 };
 

@@ -14,12 +14,11 @@
 namespace baudgate::system_test {
 namespace {
 
-// Milliseconds between two pieces of a reply; shorter than every protocol's gap.
+// The longest time between two pieces of a reply, in ms. It is shorter than every protocol's gap.
 constexpr int kMostDelay = 15;
-constexpr int kMostNoise = 24;  // bytes at once
+constexpr int kMostNoise = 24;
 
 void WriteAll(int descriptor, View bytes) {
-  // Bytes that do not fit are lost, as on a wire.
   [[maybe_unused]] const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
 }
 
@@ -73,7 +72,7 @@ void BadCable::CarryReply(View whole) {
   }
 }
 
-/// Changes one byte at most, because more changes could, rarely, give a matching exclusive-or.
+/// Changes at most one byte, because several changes could cancel each other in an exclusive-or.
 void BadCable::Damage(Bytes& reply) {
   if (Random(0, 4) == 0) MakeNoise();
   const auto place = static_cast<std::size_t>(Random(0, static_cast<int>(reply.size()) - 1));

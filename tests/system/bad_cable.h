@@ -1,5 +1,6 @@
-// `BadCable` is a cable between daemon and twin that tears, delays and damages replies. Requests
-// pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the twin's pty.
+// `BadCable` is a cable between daemon and twin that fragments, delays and damages replies.
+// Requests pass unchanged. The daemon opens its pty; a thread carries the bytes to and from the
+// twin's pty.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,16 +18,14 @@ namespace baudgate::system_test {
 
 class BadCable {
  public:
-  /// `near` is the link that the daemon opens, `far` the twin's link. The same seed makes the same
-  /// damage to the same bytes.
+  /// `near` is the link that the daemon opens, `far` the twin's. The damage depends on `seed`.
   BadCable(const std::string& near, const std::string& far, std::uint32_t seed);
   ~BadCable();
   BadCable(const BadCable&) = delete;
   BadCable& operator=(const BadCable&) = delete;
 
   bool connected() const { return twin_ >= 0 && pty_.has_value(); }
-  /// While noisy, random bytes arrive before replies and at other times, a byte of some replies is
-  /// changed, and the rest of some replies is lost.
+  /// While noisy, random bytes arrive, a byte of some replies is changed, and some replies are cut.
   void SetNoisy(bool noisy) { noisy_ = noisy; }
   std::size_t noise_bytes() const { return noise_bytes_; }
 

@@ -36,7 +36,6 @@ class BadSlave : public RouteStation {
   }
 };
 
-/// The reply to register 10 arrives after its timeout and looks like a reply to register 11.
 TEST_F(BadSlave, ALateReplyDoesNotAnswerTheNextRequest) {
   const ScriptedSlave slave(LinkOf("drive"), [&](View request) -> std::vector<Piece> {
     return {{AddressOf(request) == 10 ? 700ms : 0ms, RegistersReply(request, 1000)}};
@@ -89,8 +88,6 @@ TEST_F(BadSlave, AReplyInPiecesIsReceivedWhole) {
   EXPECT_EQ(route["no_reply"], 0);
 }
 
-/// The reply to a block breaks off and the port disappears while a write waits. The slave that
-/// returns has other values.
 TEST_F(BadSlave, ASlaveLostInABlockReturnsWithoutStaleValues) {
   const auto daemon = StartGateway(OneLine(), {});
   ModbusClient client(port());
@@ -107,7 +104,6 @@ TEST_F(BadSlave, ASlaveLostInABlockReturnsWithoutStaleValues) {
     Send(cut, ReadRequest(1, kUnit, 999, 120));
     Send(cut, WriteRequest(2, kUnit, 8, 2));
     ASSERT_TRUE(Eventually([&] { return slave.heard().size() > 1; }));
-    // the pty disappears with the slave
   }
   EXPECT_TRUE(EventuallyLogged(*daemon, "line drive: down: "));
   EXPECT_EQ(client.Holding(kUnit, 5, 1).exception, kNotAnswering);
@@ -145,24 +141,20 @@ TEST_F(BadSlave, ARestartedTwinIsServedAgain) {
   EXPECT_TRUE(daemon->Running());
 }
 
-// ---------------- A serial server that stops taking data: requests that were answered with 0x0B
-// meanwhile never reach it.
-
 using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::Each;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-constexpr std::uint16_t kCount = 120;  // registers of a write
-constexpr std::uint8_t kAfter = 60;    // the unit that is written to after the stall
+constexpr std::uint16_t kCount = 120;
+constexpr std::uint8_t kAfter = 60;
 constexpr std::size_t kFrame = 7 + 2 * kCount + 2;
 
-/// Accepts connections with a kernel buffer for a few requests, and reads only in ReadAll().
 class StalledServer {
  public:
   StalledServer() : listening_(::socket(AF_INET, SOCK_STREAM, 0)) {
-    const int small = 1;  // the kernel's minimum: room for about 1 KiB
+    const int small = 1;  // the kernel's minimum: a buffer of about 1 KiB
     ::setsockopt(listening_, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
     sockaddr_in address{};
     address.sin_family = AF_INET;
@@ -188,7 +180,6 @@ class StalledServer {
     pollfd waited = {descriptor, POLLIN, 0};
     return ::poll(&waited, 1, static_cast<int>(limit / 1ms)) == 1;
   }
-  /// Returns the bytes of the connection until its end, or until there are `enough`. Closes it.
   static Bytes ReadAll(int connection, std::size_t enough) {
     Bytes bytes;
     std::array<std::uint8_t, 4096> buffer;
@@ -232,8 +223,7 @@ TEST_F(Stall, OfASerialServerDeliversNoAbandonedRequest) {
     return daemon->Errors().find("takes no data: a request has not been acknowledged") !=
            std::string::npos;
   };
-  // Fill the server's kernel buffer, each request for another slave: silent slaves are not asked
-  // again.
+  // Fills the kernel buffer. Each request is for another slave, because silent slaves get no more.
   std::uint8_t last = 0;
   while (!lost() && last < kAfter - 1) {
     Send(client, Write(++last));
@@ -245,7 +235,6 @@ TEST_F(Stall, OfASerialServerDeliversNoAbandonedRequest) {
   EXPECT_THAT(units, Contains(1)) << "the server's own kernel has it; out of reach";
   EXPECT_THAT(units, Not(Contains(last)));
 
-  // The next connection must carry the next request, and no older one.
   const int next = server.Accept();
   ASSERT_GE(next, 0);
   EXPECT_TRUE(Eventually([&] {

@@ -79,8 +79,7 @@ Child::~Child() {
 
 void Child::Signal(int number) const {
   if (id_ <= 0 || ended_) return;
-  // Remove the twin's link: the kernel reuses the pty's number after the kill, so the link would
-  // lead to the next test's pty.
+  // The kernel reuses the number of the pty, so the link would lead to the pty of another test.
   if (number == SIGKILL && !pty_.empty()) std::filesystem::remove(pty_);
   ::kill(id_, number);
 }

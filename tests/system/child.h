@@ -22,14 +22,13 @@ constexpr int kSlower = 4;
 #else
 constexpr int kSlower = 1;
 #endif
-/// How long a test waits for an event before it fails. No test depends on a result being early.
+/// The time limit of every wait. A result can be late in any test, but not later than this.
 constexpr Duration kPatience = kSlower * 20s;
-/// Duration of a release or a trial during which a test runs two or three commands.
+/// The duration of a release or trial in which a test runs two or three commands.
 constexpr Duration kLongEnough = kSlower * 3s;
-/// How often the thread of a cable or a slave checks whether to end.
+/// The interval at which the thread of a cable or slave checks whether to end.
 constexpr int kPollMilliseconds = 20;
 
-/// Polls until `condition` holds. Returns false if it did not within `limit`.
 template <typename Condition>
 bool Eventually(Condition condition, Duration limit = kPatience) {
   const Instant deadline = std::chrono::steady_clock::now() + limit;
@@ -44,8 +43,8 @@ class Child {
  public:
   using Environment = std::map<std::string, std::string>;
 
-  /// Starts words[0] (looked up in PATH) in the working directory `directory`. Must be called from
-  /// a thread that lives as long as the child. `environment` is added to the test's own.
+  /// Starts words[0] (from PATH) in `directory`. The calling thread must live as long as the child.
+  /// `environment` is added to the test's own.
   Child(const std::vector<std::string>& words, const std::filesystem::path& directory,
         const Environment& environment = {});
   ~Child();
@@ -55,23 +54,22 @@ class Child {
   pid_t id() const { return id_; }
   void Signal(int number) const;
   bool Running();
-  /// Returns the exit code, or 128 + the signal that ended the child; nothing if it still runs
-  /// after `limit`.
+  /// Returns the exit code, or 128 + signal; nothing if the child still runs after `limit`.
   std::optional<int> WaitForEnd(Duration limit = kPatience);
 
-  std::string Output() const;  ///< standard output so far
-  std::string Errors() const;  ///< standard error so far
+  std::string Output() const;
+  std::string Errors() const;
 
  private:
   pid_t id_ = -1;
   std::optional<int> ended_;
-  std::filesystem::path pty_;  // for a twin: the link to its pty
+  std::filesystem::path pty_;
   std::filesystem::path output_;
   std::filesystem::path errors_;
 };
 
 struct Finished {
-  int code = -1;  ///< as in WaitForEnd; -1: it had to be killed
+  int code = -1;  ///< as in WaitForEnd; -1: the test had to kill the child
   std::string output;
   std::string errors;
 };

@@ -234,7 +234,7 @@ TEST_F(Cli, SimulateMakesAnAsciiTwinOfAnRtuProfile) {
                            "mitsubishi-fr-d700", "--address", "20", "--pty", LinkOf("bay")});
   const auto answers = [&] { return twin->Output().find("answers on") != std::string::npos; };
   ASSERT_TRUE(Eventually(answers)) << twin->Output();
-  const std::string request = ":140300C8000120\r\n";  // one register at 200
+  const std::string request = ":140300C8000120\r\n";
   const int pty = ::open(LinkOf("bay").c_str(), O_RDWR | O_NOCTTY);
   ASSERT_GE(pty, 0);
   ASSERT_EQ(::write(pty, request.data(), request.size()), static_cast<ssize_t>(request.size()));

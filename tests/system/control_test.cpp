@@ -22,7 +22,7 @@ using ::testing::StartsWith;
 
 constexpr int kOutOfService = 0x1C;
 
-/// A relay that answers, a device that does not exist, and a line without its port.
+/// Three lines: a relay that answers, a device that does not exist, and a line without its port.
 class Control : public ThreeDevices {
  protected:
   std::string YamlOf(const std::string& head) const {
@@ -108,7 +108,7 @@ TEST_F(Control, ADeviceIsTakenOutOfUseAndBack) {
   StartRelay();
   EXPECT_EQ(Ask({"disable", "relay.relay-1"}).code, 0);
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kOutOfService));
-  EXPECT_THAT(Ask({"status", "relay"}).output, HasSubstr("taken out of use at run time"));
+  EXPECT_THAT(Ask({"status", "relay"}).output, HasSubstr("disabled at run time"));
   EXPECT_EQ(Ask({"enable", "relay.relay-1"}).code, 0);
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
   EXPECT_EQ(Ask({"disable", "relay"}).code, 2);
@@ -132,7 +132,7 @@ TEST_F(Control, ATraceShowsTheBytesAndEndsCleanly) {
   EXPECT_TRUE(Eventually([&] { return !other->Output().empty(); }));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(other->WaitForEnd(), 4);
-  // "… is stopping", or "… has closed the connection" if a record was being sent at that moment.
+  // Or "has closed the connection", if a record was being sent.
   EXPECT_THAT(other->Errors(), HasSubstr("the trace has ended: the gateway "));
   EXPECT_EQ(daemon->WaitForEnd(), 0);
   EXPECT_FALSE(fs::exists(socket()));
@@ -167,13 +167,11 @@ TEST_F(Control, AGatewayIsFoundWithoutTheSocketOption) {
   daemon = Start({"run", "-c", Write("baudgate.yaml", yaml).string()});
   ASSERT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kGood));
   const auto status = Start({"status"});
-  // Another gateway of this machine may run in /run/baudgate: then both gateways are named.
+  // If another gateway of this machine runs in /run/baudgate, the command names both gateways.
   const auto code = status->WaitForEnd();
   EXPECT_THAT(status->Output() + status->Errors(), HasSubstr(gateway()));
   EXPECT_TRUE(code == 0 || code == 4);
 }
-
-// ---------------- The settings of a relay's twin in a file, with the user's commands.
 
 class SettingsOfATwin : public ThreeDevices {
  protected:

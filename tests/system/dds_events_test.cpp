@@ -1,5 +1,4 @@
-// Tests events on DDS while the gateway and the DDS process are killed, with a subscriber on Fast
-// DDS (`watch --events`) and one of another vendor.
+// Tests events on DDS while the gateway and the DDS process are killed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -64,8 +63,6 @@ TEST_F(EventsOnDds, AreReceivedByBothSubscribersAsTheyWereStored) {
   EXPECT_EQ(status["skipped"], 0);
 }
 
-/// A subscriber that stays receives all events, whichever process is killed. It recognises
-/// repetitions by their number.
 TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
   const auto relay = StartRelay("every:150ms,count=4,numbered");
   const auto watch = Watch();
@@ -104,7 +101,6 @@ TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
     if (line.starts_with("again ")) continue;
     EXPECT_EQ(std::stoull(line), ++number) << line;
   }
-  // The order between events of different devices may differ.
   const auto printed = [&] {
     std::multiset<std::uint64_t> printed;
     const std::string output = example->Output();
@@ -120,7 +116,6 @@ TEST_F(EventsOnDds, OfAKilledGatewayAreAllReceived) {
   for (std::uint64_t seq = 1; seq <= last; ++seq) EXPECT_EQ(printed().count(seq), 1U) << seq;
 }
 
-/// A subscriber of points alone does not confirm events; a subscriber of events does.
 TEST_F(EventsOnDds, AnOrderlyStopNeitherLosesNorRepeatsConfirmedEvents) {
   const auto relay = StartRelay("every:300ms,count=2,numbered");
   auto daemon = StartDaemon(Yaml(", events: on", "", true));

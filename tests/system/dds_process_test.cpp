@@ -25,7 +25,6 @@ class DdsProcess : public ThreeDevices {
  protected:
   pid_t Process() const { return ChildOf(*daemon); }
 
-  /// Reads every device's value over Modbus until `until` is met, and checks the values.
   template <typename Condition>
   ::testing::AssertionResult ReadsAreRightUntil(Condition until) {
     bool right = true;
@@ -42,7 +41,6 @@ class DdsProcess : public ThreeDevices {
                                          << daemon->Errors();
   }
 
-  /// Returns nothing if a new subscriber does not get all points.
   std::optional<std::uint64_t> SeqOf(const std::string& device, const std::string& point) const {
     const Finished watch = Command({"watch", "--domain", std::to_string(domain()), "--gateway",
                                     gateway(), "--json", "--once"});
@@ -75,8 +73,6 @@ class DdsProcess : public ThreeDevices {
   std::size_t points_ = 0;
 };
 
-/// Another program uses the port of the domain's multicast group, so new subscribers cannot be
-/// discovered. The status reports this until that program has ended.
 TEST_F(DdsProcess, AnOccupiedDiscoveryPortIsReportedUntilItIsFree) {
   const int port = 7400 + 250 * domain();
   const int other = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
@@ -128,7 +124,7 @@ TEST_F(DdsProcess, AStoppedProcessIsReportedAndReplacedAndBlocksNoRead) {
     return daemon->Errors().find("dds: the process does not read") != std::string::npos;
   }));
   EXPECT_EQ(Process(), process);
-  // Nothing continues the process: after ten seconds without a sign of life it is replaced.
+  // The process stays stopped. It is replaced after ten seconds without a sign of life.
   EXPECT_TRUE(ReadsAreRightUntil([&] { return Process() != 0 && Process() != process; }));
   EXPECT_THAT(daemon->Errors(),
               HasSubstr("dds: the process did not read for 10s; the gateway starts it"));
@@ -144,9 +140,8 @@ TEST_F(DdsProcess, AStoppedProcessDoesNotDelayTheEndOfTheGateway) {
   EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));
 }
 
-/// Sends the datagram of CVE-2023-50716 to all participants of the domain on this machine: a
-/// fragment with inline QoS and no payload, which ends Fast DDS 2.9.1 with "free(): invalid
-/// pointer".
+/// Sends the datagram of CVE-2023-50716, a fragment with inline QoS and no payload, which ends Fast
+/// DDS 2.9.1 with "free(): invalid pointer".
 void SendHostileDatagram(int domain) {
   const Bytes datagram = *ParseHex(
       "52 54 50 53 02 03 01 0F 00 01 02 03 04 05 06 07 08 09 0A 0B "  // RTPS, vendor id of Fast DDS
@@ -188,7 +183,6 @@ TEST_F(DdsProcess, AHostileDatagramEndsNeitherGatewayNorWatch) {
   EXPECT_EQ(watch->WaitForEnd(), 0);
 }
 
-/// The points are not read any more, so no last sample may look good.
 TEST_F(DdsProcess, AKilledDaemonLeavesNoGoodValueAndNoProcess) {
   Begin();
   const auto watch =
@@ -213,7 +207,7 @@ TEST_F(DdsProcess, AKilledDaemonLeavesNoGoodValueAndNoProcess) {
   EXPECT_TRUE(Eventually([&] { return ::kill(process, 0) != 0; }));
 }
 
-/// Names that are no longer used must be freed: each rename creates some hundred new names.
+/// Each rename creates some hundred new names, so unused names must be freed.
 TEST_F(DdsProcess, RenamedDevicesDisappearAfterAReload) {
   Begin();
   std::string yaml = WithSocket(Yaml(true));
@@ -236,7 +230,6 @@ TEST_F(DdsProcess, RenamedDevicesDisappearAfterAReload) {
   EXPECT_THAT(devices.output, Not(HasSubstr("\"renamed-4\"")));
 }
 
-/// As systemd does: the process is started separately and connects to the gateway's socket.
 TEST_F(DdsProcess, AProcessStartedSeparatelyConnectsToTheSocket) {
   const std::string socket = (directory() / "dds.sock").string();
   const std::string program = fs::path(BAUDGATE_BINARY).parent_path() / "baudgate-dds";
@@ -244,7 +237,7 @@ TEST_F(DdsProcess, AProcessStartedSeparatelyConnectsToTheSocket) {
     return std::make_unique<Child>(std::vector<std::string>{program, "--socket", socket},
                                    directory());
   };
-  auto process = start();  // started before the gateway, so it waits
+  auto process = start();
   ASSERT_TRUE(EventuallyLogged(*process, "waits for the gateway"));
   StartTwins();
   const auto file = Write("baudgate.yaml", Yaml(true));

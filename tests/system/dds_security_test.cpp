@@ -25,7 +25,7 @@ class DdsSecurity : public ThreeDevices {
   std::string SecuredYaml() const {
     std::string yaml = Yaml(true);
     const std::string enabled = "dds: { enabled: true,";
-    // A relative path starts at the configuration, whatever the DDS process's directory is.
+    // A relative path starts at the folder of the configuration, not at that of the DDS process.
     return yaml.replace(yaml.find(enabled), enabled.size(),
                         enabled + " security: pki/" + gateway() + ",");
   }
@@ -88,9 +88,7 @@ TEST_F(DdsSecurity, AnExpiredIdentityReceivesNoValues) {
   MakeCertificates(1);
   constexpr Duration kShort = 8s;  // enough for the start on a busy machine
   const auto begun = ReadClocks();
-  const auto made =
-      // Makes subscriber-2, valid for a few seconds.
-      pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);
+  const auto made = pki::WriteDemoPki({Pki(), {}, 1, 0, kShort}, begun.wall);
   ASSERT_TRUE(made.ok()) << made.error();
   const auto expired = Start(Watch("subscriber-2"));
   ASSERT_TRUE(Eventually([&] { return ReadClocks().instant > begun.instant + kShort + 1s; }));
@@ -102,8 +100,6 @@ TEST_F(DdsSecurity, AnExpiredIdentityReceivesNoValues) {
   EXPECT_EQ(expired->Output(), "");
   EXPECT_TRUE(expired->Running());
 }
-
-// ---------------- `baudgate discovery-server` with subscribers without multicast.
 
 class Discovery : public ThreeDevices {
  protected:

@@ -15,7 +15,6 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// Samples by "device point".
 using Samples = std::map<std::string, Json>;
 
 class OnDds : public ThreeDevices {
@@ -94,7 +93,6 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   const std::size_t points = PointCount();
   const auto watch = Start(WatchWords());
   const auto cyclone = StartCyclone(points, true);
-  // This subscriber prints one line for each sample of each point, and one for the gateway.
   const auto heard = [&] {
     const std::string text = cyclone->Output();
     std::set<std::string> distinct;
@@ -113,7 +111,7 @@ TEST_F(OnDds, AnOrderlyStopIsSeenByBothSubscribers) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
   EXPECT_EQ(cyclone->WaitForEnd(40s), 0) << cyclone->Errors();
   EXPECT_THAT(cyclone->Output(), HasSubstr("gone meter-1 frequency\n"));
-  // A slow subscriber may miss some samples: the gateway waits a short time only.
+  // A slow subscriber can miss some samples, because the gateway waits only briefly.
   EXPECT_TRUE(std::regex_search(cyclone->Output(), std::regex("(meter|relay)-1 \\w+ [0-9.]+ 8 ")))
       << "no point says that it is not connected any more";
   EXPECT_TRUE(Eventually([&] {
@@ -134,7 +132,7 @@ TEST_F(OnDds, ASecondGatewayThatCannotStartDoesNotDisturbTheFirst) {
     return found == samples.end() ? 0 : found->second.value("seq", 0);
   };
   ASSERT_TRUE(Eventually([&] { return seq() > 0; }));
-  // Same name and same port: subscribers would mistake its samples for those of the first gateway.
+  // Subscribers would mistake the second gateway's samples for those of the first.
   for (int i = 0; i < 5; ++i) {
     EXPECT_EQ(Command({"run", "-c", (directory() / "baudgate.yaml").string()}).code, 4);
   }

@@ -28,7 +28,6 @@ class DdsWrites : public Station {
                 "address: 2, profile: spaj140c, unit: 2, poll: 200ms, slow: 1h, write: "
                 "[setting_group], points: [{ name: setting_group, select: true }]");
   }
-  /// Starts twins and gateway, and waits until every device was read once.
   void StartAll(const std::string& dds, const std::string& io = "allow") {
     io_ = StartTwin("io", "icpdas-i-7024", "0x1F");
     relay_ = StartTwin("relay", "spaj140c", "2");
@@ -90,7 +89,6 @@ TEST_F(DdsWrites, ASetPointIsWrittenAnsweredAndRecorded) {
   EXPECT_TRUE(Eventually([&] { return client_->Register(kRelay, 100) == 1; }));
   EXPECT_THAT(Ask("relay-1", "current_l1", {"--seq", "6", "--value", "1"}),
               HasSubstr("can only be read"));
-  // The request had expired before it arrived: it is not sent.
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "3", "--not-after", "-1"}),
               StartsWith("7 not_sent "));
   EXPECT_EQ(client_->Float(kIo, 0), 2.25F);
@@ -123,7 +121,6 @@ TEST_F(DdsWrites, DuplicatesAreAnsweredAgainAlsoByANewProcess) {
   ::kill(before, SIGKILL);
   ASSERT_TRUE(Eventually([&] { return Process() > 0 && Process() != before; }));
   ASSERT_TRUE(Eventually([&] { return DdsStatus()["state"] == "up"; }));
-  // Another client writes 4.0.
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--value", "2.25"}), "1 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--value", "2.5"}), HasSubstr("1 denied this client has"));
@@ -136,7 +133,6 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   daemon_->Signal(SIGTERM);
   ASSERT_EQ(daemon_->WaitForEnd(), 0);
   Run("write: allow, ");
-  // Another client writes 4.0.
   EXPECT_EQ(client_->WriteRegisters(kIo, 0, {0x4080, 0}), kNoException);
   EXPECT_EQ(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.25"}), "7 ok \n");
   EXPECT_THAT(Ask("io-1", "output_0", {"--seq", "7", "--value", "2.5"}),
@@ -148,8 +144,7 @@ TEST_F(DdsWrites, TheSameRequestIsNotWrittenAgainByTheNextRun) {
   EXPECT_EQ(records[1]["request"], nullptr) << "by Modbus";
 }
 
-/// A client without an answer repeats its request unchanged every two seconds. The gateway is
-/// killed while the device has the request.
+/// A client without an answer repeats its request unchanged every two seconds.
 TEST_F(DdsWrites, ARequestInterruptedByAKillIsUnknownToTheNextRun) {
   StartAll("write: allow, ");
   io_->Signal(SIGSTOP);
@@ -168,8 +163,7 @@ TEST_F(DdsWrites, ARequestInterruptedByAKillIsUnknownToTheNextRun) {
   EXPECT_EQ(Records().size(), 1U);
 }
 
-/// The reader of the killed gateway has not acknowledged the request, so Cyclone DDS delivers it to
-/// the next gateway.
+/// The killed gateway has not acknowledged the request, so Cyclone DDS delivers it to the next one.
 TEST_F(DdsWrites, ARequestToADeadGatewayIsNotDoneByTheNextRun) {
   StartAll("write: allow, ");
   Child asks(
@@ -210,8 +204,8 @@ TEST_F(DdsWrites, NeedThePermissionOfTheDeviceAsWell) {
   EXPECT_EQ(client_->Float(kIo, 0), 1.5F);
 }
 
-// Cyclone DDS stores what a transient local writer wrote, and sends it to a volatile reader that
-// requests it.
+// Cyclone DDS stores samples of a transient local writer, and sends them to volatile readers on
+// request.
 TEST_F(DdsWrites, ARequestFromBeforeTheStartOfTheGatewayIsNeverDone) {
   Child early(Words("io-1", "output_0", {"--value", "9", "--early", "--seconds", "40"}),
               directory());

@@ -54,8 +54,7 @@ TEST_F(Traces, CanBeDecodedForOneDevice) {
   EXPECT_EQ(exchanges[0]["values"][0]["value"], 1.0);
 }
 
-/// The outcomes come from the trace: the ceiling cut off the first exchange, and the second reply
-/// was late. The bytes alone do not show this.
+/// The outcomes come from the trace, because the bytes do not show a ceiling or a late reply.
 TEST_F(Traces, KeepTheRecordedOutcomes) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.
@@ -103,7 +102,6 @@ TEST_F(Traces, KeepTheRecordedOutcomes) {
   }
 }
 
-/// An exchange that was saved half-way, or that a release interrupted, is no failure.
 TEST_F(Traces, MayEndBeforeAnExchangeEnds) {
   const auto exchanges = Decode({"--protocol", "dcon"}, R"(
 04:05:06.000000 ai-1 > 23 30 31 0D | #01.

@@ -76,7 +76,6 @@ TEST_F(Events, AreListedAndFollowed) {
   EXPECT_EQ(all->WaitForEnd(), 0);
 }
 
-/// The relay's record of a start is read after the event and stored with it.
 TEST_F(Events, HaveTheirRecords) {
   const auto relay = StartRelay("every:4s");
   const auto daemon = StartDaemon(Yaml());
@@ -119,8 +118,6 @@ TEST_F(Events, AnUnstoredAcknowledgementIsReported) {
   EXPECT_EQ(Status()["events"]["alarms"]["unacknowledged"], 0);
 }
 
-/// A point exceeds its limit, the alarm is acknowledged, and the gateway is killed; then a relay
-/// disappears.
 TEST_F(Events, OfPointsAreAlarmsUntilTheyAreAcknowledged) {
   const std::string yaml = Yaml(kHighAlarm, "events: {}\n");
   const auto alarms = [this] { return JsonLines(Station::Ask({"alarms", "--json"}).output); };
@@ -203,17 +200,13 @@ TEST_F(Events, OfAKilledGatewayAreNeitherLostNorDoubled) {
   std::cout << kills << " kills, " << number << " events\n";
 }
 
-// ---------------- The event registers, read by pymodbus while each new event removes the oldest
-// from the ring.
-
 using ::testing::SizeIs;
 
-constexpr std::int64_t kBefore = 4100;  // events in the file at the start
+constexpr std::int64_t kBefore = 4100;
 constexpr std::int64_t kRing = 4000;
 
 class EventRing : public EventStation {
  protected:
-  /// Stores ten events of the relay, ten of a device that no longer exists, and so on.
   void FillFile() const {
     const auto folder = directory() / "state" / gateway();
     std::filesystem::create_directories(folder);
@@ -251,8 +244,7 @@ TEST_F(EventRing, IsReadWithoutErrorsWhileEventsArrive) {
       << daemon->Errors();
   const std::int64_t last = Status()["events"]["newest"].get<std::int64_t>() + 60;
 
-  // Unit 255 returns all events, from the oldest in the ring. Events that are removed before they
-  // are read are counted.
+  // Unit 255 returns all events. Events that leave the ring before they are read are counted.
   const Json all = Read(255, kBefore - kRing + 1, last);
   EXPECT_THAT(all["wrong"], SizeIs(0)) << all["wrong"];
   EXPECT_GE(all["oldest"].size(), 2U) << "the ring did not go on";
@@ -267,7 +259,7 @@ TEST_F(EventRing, IsReadWithoutErrorsWhileEventsArrive) {
   }
   EXPECT_GT(next, last);
 
-  // The relay's unit returns its own events; others are skipped and not counted.
+  // The relay's unit returns its own events; other events are skipped and not counted.
   const Json own = Read(1, kBefore - 99, last);
   EXPECT_THAT(own["wrong"], SizeIs(0)) << own["wrong"];
   EXPECT_EQ(own["lost"], 0);
@@ -302,9 +294,6 @@ TEST_F(EventRing, ShowsTheNewestEventsWithoutAWrite) {
   EXPECT_EQ(client.WriteRegisters(1, 9016, {0, 2}), kNoException);
   EXPECT_EQ(client.Input(1, 9016, 80).values[11], 2);
 }
-
-// ---------------- The alarms that the gateway raises itself: a routed slave without replies, a
-// device, a port.
 
 using ::testing::ElementsAre;
 
@@ -407,7 +396,6 @@ TEST_F(Alarms, OfAPortAndADeviceAreStoredAndEndWithTheirConfiguration) {
   EXPECT_EQ(All()[0]["seq"], alarms[1]["seq"]) << "it is the same as before";
 }
 
-/// Runs the unit of docs/events.md as systemd would, with a `curl` that stores its arguments.
 TEST_F(Alarms, AreForwardedByTheServiceOfTheDocs) {
   std::ifstream document(std::filesystem::path(SYSTEM_TEST_SOURCES) / "../../docs/events.md");
   std::string script;

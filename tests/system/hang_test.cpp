@@ -20,9 +20,8 @@ using ::testing::HasSubstr;
 
 constexpr Duration kWatchdog = 2s;
 
-/// Stops a thread for the lifetime of this object, before its next system call that waits for
-/// events: elsewhere the thread might hold a lock of the heap or of its queue, which a driver call
-/// never does.
+/// Stops a thread at its next system call that waits for events. Elsewhere it could hold a lock,
+/// which a hanging driver call never does.
 class HeldThread {
  public:
   HeldThread(const Child& process, const std::string& name) : id_(Find(process, name)) {
@@ -100,7 +99,6 @@ class Hang : public Station {
     ASSERT_TRUE(EventuallyFloat(client_, 2, 0, 1.5F)) << daemon_->Errors();
   }
   Json LineStatus(const std::string& line) const { return Status(line).at("lines").at(0); }
-  /// True if a new watchdog message arrives.
   bool SignsOfLife() const {
     while (!notify_.Receive(MSG_DONTWAIT).empty()) {
     }
@@ -138,8 +136,6 @@ TEST_F(Hang, AHangingLineDoesNotDisturbTheOtherLines) {
   EXPECT_EQ(client_.WriteRegisters(1, 2, {0, 0}), kNoException);
 }
 
-/// Everything else ends in order: DDS subscribers receive the end of every point, including those
-/// of the line that hangs.
 TEST_F(Hang, TheGatewayStopsWithoutALineThatHangs) {
   Begin(true);
   const auto watch =
@@ -175,7 +171,7 @@ TEST_P(HangingThread, StopsTheSignOfLifeUntilItRunsAgain) {
   {
     const HeldThread held(*daemon_, GetParam());
     ASSERT_TRUE(held.held());
-    std::this_thread::sleep_for(kWatchdog / 4);  // let pending messages arrive
+    std::this_thread::sleep_for(kWatchdog / 4);
     while (!notify_.Receive(MSG_DONTWAIT).empty()) {
     }
     std::this_thread::sleep_for(kWatchdog / 2);

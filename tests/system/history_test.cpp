@@ -86,7 +86,6 @@ TEST_F(History, IsStoredAndReadBack) {
   EXPECT_EQ(status["state"], "fine");
   EXPECT_EQ(status["dropped"], 0);
   EXPECT_GE(status["points"].get<int>(), 3);
-  // Another program may read the files while they are written.
   for (const auto& entry : std::filesystem::directory_iterator(folder())) {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("values-") || !name.ends_with(".db")) continue;
@@ -105,9 +104,6 @@ TEST_F(History, IsOffByDefault) {
   EXPECT_THAT(history.errors, HasSubstr("this gateway records no history"));
   EXPECT_TRUE(Status()["history"].is_null());
 }
-
-// ---------------- After a restart only the meter that was present before has good values, until a
-// user accepts another one.
 
 constexpr int kGrowingUnit = 21;
 constexpr int kSwapped = 0x090C;

@@ -74,7 +74,6 @@ TEST_F(Installed, AllFilesAreInTheirPlaces) {
   EXPECT_THAT(ReadWholeFile(At(INSTALL_PREFIX "/lib/sysusers.d/baudgate.conf")),
               AllOf(HasSubstr("\nu baudgate - "), HasSubstr("\nu baudgate-dds - ")));
 
-  // The variable tells the program the place of its modules, because the root is not "/".
   const Finished protocols = RunToEnd({At(INSTALLED_BINARIES "/baudgate").string(), "protocols"},
                                       directory(), {{"BAUDGATE_MODULES", modules.string()}});
   EXPECT_EQ(protocols.code, 0) << protocols.errors;

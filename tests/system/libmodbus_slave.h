@@ -13,8 +13,8 @@ struct _modbus_mapping_t;
 
 namespace baudgate::system_test {
 
-/// A Modbus slave with 1000 registers of each kind: register N contains 1000 + N (holding) and 2000
-/// + N (input). Coil N is on if 3 divides N, discrete input N if 5 divides N.
+/// Register N contains 1000 + N (holding) and 2000 + N (input). Coil N is on if 3 divides N,
+/// discrete input N if 5 divides N.
 class LibmodbusSlave {
  public:
   static constexpr int kSize = 1000;

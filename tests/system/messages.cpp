@@ -4,7 +4,7 @@
 namespace baudgate::system_test {
 namespace {
 
-constexpr std::size_t kHeader = 7;  // transaction, protocol, length, unit
+constexpr std::size_t kHeader = 7;
 
 std::uint16_t WordAt(View bytes, std::size_t place) {
   return static_cast<std::uint16_t>(bytes[place] << 8U | bytes[place + 1]);

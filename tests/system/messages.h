@@ -19,16 +19,14 @@ struct Message {
 
 Bytes FrameOf(const Message& message);
 void Send(const RawClient& client, const Message& message);
-/// Returns nothing if no frame arrives or the server closes.
 std::optional<Message> Receive(const RawClient& client);
 
 Message ReadRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
                     std::uint16_t count = 1);
 Message WriteRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
                      std::uint16_t value);
-/// Returns 0 if the message is no exception.
 int ExceptionIn(const Message& message);
-/// Returns no registers if the message is no reply to a read.
+/// Returns the registers of the reply; empty if the message is no reply to a read.
 std::vector<std::uint16_t> RegistersIn(const Message& message);
 
 }  // namespace baudgate::system_test

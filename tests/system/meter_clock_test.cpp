@@ -18,11 +18,11 @@ using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
 constexpr int kClockUnit = 21;
-constexpr int kDrift = 8000;  // register of the point clock_drift
+constexpr int kDrift = 8000;
 constexpr int kUncertain = 0x58;
 constexpr std::uint64_t kCorrected = 1000020;
 
-/// Returns the UTC offset at which a clock shows 12:15 plus `ahead` now: "-03:17".
+/// Returns the UTC offset at which a clock shows 12:15 plus `ahead` now. Example: "-03:17".
 std::string ZoneOf(std::chrono::minutes ahead) {
   using std::chrono::floor;
   const auto now = floor<std::chrono::minutes>(std::chrono::system_clock::now());
@@ -50,7 +50,6 @@ class MeterClock : public Station {
   }
   void ExpectLeftAlone() {
     ASSERT_TRUE(EventuallyQuality(client_, kClockUnit, kDrift, kUncertain)) << daemon_->Errors();
-    // Take ten readings; the gateway checks the clock once a second meanwhile.
     for (int reading = 0; reading < 10; ++reading) {
       const Finished read = Ask({"read", "meters.meters-1.clock_drift"});
       ASSERT_EQ(read.code, 0) << read.errors;
@@ -115,7 +114,7 @@ TEST_F(MeterClock, IsNotCorrectedWithoutASynchronisedHostClock) {
 }
 
 TEST_F(MeterClock, IsNotCorrectedOnceTheHostClockLosesSynchronisation) {
-  twin_.reset();  // nothing needs a correction yet
+  twin_.reset();
   Run(true);
   ASSERT_TRUE(EventuallyTold("right")) << daemon_->Errors();
   Say(false);

@@ -27,8 +27,7 @@ bool ModbusClient::Connect(int unit) {
   return connected_ && modbus_set_slave(context_, unit) == 0;
 }
 
-/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE; every other number is a connection
-/// error.
+/// libmodbus reports exceptions as numbers above MODBUS_ENOBASE; others are connection errors.
 int ModbusClient::Settle(int result) {
   if (result >= 0) return kNoException;
   const int code = errno - MODBUS_ENOBASE;

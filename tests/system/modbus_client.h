@@ -16,7 +16,7 @@ constexpr int kNoConnection = -1;
 template <typename T>
 struct Answer {
   std::vector<T> values;
-  int exception = kNoException;  ///< code of the Modbus exception, or kNoConnection
+  int exception = kNoException;
   bool ok() const { return exception == kNoException; }
 };
 using Registers = Answer<std::uint16_t>;

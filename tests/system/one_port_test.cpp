@@ -84,7 +84,6 @@ TEST_F(OnePort, ReadShowsADeviceWithoutAConfiguration) {
   EXPECT_EQ(closed.code, kCannotOpen) << closed.output;
 }
 
-/// Returns the code blocks of a page as one shell script, without those for the administrator.
 std::string BlocksOf(const std::string& file) {
   std::ifstream page(file);
   std::string script = "set -e\n";

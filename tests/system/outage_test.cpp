@@ -1,4 +1,4 @@
-// Tests absent ports, pulled cables and silent devices, and that all works again afterwards.
+// Tests absent ports, pulled cables and silent devices, and that everything works again afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -26,7 +26,6 @@ class Outage : public ThreeDevices {
   bool EventuallyUnanswered(int unit) {
     return Eventually([&] { return client.Input(unit, 0, 2).exception == kNotAnswering; });
   }
-  /// Checks until `done` that every read returns `value` or fails.
   template <typename Condition>
   bool TrueValuesUntil(int unit, float value, Condition done) {
     return Eventually([&] {
@@ -85,7 +84,7 @@ TEST_P(SilentDevice, IsOfflineUntilItAnswersAgain) {
   EXPECT_TRUE(Eventually([&] { return client.Register(unit, 9000) == kOffline; }));
   EXPECT_TRUE(EventuallyLogged(*daemon, "offline"));
 
-  // The pty has collected all requests since: the answers are late, and any of them may be next.
+  // Meanwhile the pty has collected all requests, so the twin answers all of them late.
   twin.Signal(SIGCONT);
   EXPECT_TRUE(TrueValuesUntil(unit, value, [&] { return client.Register(unit, 20000) == kGood; }));
   EXPECT_TRUE(EventuallyFloat(client, unit, 0, value));
@@ -105,8 +104,6 @@ TEST_F(Outage, ValuesHeldDuringAnOutageHaveABadQuality) {
   EXPECT_TRUE(EventuallyQuality(client, kRelayUnit, 0, kNotConnected));
   EXPECT_EQ(client.Float(kRelayUnit, 0), 1.25F);
 }
-
-// ---------------- Bad cables and bad clients: values stay correct, and good clients are served.
 
 constexpr int kUnits[] = {kRelayUnit, kModuleUnit, kMeterUnit};
 /// Short times, so that a noisy line recovers many times within the test.
@@ -162,7 +159,6 @@ TEST_F(Damage, OfALineNeverGivesAWrongValue) {
   BadCable* const cables[] = {&relay_cable, &io_cable, &meter_cable};
   for (const BadCable* cable : cables) ASSERT_TRUE(cable->connected());
   daemon = StartDaemon(YamlOverBadCables());
-  // Replies in pieces are read like whole ones.
   ASSERT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
 
   std::map<int, std::uint32_t> ok_before;
@@ -172,7 +168,6 @@ TEST_F(Damage, OfALineNeverGivesAWrongValue) {
     failed_before[unit] = Exchanges(unit) - ok_before[unit];
   }
   for (BadCable* cable : cables) cable->SetNoisy(true);
-  // Wait until each line has had damage and has still read values.
   std::string progress;
   const bool enough = Eventually(
       [&] {
@@ -198,24 +193,23 @@ TEST_F(Damage, OfALineNeverGivesAWrongValue) {
   EXPECT_TRUE(Eventually([&] { return ExpectTrueValues() == 9; }));
 }
 
-/// Returns frames that no client may send, and some that are valid but too many.
 std::vector<Bytes> HostileFrames() {
   std::vector<Bytes> frames;
   for (const char* hex : {
-           "00 01 00 01 00 06 0B 04 00 00 00 02",           // wrong protocol id
-           "00 01 00 00 FF FF 0B 04 00 00 00 02",           // longer than any frame
-           "00 01 00 00 00 00",                             // no unit
-           "00 01 00 00 00 01 0B",                          // no function
-           "00 01 00 00 00 03 0B 04 00",                    // truncated
-           "00 01 00 00 00 06 0B 04 00",                    // the rest never arrives
-           "00 01 00 00 00 06 0B 63 00 00 00 02",           // unknown function
-           "00 01 00 00 00 06 0B 04 00 00 FF FF",           // more registers than fit
-           "00 01 00 00 00 06 0B 04 00 00 00 00",           // no registers
-           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",        // data that never arrives
-           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",  // less data than announced
-           "00 01 00 00 00 06 0B 16 00 00 00 00",           // mask write, too short
-           "00 01 00 00 00 02 0B 07",                       // a function without data
-           "00 01 00 00 00 06 0B 04 00 00 00 10",           // valid, but its reply is never read
+           "00 01 00 01 00 06 0B 04 00 00 00 02",
+           "00 01 00 00 FF FF 0B 04 00 00 00 02",
+           "00 01 00 00 00 00",
+           "00 01 00 00 00 01 0B",
+           "00 01 00 00 00 03 0B 04 00",
+           "00 01 00 00 00 06 0B 04 00",
+           "00 01 00 00 00 06 0B 63 00 00 00 02",
+           "00 01 00 00 00 06 0B 04 00 00 FF FF",
+           "00 01 00 00 00 06 0B 04 00 00 00 00",
+           "00 01 00 00 00 07 0B 10 00 00 00 10 FF",  // announces data that never arrives
+           "00 01 00 00 00 09 0B 10 00 00 00 02 04 00 00",
+           "00 01 00 00 00 06 0B 16 00 00 00 00",
+           "00 01 00 00 00 02 0B 07",
+           "00 01 00 00 00 06 0B 04 00 00 00 10",
        }) {
     frames.push_back(*ParseHex(hex));
   }

@@ -50,8 +50,6 @@ class Ports : public Station {
   ModbusClient client{port()};
 };
 
-// ---------------------------------------------------------------- appearing and moving
-
 TEST_F(Ports, APortInAFolderThatIsCreatedLaterIsFound) {
   const fs::path by_id = directory() / "serial" / "by-id";
   const auto daemon = StartDaemon(Yaml(by_id / "usb-x"));
@@ -63,7 +61,6 @@ TEST_F(Ports, APortInAFolderThatIsCreatedLaterIsFound) {
     fs::create_symlink("../../tty0", by_id / "usb-x");
     EXPECT_TRUE(EventuallyQualityIs(kGood));
     EXPECT_EQ(client.Float(1, 0), 100.25F);
-    // The last adapter is removed, and the folder with it.
     fs::remove_all(by_id);
     if (plugged > 0) break;
     ASSERT_EQ(Release({"bay", "--for", "1s"}).code, 0);
@@ -101,9 +98,6 @@ TEST_F(Ports, ALostPortComesBackRepeatedly) {
   }
 }
 
-// ---------------------------------------------------------------- serial servers
-
-/// The server accepts and ends each connection at once: by a close, a reset, or a text before.
 TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   TakenServer server(FreePort());
   ASSERT_TRUE(server.listening());
@@ -126,8 +120,6 @@ TEST_F(Ports, ABusyServerIsReportedOnceUntilItServes) {
   EXPECT_TRUE(Eventually([&] { return Status()["port_state"] == "open"; }));
 }
 
-// ---------------------------------------------------------------- lending
-
 TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
@@ -146,7 +138,7 @@ TEST_F(Ports, AReleasedPortIsFreeForOthersAndComesBackByItself) {
   ASSERT_TRUE(tool.ok()) << tool.error();
   EXPECT_TRUE(EventuallyLogged(*daemon, "is released for " + time));
 
-  // The release is over, but the other program still has the port; the daemon names that program.
+  // The other program still has the port open, so the daemon names that program.
   EXPECT_TRUE(EventuallyLogged(*daemon, "takes " + LinkOf("bay") + " back"));
   EXPECT_TRUE(EventuallyLogged(*daemon, "in use by"));
   EXPECT_THAT(daemon->Errors(), HasSubstr("(pid " + std::to_string(::getpid()) + ")"));
@@ -186,8 +178,6 @@ TEST_F(Ports, AReleasedLineDoesNotDelayTheStop) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-// ---------------------------------------------------------------- recordings
-
 TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatDecodes) {
   const auto twin = StartTwin("bay", "module", "1");
   const auto daemon = StartDaemon(Yaml(LinkOf("bay")));
@@ -210,8 +200,7 @@ TEST_F(Ports, ADeviceThatGoesOfflineLeavesARecordingThatDecodes) {
   EXPECT_EQ(exchanges.back()["device"], "bay-1");
 }
 
-/// An adapter that echoes, although the configuration does not mention an echo, returns the
-/// password.
+/// The adapter echoes, which is not configured, so the echo contains the password.
 TEST_F(Ports, APasswordIsInNoTrace) {
   PinProfile("set4tm", "set-4tm.03m", "meter", {{"frequency", "50.03125"}});
   const auto twin = Start({"simulate", "--profile", "meter", "--address", "200", "--pty",

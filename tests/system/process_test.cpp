@@ -77,7 +77,7 @@ TEST_F(Process, StopsInOrderOnSigtermAndSigint) {
   }
 }
 
-/// SIGHUP is also sent by habit or when a terminal closes: it reloads the same file.
+/// SIGHUP is also sent when a terminal closes, so a reload of the same file must change nothing.
 TEST_F(Process, OtherSignalsDoNotEndTheGateway) {
   const auto daemon = StartDaemon(Yaml());
   for (const int signal : {SIGUSR1, SIGUSR2, SIGXFSZ, SIGHUP}) daemon->Signal(signal);
@@ -87,8 +87,7 @@ TEST_F(Process, OtherSignalsDoNotEndTheGateway) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// The log's reader is stalled (a terminal after Ctrl-S, `docker logs`), so the log is full from
-/// the start.
+/// The reader of the log is stalled (Ctrl-S in a terminal, `docker logs`), so the log is full.
 TEST_F(Process, StartsRunsAndStopsWhenItsLogIsNotRead) {
   const std::string fifo = (directory() / "log").string();
   ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
@@ -122,9 +121,8 @@ TEST_F(Process, ReplacesClosedStandardDescriptorsByDevNull) {
   EXPECT_EQ(daemon.WaitForEnd(10s), 0);
 }
 
-/// The daemon as the only process of a container.
 TEST_F(Process, AsPidOneEndsOnSignalsAndReapsOrphans) {
-  // Root needs no user namespace; a chroot forbids it.
+  // Root needs no user namespace, and a chroot forbids it.
   std::vector<std::string> apart = {"unshare", "-p", "-f", "--kill-child"};
   if (::geteuid() != 0) apart.emplace_back("-r");
   std::vector<std::string> trial = apart;
@@ -135,8 +133,7 @@ TEST_F(Process, AsPidOneEndsOnSignalsAndReapsOrphans) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
   const std::string first = (directory() / "first").string();
-  // The shell is process 1 and is replaced by the daemon; its other child becomes an orphan at
-  // once.
+  // The daemon replaces the shell, process 1. The other child becomes an orphan at once.
   std::vector<std::string> command = apart;
   command.insert(command.end(),
                  {"/bin/sh", "-c", "(sh -c 'sleep 0.2; : > " + first + "' &) ; exec \"$@\"", "sh",
@@ -171,7 +168,7 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   auto daemon = StartDaemon(Yaml());
   for (int life = 0; life < 3; ++life) {
     ASSERT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
-    // The client's connection is open, so its end remains in the kernel on this port.
+    // The client's connection is open, so the kernel still uses this port after the kill.
     daemon->Signal(SIGKILL);
     EXPECT_EQ(daemon->WaitForEnd(), 128 + SIGKILL);
     daemon = StartDaemon(Yaml());
@@ -179,8 +176,7 @@ TEST_F(Process, StartsAgainAtOnceAfterItWasKilled) {
   EXPECT_TRUE(EventuallyFloat(client, 1, 0, 100.25F));
 }
 
-/// baudgate.socket: systemd listens, and the first client starts the service, which inherits the
-/// socket.
+/// As with baudgate.socket: systemd listens, and the first client starts the service.
 TEST_F(Process, ServesTheSocketThatSystemdHasOpened) {
   const auto twin = StartTwin("io", "module", "1");
   const std::string file = Write("baudgate.yaml", Yaml()).string();
@@ -218,7 +214,6 @@ TEST_F(Process, DoesNotStartOnABadConfiguration) {
                             "      - { name: a, address: 256, unit: 1, colour: red }\n");
   const auto daemon = Start({"run", "-c", file.string()});
   EXPECT_EQ(daemon->WaitForEnd(), kBadConfiguration);
-  // All errors are listed at once, each with its place.
   const std::string errors = daemon->Errors();
   EXPECT_THAT(errors, HasSubstr(file.string() + ":6:13: "));
   EXPECT_THAT(errors, ContainsRegex("bad.yaml:8:[0-9]+: .*256"));

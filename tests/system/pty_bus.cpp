@@ -13,7 +13,7 @@
 namespace baudgate::system_test {
 namespace {
 
-constexpr int kEndOfRequest = 5;  // silence in milliseconds
+constexpr int kEndOfRequest = 5;  // in ms of silence
 constexpr Duration kThink = 5ms;
 constexpr Duration kTalkEvery = 200ms;
 
@@ -63,7 +63,7 @@ void PtyBus::Run() {
 
 void PtyBus::Answer(const Bytes& request) {
   const auto port = transports::ReadSerialSettings(pty_.master());
-  // A pty does not store that parity is on, but it stores that it is odd.
+  // A pty stores odd parity, but not whether parity is on.
   const bool odd = IsOddParity(pty_.master());
   Bytes replies;
   for (config::SerialSettings format : kFormats) {

@@ -17,9 +17,7 @@ class PtyBus {
   explicit PtyBus(const std::string& link);
   ~PtyBus();
 
-  /// Must be called before Start().
   void Add(const TwinWish& wish) { bus_.Add(wish); }
-  /// Makes another master send this telegram repeatedly.
   void Talk(const std::string& telegram) { talk_ = telegram; }
   void Start();
 

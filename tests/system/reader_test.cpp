@@ -37,7 +37,7 @@ std::uint32_t Double(const std::vector<std::uint16_t>& registers, std::size_t at
   return std::uint32_t{registers[at]} << 16U | registers[at + 1];
 }
 
-/// Tags are numbered: one snapshot contains n, n-1, n-2 and so on, and never half a tag.
+/// Tags are numbered, so a consistent snapshot contains n, n-1, n-2 and so on.
 TEST_F(ReaderOnAPty, EveryReadReturnsTheLatestTagsConsistently) {
   const auto daemon = StartDaemon(Yaml());
   ModbusClient client(port());
@@ -86,7 +86,7 @@ TEST_F(ReaderOnAPty, SilenceIsNoOutageButALostPortIs) {
   const auto daemon = StartDaemon(Yaml());
   auto twin = StartReader("every:1h");
   ASSERT_TRUE(EventuallyLogged(*daemon, "open ("));
-  EXPECT_THAT(Device().dump(), HasSubstr("has not spoken yet: normal"));
+  EXPECT_THAT(Device().dump(), HasSubstr("has sent nothing yet, which is normal"));
   twin->Signal(SIGTERM);
   EXPECT_EQ(twin->WaitForEnd(10s), 0);
   ASSERT_TRUE(EventuallyLogged(*daemon, "down: "));

@@ -36,7 +36,6 @@ class Reload : public ThreeDevices {
     }
     return {};
   }
-  /// True if the running configuration is that of the file.
   bool RunsSlower() const {
     const auto io = Ask({"reload", "--dry-run"}).output;
     return io.find("nothing has changed") != std::string::npos;

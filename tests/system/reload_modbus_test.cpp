@@ -1,5 +1,4 @@
-// Tests reloads of listeners and routes: other clients are not disturbed, and a port that cannot be
-// opened changes nothing.
+// Tests reloads of listeners and routes, also with a port that cannot be opened.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -1,5 +1,4 @@
-// Tests reloads: unchanged parts are not disturbed, a bad file changes nothing, and an unconfirmed
-// one is rolled back, also after kill -9.
+// Tests reloads: unchanged lines, bad files, trials and rollbacks, also after kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -55,7 +54,6 @@ TEST_F(Reload, OfOneLineDoesNotDisturbTheOtherLines) {
       << "it was begun anew";
 }
 
-/// The relay is read once, and not again for ten minutes.
 TEST_F(Reload, OfAModbusUnitKeepsTheValuesAndTheOpenPort) {
   const std::string yaml =
       Replaced(YamlWithSocket(), "unit: 1, poll: 200ms", "unit: 1, poll: 10min");
@@ -93,7 +91,7 @@ TEST_F(Reload, AddsAndRemovesLines) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// Another program has the port: the reload must not open it, because a bus has only one master.
+/// The released port is in use by another program, so the reload must not open it.
 TEST_F(Reload, KeepsManualReleasesAndDisabledDevices) {
   StartAll(YamlWithSocket());
   ASSERT_EQ(Ask({"release", "io", "--for", "10min"}).code, 0);
@@ -183,7 +181,6 @@ TEST_F(Reload, AnUnconfirmedTrialIsRolledBackAndStaysRolledBack) {
   EXPECT_TRUE(RunsSlower());
 }
 
-/// A reload by another user or a tool is no confirmation.
 TEST_F(Reload, ATrialContinuesAfterOtherReloads) {
   StartAll(YamlWithSocket());
   const auto with_slower_relay = [](const std::string& yaml) {
@@ -330,14 +327,12 @@ TEST_F(Reload, ARollbackLeavesACopyOfTheConfirmedFile) {
   EXPECT_EQ(Status()["configuration"]["not_the_file"], "");
 }
 
-// ---------------- A reload while the system refuses resources, or of a file that is not regular.
-
 namespace fs = std::filesystem;
 
 class ReloadLimits : public Reload {
  protected:
-  /// Limits the daemon to this many further open files. RLIMIT_NOFILE limits descriptor numbers,
-  /// not their count.
+  /// Limits the daemon to this many further open files. RLIMIT_NOFILE limits numbers, not the
+  /// count.
   void Leave(int more) const {
     const fs::path open = "/proc/" + std::to_string(daemon->id()) + "/fd";
     rlim_t number = 0;
@@ -357,7 +352,7 @@ TEST_F(ReloadLimits, AReloadWithoutFreeDescriptorsChangesNothing) {
   StartAll(YamlWithSocket());
   SetFile(WithoutMeter());
   ASSERT_EQ(Ask({"reload"}).code, 0);
-  Leave(2);  // for the command's connection and the file
+  Leave(2);
   SetFile(YamlWithSocket());
   const Finished reload = Ask({"reload"});
   EXPECT_EQ(reload.code, 4);
@@ -388,7 +383,6 @@ TEST_F(ReloadLimits, ATrialIsRolledBackWithoutFreeDescriptors) {
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
 }
 
-/// The running configuration is in memory, whatever happens on disk.
 TEST_F(ReloadLimits, ATrialIsRolledBackWithoutCopyAndProfile) {
   StartAll(YamlWithSocket());
   SetFile(WithSlowerIo());

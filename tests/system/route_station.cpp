@@ -6,7 +6,7 @@
 namespace baudgate::system_test {
 namespace {
 
-/// Debian's own Python: python3-pymodbus is installed for this one only.
+/// Debian's own Python, because python3-pymodbus is installed only for it.
 constexpr const char* kPython = "/usr/bin/python3";
 constexpr const char* kTrouble =
     "pymodbus (python3-pymodbus, python3-serial, python3-serial-asyncio) did not do its part: ";

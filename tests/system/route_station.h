@@ -14,37 +14,31 @@ inline constexpr int kUnit = 20;
 
 class RouteStation : public Station {
  protected:
-  // ---- configuration
-  /// `listeners` and `routes`: one list entry per text. The first listener is that of port().
+  /// One list entry per text. The first listener is that of port().
   std::string Yaml(const std::vector<std::string>& routes, const std::string& lines,
                    const std::vector<std::string>& more_listeners = {}) const;
-  /// Returns a line without devices on the pty of that name.
   std::string BareLine(const std::string& name, const std::string& keys = {},
                        const std::string& protocol = "modbus_rtu") const;
   std::string FarEnd(const std::string& line) const { return LinkOf(line + ".far"); }
 
-  // ---- independent programs
   /// Starts a slave of pymodbus on a tty and waits until it has opened the tty.
   std::unique_ptr<Child> StartPymodbusSlave(const std::string& framing, const std::string& tty,
                                             const std::string& units,
                                             std::vector<std::string> ranges = {}) const;
-  /// Returns the results of a pymodbus master; see pymodbus_master.py.
   Json Pymodbus(const std::string& framing, const std::string& where, int unit,
                 std::vector<std::string> commands) const;
   Finished Mbpoll(std::vector<std::string> words) const;
-  /// Uses port(): unit or units, `words` before the host and `values` behind it.
+  /// Runs mbpoll on port(): `words` are placed before the host, `values` behind it.
   Finished MbpollTcp(const std::string& units, std::vector<std::string> words,
                      std::vector<std::string> values = {}) const;
 
-  // ---- the running gateway
   /// Starts `baudgate run` and waits until these lines are open, too.
   std::unique_ptr<Child> StartGateway(const std::string& yaml,
                                       const std::vector<std::string>& lines = {"drive"}) const;
-  /// Returns null if there is no route with these units.
   Json Route(const std::string& units) const;
 };
 
-/// "[N]: <tab>value".
+/// Returns the line that mbpoll prints for a register: "[N]: <tab>value".
 std::string MbpollLine(int address, int value);
 
 }  // namespace baudgate::system_test

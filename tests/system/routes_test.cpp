@@ -75,7 +75,6 @@ TEST_F(Routes, CountersMatchTheTraffic) {
   EXPECT_EQ(route["by_unit"][0]["ok"], kReads);
   EXPECT_EQ(route["by_unit"][1]["no_reply"], 1);
 
-  // The client that waited for the daemon's start may still be listed.
   Json mine;
   for (const Json& peer : status["modbus"]["clients"]) {
     if (peer["requests"] == kReads + 2) mine = peer;
@@ -95,8 +94,6 @@ TEST_F(Routes, CountersMatchTheTraffic) {
   EXPECT_EQ(line["bytes_in"], kReads * 7 + 5);
 }
 
-/// Registers of 32 bits, a device that limits written values, and a reply that contains the whole
-/// write.
 TEST_F(Routes, ForwardOddRepliesUnchanged) {
   const std::map<std::string, std::string> odd = {{"03 13 89 00 01", "03 04 00 01 00 02"},
                                                   {"06 00 0D 00 6C", "06 00 0D 00 64"},
@@ -134,8 +131,6 @@ TEST_F(Routes, WrongRoutesAreReportedWithTheirPlace) {
   EXPECT_THAT(run.errors, HasSubstr(file + ":7:16: "));
   EXPECT_THAT(run.errors, HasSubstr("did you mean 'drive'?"));
 }
-
-// ---------------- What listeners of transparent routes forward, and in which framing.
 
 TEST_F(Routes, ASilentListenerReturnsNoExceptionsOfRoutes) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
@@ -193,8 +188,6 @@ TEST_F(Routes, TakeRtuOverTcpOfPymodbus) {
   EXPECT_EQ(results[6][124], 1130);
 }
 
-// ---------------- Many requests and many clients at once.
-
 TEST_F(Routes, AFullRouteAnswersBusy) {
   const ScriptedSlave muted(LinkOf("drive"), Nothing);
   const auto daemon = StartGateway(Yaml({"{ units: 20, line: drive, deadline: 1500ms }"},
@@ -247,8 +240,6 @@ TEST_F(Routes, AFullRouteStillAcceptsAShortWrite) {
   EXPECT_EQ(ExceptionIn(*stop), kNotAnswering);
 }
 
-// ---------------- Transparent routes to servers elsewhere, and through another gateway.
-
 TEST_F(Routes, ForwardRequestsToAModbusTcpServer) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);
@@ -278,7 +269,6 @@ TEST_F(Routes, ForwardRequestsToAModbusTcpServer) {
   EXPECT_EQ(client.Holding(50, 3, 1).values, std::vector<std::uint16_t>{1003});
 }
 
-/// A device is no route: the registers of the server are points of this gateway.
 TEST_F(Routes, AModbusTcpServerCanBeADeviceWithoutARoute) {
   const std::uint16_t elsewhere = FreePort();
   auto server = LibmodbusSlave::OnTcp(elsewhere);

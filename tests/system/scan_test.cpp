@@ -30,7 +30,6 @@ class ScanSystem : public Station {
     bus.Add({"set4tm", "set-4tm.03m", "2", k8O1});
     bus.Add({"set4tm", "set-4tm.03m", "3", k8O1});
   }
-  /// Adds twelve twins: two of them share one address, one has another parity.
   void AddTwelve() {
     AddSix();
     bus.Add({"spabus", "spaj140c", "3", k7E1});
@@ -76,7 +75,7 @@ TEST_F(ScanSystem, TheConfigurationOfAScannedBusRuns) {
   EXPECT_EQ(check.code, 0) << check.output << check.errors;
   EXPECT_NE(Command({"scan", bus.path(), "--config", File()}).code, 0) << "the file is there";
 
-  // Replace the port of Modbus TCP, because other tests run at the same time.
+  // Replaces the port of Modbus TCP, because other tests run at the same time.
   std::string yaml = ReadWholeFile(File());
   const std::string fixed = "127.0.0.1:1502";
   ASSERT_NE(yaml.find(fixed), std::string::npos);
@@ -87,7 +86,7 @@ TEST_F(ScanSystem, TheConfigurationOfAScannedBusRuns) {
   const auto gateway = StartDaemon(yaml);
   ModbusClient client(port());
   for (const Json& device : JsonLines(scan.output)) {
-    const bool relay = device["profile"] == "icpdas-i-7060";  // its points are bits
+    const bool relay = device["profile"] == "icpdas-i-7060";
     if (relay || device["suspect"]) continue;
     EXPECT_TRUE(EventuallyQuality(client, device["unit"].get<int>(), 0, kGood)) << device;
   }

@@ -15,7 +15,6 @@ constexpr int kCachedUnit = 30;
 constexpr int kRoutedUnit = 20;
 constexpr int kServerUnit = 50;
 
-/// A master at the far end of "panel", a cached inverter, a slave on another line, and a server.
 class SerialMaster : public RouteStation {
  protected:
   SerialMaster() {

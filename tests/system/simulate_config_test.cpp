@@ -97,8 +97,6 @@ TEST_F(SimulateConfig, AnImpossibleSimulationIsRefusedWithAdvice) {
             kBadConfiguration);
 }
 
-// ---------------- `baudgate simulate --fault`: a twin that misbehaves, and its summary at its end.
-
 using ::testing::ContainsRegex;
 using ::testing::Not;
 

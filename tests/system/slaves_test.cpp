@@ -42,8 +42,6 @@ class Slaves : public RouteStation {
   }
 };
 
-// ---------------------------------------------------------------- libmodbus
-
 TEST_F(Slaves, ALibmodbusMasterReadsALibmodbusSlave) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const auto slave = LibmodbusSlave::OnTty(FarEnd("drive"), kUnit);
@@ -102,8 +100,6 @@ TEST_F(Slaves, ALibmodbusSlaveAcceptsEveryWriteOfLibmodbus) {
   EXPECT_EQ(std::vector(registers.begin(), registers.begin() + 5),
             (std::vector<std::uint16_t>{1059, 7, 8, 9, 1063}));
 }
-
-// ---------------------------------------------------------------- pymodbus, both framings
 
 class PymodbusSlave : public Slaves, public testing::WithParamInterface<const char*> {
  protected:
@@ -226,8 +222,6 @@ TEST_P(PymodbusSlave, WithHolesIsReadInParts) {
 INSTANTIATE_TEST_SUITE_P(OfEachFraming, PymodbusSlave, testing::Values("rtu", "ascii"),
                          [](const auto& info) { return std::string(info.param); });
 
-// ---------------------------------------------------------------- mbpoll, and the twin
-
 TEST_F(Slaves, SlavesOfSeveralLinesAnswerMbpoll) {
   const NullModem cable(LinkOf("drive"), FarEnd("drive"));
   const NullModem other(LinkOf("meters"), FarEnd("meters"));
@@ -257,7 +251,6 @@ TEST_F(Slaves, SlavesOfSeveralLinesAnswerMbpoll) {
   EXPECT_THAT(silent.errors, HasSubstr("Target device failed to respond"));
 }
 
-/// The messages of a PLC: values, set point, start, a block of parameters.
 TEST_F(Slaves, TheInverterTwinAnswersAtItsBitRate) {
   const auto twin = Start({"simulate", "--profile", "mitsubishi-fr-d700", "--address", "20",
                            "--pty", LinkOf("drive"), "--baud", "19200 8E1"});

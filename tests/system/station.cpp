@@ -21,8 +21,7 @@ namespace fs = std::filesystem;
 
 constexpr int kQualityOffset = 20000;
 
-/// Claims a number among all test processes, as long as the returned descriptor is open; a negative
-/// result: another process has the number.
+/// Reserves a number among all test processes while the descriptor is open; negative: in use.
 int Claim(const std::string& what, int number) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
@@ -54,7 +53,6 @@ bool CanOpen(const std::string& port) {
   return true;
 }
 
-/// Replaces the value behind "simulate: " at `at`: a list, a quoted text or a word.
 void ReplaceSimulate(std::string& line, std::size_t at, const FixedValues& values,
                      const std::string& point) {
   const std::size_t begin = at + std::string("simulate: ").size();
@@ -181,8 +179,7 @@ std::string Station::Line(const std::string& name, const std::string& protocol,
 }
 
 Child::Environment Station::Environment() const {
-  // Profiles in the test's directory come before those beside the binary. Control socket and state
-  // are the test's own, so that tests do not find each other's.
+  // Profiles in the test's directory take precedence. Each test has its own socket and state.
   return {{"BAUDGATE_MODULES", directory_.string()},
           {"XDG_RUNTIME_DIR", directory_.string()},
           {"STATE_DIRECTORY", (directory_ / "state").string()}};

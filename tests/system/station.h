@@ -20,7 +20,7 @@ namespace baudgate::system_test {
 
 using Json = nlohmann::json;
 
-/// The twin's value of a point by its name, as written behind `simulate:`.
+/// The values of a twin by the name of the point, as written behind `simulate:`.
 using FixedValues = std::map<std::string, std::string>;
 
 class Station : public testing::Test {
@@ -28,43 +28,36 @@ class Station : public testing::Test {
   Station();
   ~Station() override;
 
-  // ---- files
   const std::filesystem::path& directory() const { return directory_; }
   std::filesystem::path Write(const std::string& name, const std::string& text) const;
-  /// Copies a shipped profile under another name, with `values` fixed. Other points that would vary
-  /// between two values are fixed at the lower one.
+  /// Copies a shipped profile as `name`, with `values` fixed. Other varying values are fixed at the
+  /// lower end.
   void PinProfile(const std::string& protocol, const std::string& shipped, const std::string& name,
                   const FixedValues& values) const;
 
-  // ---- configuration
   std::uint16_t port() const { return port_; }
   int domain() const { return domain_; }
   const std::string& gateway() const { return gateway_; }
   std::string LinkOf(const std::string& line) const { return (directory_ / line).string(); }
-  /// The control socket that WithSocket() configures.
   std::string socket() const { return LinkOf("gate.sock"); }
-  /// Adds socket() and `keys` ("state: /tmp/x, ") to the gateway of `yaml`.
+  /// Adds socket() and `keys` to the gateway of `yaml`. Example of `keys`: "state: /tmp/x, ".
   std::string WithSocket(std::string yaml, const std::string& keys = {}) const;
   std::string Head(bool dds = false) const;
-  /// Returns one line on the pty of that name, with one device "NAME-1" described by `keys`.
+  /// Returns a line on the pty of that name, with one device "NAME-1" described by `keys`.
   std::string Line(const std::string& name, const std::string& protocol, const std::string& keys,
                    const std::string& line_keys = {}) const;
 
-  // ---- processes
   Child::Environment Environment() const;
-  std::unique_ptr<Child> Start(std::vector<std::string> words,
-                               Child::Environment more = {}) const;  ///< runs baudgate
-  Finished Command(std::vector<std::string> words) const;            ///< runs baudgate to its end
-  Finished Ask(std::vector<std::string> words) const;  ///< runs baudgate to its end, with socket()
+  std::unique_ptr<Child> Start(std::vector<std::string> words, Child::Environment more = {}) const;
+  Finished Command(std::vector<std::string> words) const;
+  Finished Ask(std::vector<std::string> words) const;
   Json Status(const std::string& target = {}) const;
-  /// Starts a twin on the pty of `line` and waits until the pty can be opened.
   std::unique_ptr<Child> StartTwin(const std::string& line, const std::string& profile,
                                    const std::string& address,
                                    const std::vector<std::string>& more = {}) const;
   /// Starts `baudgate run` and waits until its Modbus port answers.
   std::unique_ptr<Child> StartDaemon(const std::string& yaml) const;
 
-  // ---- expectations
   bool EventuallyFloat(ModbusClient& client, int unit, int address, float value) const;
   bool EventuallyQuality(ModbusClient& client, int unit, int address, int quality) const;
   bool EventuallyLogged(const Child& child, const std::string& text) const;
@@ -78,16 +71,13 @@ class Station : public testing::Test {
 
 std::vector<Json> JsonLines(const std::string& output);
 
-/// Returns 0 if there is no child.
 pid_t ChildOf(const Child& process);
 
-/// Returns a loopback port on which nothing listens and that no other test uses, below the range
-/// from which the kernel takes client ports.
+/// Returns a loopback port that no other test uses, below the range of client ports.
 std::uint16_t FreePort();
 
 /// Returns a DDS domain, 1 to 99, that no other test uses. Each call returns another domain,
-/// because the gateway of the test before may still announce its end in its domain; the domain of
-/// the call before is released.
+/// because the previous gateway can still announce its end.
 int FreeDomain();
 
 }  // namespace baudgate::system_test

@@ -33,7 +33,7 @@ TakenServer::TakenServer(std::uint16_t port)
 }
 
 TakenServer::~TakenServer() {
-  thread_ = {};  // stop and join it while the other members still exist
+  thread_ = {};  // joins the thread while the other members still exist
   ::close(socket_);
 }
 

@@ -24,7 +24,7 @@ class TakenServer {
   bool listening() const { return listening_; }
   std::uint16_t port() const { return port_; }
   std::size_t connections() const;
-  /// Returns the time between two connections, counted from 0, that have already been accepted.
+  /// Returns the time between two accepted connections, which are counted from 0.
   Duration Between(std::size_t first, std::size_t second) const;
   /// From now on, keeps connections open and echoes all bytes.
   void Serve() { serve_ = true; }

@@ -23,7 +23,6 @@ class TappedCable {
   TappedCable& operator=(const TappedCable&) = delete;
 
   bool connected() const { return twin_ >= 0 && pty_.has_value(); }
-  /// Returns the requests in the order on the wire, without their carriage returns.
   std::vector<std::string> Requests() const;
 
  private:

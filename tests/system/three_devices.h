@@ -13,8 +13,7 @@ constexpr int kRelayUnit = 1;
 constexpr int kModuleUnit = 11;
 constexpr int kMeterUnit = 21;
 
-/// Lines relay (SPAJ 140 C), io (MV110-8A) and meter (SET-4TM.03M). All values differ, so that no
-/// point can be mistaken for another.
+/// Lines relay (SPAJ 140 C), io (MV110-8A) and meter (SET-4TM.03M). All values differ.
 class ThreeDevices : public Station {
  protected:
   ThreeDevices() {
@@ -63,7 +62,6 @@ class ThreeDevices : public Station {
     meter = StartTwin("meter", "meter", "200");
   }
 
-  /// Starts twins and daemon, and waits until every fast and slow value was read once.
   void StartAll(bool dds = false) { StartAll(Yaml(dds)); }
   void StartAll(const std::string& yaml) {
     StartTwins();

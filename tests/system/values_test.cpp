@@ -102,8 +102,6 @@ TEST_F(Values, ReachMbpoll) {
   EXPECT_THAT(missing.errors, HasSubstr("Illegal data address"));
 }
 
-// ---------------- Writes of a Modbus client reach the device and are read back as its values.
-
 constexpr int kDeviceFailure = 4;
 constexpr int kRelay = 1;
 
@@ -128,7 +126,7 @@ TEST_F(Writes, TheSettingGroupOfARelayIsWrittenAndReadBack) {
   ASSERT_TRUE(Eventually([&] { return group() == 0; }));
 
   EXPECT_EQ(client.WriteRegister(kRelay, 100, 1), kNoException);
-  // The poll period of its group is an hour: it is read back because it was written.
+  // The poll period of its group is an hour, so only the write can be the reason for the read-back.
   EXPECT_TRUE(Eventually([&] { return group() == 1; }));
   EXPECT_EQ(client.WriteRegisters(kRelay, 100, {0}), kNoException);
   EXPECT_TRUE(Eventually([&] { return group() == 0; }));

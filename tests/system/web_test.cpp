@@ -81,7 +81,7 @@ TEST_F(Web, IsStartedMovedAndStoppedByAReload) {
   const std::uint16_t before = std::exchange(web_, FreePort());
   SetFile(WithWeb(", token: { file: " + token + " }"));
   EXPECT_EQ(Ask({"reload"}).code, 0);
-  bool told = false;  // a periodic event may follow it
+  bool told = false;
   while (auto event = stream.NextEvent()) told = told || *event == "event: reload\ndata: {}";
   EXPECT_TRUE(told);
   EXPECT_FALSE(HttpClient(before).raw().connected());

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::uint8_t kWriterUnit = 1;
 constexpr int kOutputs = 4;
-constexpr int kForbidden = 5;  // one of this many writes is forbidden
+constexpr int kForbidden = 5;
 
 std::string Number(int client, int number, const char* more = "") {
   char text[32];
@@ -50,7 +50,7 @@ class Raw final : public Writer {
   std::vector<Told> Write(const std::vector<WriteStep>& steps) override {
     constexpr std::size_t kUnderWay = 8;
     std::vector<Told> told(steps.size(), Told::nothing);
-    std::map<std::uint16_t, std::size_t> open;  // by transaction
+    std::map<std::uint16_t, std::size_t> open;
     std::size_t next = 0;
     while (next < steps.size() || !open.empty()) {
       for (; next < steps.size() && open.size() < kUnderWay; ++next) {
@@ -139,13 +139,13 @@ WriteStep StepOf(int client, int number) {
   step.allowed = false;
   switch (number / kForbidden % 3) {
     case 0:
-      step.value = Number(client + 10, number);  // above 10 V
+      step.value = Number(client + 10, number);
       break;
     case 1:
-      step.value = Number(client, number, "5");  // finer than the module's resolution
+      step.value = Number(client, number, "5");
       break;
     default:
-      step.point = "safe_" + std::to_string(output);  // read-only
+      step.point = "safe_" + std::to_string(output);
       step.address = 20 + 2 * output;
   }
   return step;

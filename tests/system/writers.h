@@ -14,17 +14,16 @@
 namespace baudgate::system_test {
 
 struct WriteStep {
-  std::string point;  ///< "output_2"
-  int address = 0;    ///< address of its register
-  std::string value;  ///< "3.003"
+  std::string point;
+  int address = 0;
+  std::string value;
   bool allowed = true;
 };
 
-/// Returns the `number`-th write of a client, from 1 on. Every fifth write is a forbidden one.
+/// Returns the `number`-th write of a client, from 1 on. Every fifth write is forbidden.
 WriteStep StepOf(int client, int number);
 std::vector<std::uint16_t> RegistersOf(const std::string& value);
 
-/// The result of a write as its client received it.
 enum class Told { confirmed, refused, nothing };
 
 class Writer {
@@ -39,10 +38,9 @@ using RunOnce = std::function<Finished(const WriteStep& step)>;
 using RunPymodbus = std::function<nlohmann::json(const std::vector<std::string>& commands)>;
 
 std::unique_ptr<Writer> LibmodbusWriter(std::uint16_t port);
-/// Sends its own frames, with eight requests outstanding at once.
 std::unique_ptr<Writer> RawWriter(std::uint16_t port);
 std::unique_ptr<Writer> PymodbusWriter(RunPymodbus run);
-/// `refusal`: the program's exit code for a refused write.
+/// `refusal` is the program's exit code for a refused write.
 std::unique_ptr<Writer> ProgramWriter(std::string name, int refusal, RunOnce run);
 
 }  // namespace baudgate::system_test

@@ -1,5 +1,4 @@
-// Tests several programs that write to one device at once: each write is answered once and in
-// order, and the device receives what the audit lists.
+// Tests several programs that write to one device at once.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/system/writers.h"
 
@@ -59,7 +58,6 @@ class Writers : public RouteStation {
   }
 
 #ifdef CYCLONE_WRITER
-  /// Turns the client's output into an exit code: 0 confirmed, 1 denied, 2 no answer.
   RunOnce Cyclone() const {
     return [this, seq = 0](const WriteStep& step) mutable {
       Finished asked = RunToEnd({CYCLONE_WRITER, "--domain", std::to_string(domain()), "--gateway",
@@ -75,9 +73,10 @@ class Writers : public RouteStation {
   }
 #endif
 
-  /// Runs all writers. The first `quick` ones continue until the others have done `count` writes.
+  /// Runs all writers. The first `quick` writers continue until the others have done `count`
+  /// writes.
   static void RunAll(std::vector<Part>& parts, std::size_t quick, int count) {
-    constexpr int kMost = 999;  // the largest number that fits into the digits of a value
+    constexpr int kMost = 999;
     std::latch start(std::ssize(parts));
     std::atomic<std::size_t> slow = parts.size() - quick;
     std::vector<std::thread> threads;
@@ -101,12 +100,10 @@ class Writers : public RouteStation {
     for (std::thread& thread : threads) thread.join();
   }
 
-  /// Returns the writes on the wire: "#1F2+03.003" is "output_2 3.003".
   static Writes OnTheWire(const TappedCable& cable) {
     const std::string begin = std::string("#") + kAddress;
     Writes writes;
     for (const std::string& request : cable.Requests()) {
-      // a request without a value is a read of all inputs
       if (!request.starts_with(begin) || request.size() == begin.size()) continue;
       std::string value = request.substr(begin.size() + 2);
       value.erase(0, value[0] == '0' ? 1 : 0);
@@ -165,7 +162,7 @@ TEST_F(Writers, OfEveryKindWriteCorrectlyAtOnce) {
   RunAll(parts, kQuick, kCount);
 
   int forbidden = 0;
-  std::map<std::string, Writes> allowed;  // by the digit before the decimal point
+  std::map<std::string, Writes> allowed;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const Part& part = parts[i];
     const std::string name = part.writer->name();

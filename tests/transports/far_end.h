@@ -17,8 +17,6 @@
 
 namespace baudgate::test {
 
-/// Runs the loop until the condition holds. Returns false after 20 s, so that a broken test does
-/// not hang.
 inline bool RunUntil(asio::io_context& io, const std::function<bool()>& condition) {
   const auto limit = std::chrono::steady_clock::now() + std::chrono::seconds(20);
   while (!condition()) {
@@ -29,7 +27,6 @@ inline bool RunUntil(asio::io_context& io, const std::function<bool()>& conditio
   return true;
 }
 
-/// Runs everything that is ready now, before a test checks that an event did not happen.
 inline void RunReady(asio::io_context& io) {
   for (int round = 0; round < 10; ++round) {
     io.restart();
@@ -73,7 +70,6 @@ class FarEnd {
   Stream& stream() { return state_->stream; }
   const Bytes& received() const { return state_->received; }
   bool ended() const { return static_cast<bool>(state_->end); }
-  /// The reason why reading ended: eof or connection_reset.
   const std::error_code& end() const { return state_->end; }
 
  private:

@@ -94,7 +94,7 @@ TEST_F(PortKeeperTest, ARepeatedTroubleIsReportedOnce) {
   EXPECT_TRUE(keeper_->OnDown("busy"));
 }
 
-/// Such a server may refuse, reset and close in turn, and sometimes accept without serving.
+/// Such a server can refuse, reset and close in turn, and sometimes accept without serving.
 TEST_F(PortKeeperTest, ATroubleOfAServerIsReportedOnceUntilItHasWorked) {
   Keep("tcp://127.0.0.1:1");
   EXPECT_TRUE(keeper_->OnDown("closed"));
@@ -145,8 +145,6 @@ TEST_F(PortKeeperTest, NoOpenIsTriedAfterStop) {
   EXPECT_EQ(Tries(), 0);
 }
 
-// ---------------- Exclusive opening, and the messages when it fails.
-
 bool Contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
@@ -187,7 +185,6 @@ TEST(OpenExclusive, SecondOpenOfThisProcessIsNamed) {
   close(*first);
 }
 
-/// Another process that has the port locked until it is stopped.
 class Holder {
  public:
   explicit Holder(const std::string& port) {
@@ -229,8 +226,6 @@ TEST(OpenExclusive, HolderIsNamedAndItsEndFreesThePort) {
   EXPECT_TRUE(fd.ok());
   close(*fd);
 }
-
-// ---------------- Which changes of a folder count as news of a port, on real folders and links.
 
 class PortWatchTest : public testing::Test {
  protected:
@@ -320,7 +315,7 @@ TEST_F(PortWatchTest, TheTargetOfALinkIsWatchedToo) {
   Make(folder_ / "ttyUSB1");
   EXPECT_EQ(News(), 0);
 
-  // The adapter is plugged in at another place: from now on the new number counts.
+  // The adapter is plugged in at another place, so the new number counts from now on.
   fs::remove(link);
   fs::create_symlink("../ttyUSB1", link);
   EXPECT_EQ(News(), 1);
@@ -367,12 +362,9 @@ TEST_F(PortWatchTest, AnUnwatchableFolderIsReported) {
   EXPECT_FALSE(proc.watching());
 }
 
-// ---------------- A port whose driver blocks, and the events that its owner gets.
-
 using test::RunReady;
 using test::RunUntil;
 
-/// Synchronises the test with the blocking driver.
 struct Driver {
   std::promise<void> called;
   std::promise<void> answers;

@@ -65,7 +65,7 @@ class SerialPortTest : public testing::Test {
   }
 
   asio::io_context io_;
-  bool stalled_ = false;  // the far end reads nothing
+  bool stalled_ = false;
   fs::path folder_;
   std::string link_;
   config::SerialSettings serial_;

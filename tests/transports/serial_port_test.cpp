@@ -55,8 +55,6 @@ TEST_F(SerialPortTest, SentBytesAreNotDroppedByAReset) {
   EXPECT_TRUE(test::RunUntil(io_, [&] { return far_->received().size() >= 1000; }));
 }
 
-// ---------------- Opening and closing a serial port, on real ptys.
-
 TEST_F(SerialPortTest, ClosesAndOpensAgainAndAgain) {
   for (int round = 0; round < 20; ++round) {
     Open();
@@ -128,8 +126,6 @@ TEST_F(SerialPortTest, AFailedOpenLeavesThePortFree) {
   Open();
 }
 
-// ---------------- The settings of an open serial port, on real ptys.
-
 TEST_F(SerialPortTest, SoftwareParityIsSentAndChecked) {
   serial_.software_parity = true;
   Open();
@@ -149,7 +145,7 @@ TEST_F(SerialPortTest, SoftwareParityIsSentAndChecked) {
   EXPECT_EQ(port_->Counters().parity, 0U) << "counted since the port was opened";
 }
 
-/// Other programs are `stty sane`, ModemManager, brltty, or any other that may open the port.
+/// Examples of other programs: `stty sane`, ModemManager, brltty.
 TEST_F(SerialPortTest, SettingsThatAnotherProgramChangesAreSetAgainAndNamed) {
   Open();
   EXPECT_EQ(port_->Restore(), std::nullopt);
@@ -229,8 +225,6 @@ TEST_F(SerialPortTest, ImpossibleSettingsFailTheOpen) {
   EXPECT_NE(listener_.failures[0].find("software parity"), std::string::npos);
 }
 
-// ---------------- A serial port whose far end reads nothing, on real ptys.
-
 TEST_F(SerialPortTest, APortThatTakesNoDataIsLost) {
   Open();
   const Bytes piece(40'000, 'x');
@@ -268,7 +262,6 @@ class StalledPort : public SerialPortTest {
     Plug();
     Open();
   }
-  /// Returns the bytes that the far end reads, up to this text.
   std::string ReadUntil(const std::string& end) {
     far_->Start();
     std::string text;
@@ -278,12 +271,11 @@ class StalledPort : public SerialPortTest {
     }));
     return text;
   }
-  /// More than a pty takes: the rest stays in the port's own queue.
+  /// More than a pty accepts, so the rest stays in the port's own queue.
   const Bytes much_ = Bytes(40'000, 'x');
 };
 
-/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h). The rest
-/// in the driver's and the port's queues must not follow.
+/// The kernel delivers what fits into its buffer for the far end (see serial_settings.h).
 TEST_F(StalledPort, GetsNoMoreBytesOfAnAbandonedRequest) {
   port_->Send(much_);
   test::RunReady(io_);
@@ -326,7 +318,6 @@ TEST_F(StalledPort, IsNotLostWhileItSendsBytes) {
   EXPECT_TRUE(listener_.losses.empty());
 }
 
-/// A silent device is no sign of a bad port.
 TEST_F(SerialPortTest, DropUnsentKeepsSentBytes) {
   Open();
   for (int round = 1; round <= 20; ++round) {
@@ -339,8 +330,6 @@ TEST_F(SerialPortTest, DropUnsentKeepsSentBytes) {
   EXPECT_TRUE(listener_.losses.empty());
   EXPECT_TRUE(port_->is_open());
 }
-
-// ---------------- A serial port that is unplugged and comes back, on real ptys.
 
 TEST_F(SerialPortTest, UnplugIsReportedOnce) {
   Open();
@@ -372,7 +361,7 @@ TEST_F(SerialPortTest, ComesBackAfterReplug) {
 TEST_F(SerialPortTest, AHangUpWhileSendingIsReportedOnce) {
   Open();
   pty_->Unplug();
-  far_->stream().close();  // the kernel has hung up, but the port has not noticed yet
+  far_->stream().close();
   port_->Send(ToBytes("request"));
   ASSERT_TRUE(test::RunUntil(io_, [&] { return !listener_.losses.empty(); }));
   test::RunReady(io_);
@@ -389,7 +378,7 @@ TEST_F(SerialPortTest, BytesBeforeAHangUpDoNotPreventTheLossReport) {
   EXPECT_FALSE(port_->is_open());
 }
 
-/// The link is a stable name, as in /dev/serial/by-id: the adapter comes back under another number.
+/// The link is a stable name, as in /dev/serial/by-id. The adapter comes back under another number.
 TEST_F(SerialPortTest, ALinkIsResolvedAgainAtEachOpen) {
   Open();
   const std::string first = pty_->slave_path();

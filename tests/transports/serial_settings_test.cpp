@@ -172,14 +172,12 @@ TEST(SameSettings, EveryFieldCounts) {
   EXPECT_FALSE(SameSettings(k8N1, other));
 }
 
-// ---------------- Software parity: every character, every single-bit error.
-
 using config::Parity;
 
 TEST(SoftwareParity, KnownCharactersHaveTheirParityBit) {
-  EXPECT_EQ(WithParity('A', Parity::even), 0x41);  // two ones
+  EXPECT_EQ(WithParity('A', Parity::even), 0x41);
   EXPECT_EQ(WithParity('A', Parity::odd), 0xC1);
-  EXPECT_EQ(WithParity('>', Parity::even), 0xBE);  // five ones
+  EXPECT_EQ(WithParity('>', Parity::even), 0xBE);
   EXPECT_EQ(WithParity('>', Parity::odd), 0x3E);
   EXPECT_EQ(WithParity(0x00, Parity::odd), 0x80);
 }
@@ -241,14 +239,12 @@ TEST(SoftwareParity, NeedsSevenBitsAndAParity) {
   config::SerialSettings serial;
   EXPECT_TRUE(CheckSoftwareParity(serial).ok());
   serial.software_parity = true;
-  EXPECT_FALSE(CheckSoftwareParity(serial).ok());  // 8N1
+  EXPECT_FALSE(CheckSoftwareParity(serial).ok());
   serial.data_bits = 7;
-  EXPECT_FALSE(CheckSoftwareParity(serial).ok());  // 7N1
+  EXPECT_FALSE(CheckSoftwareParity(serial).ok());
   serial.parity = Parity::odd;
   EXPECT_TRUE(CheckSoftwareParity(serial).ok());
 }
-
-// ---------------- The marks of the tty layer, in any fragmentation.
 
 Bytes AsTheKernelWrites(View characters) {
   Bytes marked;

@@ -1,6 +1,5 @@
-// Tests how errors of a dying tty end a session (once and at once, from reading or writing), and
-// what happens to bytes that the stream does not take. The stream is a fake, because a pty cannot
-// produce all these errors.
+// Tests how errors of a dying tty end a session. The stream is a fake, because a pty cannot produce
+// all these errors.
 // SPDX-License-Identifier: Apache-2.0
 #include "transports/stream_pump.h"
 
@@ -26,7 +25,7 @@ using Handler = std::function<void(const std::error_code&, std::size_t)>;
 
 struct Wire {
   Handler reading;
-  std::function<void(const std::error_code&)> waiting;  // waits for room
+  std::function<void(const std::error_code&)> waiting;
   std::size_t room = 0;
   std::error_code write_error;
   Bytes written;
@@ -64,7 +63,6 @@ class FakeStream {
 class SessionTest : public testing::Test {
  protected:
   SessionTest() { session_->Start(); }
-  /// Handlers refer to the session, as those of a real stream do until it is closed.
   ~SessionTest() override {
     wire_->reading = {};
     wire_->waiting = {};
@@ -98,7 +96,6 @@ TEST_F(SessionTest, WritesInPiecesAsThereIsRoom) {
   EXPECT_EQ(AsText(wire_->written), "firstsecondthird") << "at once";
 }
 
-/// A start command that has been given up must not be sent when there is room again.
 TEST_F(SessionTest, DroppedBytesAreNeverWritten) {
   session_->Send(ToBytes("start"));
   session_->Send(ToBytes("more"));
@@ -180,9 +177,6 @@ INSTANTIATE_TEST_SUITE_P(Errors, DyingPort,
                                          std::error_code(ENODEV, std::system_category()),
                                          std::error_code(ENXIO, std::system_category())));
 
-// ---------------- Closing in another thread: no close is lost, and a close that does not return
-// blocks nothing else.
-
 struct Pipe {
   Pipe() {
     int ends[2] = {-1, -1};
@@ -199,8 +193,7 @@ struct Pipe {
   int writing = -1;
 };
 
-/// A TCP connection whose close() waits for a peer that does not read. A serial driver does the
-/// same with output that flow control holds back.
+/// A TCP connection whose close() blocks, because the peer does not read.
 struct Stuck {
   Stuck() {
     const int listener = socket(AF_INET, SOCK_STREAM, 0);
@@ -239,7 +232,7 @@ TEST(CloseElsewhere, AStuckCloseDoesNotBlockOthers) {
   const Pipe other;
   CloseElsewhere(other.writing);
   EXPECT_TRUE(other.SeesEnd());
-  close(stuck.peer);  // lets the thread end
+  close(stuck.peer);
 }
 
 TEST(CloseElsewhere, WaitsForAThreadWhenAllAreStuck) {
@@ -251,8 +244,6 @@ TEST(CloseElsewhere, WaitsForAThreadWhenAllAreStuck) {
   EXPECT_TRUE(other.SeesEnd());
   for (std::size_t i = 1; i < stuck.size(); ++i) close(stuck[i].peer);
 }
-
-// ---------------- Whether clients can reach a listening socket.
 
 using asio::ip::tcp;
 /// Binds to an address that the machine does not have, as if the address had been removed.
@@ -277,8 +268,6 @@ TEST(ListenSocket, NamesAnAddressThatTheMachineLacks) {
             "this machine does not have the address 192.0.2.9 now (ip addr lists its addresses); "
             "clients can connect again when the address is back");
 }
-
-// ---------------- The choice of a line's transport.
 
 TEST(MakeTransport, TheFormOfThePortSelectsTheTransport) {
   asio::io_context io;

@@ -75,7 +75,7 @@ class TcpClientTest : public testing::Test {
   std::optional<tcp::acceptor> acceptor_;
   std::uint16_t number_ = 0;
   int accepted_ = 0;
-  bool stalled_ = false;  // the server accepts connections and reads nothing
+  bool stalled_ = false;
   std::optional<FarServer> far_;
   std::unique_ptr<Transport> client_;
 };
@@ -96,7 +96,7 @@ TEST_F(TcpClientTest, ResolvesNames) {
 }
 
 TEST_F(TcpClientTest, UnknownNameIsAFailure) {
-  // Empty labels: the resolver refuses the name without a network request.
+  // The name has an empty label, so the resolver refuses it without a network request.
   Make("tcp://no..such..host:4001");
   client_->Open();
   ASSERT_TRUE(WaitForFailure());
@@ -226,7 +226,7 @@ int Queued(int fd, unsigned long which) {
   return count;
 }
 
-/// The connection to a server that reads nothing is filled with more bytes than the kernels take.
+/// The connection to a server that reads nothing is filled with more bytes than the kernels accept.
 class StalledServer : public TcpClientTest {
  protected:
   StalledServer() {
@@ -306,8 +306,7 @@ TEST_F(StalledServer, IsDrainedWhenTheServerHasTakenAll) {
   EXPECT_TRUE(client_->is_open());
 }
 
-/// A device may be silent although its serial server works: the connection stays if the server's
-/// kernel acknowledges, at once or later.
+/// The server's kernel acknowledges the request, at once or later, although the device is silent.
 TEST_F(TcpClientTest, AServerThatHasReceivedTheRequestKeepsItsConnection) {
   Open();
   const int fd = ClientDescriptor(number_);
@@ -343,8 +342,6 @@ TEST_F(TcpClientTest, ADeadPeerIsNoticedWithinSeconds) {
   EXPECT_EQ(option(IPPROTO_TCP, TCP_USER_TIMEOUT), 15'000);
 }
 
-// ---------------- The notation tcp://host:port, right and wrong.
-
 void ExpectAddress(const char* text, const char* host, int port) {
   const auto address = ParseTcpPort(text);
   ASSERT_TRUE(address.ok()) << address.error();
@@ -377,10 +374,7 @@ TEST(TcpAddress, OnlyTheSchemeMakesATcpPort) {
   EXPECT_FALSE(IsTcpPort("/dev/serial/by-id/tcp://"));
 }
 
-// ---------------- Look-ups that hang must not delay others.
-
-/// A name server that does not answer for hosts named "dead…" until `revive` is set; other hosts
-/// are this machine.
+/// A name server that does not answer for hosts named "dead…" until `revive` is set.
 struct NameServer {
   std::promise<void> revive;
   std::shared_future<void> revived = revive.get_future().share();
@@ -401,7 +395,7 @@ class NamesTest : public testing::Test {
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
   bool WaitForAsked(int dead) {
-    // A look-up starts in another thread, which does not wake this loop: post something.
+    // A look-up runs in another thread, which does not wake this loop.
     return WaitFor([&] {
       asio::post(io_, [] {});
       return server_->asked_dead >= dead;
@@ -450,7 +444,7 @@ TEST_F(NamesTest, AHostIsLookedUpOnceForAllCallers) {
   EXPECT_EQ(server_->asked, 2);
 }
 
-/// Lines give a server up after 5 s; until then these look-ups take all places.
+/// A line abandons a look-up after 5 s; until then these look-ups take all places.
 TEST_F(NamesTest, AbandonedHostsMakeRoom) {
   for (std::size_t i = 0; i < HostNames::kMostAwaited; ++i) Ask("dead" + std::to_string(i));
   ASSERT_TRUE(WaitForAsked(HostNames::kMostAwaited));
@@ -463,7 +457,6 @@ TEST_F(NamesTest, AbandonedHostsMakeRoom) {
   EXPECT_TRUE(WaitFor([&] { return answers_ == 1; }));
 }
 
-/// The number of threads is limited, however many hosts hang: 16, of which 12 are given up.
 TEST_F(NamesTest, HostsThatHangTakeBoundedThreads) {
   constexpr std::size_t kMost = HostNames::kMostAwaited + HostNames::kMostHanging;
   for (std::size_t i = 0; i < kMost; ++i) {

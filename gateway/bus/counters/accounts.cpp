@@ -6,7 +6,8 @@
 
 namespace baudgate::bus {
 
-/// A slave that only routes reach is not in the point store.
+/// Changes the status of a device. Does nothing for a slave that only routes reach, because such a
+/// slave has no status in the point store.
 void DeviceAccounts::Change(const Member& member,
                             const std::function<void(DeviceStatus&)>& change) {
   if (member.device != nullptr) store_.UpdateStatus(member.index, change);
@@ -32,7 +33,8 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   const bool life = ended.answered();
   const bool answered = life && !ended.broadcast;
   const bool cut_off = ended.cut_off();
-  // The probe finds out whether the device is back.
+  // An offline device is only probed. A failed probe says nothing new, so it does not count among
+  // the recent outcomes.
   const bool looks = ended.asked.probe && member.health.absent();
   const Outcome outcome = ended.routed && life ? Outcome::ok : end.outcome;
   ShowPatience(member, ended.patience);
@@ -55,7 +57,7 @@ void DeviceAccounts::OnExchange(const EndedExchange& ended, Now now) {
   });
 }
 
-/// Includes devices that have not been asked for a long time.
+/// Updates the skipped polls of all devices, also of devices that have not been asked for long.
 void DeviceAccounts::CountMissed() {
   for (const auto& device : roster_.devices()) {
     const std::uint32_t missed = schedule_.Missed(device->place, now_.instant);
@@ -68,7 +70,6 @@ void DeviceAccounts::CountMissed() {
   }
 }
 
-/// Adds the exchange to the counts of the present minute.
 void DeviceAccounts::Count(const Member& member, bool answered, DeviceStatus& status) {
   Entry& entry = entries_[member];
   MinuteCounts& tally = status.hour.At(now_.instant);
@@ -138,8 +139,8 @@ void DeviceAccounts::OnSecondReply(const Member& member) {
   });
   if (std::exchange(entries_[member].told_second, true)) return;
   listener_.OnWarning(member.index,
-                      "a second, different reply came behind the first: replies come twice, or one "
-                      "request late; the values read just before are read again");
+                      "a second, different reply came after the first: replies come twice, or one "
+                      "request late; the gateway reads the latest values again");
 }
 
 // ---------------------------------------------------------------- tasks
@@ -165,8 +166,9 @@ void DeviceAccounts::OnPoll(const Device& device, std::size_t query, bool answer
   });
 }
 
-/// If a request was never answered while others were, the device is now asked in another way, so
-/// the failures of that request were no outages.
+/// The conversation has changed its queries. If one query failed at least twice in a row while
+/// another was answered, the device rejects that query and was not out of order, so its failures
+/// and its outages of the last minute are removed from the status.
 void DeviceAccounts::OnPlan(const Device& device) {
   constexpr std::uint32_t kNever = 2;
   Change(device, [this](DeviceStatus& status) {
@@ -192,7 +194,7 @@ void DeviceAccounts::OnWrite(const Member& member, WriteEnd end, bool read_back)
   });
 }
 
-/// After an outage the device is judged by its new exchanges only.
+/// Clears the recent outcomes, so that the device is judged by its exchanges after the outage only.
 void DeviceAccounts::OnOffline(const Member& member) {
   Change(member, [](DeviceStatus& status) { status.recent = {}; });
 }

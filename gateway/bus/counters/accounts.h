@@ -1,7 +1,7 @@
-// `Accounts` groups all data that the status shows of a line: `LineAccount` (line_account.h), the
-// accounts of its devices (`DeviceAccounts`), their states (`DeviceStates`,
-// gateway/bus/devices/device_states.h), and the duration of their fast rounds (`FastRounds`).
-// SPDX-License-Identifier: Apache-2.0
+// `Accounts` groups the data that the status shows of one serial line: the counts of the line
+// (`LineAccount`, line_account.h), the counts of each device (`DeviceAccounts`), the state of each
+// device (`DeviceStates`, gateway/bus/devices/device_states.h), and the duration of a cycle of
+// polls over all devices (`FastRounds`).
 #pragma once
 
 #include <cstddef>
@@ -23,9 +23,9 @@
 
 namespace baudgate::bus {
 
-// `DeviceAccounts` counts, for each member of a line, how its exchanges, polls and writes ended,
-// and how much line time they took. It writes the counts to the point store. Called by
-// DeviceTracker and by jobs.
+// `DeviceAccounts` counts for each device of a line how its exchanges, polls and writes ended, and
+// how much line time they took. It writes the counts to the point store. DeviceTracker and jobs
+// call it.
 class DeviceAccounts final : public ExchangeObserver {
  public:
   /// All references must stay valid for the lifetime of this object.
@@ -33,28 +33,30 @@ class DeviceAccounts final : public ExchangeObserver {
                  PollerListener& listener)
       : roster_(roster), schedule_(schedule), store_(store), listener_(listener) {}
 
-  /// Time has passed. The line was busy for `took` of it, with `member` (null: unknown). `drains`:
-  /// the line kept silence after an exchange of that member.
+  /// Reports that time has passed until `now`. `took`: the part in which the line was busy with
+  /// `member`. `member` is null if no device is known. `drains`: the line kept silence after an
+  /// exchange of that member.
   void OnTime(Now now, const Member* member, Duration took, bool drains);
   void OnOpened();
 
   void OnExchange(const EndedExchange& ended, Now now) override;
-  /// The conversation could not make a request.
+  /// The request was not sent, because the conversation could not build it.
   void OnUnsupported(const Member& member, const std::string& reason);
   void OnRetry(const Member& member);
-  /// A reading counts only if a second reading agrees.
+  /// A reading was suspicious, so it is accepted only if a second reading agrees.
   void OnRecheck(const Member& member);
   void OnUnconfirmed(const Member& member);
-  /// `patience`: see EndedExchange.
+  /// A late reply came. `patience`: how much longer than its reply time the member is waited for.
   void OnLate(const Member& member, Duration lateness, Duration patience);
   void OnSecondReply(const Member& member);
 
-  /// A task has ended, with all its repetitions.
+  /// A task (all requests and retries of one job) has ended.
   void OnTask(const Member& member, bool answered);
-  /// A poll has ended. `missed`: at least one exchange of it failed, perhaps before a repetition.
+  /// A poll has ended. `missed`: at least one of its exchanges failed, even if a retry was
+  /// answered.
   void OnPoll(const Device& device, std::size_t query, bool answered, bool missed);
   void OnPlan(const Device& device);
-  /// A command has ended. `read_back`: the device shows the written value.
+  /// A write command has ended. `read_back`: a read has shown the written value.
   void OnWrite(const Member& member, WriteEnd end, bool read_back);
   void OnOffline(const Member& member);
 
@@ -64,14 +66,14 @@ class DeviceAccounts final : public ExchangeObserver {
 
  private:
   struct Entry {
-    Duration busy{};           // line time that the member has taken
+    Duration busy{};           // line time that this device has taken
     Duration counted{};        // part of `busy` that the status contains already
-    Duration drained{};        // line time of the silence after its last exchange
+    Duration drained{};        // line time of the silence after the device's last exchange
     Instant heard{};           // end of the last exchange, or when the port was opened
-    bool out = false;          // the last task has failed
+    bool out = false;          // the device's last task has failed
     std::uint32_t missed = 0;  // number of skipped poll periods
-    Duration patience{};       // value in the status
-    std::uint32_t behind = 0;  // value in the status
+    Duration patience{};       // the patience that the status shows
+    std::uint32_t behind = 0;  // the count `behind` that the status shows
     bool told_second = false;  // the user was warned of a second, different reply
   };
 
@@ -89,9 +91,9 @@ class DeviceAccounts final : public ExchangeObserver {
   Now now_{};
 };
 
-// `FastRounds` measures how long one fast round of all polled devices of a line takes. The point
-// store derives the age limits of fast values from it. Called by
-// gateway/bus/jobs/device_tracker.cpp and gateway/bus/jobs/job.cpp.
+// `FastRounds` measures the line time of one round: each polled device of a line has been asked all
+// queries of its fast group once. The point store derives the age limits of fast values from this
+// time. DeviceTracker and jobs call it.
 class FastRounds {
  public:
   /// All references must stay valid for the lifetime of this object.
@@ -102,18 +104,19 @@ class FastRounds {
     bool answered = false;
     bool last_of_round = false;
   };
-  /// A poll of the fast group has ended. Rounds with failures, and waiting time, do not count: an
-  /// outage must not make old values look younger.
+  /// A poll of the fast group has ended. Only the line time of rounds without a failed poll counts,
+  /// because a longer round makes the point store accept older values.
   void OnPoll(const Member& member, const Poll& poll, Instant now);
   void OnPlan(const Device& device);
-  /// Call when a device of the line has come or gone.
+  /// Computes the time of a round from the last rounds of all devices. Call when a device of the
+  /// line has gone offline or returned.
   void Measure(Instant now) const;
 
  private:
   struct Entry {
-    bool clean = true;  // no poll has failed in the round under way
-    Duration wire{};    // line time of the round so far
-    Duration last{};    // line time of the last whole round
+    bool clean = true;  // no poll of the device has failed in the present round
+    Duration wire{};    // line time of the device in the present round so far
+    Duration last{};    // line time of the device in its last complete round
   };
 
   const Roster& roster_;
@@ -122,8 +125,8 @@ class FastRounds {
 };
 
 struct Accounts {
-  /// `line_index`: index in the point store. All references must stay valid for the lifetime of
-  /// this object.
+  /// `line_index`: index of the line in the point store. All references must stay valid for the
+  /// lifetime of this object.
   Accounts(const Roster& roster, const Schedule& schedule, PointStore& store,
            std::uint32_t line_index, PollerListener& listener)
       : line(store, line_index, listener),
@@ -131,8 +134,8 @@ struct Accounts {
         states(roster, store, listener),
         rounds(roster, store) {}
 
-  /// Time has passed. `busy`: the line was busy, with `member` (null: unknown). `drains`: the line
-  /// kept silence after an exchange of that member.
+  /// Reports that time has passed until `now`. `busy`: the line was busy with `member` (null: no
+  /// device is known). `drains`: the line kept silence after an exchange of that member.
   void OnTime(Now now, bool busy, const Member* member, bool drains = false) {
     const Duration took = line.OnTime(now, busy, drains);
     devices.OnTime(now, member, took, drains);

@@ -21,7 +21,7 @@ void LineAccount::OnOpened() {
   OnAnswer();
 }
 
-/// The line works, or a new connection begins.
+/// A device has answered, or the port was opened: the silence of the line is over.
 void LineAccount::OnAnswer() {
   silent_from_.reset();
   counters_.babble = 0;
@@ -73,7 +73,8 @@ void LineAccount::OnExchange(const EndedExchange& ended, Now /*now*/) {
   if (tap_ != nullptr) tap_->OnExchangeEnd(ended.member->index, end, now_);
 }
 
-/// The echo differed from the request, so another master has sent at the same time.
+/// The echo differed from the request, so another master has sent at the same time. A burst of
+/// collisions is reported to the listener.
 void LineAccount::OnCollision() {
   ++counters_.collisions;
   if (!others_.Add(now_.instant)) return;
@@ -82,14 +83,14 @@ void LineAccount::OnCollision() {
                    now_);
 }
 
-/// `cut`: the bus has stopped echoing (EchoWatch::is_cut) while `member` was asked.
+/// `cut`: the bus has stopped echoing requests (EchoWatch::is_cut), seen while `member` was asked.
 void LineAccount::OnRing(const Member& member, bool cut) {
   if (cut == cut_since_.has_value()) return;
   cut_since_ = cut ? std::optional(now_.wall) : std::nullopt;
   listener_.OnNews({News::What::ring_open, !cut}, now_);
   listener_.OnWarning(member.index,
                       cut ? "the line does not echo any more: its ring is open, or a device on it "
-                            "has no power; until it is mended no device of the line can answer"
+                            "has no power; no device of the line can answer until it is closed"
                           : "the line echoes again: its ring is closed");
 }
 

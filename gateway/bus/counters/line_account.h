@@ -1,6 +1,6 @@
-// `LineAccount` counts the traffic of a line, the use of its time, and faults of the line as a
-// whole. It writes the counts to the point store, and passes bytes to the tap. `Burst` detects
-// repeated events, `LineMinute` measures the use of the line time.
+// `LineAccount` counts the traffic of one serial line, the use of its time, and faults that concern
+// the whole line. It writes the counts to the point store and passes the bytes to the tap. `Burst`
+// detects repeated events; `LineMinute` measures how the time of the line is used.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,40 +20,41 @@
 
 namespace baudgate::bus {
 
-// `Burst` detects an event that happens again and again, while a single event may be chance. A
-// burst begins when the event has happened three times with less than a minute between two of them,
-// and ends after a minute without the event.
+// `Burst` separates repeated events from a single event, which may be chance. A burst begins when
+// the event has happened three times with less than a minute between two events in a row. It ends
+// after a minute without the event.
 class Burst {
  public:
   static constexpr int kCount = 3;
   static constexpr Duration kTime = 1min;
 
-  /// The event happened. Returns true if a burst begins.
+  /// Call when the event has happened. Returns true if a burst begins with it.
   bool Add(Instant now) {
     if (count_ == 0 || now - last_ >= kTime) count_ = 0;
     last_ = now;
     return ++count_ >= kCount && !std::exchange(going_on_, true);
   }
-  /// Returns true if the burst ends.
+  /// Returns true, once, if the burst has ended at `now`.
   bool EndsAt(Instant now) { return going_on_ && now - last_ >= kTime && !(going_on_ = false); }
 
  private:
-  int count_ = 0;  // events with less than a minute between two of them
+  int count_ = 0;  // events so far with less than a minute between two events in a row
   Instant last_{};
   bool going_on_ = false;
 };
 
 // `LineMinute` measures the use of the time of a line, since the start and in the present minute.
-// The use of an exchange is known when it ends; until then its time is not assigned.
+// The use of an exchange (`LineUse`) is known only when it ends; until then its time counts as
+// busy without a use.
 class LineMinute {
  public:
-  /// Parts of a minute, each 0 to 1.
+  /// The parts of a minute in which the line was busy, each 0 to 1.
   struct Use {
     double busy = 0;
-    LineShares shares{};  ///< parts of `busy` with a known use
+    LineShares shares{};  ///< parts of `busy` whose use is known
   };
 
-  /// The port was opened: no exchange is under way, and a minute begins.
+  /// The port was opened, so no exchange is under way, and a new minute begins.
   void OnOpened(Instant now) {
     exchange_ = {};
     full_.reset();
@@ -77,16 +78,16 @@ class LineMinute {
   void CountExchange(LineUse use) { Of(use) += std::exchange(exchange_, {}); }
 
   const TimeByUse& spent() const { return spent_; }
-  /// Returns the use of the last full minute; before the first one is over, the use since the
-  /// opening.
+  /// Returns the use of the last complete minute. Before a minute is complete, returns the use
+  /// since the port was opened.
   Use use(Instant now) const { return full_ ? *full_ : UseAt(now); }
 
  private:
   static constexpr Duration kMinute = std::chrono::minutes(1);
-  /// The use of a shorter time is not shown.
+  /// If the present minute is shorter than this, its use is shown as zero.
   static constexpr Duration kShortest = std::chrono::seconds(10);
 
-  /// Begins a minute. An exchange under way continues.
+  /// Begins a new minute. The time of an exchange under way is counted when the exchange ends.
   void Begin(Instant now) {
     began_ = now;
     before_ = spent_;
@@ -105,8 +106,8 @@ class LineMinute {
   Duration& Of(LineUse use) { return spent_[static_cast<std::size_t>(use)]; }
 
   TimeByUse spent_{};
-  TimeByUse before_{};  // spent_ at the begin of the minute
-  Duration busy_{};     // busy time of the minute
+  TimeByUse before_{};  // spent_ at the beginning of the minute
+  Duration busy_{};
   Duration exchange_{};
   Instant began_{};
   std::optional<Use> full_;
@@ -114,21 +115,21 @@ class LineMinute {
 
 class LineAccount final : public ExchangeObserver {
  public:
-  /// `line`: its index in the point store. All references must stay valid for the lifetime of this
-  /// object.
+  /// `line`: index of the line in the point store. All references must stay valid for the lifetime
+  /// of this object.
   LineAccount(PointStore& store, std::uint32_t line, PollerListener& listener)
       : store_(store), line_(line), listener_(listener) {}
 
   void Attach(Tap& tap) { tap_ = &tap; }
 
-  /// Time has passed. `busy`: the line was busy. `drains`: it kept silence after an exchange.
-  /// Returns the busy part of the time.
+  /// Reports that time has passed until `now`. `busy`: the line was busy. `drains`: the line kept
+  /// silence after an exchange. Returns how long the line was busy.
   Duration OnTime(Now now, bool busy, bool drains);
   void OnOpened();
   void OnClosed();
 
   void OnSent(const Member& member, const protocols::Request& request);
-  /// Bytes came while `member` was asked; null: no member was asked.
+  /// Bytes were received while `member` was asked (null: no exchange was under way).
   void OnHeard(const EchoWatch::Received& heard, const Member* member);
   void OnExchange(const EndedExchange& ended, Now now) override;
   void Warn(const Member& member, const std::string& warning) {
@@ -140,20 +141,21 @@ class LineAccount final : public ExchangeObserver {
   }
   void OnProbe() { ++counters_.probes; }
   void OnLate() { ++counters_.late; }
-  /// `counts`: the bytes are no rest of a broken reply.
+  /// Counts bytes that belong to no exchange. `counts`: the bytes are not the rest of a broken
+  /// reply, so they count as stray bytes too.
   void CountStray(std::size_t count, bool counts) {
     counters_.babble += count;
     if (counts) counters_.stray_bytes += count;
   }
   void OnNegotiation() { ++counters_.negotiations; }
 
-  /// `notice_bound`: see LineStatus.
+  /// Writes all counts to the status of the line. `notice_bound`: see LineStatus.
   void Show(std::optional<Duration> notice_bound) const;
 
   const LineCounters& counters() const { return counters_; }
   std::uint64_t Answers() const;
-  /// Returns true if no request since `when` was answered, and no message came unasked: a serial
-  /// server may hang although its TCP connection works.
+  /// Returns true if requests failed at `when` or later, and no answer or unasked message came
+  /// since before `when`. A serial server may hang although its TCP connection works.
   bool SilentSince(Instant when) const {
     return silent_from_ && *silent_from_ < when && last_failure_ >= when;
   }
@@ -172,10 +174,10 @@ class LineAccount final : public ExchangeObserver {
   LineMinute minute_;
   Now now_{};
   bool open_ = false;
-  bool echoes_ = false;                 // the request under way has come back
-  std::optional<WallTime> cut_since_;   // since when the ring is open
-  Burst others_;                        // echoes that differed: another master
-  std::optional<Instant> silent_from_;  // since when no device has answered
+  bool echoes_ = false;                 // the echo of the request under way was received
+  std::optional<WallTime> cut_since_;   // the ring does not echo since this time; empty: it echoes
+  Burst others_;                        // echoes that differed from the request: another master
+  std::optional<Instant> silent_from_;  // first failure since the last answer of any device
   Instant last_failure_{};
 };
 

@@ -1,6 +1,7 @@
-// `DeviceHealth` decides whether a device is online, from the outcomes of its exchanges by count
-// *and* by time: neither one lost reply nor a fast burst of retries makes a device offline.
-// `HeardPoints` contains which points of a device were answered. The time is an argument.
+// `DeviceHealth` decides from the outcomes of its exchanges whether a device is online. It requires
+// a number of failures *and* a time: neither one lost reply nor a fast burst of retries makes a
+// device offline. `HeardPoints` records which points the device has answered. The classes
+// read no clock: the time is an argument.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,18 +18,18 @@
 
 namespace baudgate::bus {
 
-// `HeardPoints` decides whether silence to a request means that the device is gone, or that it does
-// not have the requested points: many devices do not answer requests for unknown points.
+// `HeardPoints` decides what silence to a request means: the device is gone, or the device does not
+// have the requested points. Many devices do not answer requests for unknown points. Example:
 //
-//   p was answered, q never; p is answered at 1 s
+//   point p was answered before, and again at 1 s; point q was never answered
 //   silence to p at 2 s     concerns the device
 //   silence to q at 2 s     concerns q
 //   silence to q at 12 s    concerns the device: it has not answered anything for 10 s
-//   after a late reply      for ten minutes silence concerns the device: its reply may be late
+//   after a late reply      for ten minutes all silence concerns the device: its reply may be late
 //
 class HeardPoints {
  public:
-  /// Call when another device may be connected.
+  /// Forgets all answers. Call when another device may be connected.
   void Clear() {
     heard_.clear();
     last_.reset();
@@ -60,29 +61,29 @@ class HeardPoints {
 
 class DeviceHealth {
  public:
-  /// A device is offline after this many failed tasks in a row, each with its retries, if they span
-  /// at least this time.
+  /// A device is offline after this many failed tasks in a row (a task includes its retries), if at
+  /// least kOfflineTime has passed from the first to the last of them.
   static constexpr int kOfflineCount = 3;
   static constexpr Duration kOfflineTime = 1s;
   /// A device is degraded while at least this many of its last 32 exchanges failed.
   static constexpr int kDegradedCount = 3;
 
-  /// Call for every exchange, including retries: decides between online and degraded.
+  /// Call for every exchange, including retries. Decides between the states online and degraded.
   void OnExchange(Outcome outcome);
-  /// Call at the end of a task: decides between online and offline.
+  /// Call at the end of a task (a request with its retries). Decides between online and offline.
   void OnTask(Outcome outcome, Instant now);
 
   DeviceState state() const;
-  /// True if only probes are sent to the device: it went offline, or it did not answer its first
-  /// task. In the second case state() returns never_seen.
+  /// True if only probes are sent to the device: it is offline, or it did not answer its first task
+  /// (then state() returns never_seen).
   bool absent() const { return offline_ || (!seen_ && failed_tasks_ > 0); }
-  /// True if the last two exchanges were refused: the device is there, but provides no values.
+  /// True if the last two exchanges were refused: the device works, but provides no values.
   bool refuses() const { return refusals_ > 1; }
   bool failing() const { return failed_tasks_ > 0; }
 
  private:
-  std::uint32_t failures_ = 0;  // one bit per exchange, the latest is bit 0
-  int refusals_ = 0;            // in a row
+  std::uint32_t failures_ = 0;  // one bit per exchange, 1: it failed; the latest is bit 0
+  int refusals_ = 0;            // exchanges in a row that were refused
   int failed_tasks_ = 0;
   Instant failing_since_{};
   bool seen_ = false;

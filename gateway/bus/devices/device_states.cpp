@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Limits from which outages count as frequent.
+/// Outages are frequent if a device had at least kFlapping in the last kFlappingMinutes.
 constexpr std::uint32_t kFlapping = 3;
 constexpr std::size_t kFlappingMinutes = 5;
 
@@ -35,8 +35,9 @@ void DeviceStates::OnClosed(Override why) {
   for (const auto& device : roster_.devices()) {
     ShowOverride(*device);
     if (!device->in_use) continue;
-    // Behind a closed port no device is online. The log gets one line for the port, not one for
-    // each device. The first answer after the port opens is reported as a change again.
+    // While the port is closed no device is online. The log gets one line for the port and none for
+    // each device, so only `shown` changes. The first answer after the port opens is then reported
+    // as a change of state.
     DeviceState& shown = entries_[*device].shown;
     if (shown != DeviceState::never_seen) shown = DeviceState::offline;
     store_.UpdateStatus(device->index, [&](DeviceStatus& status) {
@@ -64,7 +65,7 @@ void DeviceStates::OnState(const Member& member, const std::string& reason) {
   if (tap_ != nullptr) tap_->OnDeviceState(member.index, state, reason, now_);
 }
 
-/// When a device returns after an outage, its findings are cleared, unless it has frequent outages.
+/// Clears the findings of a device that returns after an outage, unless its outages are frequent.
 void DeviceStates::Show(DeviceState state, DeviceState from, DeviceStatus& status) const {
   status.state = state;
   const bool back = Answers(state) && !Answers(from);
@@ -79,8 +80,8 @@ DeviceState DeviceStates::StateOf(const Member& member) const {
   return open_ || state == DeviceState::never_seen ? state : DeviceState::offline;
 }
 
-/// A remark (trouble without a reason) goes to the status and the log. It is no news, because the
-/// values of the device are good.
+/// A remark (trouble with a text but without a reason) goes to the status and the log. It is not
+/// reported as news, because the values of the device are good.
 bool DeviceStates::OnTrouble(const Device& device) {
   const protocols::DeviceTrouble& is = device.conversation->trouble();
   protocols::DeviceTrouble& known = entries_[device].trouble;

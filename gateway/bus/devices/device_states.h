@@ -1,8 +1,7 @@
-// `DeviceStates` keeps the public state of each device, and the quality that the state gives to all
-// points of the device. Example: a device that does not answer any more is offline, so all its
-// points are bad_communication. It writes both to the point store and reports changes to the
-// listener and the tap. Called by gateway/bus/poller/poller.cpp and
-// gateway/bus/jobs/device_tracker.cpp.
+// `DeviceStates` contains the state of each device as users see it, and the quality that the state
+// gives to all points of the device. Example: a device that has stopped answering is offline, so
+// all its points are bad_communication. `DeviceStates` writes state and quality to the point store,
+// and reports changes of the state to the listener and the tap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,17 +24,17 @@ class DeviceStates {
   void Attach(Tap& tap) { tap_ = &tap; }
   void OnTime(Now now) { now_ = now; }
   void OnOpened() { open_ = true; }
-  /// `why`: the quality of all points while the port is closed.
+  /// The port has closed. `why`: the quality of all points until it opens.
   void OnClosed(Override why);
   std::string WhyClosed() const;
 
-  /// Publishes the state of the member if it has changed; `reason`: the text for the log.
+  /// Publishes the state of the member if it has changed. `reason`: the text for the log.
   void OnState(const Member& member, const std::string& reason);
-  /// Publishes the trouble of the device as a whole (wrong type, no identification) if it has
-  /// changed. Returns true if the trouble has ended.
+  /// Publishes the trouble that the conversation has found, such as a device of the wrong type, if
+  /// it has changed. Returns true if the trouble has ended.
   bool OnTrouble(const Device& device);
   void OnReplaced(const Member& member);
-  /// Saves the memory of the conversation (protocols::Conversation::Memory) if it has changed.
+  /// Reports the memory of the conversation (text to be saved over a restart) if it has changed.
   void OnMemory(Device& device);
   void ShowOverride(const Member& member);
   void ShowTimes(const Device& device);
@@ -43,7 +42,8 @@ class DeviceStates {
  private:
   struct Entry {
     DeviceState shown = DeviceState::never_seen;
-    protocols::DeviceTrouble trouble;  // trouble, or a remark without a reason
+    // The trouble that was published last; a remark has a text without a reason.
+    protocols::DeviceTrouble trouble;
   };
 
   void Show(DeviceState state, DeviceState from, DeviceStatus& status) const;

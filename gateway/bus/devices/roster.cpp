@@ -8,8 +8,8 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Slaves need time to carry out a broadcast, which no slave answers. MODBUS over Serial Line 1.02,
-/// 2.4.1: 100 to 200 ms.
+/// Silence after a broadcast. Slaves do not answer a broadcast, but need time to carry it out: 100
+/// to 200 ms according to MODBUS over Serial Line 1.02, 2.4.1.
 constexpr Duration kTurnaround = 100ms;
 
 LineTimes TimesOf(const config::Timing& timing, const config::SerialSettings& serial) {
@@ -67,7 +67,7 @@ void Roster::AddDevice(const config::Device& config, const protocols::Protocol& 
   device->in_use = config.enabled;
   device->conversation = protocol.make_conversation(config, device->options, bus);
   if (carrier_ == &protocol) {
-    // A device that is polled and that routes reach as well is one member.
+    // Routes that send to this address use the polled device, so no slave is added for it.
     if (const auto slave = carrier_->carrier->slave_of(config.address)) {
       device->slave = *slave;
       by_slave_.emplace(*slave, device.get());

@@ -1,7 +1,7 @@
-// `Roster` contains the members of a line: the devices of the configuration, and slaves that only
-// transparent routes reach. It makes the devices from the configuration, and a slave when a client
-// first sends a request to it. Parts of the poller store their data of a member in `ByMember`, by
-// the place of the member in the roster.
+// `Roster` contains the members of a line. A member is a device of the configuration, or a slave
+// without configuration that only transparent routes reach. The roster makes the devices from the
+// configuration, and a slave when a client first sends a request to it. Parts of the poller store
+// their data about a member in a `ByMember`, whose index is the member's place in the roster.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,23 +27,26 @@ namespace baudgate::bus {
 struct Device;
 
 struct Member {
-  Device* device = nullptr;  // the device itself; null: a slave that only routes reach
+  Device* device = nullptr;  // this member as a device; null: it is a slave that only routes reach
   std::size_t place = 0;     // index in the roster; for a device also its number in the schedule
   std::uint32_t index = 0;   // number for stores and taps: see Tap in gateway/bus/exchange/line.h
-  std::uint8_t slave = 0;    // Modbus address, if routes may reach the member; 0: they may not
+  // Modbus address at which routes reach the member; 0: routes cannot reach it.
+  std::uint8_t slave = 0;
   bool in_use = true;
   int max_retries = 0;
   const protocols::Protocol* protocol = nullptr;
-  protocols::ParsedOptions options;  ///< a slave that only routes reach has the options of the line
+  /// For a slave that only routes reach: the options of the line.
+  protocols::ParsedOptions options;
   config::SerialSettings serial;
-  config::Timing timing;  ///< times of a device, and the source of each
+  /// The times, each with its source; unused for a slave that only routes reach.
+  config::Timing timing;
   LineTimes times;
   DeviceHealth health;
-  /// The address in the replies of the member; empty: its replies contain no address, or it is not
-  /// known yet.
+  /// The address in the replies of the member. Empty: its replies contain no address, or the
+  /// address is not known yet.
   Bytes sender;
 
-  /// True if replies of the two members cannot be told apart: two entries with one address.
+  /// True if the replies of the two members cannot be told apart, because both have one address.
   bool IsSame(const Member& other) const {
     return this == &other ||
            (!sender.empty() && sender == other.sender && protocol == other.protocol);
@@ -61,48 +64,46 @@ struct Device : Member {
   std::unique_ptr<protocols::Conversation> conversation;
   JumpCheck jumps;
   HeardPoints heard;
-  std::string memory;         // memory of the conversation, as it was reported last
+  std::string memory;         // memory of the conversation that was reported last
   config::Timing configured;  // `timing` before LearnTimes made it longer
-  std::vector<protocols::Query> planned_queries;  // queries of the conversation in the schedule
+  // Queries of the conversation that the schedule contains.
+  std::vector<protocols::Query> planned_queries;
 
-  /// Takes over times that the conversation has learned. Returns true if the times have changed.
+  /// Sets the times to those that the conversation has learned. Returns true if they have changed.
   bool LearnTimes();
 };
 
-/// A slave that only routes reach: without configuration, conversation, and place in the point
-/// store and the schedule.
+/// A member that only routes reach. It has no configuration and no conversation, and is neither in
+/// the point store nor in the schedule.
 struct Slave : Member {};
 
 class Roster {
  public:
   using FindProtocol = std::function<const protocols::Protocol&(const std::string& name)>;
 
-  /// `line` must stay valid for the lifetime of the roster. `first_device`: the index of
-  /// line.devices[0] in the point store.
+  /// `line` must stay valid for the lifetime of the roster. `first_device`: the index of the line's
+  /// first device in the point store.
   Roster(const config::Line& line, std::uint32_t first_device, const FindProtocol& find);
 
   const std::vector<std::unique_ptr<Device>>& devices() const { return devices_; }
-  /// Devices, then slaves, by `place`.
+  /// Returns all devices, then all slaves. The index is the `place` of the member.
   const std::vector<Member*>& everyone() const { return everyone_; }
   Device& device(std::size_t place) const { return *devices_[place]; }
-  /// Returns the first device that sends unasked, or null. A line has at most one.
+  /// Returns the first device that sends messages unasked, or null. A line has at most one.
   Device* Speaker() const;
-  /// `index`: in the point store.
+  /// `index`: number of the device in the point store.
   Device& DeviceAt(std::uint32_t index) const { return *devices_[index - devices_.front()->index]; }
 
-  /// How messages of other protocols are recognised on this line.
   void SetForeign(std::vector<protocols::ForeignRule> foreign) { foreign_ = std::move(foreign); }
   const std::vector<protocols::ForeignRule>& foreign() const { return foreign_; }
 
-  /// The line is behind a serial server.
+  /// True if the serial line is behind a serial server in the network.
   bool is_network() const { return line_.is_network(); }
-  /// Returns the protocol of the line if it carries Modbus requests of routes; null: no route leads
-  /// to this line.
+  /// Returns the protocol of the line if it can carry Modbus requests of routes, else null.
   const protocols::Protocol* carrier() const { return carrier_; }
-  /// Returns the device with this Modbus address, or the slave that has been asked before; null:
-  /// there is none.
+  /// Returns the device with this Modbus address, or the slave that SlaveAt has added; else null.
   Member* FindSlave(std::uint8_t slave) const;
-  /// Returns the member with this Modbus address, and adds a slave if there is none.
+  /// Returns the member with this Modbus address. Adds a slave if there is no member.
   Member& SlaveAt(std::uint8_t slave);
 
  private:
@@ -120,8 +121,8 @@ class Roster {
   std::map<std::uint8_t, Member*> by_slave_;
 };
 
-// `ByMember` contains an entry for each member of the roster. An entry is made when it is first
-// used, and never moves.
+// `ByMember` contains one entry for each member of the roster. An entry is created at its first
+// use; its address in memory never changes.
 template <typename Entry>
 class ByMember {
  public:
@@ -146,7 +147,7 @@ class ByMember {
     if (entries_.size() <= place) entries_.resize(place + 1);
   }
 
-  mutable std::deque<Entry> entries_;  // index: place of the member
+  mutable std::deque<Entry> entries_;  // index: place of the member in the roster
 };
 
 }  // namespace baudgate::bus

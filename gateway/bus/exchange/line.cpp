@@ -125,13 +125,13 @@ void UnaskedReceiver::Take(UnaskedInput& heard, bool idle, Instant now) {
       damaged_ = false;
       heard.messages.push_back({std::move(*message), now - last_byte_});
     } else {
-      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of it"
-                                             : "it may be the rest of one that broke off");
+      Damage(heard, torn_until_ == Instant() ? "the port was opened in the middle of the message"
+                                             : "the message may be the rest of a broken one");
     }
   }
 }
 
-/// Called after a silence.
+/// Called after a silence: the next byte begins a message, unless it may belong to a broken one.
 void UnaskedReceiver::Align(Instant now) { aligned_ = now >= torn_until_; }
 
 /// Counts a damaged message. Further damage counts as the same message until a whole message or a
@@ -150,7 +150,7 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
     Align(now);
     return;
   }
-  Damage(heard, "longer under way than any message");
+  Damage(heard, "the message takes longer than any message can");
   assembler_.Begin(what_.rule, what_.expect);
   aligned_ = what_.marked;
 }
@@ -182,7 +182,6 @@ bool HasTimer(Line::State state) {
 /// counts (kHeldUp).
 bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
-/// Returns the silence that the line keeps after an exchange that ended with `outcome`.
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
   if (!NeedsDrain(outcome)) return exchange.aftermath;
   const Duration drain = exchange.times.drain;
@@ -252,7 +251,7 @@ LineNews Line::OnTimer(Instant now) {
 /// or a network accepts the whole request at once, so the reply may come before the computed end of
 /// its transmission.
 void Line::Hear(UnaskedInput heard, Instant now) {
-  // The timer is late.
+  // The transmission has ended, but its timer is late.
   if (state_ == State::sending && now >= transmission_.until()) EndSending(now);
   const bool early = state_ == State::sending && !transmission_.keeps_bit_rate();
   const bool awaited = exchange_.request.expect.reply == protocols::Expectation::Reply::standing &&
@@ -316,7 +315,7 @@ LineNews Line::OnCollision(Instant now) {
 
 LineNews Line::OnEnded(Instant now) {
   if (IsAwaited(state_)) {
-    Finish(Outcome::no_reply, "the server closed the connection in place of an answer", now);
+    Finish(Outcome::no_reply, "the server closed the connection instead of answering", now);
     news_.end->ended = true;
   }
   return TakeNews();
@@ -559,8 +558,8 @@ EchoWatch::Received EchoWatch::OnReceived(View bytes, const protocols::Request* 
   heard.collision = result.collision;
   if (heard.collision && asked != nullptr && !std::exchange(told_collision_, true)) {
     heard.warning =
-        "the echo is missing or differs from what was sent: two talkers at once, or a bus that "
-        "does not echo (echo: off)";
+        "the echo is missing or differs from what was sent: two masters send at once, or the bus "
+        "does not echo (then set 'echo: off')";
   }
   return heard;
 }

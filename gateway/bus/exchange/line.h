@@ -1,8 +1,8 @@
-// `Line` carries out one exchange at a time on one serial line. It is a state machine without
-// sockets, clock or YAML: bytes and the time are arguments, and each call returns its effects as
-// `LineNews`. An `Exchange` is one request with its `LineTimes`; a `LineClient` judges the frames
-// that come as its reply. gateway/bus/poller/job_runner.h drives the line, tests drive it under
-// virtual time.
+// `Line` carries out one exchange at a time on one serial line: it sends a request and receives the
+// reply. It is a state machine without I/O and without a clock: bytes and the time are arguments,
+// and each call returns its effects as `LineNews`. An `Exchange` is one request with its
+// `LineTimes`; a `LineClient` judges the frames that come as the reply. JobRunner
+// (gateway/bus/poller/job_runner.h) drives the line; tests drive it with a virtual time.
 // `Transmission`, `SecondReply` and `UnaskedReceiver` are parts of `Line`. `EchoFilter` and
 // `EchoWatch` remove the echo of a request from the received bytes before `Line` gets them. `Tap`
 // is the interface for viewers of the bytes.
@@ -28,27 +28,27 @@
 
 namespace baudgate::bus {
 
-// `Transmission` is the sending of one request: when its first and last character go out, and which
-// bytes arrive meanwhile ("early" bytes).
+// `Transmission` is the sending of one request. It computes when the first and the last character
+// are sent, and stores bytes that arrive meanwhile ("early" bytes).
 //
 //   the port             early bytes
-//   keeps its bit rate   set aside, because no reply is possible yet. If more bytes arrive later,
+//   keeps its bit rate   set aside, because no reply can come yet. If more bytes arrive later,
 //                        the early bytes are stray; if none arrive within the reply time, the
 //                        early bytes are the reply
 //   does not keep it     an echo or an early reply: `Line` reads them at once
 //
 class Transmission {
  public:
-  /// `keeps_bit_rate`: see Line::OnOpened.
+  /// `keeps_bit_rate`: the port sends and receives at its bit rate. False for a pty or a network.
   void OnOpened(bool keeps_bit_rate) { keeps_bit_rate_ = keeps_bit_rate; }
-  /// Begins at `now` with the first character; all characters together take `length`.
+  /// Begins the transmission: the first character is sent at `now`, and all take `length`.
   void Begin(Instant now, Duration length) {
     from_ = now;
     until_ = now + length;
     early_.clear();
   }
-  /// Sets aside bytes that arrived before the end of the transmission. Returns false if `Line` has
-  /// to read the bytes at once.
+  /// Stores bytes that arrived before the end of the transmission. Returns false if the port does
+  /// not keep its bit rate, so that `Line` has to read the bytes at once.
   bool Keeps(View bytes) {
     if (!keeps_bit_rate_) return false;
     if (early_.size() < kMostKept) Append(early_, bytes);
@@ -56,83 +56,84 @@ class Transmission {
   }
   Bytes TakeEarly() { return std::exchange(early_, {}); }
   bool has_early() const { return !early_.empty(); }
-  /// The early bytes were the reply, so this port forwards bytes faster than its bit rate.
+  /// The early bytes were the reply, so the port delivers bytes faster than its bit rate.
   void OnEarlyReply() { keeps_bit_rate_ = false; }
 
   bool keeps_bit_rate() const { return keeps_bit_rate_; }
   Instant from() const { return from_; }
   Instant until() const { return until_; }
 
-  /// The most early bytes: a reply with noise around it. A pty delivers faster than any wire, so
-  /// early bytes need a limit.
+  /// In bytes: more early bytes are dropped. The limit is far above one reply with noise; a pty can
+  /// deliver far more.
   static constexpr std::size_t kMostKept = 1024;
 
  private:
   bool keeps_bit_rate_ = false;
   Instant from_{};
-  Instant until_{};  // computed, not measured
+  Instant until_{};  // the end of the last character; computed from the bit rate
   Bytes early_;
 };
 
-// `SecondReply` looks for a second, different reply behind the reply that was taken. If there is
-// one, one of the two belongs to another request, and it is unknown which. A copy of the first
-// reply does no harm.
+// `SecondReply` detects a second reply behind the reply that was accepted. If the two differ, one
+// of them belongs to another request, and it is unknown which. An identical copy does no harm.
 
-/// True if the frame is text without content between two line ends, as a console sends it. An empty
-/// line is no second reply.
+/// True if the frame contains only line ends, as a console sends them. An empty line does not count
+/// as a second reply.
 bool IsEmptyLine(View frame);
 
 class SecondReply {
  public:
-  /// Call for a frame that was cut from `assembler`. Returns false if `assembler` holds another
-  /// whole frame that differs from `frame`.
+  /// Call for `frame`, which was taken from `assembler`. Returns false if `assembler` contains
+  /// another whole frame behind it that differs from `frame` and is no empty line.
   bool IsAlone(const Bytes& frame, const protocols::Assembler& assembler);
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Adds bytes that came after the reply. Returns true, once, if they contain a whole frame that
-  /// differs from the reply.
+  /// differs from the reply and is no empty line.
   bool FoundIn(View bytes);
   bool only_copies() const { return behind_.held() == 0; }
 
  private:
-  /// The reply. Empty: no reply was taken, or a second reply was reported already.
+  /// The accepted reply. Empty: no reply was accepted, or a second reply was already reported.
   Bytes taken_;
   protocols::Assembler behind_;
 };
 
-// `UnaskedReceiver` cuts the messages of a device that sends unasked out of bytes that come at any
-// time. Like `Line`, which owns it, it has no input, output or clock. Bytes that belong to no
-// message are returned for the exchange under way. `idle` and `whole` are times of
+// `UnaskedReceiver` finds the messages of a device that sends unasked in bytes that come at any
+// time. It has no I/O and no clock. `Line` owns it. Bytes that belong to no message are returned,
+// because they may be the reply of the exchange under way. `idle` and `whole` are times of
 // protocols::Standing.
 //
 //   the received bytes                     result
 //   a whole frame by the frame rule        a message, at once
-//   silence for `idle`                     the frame rule is asked once more: a message, or damaged
+//   silence for `idle`                     the frame rule is called with idle = true: a message, or
+//                                          damaged
 //   no whole frame within `whole`          damaged, with all bytes until a silence comes, or a
 //                                          marked beginning
 //   bytes within `whole` of the beginning  damaged as well, if the protocol marks no beginnings:
 //   of a message that broke off            the bytes may be the rest of that message
 struct UnaskedMessage {
   Bytes bytes;
-  Duration since{};  ///< from the last byte of the message to now; see ExchangeEnd::since_reply
+  Duration since{};  ///< from the last byte of the message until now; see ExchangeEnd::since_reply
 };
 
-/// The effect of one input.
+/// The result of UnaskedReceiver for received bytes or an expired timer.
 struct UnaskedInput {
   std::vector<UnaskedMessage> messages;
-  std::size_t damaged = 0;  ///< number of damaged messages, as far as they can be told apart
+  std::size_t damaged = 0;  ///< number of damaged messages, as far as they can be counted
   std::string_view why{};   ///< reason of the last damage; static text
-  Bytes rest;               ///< bytes of no message, in the order in which they came
+  Bytes rest;               ///< bytes that belong to no message, in the order of their arrival
 };
 
 class UnaskedReceiver {
  public:
-  /// `what` must stay valid for the lifetime of this object.
+  /// `what`: the rule and the times of the messages. It must stay valid for the lifetime of this
+  /// object.
   explicit UnaskedReceiver(const protocols::Standing& what) : what_(what) {}
 
-  /// Call first, when the port has opened.
+  /// Call when the port has opened, before all other functions.
   void Begin(Instant now);
   UnaskedInput Feed(View bytes, Instant now);
-  /// Call when Deadline() has come. Earlier calls do nothing.
+  /// Call when the time Deadline() has come. Earlier calls do nothing.
   UnaskedInput OnTimer(Instant now);
 
   bool receiving() const { return assembler_.held() > 0; }
@@ -149,9 +150,9 @@ class UnaskedReceiver {
   protocols::Assembler assembler_;
   /// True if the next byte begins a message, or if messages are recognised by a marked beginning.
   bool aligned_ = true;
-  bool damaged_ = false;  // the latest bytes were damaged
+  bool damaged_ = false;
   Instant torn_until_{};  // bytes that begin earlier may be the rest of a message that broke off
-  Instant began_{};       // when the message that is being received began
+  Instant began_{};       // when the present message began
   Instant last_byte_{};   // when the last byte came, or the port opened
 };
 
@@ -340,7 +341,7 @@ class Tap {
 struct EchoResult {
   Bytes bytes;             ///< all bytes that are no echo, in order
   bool complete = false;   ///< this input contained the last byte of the echo
-  bool collision = false;  ///< `verify` only: the echo differs from the request, or is missing
+  bool collision = false;  ///< with `verify`: the echo differs from the request, or is missing
 };
 
 /// The modes (config::Echo):
@@ -377,8 +378,8 @@ class EchoWatch {
  public:
   struct Received {
     Bytes bytes;                    ///< all bytes that are no echo; with `off` all received bytes
-    bool echo = false;              ///< `off`: the request under way has come back completely
-    bool collision = false;         ///< `verify`: the echo differs from the request
+    bool echo = false;              ///< with `off`: the request under way has come back completely
+    bool collision = false;         ///< with `verify`: the echo differs from the request
     const char* warning = nullptr;  ///< for the user; each warning comes once
   };
 
@@ -397,13 +398,13 @@ class EchoWatch {
   /// Ends the exchange of `request`. Returns true if the echo was missing with `verify`, and then
   /// writes the reason into `end`.
   bool OnExchangeEnd(const protocols::Request& request, ExchangeEnd& end);
-  /// `off`: the latest request has come back.
+  /// With `echo: off`: returns true if the latest request has come back.
   bool echoed() const { return echoed_; }
   /// True if the latest answered request has not come back. Requests whose reply equals them
   /// (`mirrors`) do not count.
   bool is_free() const { return free_; }
-  /// `verify`: the bus echoed earlier, and none of the latest requests came back. A fibre ring is
-  /// open, so the silence of the devices is not their fault.
+  /// With `echo: verify`: the bus echoed earlier, and none of the latest requests came back. A
+  /// fibre ring is open, so the silence of the devices is not their fault.
   bool is_cut() const { return has_echoed_ && unechoed_ >= kUnechoedOfACut; }
 
  private:
@@ -411,11 +412,12 @@ class EchoWatch {
 
   config::Echo mode_;
   EchoFilter filter_;
-  // `off`: requests have come back nevertheless, and no reply has come since without an echo.
+  // With `echo: off`: requests have come back nevertheless, and no reply has come since without
+  // echo.
   bool echoes_ = false;
   bool echoed_ = false;
   bool free_ = false;
-  bool has_echoed_ = false;  // `verify`: an echo has been complete at least once
+  bool has_echoed_ = false;  // with `verify`: an echo was complete at least once
   int unechoed_ = 0;         // number of requests in a row of which no byte came back
   bool told_echo_ = false;
   bool told_collision_ = false;

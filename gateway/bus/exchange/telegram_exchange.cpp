@@ -7,7 +7,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// In bytes. The rest of a longer reply is not collected.
+/// In bytes. When this many bytes were collected, later bytes are dropped.
 constexpr std::size_t kMostReply = 8192;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// `TelegramExchange` sends one telegram by hand on a line whose polls are paused, and collects all
-// bytes that come back. Like `Line`, it has no input, output or clock.
+// `TelegramExchange` sends one telegram that a user has entered by hand, while the polls of the
+// line are paused, and collects all bytes that come back. It has no I/O and no clock.
 // gateway/lines/telegram_queue.h uses it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -14,7 +14,8 @@
 
 namespace baudgate::bus {
 
-/// The device whose protocol, port settings and times are used for the telegram.
+/// The protocol, port settings and times with which the telegram is sent. They are those of a
+/// device.
 struct Speaking {
   const protocols::Protocol* protocol = nullptr;
   protocols::ParsedOptions options{};
@@ -34,11 +35,12 @@ class TelegramExchange final : private LineClient {
 
   const protocols::Request& request() const { return request_; }
   bool has_ended() const { return end_.has_value(); }
-  /// True if the exchange has ended and the line is silent again.
+  /// True if the exchange has ended and the silence after it is over.
   bool is_over() const { return end_ && line_.idle(); }
-  /// Valid only after has_ended().
+  /// Call only if has_ended().
   const ExchangeEnd& end() const { return *end_; }
-  /// All bytes that came back, without the echo if the line removes echoes.
+  /// Returns all bytes that came back. If the line is configured to remove echoes, the echo is not
+  /// among them.
   const Bytes& reply() const { return reply_; }
 
  private:

@@ -1,4 +1,5 @@
-// `Agenda` contains all work that waits on one line, and the order of turns.
+// `Agenda` contains all work that waits on one serial line: polls, writes, requests of routes,
+// probes and parked jobs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,13 +18,13 @@
 
 namespace baudgate::bus {
 
-// `ParkedJobs` contains jobs that wait while the line does other work, because their device was
-// busy, or a late reply of it may still come. At most one read-back and one other job for each
-// device.
+// `ParkedJobs` contains jobs that were interrupted while the line does other work, because their
+// device was busy, or because a late reply of the device may still come. For each device there is
+// at most one read-back (a read after a write) and one other job.
 class ParkedJobs final {
  public:
   void Park(std::unique_ptr<Job> job, Instant until) { parked_.push_back({std::move(job), until}); }
-  /// Takes a job whose time has come. Null: none may go on yet.
+  /// Takes a job whose waiting time is over, or returns null.
   std::unique_ptr<Job> Take(Instant now) {
     const auto next =
         std::ranges::find_if(parked_, [now](const One& one) { return one.until <= now; });
@@ -32,7 +33,8 @@ class ParkedJobs final {
     parked_.erase(next);
     return job;
   }
-  /// Returns true if there is no room for this job.
+  /// True if a job of the same device and kind (read-back or other) is parked, so `job` must not
+  /// be.
   bool HasLike(const Job& job) const {
     return std::ranges::any_of(parked_, [&job](const One& one) {
       return one.member() == job.member && one.job->is_read_back() == job.is_read_back();
@@ -69,8 +71,8 @@ class ParkedJobs final {
   std::vector<One> parked_;
 };
 
-// The work that waits: due polls, writes and read-backs, requests of routes, probes, background
-// reads, parked jobs. `Chooser` takes the next job from the agenda.
+// `Agenda` contains the work that waits on one line: due polls, writes and read-backs, requests of
+// routes, probes, background reads, parked jobs. `Chooser` takes the next job from it.
 struct Agenda {
   /// Both references must stay valid for the lifetime of this object.
   Agenda(Roster& roster, const LateReplies& late)

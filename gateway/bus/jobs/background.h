@@ -1,5 +1,6 @@
-// `BackgroundJob` is a read of low priority, such as a load profile. It is sent if it fits before
-// the next poll, at the latest once a minute (`Background` in gateway/bus/schedule/schedule.h).
+// `BackgroundJob` is a read of low priority, such as a load profile. It is sent when there is
+// enough time before the next poll, and at the latest after a minute (`Background` in
+// gateway/bus/schedule/schedule.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

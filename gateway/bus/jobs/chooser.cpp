@@ -29,8 +29,8 @@ class ParkedSource final : public JobSource {
 
 }  // namespace
 
-/// Lists the sources of all kinds of jobs. Next asks the sources of a turn in this order.
-/// Read-backs go before further writes, because the clients of the earlier writes still wait.
+/// Creates the sources of jobs. Sources with the same turn are asked in this order. Reading back a
+/// written value goes before further writes, because the client of the first write still waits.
 Chooser::Chooser(LineContext& line) : line_(line) {
   using Turn = Turns::Choice;
   const auto add = [this](std::optional<Turn> turn, auto source) {
@@ -83,13 +83,13 @@ void Chooser::OnTime(Duration passed, const Member* busy_with) {
 bool Chooser::MayRepeat(const Job& job, int more, Instant now) const {
   const Member& member = *job.member;
   const Schedule& schedule = line_.agenda.schedule;
-  // A background read can wait, and a repetition may get no answer either.
+  // A background read is not urgent, so a retry must not delay the next poll.
   const bool waits = job.goal().task.kind == protocols::Task::Kind::background;
   if (waits && more == 0 && !line_.agenda.background.HasRoom(member.place, now)) return false;
   const bool fails = member.health.failing() || schedule.AnotherFails(member.place);
   if (fails && more == 0 && schedule.HealthyDue(now)) return false;
-  // A request that must not be repeated does not make room for the write. After its failure the
-  // request that fetches the lost answer has to follow at once, or the answer is lost permanently:
+  // A request with a reply that the device gives only once is retried at once, even if a write
+  // waits: the request that fetches the lost reply must come next, or the reply is lost. See
   // PollerRoutedOrder.AStartDoesNotMakeADestructiveReadHappenTwice.
   return !(line_.routed.ShortWriteWaits() && job.step.request.expect.repeatable);
 }

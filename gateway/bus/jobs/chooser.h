@@ -1,6 +1,6 @@
-// `Chooser` picks the next job of a line: it asks the sources of jobs in the order of Turns
-// (gateway/bus/schedule/schedule.h), and takes the first job that a source offers.
-// gateway/bus/poller/poller.cpp calls it whenever the line is idle.
+// `Chooser` picks the next job of a line. It asks the sources of jobs (polls, writes, probes ...)
+// in the order of Turns (gateway/bus/schedule/schedule.h), and takes the first job that a source
+// offers. The poller calls it whenever the line is idle.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,40 +17,41 @@ namespace baudgate::bus {
 
 class Chooser {
  public:
-  /// The chooser is a part of `line`.
+  /// `line` contains this chooser, so it outlives it.
   explicit Chooser(LineContext& line);
 
-  /// Returns the next job. Null: no job may be sent now.
+  /// Returns the next job, or null if no job can be sent now.
   std::unique_ptr<Job> Next(const Idle& idle);
-  /// Returns when Next may have a job even if nothing else happens.
+  /// Returns the next time at which Next can return a job without any other event before.
   std::optional<Instant> NextAt(const Idle& idle) const;
 
-  /// Time has passed. `busy_with`: the member with which the line was busy; null: none.
+  /// Reports that time has passed. `busy_with`: the member with which the line was busy, or null.
   void OnTime(Duration passed, const Member* busy_with);
 
-  /// Returns whether the failed request of `job` may be sent again now. The caller has checked that
-  /// tries are left. `more`: extra tries, because replies to earlier requests may come first.
-  /// * While a device that answers is due, a device whose last task failed gets no repetition.
-  ///   The same holds for every device while another device fails, because part of the bus may be
-  ///   cut off.
-  /// * A background read is repeated only if there is time before the next poll.
-  /// * While a start or stop of a client waits, a repeatable request is not repeated.
-  /// The first two rules do not apply with `more`.
+  /// True if the failed request of `job` is to be sent again now. The caller has checked that the
+  /// job has retries left. `more`: number of extra retries, given because replies to earlier
+  /// requests may come first. False in these cases; the first two do not apply if `more` is above
+  /// 0:
+  /// * The job is a background read, and there is not enough time before the next poll.
+  /// * A poll of a device that answers is due, and the last task of this device failed or another
+  ///   device fails. Part of the bus may be cut off then, and retries would only cost time.
+  /// * A short write of a client waits (a start or stop), and the request can be sent again later.
   bool MayRepeat(const Job& job, int more, Instant now) const;
-  /// Returns whether a read of this offline slave may serve as its probe now.
+  /// True if a read that a client sends to this offline member can be its next probe now.
   bool MayProbe(const Member& member, const Idle& idle) const;
-  /// The line is idle, so the cost of the latest probe is known and is charged.
+  /// Call when the line is idle after a probe. Charges the time for which the probe delayed other
+  /// work.
   void ChargeProbe(Instant now);
-  /// Returns how long other work waited if a probe used the line from `from` to `to`.
+  /// Returns how long other work had to wait, if a probe used the line from `from` to `to`.
   Duration Waited(Instant from, Instant to) const;
-  /// Returns whether a waiting short write of a route goes before a routed read that has not been
-  /// sent.
+  /// True if a waiting short write of a client is to be sent before a read of a client.
   bool ShortWriteGoesFirst(Instant now) const;
   Probes::Facts FactsOf(const Idle& idle) const;
 
  private:
   struct Source {
-    std::optional<Turns::Choice> turn;  // empty: asked only if no other source has a job
+    // Empty: this source is asked only if no other source has a job.
+    std::optional<Turns::Choice> turn;
     std::unique_ptr<JobSource> jobs;
   };
 

@@ -20,8 +20,8 @@ bool IsSameDevice(const Device& one, const Device& other) {
   return address && its && *address == *its;
 }
 
-/// True if one of the written points has the place of `shown` in the device, for reading or
-/// writing.
+/// True if one of the written points has the same address in the device as the point `shown`, so
+/// that the write may change the value of `shown`.
 bool SharesPlace(std::span<const config::Point> points, std::span<const PointWrite> writes,
                  const config::Point& shown) {
   return std::ranges::any_of(writes, [&](const PointWrite& write) {
@@ -54,7 +54,8 @@ void DeviceTracker::OnOpened(Instant now) {
     Reconnect(*device, now);
     owed_.whose.OnOpened(*device, now);
     if (!device->health.absent()) agenda_.schedule.Restart(device->place, now);
-    // A reply to an earlier request may still come. Only this device waits for it.
+    // A reply to an earlier request may still come, so polls of this device wait. Other devices
+    // are polled at once.
     if (!owed_.late_replies.IsClear(*device, now))
       agenda_.schedule.Hold(device->place, owed_.late_replies.LateUntil(*device));
     accounts_.states.ShowOverride(*device);
@@ -119,8 +120,8 @@ void DeviceTracker::OnTelegram(const protocols::Protocol& protocol, View telegra
   }
 }
 
-/// Makes the points uncertain and reads them again. A device that is offline is read when it comes
-/// back.
+/// Makes the points uncertain and reads them again. The points of an offline device are not read
+/// now: all its polls are due when it returns.
 void DeviceTracker::Outdate(const Device& device, const std::vector<std::size_t>& points,
                             Instant now) {
   if (points.empty()) return;
@@ -141,8 +142,8 @@ void DeviceTracker::OnExchange(EndedExchange& ended, Instant now) {
   if (ended.answered() && ended.routed) agenda_.routes.OnAnswered(now);
 }
 
-/// Line time without an answer counts from the first failure on; Chooser::OnTime charges later
-/// failures.
+/// Charges the line time of a device's first failed exchange to the turns. Chooser::OnTime charges
+/// the time of later failures, because the device counts as failing from here on.
 void DeviceTracker::Charge(const EndedExchange& ended, Instant now) {
   const Member& member = *ended.member;
   if (member.device == nullptr) return;
@@ -228,8 +229,8 @@ void DeviceTracker::OnReplaced(Device& device, Now now) {
   device.conversation->OnReconnect();
   if (device.LearnTimes()) accounts_.states.ShowTimes(device);
   Plan(device);
-  // Points that no query reads, such as commands, get bad_waiting, because nothing would replace
-  // the other quality.
+  // Points that no query reads, such as commands, get bad_waiting: their quality would never change
+  // from that of a replaced device to another.
   std::vector<Quality> qualities(device.config->points.size(), Quality::bad_waiting);
   for (const protocols::Query& query : device.planned_queries) {
     for (const std::size_t point : query.points) {
@@ -254,7 +255,7 @@ void DeviceTracker::OnHeard(Device& device, Instant now) {
   accounts_.states.OnMemory(device);
   device.LearnTimes();
   if (!accounts_.states.OnTrouble(device)) return;
-  // The values so far belong to another device.
+  // The trouble has ended: the values so far came from a wrong device.
   DoubtAll(device, now);
   if (device.in_use) agenda_.schedule.Restart(device.place, now);
 }
@@ -275,7 +276,8 @@ void DeviceTracker::OnSecondReply(Instant now) {
   DoubtLatest(now);
 }
 
-/// One of the latest replies belonged to another request, and it is unknown which.
+/// Makes the values of the latest replies uncertain and reads them again, because one of these
+/// replies belonged to another request, and it is unknown which.
 void DeviceTracker::DoubtLatest(Instant now) {
   for (const auto& device : roster_.devices()) {
     if (!device->conversation->ForgetRefusals()) continue;
@@ -294,8 +296,9 @@ void DeviceTracker::Doubt(const Device& device, const std::vector<std::size_t>& 
   store_.Doubt(device.index, points, now);
 }
 
-/// The device was silent. If another device is there now, values that are seldom read would be
-/// wrong.
+/// The device did not answer, so another device may be there now. Points that are read once or
+/// daily would show the values of the old device for a long time, so they become uncertain and are
+/// read again.
 void DeviceTracker::DoubtSeldom(Device& device, Instant now) {
   std::vector<std::size_t> points;
   for (std::size_t point = 0; point < device.config->points.size(); ++point) {
@@ -314,8 +317,8 @@ void DeviceTracker::Repeat(const Device& device, config::Group group, bool soon,
   agenda_.schedule.Repeat(device.place, group, now + most);
 }
 
-/// Another device may be connected: forgets what was learned, and makes all values uncertain until
-/// they are read again.
+/// Another device may be connected. Forgets what was learned of the device, and makes all its
+/// values uncertain until they are read again.
 void DeviceTracker::Reconnect(Device& device, Instant now) {
   device.conversation->OnReconnect();
   device.heard.Clear();
@@ -341,7 +344,8 @@ void DeviceTracker::RestartWithPlan(Device& device, Instant now) {
   if (device.in_use) agenda_.schedule.RestartAsPlanned(device.place, now);
 }
 
-/// Parked jobs are planned again unless they would come again anyway.
+/// Makes a new plan of the queries of a device. Its parked jobs end; read-backs and polls of seldom
+/// groups among them are scheduled again, other polls come again anyway.
 void DeviceTracker::Replan(Device& device, Instant now) {
   const auto parked = agenda_.parked.TakeAll(device);
   for (const auto& job : parked) {
@@ -354,7 +358,8 @@ void DeviceTracker::Replan(Device& device, Instant now) {
   }
 }
 
-/// The queries of the new plan have other numbers, so waiting read-backs are found by their points.
+/// Gives the queries of the conversation to the schedule. The queries may have other numbers than
+/// before, so the queries of waiting read-backs are found by their points.
 void DeviceTracker::Plan(Device& device) {
   const auto queries = device.conversation->Queries();
   const auto to_read = agenda_.write_queue.TakeReadBacks(device.place, device.planned_queries);
@@ -362,7 +367,7 @@ void DeviceTracker::Plan(Device& device) {
   std::vector<config::Group> groups;
   for (const protocols::Query& query : queries) groups.push_back(query.group);
   agenda_.schedule.SetQueries(device.place, std::move(groups), device.conversation->HasEvents());
-  agenda_.parked.Drop(device);  // The query of a parked job may have another number now.
+  agenda_.parked.Drop(device);  // the query of a parked job may have another number now
   ReadBack(device, to_read);
   accounts_.devices.OnPlan(device);
   accounts_.rounds.OnPlan(device);
@@ -373,7 +378,7 @@ void DeviceTracker::ReadBack(const Device& device, const std::vector<std::size_t
 }
 
 void DeviceTracker::PlanBackground(const Device& device) {
-  constexpr int kCharacters = 100;  // length of an exchange, until its duration is known
+  constexpr int kCharacters = 100;  // assumed for an exchange whose duration is not known yet
   const LineTimes& times = device.times;
   agenda_.background.Set(device.place, device.conversation->BackgroundDue(),
                          times.quiet + times.reply + kCharacters * times.character);

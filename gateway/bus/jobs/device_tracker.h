@@ -1,6 +1,6 @@
-// `DeviceTracker` applies what an exchange shows about its device, and what follows when a device
-// comes, goes, or may have been replaced: its plan of queries, its schedule, its state, and which
-// of its values are in doubt.
+// `DeviceTracker` updates all that is known of a device after each exchange, and when a device goes
+// offline, returns, or may have been replaced: its queries, its schedule, its state, and which of
+// its values are uncertain.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,61 +29,64 @@ class DeviceTracker {
                 Accounts& accounts);
 
   void OnOpened(Instant now);
-  /// Call when the port has closed, and no job is under way any more.
+  /// Call when the port has closed. No job must be under way.
   void OnClosed(Instant now);
-  /// A telegram by hand got no reply. A reply of any device may still come, and look like the reply
-  /// to a poll, so probes go first.
+  /// A telegram that a user sent by hand got no reply. The reply may come later and look like the
+  /// reply to a poll of any device, so probes are sent before polls.
   void OnUnansweredTelegram(Instant now);
-  /// A request that may write was sent, and may have been carried out. The points that show the
-  /// change become uncertain, in all configured devices with this address, and are read again soon.
-  /// If these points are unknown, all points of the device are read again; after a request that was
-  /// not `answered`, only the groups `once` and `daily`. `by`, `writes`: the device and its points,
-  /// if the request was a write to points; else null and empty.
+  /// A request that may write was sent. `answered`: it was answered; else the device may have
+  /// carried it out as well. In all devices with the same address, the points that the request may
+  /// change become uncertain and are read again soon. If these points are unknown, all points of
+  /// the device are read again; without an answer only the groups `once` and `daily`. `by`,
+  /// `writes`: the device and its written points; null and empty if the request was not made from
+  /// writes to points.
   void OnWritten(const protocols::Protocol& protocol, View request, const Device* by,
                  std::span<const PointWrite> writes, bool answered, Instant now);
-  /// As OnWritten, for a telegram by hand. If the points that it changes are unknown, all points of
-  /// the device are uncertain until they are read again.
+  /// Call after a telegram by hand. Does the same as OnWritten, but if the changed points are
+  /// unknown, all points of the device become uncertain until they are read again.
   void OnTelegram(const protocols::Protocol& protocol, View telegram, Instant now);
-  /// An exchange of any kind has ended. Learns from it before it is counted, and sets `patience`
-  /// and `lags` of `ended`.
+  /// Call first when an exchange of any kind has ended, before it is counted. Learns from it, and
+  /// sets `patience` and `lags` of `ended`.
   void OnExchange(EndedExchange& ended, Instant now);
-  /// A task has ended: the member may be offline now, or back.
+  /// A task (a request with its retries) has ended. The member may go offline or return.
   void OnTask(Member& member, Outcome outcome, const std::string& reason, Instant now);
-  /// A reply of the member has come `lateness` after its reply time.
+  /// A late reply of the member came. `lateness`: time after the end of its reply time.
   void CountLate(const Member& member, Duration lateness, Instant now);
   void OnUnasked(Device& device, Outcome outcome, const std::string& reason, Instant now);
-  /// Another device answers in place of `device`: no value of the old device is valid.
+  /// Another device answers in place of `device`, so no value of the old device is valid.
   void OnReplaced(Device& device, Now now);
-  /// Call when the next background task of the conversation may be due at another time.
+  /// Schedules the next background read of the device. Call when its due time may have changed.
   void PlanBackground(const Device& device);
-  /// The device has answered: its conversation may have found a trouble of the device, or the end
-  /// of it.
+  /// The device has answered, so its conversation may have found a trouble of the device, such as a
+  /// wrong type, or the end of a trouble.
   void OnHeard(Device& device, Instant now);
-  /// The conversation has got its memory from before a restart.
+  /// The conversation of the device has received its saved memory after a restart.
   void OnRecalled(Device& device);
-  /// Bytes came that belong to no exchange. The result may contain a warning for the user.
+  /// Handles bytes that belong to no exchange. The result can contain a warning for the user.
   LateReplies::StrayEffects ApplyStray(const StrayBytes& stray, Instant now);
   void OnSecondReply(Instant now);
   /// Makes these points uncertain until they are read again.
   void Doubt(const Device& device, const std::vector<std::size_t>& points, Instant now);
   void ReadBack(const Device& device, const std::vector<std::size_t>& points);
   void SetInUse(Device& device, bool in_use, bool open, Instant now);
-  /// A person wants the device to be polled now, whether it was in use or not.
+  /// A user has asked for polls of the device now. The device may have been in use before.
   void OnEnabled(Device& device, bool open, Instant now);
-  /// The queries of the conversation have changed. The polls continue where they were.
+  /// The queries of the conversation have changed. Polls continue where they were.
   void GoOnWithPlan(Device& device, Instant now);
-  /// The queries of the conversation have changed, and all polls are due.
+  /// The queries of the conversation have changed. All of them are due now.
   void RestartWithPlan(Device& device, Instant now);
-  /// A late reply may still come: polls of the member, and of devices with the same address, wait.
+  /// A late reply may still come, so polls wait: of the member and of devices with its address.
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { accounts_.line.Show(agenda_.probes.NoticeBound(now)); }
 
-  /// Reads a group again of which a part was not read: after the slow period, at least every hour;
-  /// the daily group as a whole, at most every 5 min. `soon`: after 8 s, 16 s … up to that time.
+  /// Schedules a group of queries again, because some of its points could not be read.
+  /// * Groups that are read seldom: after the slow period, for the daily group at least 5 min.
+  /// * Other groups: after an hour.
+  /// `soon`: after 8 s, 16 s ... up to the time above.
   void Repeat(const Device& device, config::Group group, bool soon, Instant now);
 
  private:
-  /// Points of the device whose value `request` may change; empty: unknown.
+  /// The points of a device whose values a request may change. Empty: they are unknown.
   using Touched = std::optional<std::vector<std::size_t>>;
   static Touched TouchedBy(View request, const Device* by, std::span<const PointWrite> writes,
                            const Device& device);

@@ -29,8 +29,8 @@ Schedule::Brought EventDelivery::OnKept(const Device& device, const std::string&
 
 namespace {
 
-/// True if a point that is read only once has become bad. Example: another meter answers, so all
-/// points are bad; the right meter may be back tomorrow.
+/// True if the reply makes a point bad that is read only once, so that it must be read again.
+/// Example: another meter answers, so all points are bad; the right meter may be back tomorrow.
 bool SpoilsOnce(const protocols::Answer& answer, const config::Device& device) {
   return std::ranges::any_of(answer.readings, [&](const protocols::Reading& reading) {
     return reading.point < device.points.size() && !IsGood(reading.quality) &&
@@ -38,9 +38,9 @@ bool SpoilsOnce(const protocols::Answer& answer, const config::Device& device) {
   });
 }
 
-/// Removes from `samples` the readings that a second reading must confirm first (JumpCheck).
-/// Readings of a write, or of a request that must not be repeated, are not checked. Readings of a
-/// probe are checked like those of a poll.
+/// Removes readings from `samples` that jumped so far that a second reading must confirm them
+/// (JumpCheck), and schedules the second reading. Readings of a write, or of a request that must
+/// not be repeated, are not checked.
 JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>& samples,
                              ReplyEffects& effects) {
   if (job.task.kind == protocols::Task::Kind::write || !job.step.request.expect.repeatable)
@@ -54,8 +54,8 @@ JumpCheck::Result CheckJumps(const Job& job, Device& device, std::vector<Sample>
     effects.read_soon.push_back({device.place, job.task.query});
     return result;
   }
-  // Queries are numbered as in `device.planned_queries`, because read-backs use these numbers. The
-  // conversation may already have a newer plan.
+  // A probe returned these points, so the queries that read them are searched. Their numbers are
+  // those of `device.planned_queries`, because the conversation may already have a newer plan.
   const auto& queries = device.planned_queries;
   for (const std::uint32_t point : points) {
     for (std::size_t query = 0; query < queries.size(); ++query) {
@@ -77,8 +77,9 @@ ReplyEffects Intake::Take(const Job& job, Device& device, protocols::Answer answ
   return effects;
 }
 
-/// Stores the readings of a reply. Their time is that of the earliest try that the reply may
-/// answer; if the reply came after the reply time, their time is that of the request.
+/// Writes the readings of a reply to the point store. Their time is when the reply came, or earlier
+/// if they may be older: by the time since an earlier try that the reply may answer, and by the
+/// round trip if the reply came after the reply time.
 void Intake::Store(const Job& job, Device& device, const protocols::Answer& answer, Instant now,
                    ReplyEffects& effects) {
   const Job::Attempt& attempt = job.attempt;

@@ -1,5 +1,5 @@
-// `Intake` takes over the content of a reply: readings go to the point store, events to the
-// listener, which saves them. Further consequences are returned as `ReplyEffects`, which
+// `Intake` distributes the content of a reply: readings go to the point store, events to the
+// listener, which saves them. It returns further consequences as `ReplyEffects`, which
 // Job::TakeOver applies. `EventDelivery` tracks the events of a device from the reply to the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -23,34 +23,35 @@ namespace baudgate::bus {
 
 class Job;
 
-// `EventDelivery` tracks events that a device reported when it was asked, from the reply to the
-// disk: how old they can be, and how soon the device is asked again. Events of a device that sends
-// unasked are in gateway/bus/jobs/unasked.h.
+// `EventDelivery` tracks events that a device reported on request, until they are saved on disk. It
+// computes how old the events can be, and whether the device may have more. (Devices that send
+// events unasked are in gateway/bus/jobs/unasked.h.) Example:
 //
 //   exchange                                 what follows
-//   asked at 10 s: no event is left          drained
-//   asked at 20 s, answered at 20.1 s: A     A is to be saved; it is at most 10.1 s old
-//   A is saved; the batch before was B       news: the device may have further events
-//   A is saved; the batch before was A       no news: the device repeats its last batch
+//   asked at 10 s: no event is left          the device was drained at 10 s
+//   asked at 20 s, answered at 20.1 s: A     batch A is to be saved; it is at most 10.1 s old
+//   A is saved; the batch before was B       Brought::news: the device may have further events
+//   A is saved; the batch before was A       Brought::no_news: the device repeats its last batch
 class EventDelivery {
  public:
   struct Exchange {
-    Instant asked{};          ///< when the device was asked; later events may be left in it
-    Now answered{};           ///< the end of the reply
+    Instant asked{};          ///< when the device was asked; it may still contain events from later
+    Now answered{};           ///< when the reply ended
     bool background = false;  ///< the exchange was a background read, not a request for events
   };
-  /// Takes the batch of a reply. Returns the events to save; empty: there are none.
+  /// Takes the events of a reply. Returns them with their greatest age, to be saved; empty: the
+  /// reply contained no events.
   std::optional<ReportedEvents> Take(const Device& device, protocols::EventBatch batch,
                                      const Exchange& exchange);
-  /// The latest batch of the device is on the disk, perhaps since before a restart. `said`: see
-  /// EventBatch.
+  /// The latest batch of the device is saved on disk (it may be from before a restart). `said`: the
+  /// text of this batch, see EventBatch.
   Schedule::Brought OnKept(const Device& device, const std::string& said);
-  /// Another device answers in place of `device`: it is unknown when that one was drained.
+  /// Another device answers in place of `device`, so the time of the last drain is unknown.
   void OnReplaced(const Device& device) { entries_[device].drained_at.reset(); }
 
  private:
   struct Entry {
-    std::optional<Instant> drained_at;  // earlier events were not left in the device
+    std::optional<Instant> drained_at;  // when the device had no events left; empty: unknown
     std::optional<std::string> said;    // EventBatch::said of the latest saved batch
     bool background = false;  // the batch that is not saved yet came from a background read
   };
@@ -59,21 +60,22 @@ class EventDelivery {
 };
 
 struct ReplyEffects {
-  bool rechecked = false;    ///< a reading counts only if a second reading agrees
+  bool rechecked = false;    ///< a reading was suspicious, so a second reading must confirm it
   bool unconfirmed = false;  ///< a reading that jumped was not confirmed by the second reading
-  std::vector<QueryRef> read_soon;  ///< queries to read again for such a second reading
-  /// Seldom groups with a point that was not read, or is doubtful.
+  std::vector<QueryRef> read_soon;  ///< queries to read again soon to confirm a reading
+  /// Groups to poll again, because a point of a seldom group (once, daily) was not read or is
+  /// doubtful.
   std::vector<config::Group> repeat;
-  /// The points of a poll that are in the point store now.
+  /// The points whose values a poll has written to the point store.
   std::optional<LatestReadings::Points> stored;
-  bool hold_events = false;  ///< ask for no further events until these are on the disk
-  Duration peace{};          ///< the device wants no request for this time
+  bool hold_events = false;  ///< the device must not be asked for more events until these are saved
+  Duration peace{};          ///< the device asked to get no request for this time
 };
 
 class Intake {
  public:
-  /// Both references must stay valid for the lifetime of this object; `listener` may be constructed
-  /// later.
+  /// Both references must stay valid for the lifetime of this object. `listener` is not used by the
+  /// constructor, so it can be constructed later.
   Intake(PointStore& store, PollerListener& listener) : store_(store), listener_(listener) {}
 
   ReplyEffects Take(const Job& job, Device& device, protocols::Answer answer, Instant now);
@@ -81,7 +83,7 @@ class Intake {
   Schedule::Brought OnKept(const Device& device, const std::string& said) {
     return delivery_.OnKept(device, said);
   }
-  /// The device was asked at `asked` or later, and has no events that are not saved.
+  /// The device was asked for events at `asked` or later, and all its events are saved.
   void OnDrained(const Device& device, Instant asked) { listener_.OnDrained(device.index, asked); }
   void OnReplaced(const Device& device) { delivery_.OnReplaced(device); }
 

@@ -1,5 +1,5 @@
-// The state table of `Job`. The functions below follow in the order of the life of a job. A late
-// reply is a reply to an earlier request that may still come (replies/late_replies.h).
+// The state table of `Job`. The functions follow in the order of the life of a job. A late reply is
+// the reply to an earlier request, which may still come (replies/late_replies.h).
 //
 // clang-format off
 //   the job               what happens                        next
@@ -65,8 +65,8 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Returns false if the query no longer exists. Example: a poll of query 7 waits for a probe, and
-/// after the reply to the probe the device has 5 queries.
+/// True if the query of the task still exists. Example of the contrary: a poll of query 7 waits for
+/// a probe, and after the reply to the probe the device has 5 queries only.
 bool IsPlanned(const protocols::Task& task, const protocols::Conversation& conversation) {
   if (task.kind == protocols::Task::Kind::events) return conversation.HasEvents();
   if (task.kind == protocols::Task::Kind::background)
@@ -88,7 +88,7 @@ NextStep Job::Ask(LineContext& line, int repeats, Instant now) {
     judges_member = false;
     unplanned = true;
     return NextStep::Finish(
-        Outcome::busy, "the query no longer exists: the points of the device were planned again");
+        Outcome::busy, "this poll no longer exists: the points of the device were grouped anew");
   }
   auto request = conversation.Ask(task, now);
   if (!request) {
@@ -116,8 +116,8 @@ std::optional<Withheld> Job::WhyNotSend(Instant now, bool /*held*/) const {
   return std::nullopt;
 }
 
-/// Called when the waiting request must not be sent. The conversation closes what the job has
-/// opened.
+/// Ends a job whose waiting request must not be sent. If the job has sent a request before, the
+/// conversation can first send a request that closes what was opened.
 NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
   judges_member = false;
   OnWithheld(withheld);
@@ -129,8 +129,9 @@ NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
   return NextStep::Finish(Outcome::no_reply, withheld.why);
 }
 
-/// True if the job waits beside the line for a late reply of its device, so that the line can do
-/// other work. Requires a read, and replies with addresses.
+/// True if the job is parked while a late reply of its device may come, so that the line can do
+/// other work. Only reads are parked, only if replies carry addresses, and only if no job like it
+/// is.
 bool Job::WaitsBesideLine(const LineContext& line) const {
   const bool reads = task.kind == protocols::Task::Kind::poll ||
                      task.kind == protocols::Task::Kind::events ||
@@ -148,7 +149,7 @@ NextStep Job::Depart(LineContext& line, Instant now) {
     unprovable = true;
     whose.OnNoProof(device, now);
   }
-  // A retry does not wait: a late reply to its first try is as good as its own reply.
+  // A retry is sent at once: a late reply to the first try answers the retry as well.
   const Instant clear = line.owed.late_replies.ClearAt(asked());
   if (step.repeats > 0 || clear <= now) return NextStep::Send();
   return WaitsBesideLine(line) ? NextStep::Park(clear) : NextStep::Hold();
@@ -212,8 +213,8 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
 
 namespace {
 
-/// Returns text such as "'<1D:READY:4B' has ". Empty if the frame is no text, or may repeat a
-/// password.
+/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is no
+/// text, or if it could contain a password.
 std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });
@@ -227,8 +228,8 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
   protocols::Answer& answer = attempt.answer;
   if (echo.MayBeEcho(step.request, frame)) {
     answer.reason =
-        "a good reply to this request equals the request, and this bus echoes requests, so perhaps "
-        "no device has answered; set 'echo: strip' in the configuration";
+        "the reply equals the request, and this bus echoes requests, so perhaps no device has "
+        "answered; set 'echo: strip' in the configuration";
     return answer.outcome = Outcome::unexpected;
   }
   FollowPlan();
@@ -247,19 +248,19 @@ Outcome Job::Judge(LineContext& line, View frame, const EchoWatch& echo, Instant
 Outcome Job::JudgeForm(LineContext& line, View frame, const EchoWatch& /*echo*/) {
   protocols::Conversation& conversation = *member->device->conversation;
   const Outcome outcome = conversation.Check(step.request.bytes, frame);
-  // A reply of another form is accepted if no other reply is owed (may still come), because a wrong
-  // profile leads to such replies as well.
+  // A reply of another form is accepted if no other reply can come now. A configured profile that
+  // does not fit the device leads to such replies as well.
   if (outcome == Outcome::unexpected && line.owed.whose.MayBeOdd(asked())) {
     return conversation.Interpret(step.request.bytes, frame).outcome;
   }
   return outcome;
 }
 
-/// The reply may belong to an earlier request, so the exchange ends as unexpected.
+/// Ends the exchange as `unexpected`, because the reply may belong to an earlier request. A refusal
+/// in the reply is stored with its reason.
 Outcome Job::LeaveUnproven(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
-  answer.reason =
-      "the reply may belong to an earlier request; it is asked again until that is certain";
+  answer.reason = "the reply may belong to an earlier request, so it is not used";
   attempt.unproven = Unproven{};
   if (outcome != Outcome::ok && !is_routed()) {
     protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);
@@ -276,8 +277,8 @@ Outcome Job::Read(View frame, Instant now) {
   answer = planned ? conversation.OnFrame(task, step.request, frame, now)
                    : conversation.Interpret(step.request.bytes, frame);
   unplanned = !planned;
-  // Readings are dropped if the reply may belong to another request, or if the query is no longer
-  // planned, so that nothing could check the readings.
+  // The query may no longer exist, or the reply may belong to another request. Its readings and
+  // events are dropped then.
   if (!planned || !attempt.verdict.proven) {
     answer.readings.clear();
     answer.batch.reset();
@@ -285,15 +286,15 @@ Outcome Job::Read(View frame, Instant now) {
   return answer.outcome;
 }
 
-/// Stores the reason why the reply is not good, in the words of the conversation.
+/// Stores why the reply is not good, as the conversation explains it. Returns `outcome`.
 Outcome Job::Refuse(View frame, Outcome outcome) {
   protocols::Answer& answer = attempt.answer;
   protocols::Answer said = member->device->conversation->Interpret(step.request.bytes, frame);
   answer.reason = std::move(said.reason);
   answer.remedy = std::move(said.remedy);
   if (answer.reason.empty()) {
-    answer.reason = Quoted(step.request, frame) + "not the form that was asked for";
-    answer.reason += "; does the profile fit?";
+    answer.reason = Quoted(step.request, frame) + "not the requested form";
+    answer.reason += "; check that the profile fits";
   }
   return answer.outcome = outcome;
 }
@@ -316,8 +317,8 @@ EndedExchange Job::Ended(ExchangeEnd end) const {
   return ended;
 }
 
-/// After a broadcast, to which no answer comes: returns true if the conversation has a further
-/// request.
+/// Call when a request was sent. If it was a broadcast, which gets no reply, asks the conversation
+/// whether the task has a further request, and returns the answer.
 bool Job::GoesOnBehindBroadcast(Instant now) {
   if (!is_broadcast() || is_routed()) return false;
   protocols::Conversation& conversation = *member->device->conversation;
@@ -343,8 +344,9 @@ NextStep Job::Repeat() {
 
 // ---------------------------------------------------------------- answer
 
-/// After a repetition another device may have answered. So new values and events wait for a probe,
-/// if the device has a name.
+/// Accepts a good reply. If the request was a retry or an exchange of the job failed, another
+/// device may have answered, so new values and events wait for a probe that asks for the name of
+/// the device, if the device has a name.
 NextStep Job::Answer(LineContext& line, const ExchangeEnd& end, Now now) {
   attempt.answered_at = {now.instant - end.since_reply, now.wall - end.since_reply};
   attempt.round_trip = end.round_trip;
@@ -361,7 +363,8 @@ void Job::OnReplaced(LineContext& line, Now now) {
   line.intake.OnReplaced(*member->device);
 }
 
-/// A read is repeated while its reply may answer a much older request.
+/// True if a poll has to be sent again, because the line lags and its reply may answer a request
+/// from long ago.
 bool Job::MustRepeat(const LineContext& line, Instant now) const {
   const bool reads = task.kind == protocols::Task::Kind::poll && !attempt.answer.readings.empty();
   const bool much_older =
@@ -420,9 +423,9 @@ NextStep Job::Fail(LineContext& line, const ExchangeEnd& end, Instant now) {
   const bool heard_itself = attempt.answer.outcome == Outcome::unexpected;
   attempt.answer = {};
   had_failure = true;
-  // The reply to another request has come, so one reply fewer comes before the
-  // reply to this one. This does not hold
-  // if the sender owes no reply, or has answered this request in an odd form.
+  // The reply to another request came, so the reply to this request comes one reply later. Retries
+  // are allowed for the replies before it. This does not hold if this request was answered in an
+  // odd form.
   const bool nearer = end.outcome == Outcome::unexpected && !attempt.verdict.odd;
   const int before = nearer ? line.owed.whose.RepliesBefore(asked(), heard_itself) : 0;
   if (!MayRepeat(line, std::min(before, kMostTriesMore), now)) return GiveUp(line, end, now);
@@ -469,14 +472,14 @@ NextStep Job::GoOn() {
 
 EndEffects Job::EffectsOf(const JobEnd& end, Instant now) {
   EndEffects effects;
-  // A device that answers in an odd form is there.
+  // A device that answers in an odd form is not absent, so such a failure is not counted.
   effects.judges_member = judges_member && !attempt.verdict.odd;
   End(end, now, effects);
   return effects;
 }
 
 Job::After Job::Finish(LineContext& line, const JobEnd& end, Instant now) {
-  FollowPlan();  // the answer may have changed the plan
+  FollowPlan();  // the answer may have changed the queries of the device
   EndEffects effects = EffectsOf(end, now);
   Apply(line, effects, end, now);
   return {};
@@ -504,7 +507,7 @@ void Job::Apply(LineContext& line, EndEffects& effects, const JobEnd& end, Insta
   if (!effects.read_again.empty()) tracker.ReadBack(*device, effects.read_again);
   if (!effects.doubt.empty() && member->in_use) tracker.Doubt(*device, effects.doubt, now);
   if (effects.polls_first && device != nullptr) agenda.schedule.GoFirst(member->place);
-  // Silence to a query that was never answered concerns the query, not the device.
+  // If only this query is never answered, the device does not have its points, but is not absent.
   if (effects.judges_member && !blames_query) {
     tracker.OnTask(*member, end.outcome, end.reason, now);
   }

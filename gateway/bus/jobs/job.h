@@ -1,6 +1,6 @@
-// `Job` is the work of a line at present: one task of one device, or one routed request, from its
-// first request to its end. Each kind of job is a class (poll.h with events, read_back.h,
-// background.h, probe.h, write.h, routed.h); gateway/bus/jobs/chooser.cpp lists them. `JobRunner`
+// `Job` is the present work of a line: one task of one device, such as a poll or a write, or one
+// request of a client of a route, from its first request to its end. Each kind of job is a class
+// (poll.h with events, read_back.h, background.h, probe.h, write.h, routed.h). `JobRunner`
 // (gateway/bus/poller/job_runner.h) calls the functions of a job in this order:
 //
 //   function   called when                       what it returns or does
@@ -49,30 +49,31 @@ namespace baudgate::bus {
 class Job;
 struct LineContext;
 
-/// Why a request is not sent, and the result of a write that ends because of that.
+/// The reason why a request is not sent, and the result that the write ends with.
 struct Withheld {
   WriteEnd end = WriteEnd::not_sent;
   std::string why;
 };
 
-/// How a job or one of its requests ended, and the reason in words.
+/// The outcome of a job, or of one request of it, and the reason in words.
 struct JobEnd {
   Outcome outcome = Outcome::none;
   std::string reason{};
 };
 
-// The next step of a job. Only gateway/bus/poller/job_runner.cpp carries it out.
+// `NextStep` is what a job has to do next. JobRunner carries it out.
 struct NextStep {
   enum class What : std::uint8_t {
-    wait,           ///< the request is ready and waits for the line
-    send,           ///< the request is sent now
-    hold,           ///< the line waits until no late reply can come, then sends the request
-    ask,            ///< get the next request of the task, or the request of this step again
-    probe_first,    ///< a probe of the device goes first
-    go_unproved,    ///< the probe cannot be asked; the job behind it goes on; reason in `end`
-    take_answer,    ///< the answer counts
-    park,           ///< the job waits beside the line, until `until`
-    back_in_queue,  ///< the requests of its clients wait in the queue again
+    wait,
+    send,
+    hold,  ///< the line stays idle until no late reply can come; then the request is sent
+    ask,   ///< the job needs its next request, or the present one again, from the conversation
+    probe_first,    ///< a probe of the device is sent before this job continues
+    go_unproved,    ///< no probe is possible: the job behind the probe continues without; reason in
+                    ///< `end`
+    take_answer,    ///< the answer that waited for a probe is accepted
+    park,           ///< the job is interrupted until `until`, and the line does other work
+    back_in_queue,  ///< the job ends; its requests of clients wait in the queue again
     finish,         ///< the job ends as `end` describes
   };
 
@@ -97,48 +98,49 @@ struct NextStep {
   JobEnd end{};
 };
 
-// `EndEffects` contains the consequences of the end of a job. End of each kind decides them;
-// Job::Apply carries them out in the order of the fields, and WriteJob::Finish those in `write`.
-// After `background` Job::Apply plans the next background read and informs the probes.
+// `EndEffects` contains the consequences of the end of a job. The function End of each kind of job
+// fills it in. Job::Apply carries out the fields in their order, except `write`, which
+// WriteJob::Finish carries out. After `background` Job::Apply plans the next background read and
+// informs the probes.
 //
 //   kind         consequences of its end
-//   poll         line time of the fast round; the query is counted; a seldom group that was not
-//                read is read again
-//   read-back    a seldom group as above; not answered: its points are in doubt; its query is
-//                gone: queries of the new plan read its points
+//   poll         line time of the fast round; the query is counted; a seldom group (once, daily)
+//                that was not read is read again
+//   read-back    a seldom group as above; without an answer its points become uncertain; if its
+//                query is gone, queries of the new plan read its points
 //   events       only those of all kinds
 //   background   how long its exchange took, or that it was lost or not sent
-//   probe        only those of all kinds; before another job: what that job does now
-//   write        its points are in doubt until they are read; the command is confirmed, goes on,
-//                or is answered. Not answered: polls go before the next write
-//   routed       its clients are answered. A write that was not answered: polls go first
+//   probe        only those of all kinds; if a job waits behind it, the next step of that job
+//   write        its points are uncertain until they are read; the command is confirmed, goes on,
+//                or is answered. Without an answer, polls go before the next write
+//   routed       its clients are answered. A write without an answer: polls go first
 //
-// For all kinds the end shows whether the member is there, unless `judges_member` is false.
+// Each end also shows whether the device answers, unless `judges_member` is false.
 struct EndEffects {
   struct Background {
     bool sent = false;
-    Duration took{};  ///< line time including the probe before it; zero: it was not answered
+    Duration took{};  ///< line time including the probe before the job; zero: it was not answered
     bool proved = false;
   };
   struct Poll {
     std::size_t query = 0;
     bool answered = false;
   };
-  /// The group is polled again, because a part of it was not read.
+  /// The group is to be polled again, because a part of it was not read.
   struct Repeat {
     config::Group group{};
     bool soon = false;  ///< Schedule::RepeatSoon; the rule is in gateway/bus/jobs/poll.h
   };
-  /// The consequences for the points of a command that are under way.
+  /// Consequences for the points of a write command when one of its requests has ended.
   struct Write {
     enum class Next : std::uint8_t {
-      answer,  ///< the command ends: its client gets `result`
+      answer,  ///< the command ends, and its client gets `result`
       /// The device has confirmed the command; its client is answered after the read-back.
       confirm,
-      go_on,  ///< the command continues with the points that remain
+      go_on,  ///< the command continues with its remaining points
     };
-    std::vector<std::size_t> unknown;   ///< points with unknown values, until they are read
-    std::vector<PointWrite> confirmed;  ///< readings that agree with these count at once
+    std::vector<std::size_t> unknown;   ///< points whose values are unknown until they are read
+    std::vector<PointWrite> confirmed;  ///< writes whose values count as confirmed by a reading
     Next next = Next::answer;
     WriteResult result{};
   };
@@ -147,12 +149,12 @@ struct EndEffects {
   std::optional<FastRounds::Poll> fast_poll;
   std::optional<Poll> poll;
   std::optional<Repeat> repeat;
-  std::vector<std::size_t> read_again;  ///< points of a read-back whose query is gone
-  std::vector<std::size_t> doubt;       ///< points that become uncertain
-  bool polls_first = false;             ///< polls go before the next write to the device
-  bool judges_member = true;            ///< the end shows whether the member answers
-  bool wrote = false;                   ///< the request may have changed the device
-  /// The points that this request wrote; empty if none are known.
+  std::vector<std::size_t> read_again;  ///< points of a read-back whose query no longer exists
+  std::vector<std::size_t> doubt;
+  bool polls_first = false;   ///< polls of the device go before the next write to it
+  bool judges_member = true;  ///< the end shows whether the member answers
+  bool wrote = false;         ///< the request may have changed the device
+  /// The points that the request wrote. Empty: the points are unknown, or there are none.
   std::span<const PointWrite> written;
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
   std::optional<Write> write;
@@ -160,27 +162,26 @@ struct EndEffects {
 
 class Job {
  public:
-  /// The present request, with its repetitions.
   struct Step {
     protocols::Request request{};
     bool waiting = false;  ///< the request waits for the line to be idle
-    int repeats = 0;       ///< number of tries beyond the first
+    int repeats = 0;       ///< number of retries so far
   };
-  /// The latest try of the request in `Step`, and the reply to it. Each call of Start replaces the
-  /// attempt.
+  /// The latest try of the request, and its reply. Start replaces the attempt.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};          ///< see Asked::sent
-    bool job_was_sent = false;  ///< was_sent of the job before this try
+    Instant sent_at{};          ///< as Asked::sent
+    bool job_was_sent = false;  ///< `was_sent` of the job before this try
     protocols::Answer answer{};
     WhoseReply::Verdict verdict{};
     std::optional<Unproven> unproven{};
     Now answered_at{};
     Duration round_trip{};
-    /// The reply came after the reply time, because the line waited longer (Patience).
+    /// True if the reply came after the reply time, and was received because the line waits longer
+    /// for a slow device (Patience).
     bool after_reply_time = false;
   };
-  /// The job that continues after the end of this job, and its next step. Null: none.
+  /// The job that continues after the end of this job, with its next step. Null: no job continues.
   struct After {
     std::unique_ptr<Job> job;
     NextStep next;
@@ -195,33 +196,34 @@ class Job {
   // ---------------- the life of a job, in order
 
   virtual NextStep Begin() { return NextStep::Ask(); }
-  /// Gets the next request from the conversation. `repeats`: see Step.
+  /// Gets the next request from the conversation. `repeats`: number of tries that were made
+  /// already.
   virtual NextStep Ask(LineContext& line, int repeats, Instant now);
-  /// Called when the line is idle and the request waits. Decides whether the request may be sent.
+  /// Called when the line is idle and the request waits. Decides whether the request is sent now.
   ///
   ///   the request                                     what follows
-  ///   may not be sent any more (WhyNotSend)           the job closes what it opened, or ends
+  ///   must not be sent any more (WhyNotSend)          the job closes what it opened, or ends
   ///   could get the reply to an earlier request       a probe goes first
   ///   is a retry, or no late reply can come           it is sent
   ///   is a read, and a late reply may come            it is parked, if replies carry addresses
   ///   is no read, and a late reply may come           the line waits
   ///
   NextStep Depart(LineContext& line, Instant now);
-  /// Returns when Depart may decide otherwise, after it returned `hold`.
+  /// After Depart has returned `hold`: returns when Depart is to be called again.
   std::optional<Instant> DepartsAt(const LineContext& line) const;
-  /// Returns the exchange that is given to the line. `idle_since`: since when the line is idle.
+  /// Returns the exchange for the line. `idle_since`: the line has been idle since then.
   Exchange Start(LineContext& line, Instant idle_since, Instant now);
-  /// Called while the line has the request, but is not quiet yet. Returns a step if the request
-  /// must not be sent: it is too late, or forbidden now, or it is a routed read and a short write
-  /// waits. Empty: the request goes on waiting.
+  /// Called while the line waits for silence before it sends the request. Returns the next step if
+  /// the request must not be sent after all: it is too late or forbidden, or it is a read of a
+  /// client and a short write waits. Empty: the request goes on waiting.
   std::optional<NextStep> Withdraw(LineContext& line, Instant now);
-  /// Returns the request to send now. Called when the line has been quiet long enough.
+  /// Called when the silence before the request is over. Returns the request, which is sent now.
   const protocols::Request& Send(LineContext& line, Now now);
-  /// The request has never left this machine, and will not be sent.
+  /// The request was given to the port, but never left this machine, and will not be sent.
   virtual void NeverLeft() { was_sent = attempt.job_was_sent; }
 
-  /// A frame came while the request is on the wire. Stores its meaning in `attempt` and returns its
-  /// outcome.
+  /// Called when a frame came for the request under way. Stores its meaning in `attempt` and
+  /// returns the outcome of the exchange.
   ///
   ///   the frame                            outcome
   ///   may be the echo of the request       unexpected
@@ -229,136 +231,139 @@ class Job {
   ///   may answer an earlier request        unexpected: the request is repeated
   ///   answers this request                 as the conversation decides; it gets only such frames
   ///
-  /// `echo`: whether this bus is known to echo.
+  /// `echo` contains whether this bus is known to echo.
   Outcome Judge(LineContext& line, View frame, const EchoWatch& echo, Instant now);
-  /// `end`: the end of the exchange as the line reported it.
+  /// Returns the exchange that has ended, for the observers. `end`: the end as the line reported
+  /// it.
   EndedExchange Ended(ExchangeEnd end) const;
   NextStep Conclude(LineContext& line, const ExchangeEnd& end, Now now);
   NextStep Take(LineContext& line, Instant now);
   virtual After Finish(LineContext& line, const JobEnd& end, Instant now);
-  /// For a probe that cannot be asked, which is no fault of the device: the job behind it goes on
-  /// without a proof. A reply that waits for the proof is not taken.
+  /// Ends a probe that the conversation cannot make. The device is not at fault, so the job behind
+  /// the probe continues without it. If that job has an answer that waits for the probe, the job
+  /// ends as busy.
   virtual After GoUnproved(LineContext& /*line*/, const std::string& /*why*/, Instant /*now*/) {
     return {};
   }
-  /// Returns the consequences of the end of the job. Moves the requests of routes out of the job,
-  /// and changes nothing else.
+  /// Returns the consequences of the end of the job. The requests of clients are moved out of the
+  /// job; nothing else changes.
   EndEffects EffectsOf(const JobEnd& end, Instant now);
 
   // ---------------- functions that differ by kind
 
   virtual LineUse use() const { return LineUse::polls; }
-  /// True for writes, their read-backs, and short writes of routes.
+  /// True for writes to points, their read-backs, and short writes (a start or stop) of clients.
   virtual bool is_urgent() const { return false; }
   virtual bool writes() const { return false; }
-  /// True if the request comes from a client of a route: the conversation does not read the reply.
+  /// True if the request comes from a client of a route. The reply is not read by a conversation.
   virtual bool is_routed() const { return false; }
   virtual bool is_read_back() const { return false; }
   virtual std::optional<config::Group> group() const { return std::nullopt; }
-  /// True if the job may be writing now, so that it has to be finished properly.
+  /// True if a request of the job may have begun a write, so the job must not be dropped.
   virtual bool is_writing() const { return false; }
-  /// True if the job reads back points of the member, and no exchange of it has failed yet.
+  /// True if the job reads back points of this member, and none of its exchanges has failed so far.
   virtual bool ReadsBack(const Member& /*of*/) const { return false; }
-  /// Returns the job itself; for a probe, the job that waits behind it.
+  /// Returns this job; a probe returns the job that waits behind it, if there is one.
   virtual const Job& goal() const { return *this; }
-  /// Takes the job that waits behind this probe; null: none.
+  /// Returns the job that waits behind this probe and removes it from the probe; null: there is
+  /// none.
   virtual std::unique_ptr<Job> TakeGoal() { return nullptr; }
-  /// Returns the latest moment at which the request may be sent; empty: no limit.
+  /// Returns the latest time at which the request can be sent; empty: there is no limit.
   virtual std::optional<Instant> LatestStart() const { return std::nullopt; }
-  /// Called directly before the request is put on the wire. Empty: it may be sent. `held`: the
-  /// request was sent, but has waited for a connection since.
+  /// Called directly before the request is put on the wire. Returns why it must not be sent; empty:
+  /// it is sent. `held`: the request was given to the port, and has waited for a connection since.
   virtual std::optional<Withheld> WhyNotSend(Instant now, bool held = false) const;
-  /// Returns until when requests are repeated, in place of the rule in gateway/bus/jobs/chooser.h.
+  /// Returns the end of the time in which requests are retried. Empty: Chooser::MayRepeat decides
+  /// about each retry.
   virtual std::optional<Instant> RepeatsUntil() const { return std::nullopt; }
-  /// True for a routed read if a short write should be sent before it.
+  /// True for a read of a client if a waiting short write (a start or stop) is to be sent first.
   virtual bool LetsPass(const LineContext& /*line*/, Instant /*now*/) const { return false; }
-  /// A second, different reply has come, so one of the two belongs to another request. An answer
-  /// that waits behind this probe must not count.
+  /// Called when a second, different reply has come, so one of the two belongs to another request.
+  /// An answer that waits behind this probe is then not accepted.
   virtual void OnSecondReply() {}
   virtual void PutBack(LineContext& /*line*/) {}
-  /// The client has left. `unsent`: the request under way has not left this machine.
+  /// The client has left. `unsent`: the request under way has not left this machine yet.
   virtual void Abandon(std::uint64_t /*client*/, bool /*unsent*/) {}
-  /// Updates the number of the query in `task` after the queries of the device have changed. If the
-  /// query is gone, the number is that of no query.
+  /// Finds the query of `task` again after the queries of the device have changed, and updates its
+  /// number. If the query no longer exists, the number becomes that of no query.
   virtual void FollowPlan() {}
 
   // ---------------- facts
 
-  /// True if the present request is not the first one, or is repeated: the conversation may have
-  /// something to close.
+  /// True if the task has sent a request before, so the conversation may have to close something.
   bool begun() const { return requests > 1 || step.repeats > 0; }
-  /// True if no reply to the request is expected.
+  /// True if the request expects no reply.
   bool is_broadcast() const {
     return step.request.expect.reply == protocols::Expectation::Reply::none;
   }
   bool is_probe() const { return task.kind == protocols::Task::Kind::probe; }
-  /// True if the answer contains values or events that would be stored for the device.
+  /// True if the reply contains events, or readings of a poll, that are to be stored.
   bool has_news() const {
     const protocols::Answer& answer = attempt.answer;
     return answer.batch || (task.kind == protocols::Task::Kind::poll && !answer.readings.empty());
   }
   Asked asked() const;
 
-  // Fields for the lifetime of the job.
   Member* member;
-  protocols::Task task;             ///< for the conversation
-  std::vector<std::size_t> points;  ///< the points of the query of a poll or read-back
+  protocols::Task task;
+  std::vector<std::size_t> points;
   Instant began;
-  /// The budget that pays for the job; empty: its member is not offline.
+  /// The budget of probes that pays for this job; empty: the member is not offline.
   std::optional<Probes::Kind> probe_budget;
-  bool renews_proof_early = false;  ///< see Asked
-  bool proved = false;              ///< a probe was answered before this job
-  bool unprovable = false;          ///< see Asked
-  int requests = 0;                 ///< number of requests of the task, without repetitions
-  int broadcasts = 0;               ///< number of broadcasts among these
-  int parkings = 0;                 ///< how often the device has answered busy
+  bool renews_proof_early = false;  ///< as in `Asked`: a proof is renewed early
+  bool proved = false;              ///< a probe before this job was answered
+  bool unprovable = false;          ///< as in `Asked`: no probe is possible before the job
+  int requests = 0;                 ///< number of requests of the task, without retries
+  int broadcasts = 0;               ///< how many of these requests were broadcasts
+  int parkings = 0;                 ///< how often the job was parked because the device was busy
   bool was_sent = false;
-  bool unplanned = false;       ///< the query was gone before its points were read
-  bool has_no_request = false;  ///< the conversation had no further request for the job
-  bool had_failure = false;     ///< an exchange has failed, so another device may answer since
-  bool judges_member = true;    ///< the end shows whether the member answers
-  /// The query was never answered, although other queries of the device are.
+  bool unplanned = false;       ///< the query no longer existed when its reply came
+  bool has_no_request = false;  ///< the conversation could not make a request for the job
+  /// An exchange of the job has failed, so another device may answer now.
+  bool had_failure = false;
+  bool judges_member = true;
+  /// True if the request got no answer because the device does not have its points: it answers
+  /// other queries, but has never answered this one.
   bool blames_query = false;
-  Duration wire{};  ///< line time of the answered exchanges
+  Duration wire{};  ///< line time of the answered exchanges of the job
 
   Step step;
   Attempt attempt;
 
  protected:
-  /// Answer and Fail are called by Conclude and return the next step. Fail: there was no answer.
+  /// Conclude calls Answer after an answered exchange, else Fail. Both return the next step.
   virtual NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now);
   virtual NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now);
-  /// Adds the consequences of the end of this kind of job to `effects`.
   virtual void End(const JobEnd& /*end*/, Instant /*now*/, EndEffects& /*effects*/) {}
 
-  /// The probe continues the job behind it.
   friend class ProbeJob;
 
-  /// Returns the outcome of the frame for the conversation or the carrier; stores the answer.
+  /// Returns the outcome of the frame from its form, as the conversation or the carrier decides.
   virtual Outcome JudgeForm(LineContext& line, View frame, const EchoWatch& echo);
-  /// Reads a reply that certainly answers this request.
+  /// Reads a reply that is known to answer this request, and stores its content in `attempt`.
   virtual Outcome Read(View frame, Instant now);
   virtual Outcome Refuse(View frame, Outcome outcome);
-  /// True if a good reply does not count yet, and the request has to be repeated.
+  /// True if the request has to be sent again although its reply is good, because the reply may
+  /// belong to an older request.
   virtual bool MustRepeat(const LineContext& line, Instant now) const;
   virtual void OnReplaced(LineContext& line, Now now);
   virtual void OnSend(LineContext& /*line*/) {}
-  /// Stores the latest answer about the points that the job writes.
+  /// Stores the latest answer of the device about the points that the job writes.
   virtual void NoteTold(const JobEnd& /*told*/, bool /*may_have_acted*/) {}
   virtual void OnGaveUp(const ExchangeEnd& /*end*/) {}
-  /// Called if the request is not sent, and what is open is closed now.
+  /// Called when the request is not sent after all. The job closes now what it has opened.
   virtual void OnWithheld(const Withheld& /*why*/) {}
-  /// Called when no tries are left. Returns the next step.
+  /// Called when the failed request is not sent again. Returns the next step.
   virtual NextStep GiveUp(LineContext& line, const ExchangeEnd& end, Instant now);
-  /// Continues the job after the probe before it, or without it if no probe can be asked: asks the
-  /// conversation for a request again.
+  /// Continues the job after the probe that went before it, or without it if no probe is possible.
+  /// Asks the conversation for the request again.
   virtual NextStep GoOn();
 
-  /// Applies the effects of the end, field by field. Decides nothing.
+  /// Carries out the effects of the end, field by field. All decisions were made before.
   void Apply(LineContext& line, EndEffects& effects, const JobEnd& end, Instant now);
   NextStep Repeat();
-  /// Returns whether the failed request may be sent again now. `more`: repetitions beyond the usual
-  /// number, because other replies may come before the reply to this request.
+  /// True if the failed request is to be sent again now. `more`: number of extra retries, given
+  /// because other replies may come before the reply to this request.
   bool MayRepeat(const LineContext& line, int more, Instant now) const;
 
  private:
@@ -370,14 +375,15 @@ class Job {
   void TakeOver(LineContext& line, Device& device, protocols::Answer answer, Instant now);
 };
 
-// Source of the jobs of one kind. Each kind implements it beside its job;
-// gateway/bus/jobs/chooser.cpp lists all sources.
+// `JobSource` offers the jobs of one kind, such as all polls. gateway/bus/jobs/chooser.cpp has the
+// list of all sources.
 class JobSource {
  public:
   virtual ~JobSource() = default;
-  /// Called when the line is idle. Null: no job of this kind may be sent now.
+  /// Called when the line is idle. Returns a job, or null if no job of this kind can be sent now.
   virtual std::unique_ptr<Job> Take(const Idle& idle) = 0;
-  /// Returns when Take may have a job even if nothing else happens. The time may be in the past.
+  /// Returns the next time at which Take can return a job without any other event. The time can be
+  /// in the past.
   virtual std::optional<Instant> NextAt(const Idle& idle) const = 0;
 };
 

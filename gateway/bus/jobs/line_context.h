@@ -1,7 +1,7 @@
-// `LineContext` groups the parts of a line for its jobs: its members, the replies that may still
-// come, the waiting work, the accounts for the status, and the parts that update these.
-// gateway/bus/poller/poller.h owns it. Fields are constructed in this order, and refer only to
-// fields above them; `Chooser` refers to all of them.
+// `LineContext` groups the parts of one serial line for its jobs: its devices, the replies that may
+// still come, the waiting work, the counts for the status, and the parts that update these.
+// `Poller` owns it. The fields are constructed in the order of their declaration, and refer to
+// fields above them only; `Chooser` refers to all fields.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,7 @@
 namespace baudgate::bus {
 
 struct LineContext {
-  /// See Poller.
+  /// The parameters are those of the constructor of `Poller`.
   LineContext(const config::Line& line, std::uint32_t first_device,
               const Roster::FindProtocol& find, PointStore& store, PollerListener& listener,
               const MakeObserver& observe = {})
@@ -41,7 +41,7 @@ struct LineContext {
   LineContext(const LineContext&) = delete;
   LineContext& operator=(const LineContext&) = delete;
 
-  /// Returns when no late reply of the member can come any more; empty: none can come now.
+  /// Returns when the last late reply of the member can come; empty: none can come after `now`.
   std::optional<Instant> ClearsAt(const Member& member, Instant now) const {
     const Instant until = owed.late_replies.LateUntil(member);
     return until <= now ? std::nullopt : std::optional(until);
@@ -56,7 +56,7 @@ struct LineContext {
   Intake intake;
   RoutedJobs routed;
   Chooser chooser;
-  /// All observers of ended exchanges, in the order of their calls.
+  /// The observers of ended exchanges, in the order in which they are called.
   const std::array<ExchangeObserver*, 3> observers{&accounts.devices, &accounts.line,
                                                    observer.get()};
 };

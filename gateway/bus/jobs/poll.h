@@ -1,6 +1,6 @@
-// `PollJob` reads one query of a device when its group is due (gateway/bus/schedule/schedule.h).
-// `QueryJob` is the common part of polls and read-backs: their points stay the same if the queries
-// of the device get other numbers meanwhile.
+// `PollJob` reads one query of a device when its group of queries is due
+// (gateway/bus/schedule/schedule.h). `QueryJob` is the common base of polls and read-backs: it
+// finds its query again by its points if the queries of the device get other numbers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,8 +32,8 @@ class QueryJob : public Job {
   }
 
  protected:
-  /// True if the points were not read. Silence is included, because many devices do not answer
-  /// requests that they do not know.
+  /// True if the points were not read: the query no longer exists, or the device did not answer (it
+  /// may not have the points) or was busy.
   bool IsUnread(const JobEnd& end) const {
     return unplanned || !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
   }
@@ -53,7 +53,7 @@ class PollJob final : public QueryJob {
       effects.fast_poll = FastRounds::Poll{wire, answered, last_of_round_};
     }
     if (judges_member) effects.poll = EndEffects::Poll{task.query, answered};
-    // The group is due again soon if the query was not sent, or if the reply may belong to another
+    // The group is polled again soon if the query was not sent, or if its reply belonged to another
     // request.
     const bool soon = !judges_member || end.outcome == Outcome::unexpected;
     if (soon || (IsUnread(end) && IsSeldom(group_))) {
@@ -66,7 +66,7 @@ class PollJob final : public QueryJob {
   const bool last_of_round_;
 };
 
-// Asks a device for its events. It is due as often as the fast polls.
+// `EventsJob` asks a device for its events. It is due as often as the fast polls.
 class EventsJob final : public Job {
  public:
   EventsJob(Member& who, Instant now) : Job(who, {.kind = protocols::Task::Kind::events}, now) {}

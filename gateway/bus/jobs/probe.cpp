@@ -13,8 +13,8 @@ NextStep ProbeJob::Ask(LineContext& line, int repeats, Instant now) {
   return asked || !goal_ ? next : NextStep::GoUnproved(next.end.reason);
 }
 
-/// The probe is repeated until its reply cannot answer the probe of an earlier task. Through a
-/// server that lags, two tasks may differ by one probe only.
+/// A probe before another job is sent again while its reply may answer the probe of an earlier
+/// task. Through a server whose replies lag, two tasks may differ by one probe only.
 bool ProbeJob::MustRepeat(const LineContext& line, Instant now) const {
   const protocols::Answer& answer = attempt.answer;
   const bool wants_peace = answer.outcome == Outcome::busy || answer.wait > Duration::zero();
@@ -40,8 +40,9 @@ NextStep EndUnproved(Job& job, Outcome outcome, const std::string& reason, Insta
 
 }  // namespace
 
-/// A good probe of a device that was seen before is not counted for its state, because answered
-/// probes do not make up for polls that fail.
+/// Ends the probe and decides how the job behind it continues. An answered probe does not count for
+/// the state of a device that was seen before, because answered probes do not make up for failed
+/// polls.
 Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   if (!goal_) return Job::Finish(line, end, now);
   const auto& [outcome, reason] = end;
@@ -53,19 +54,21 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
   std::unique_ptr<Job> job = std::move(goal_);
   job->proved = true;
   job->wire += wire;
-  // A device that wants no requests gets none: a meter counts wrong passwords.
+  // No request is sent while the device wants none, for example after a wrong password, because a
+  // meter counts the attempts.
   const bool in_peace = line.agenda.schedule.held_until(member->place) > now;
   const bool allowed = !in_peace || (job->writes() && outcome == Outcome::ok);
   NextStep next;
   if (spoilt_ && job->has_news()) {
     next = EndUnproved(*job, Outcome::unexpected, "a second, different reply came", now);
   } else if (life && member->in_use && line.owed.whose.MayBeInStep(job->asked()) && allowed) {
-    // The answer has waited only for this probe.
+    // If an answer of the job has waited for this probe, it is accepted.
     next = job->has_news() ? NextStep::TakeAnswer() : job->GoOn();
   } else if (!member->in_use) {
     next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);
   } else if (outcome == Outcome::refused || outcome == Outcome::unsupported) {
-    next = EndUnproved(*job, Outcome::no_reply, "the probe before it was answered: " + reason, now);
+    next = EndUnproved(*job, Outcome::no_reply,
+                       "the probe before the request was refused: " + reason, now);
   } else {
     next = EndUnproved(*job, outcome == Outcome::ok ? Outcome::busy : outcome, reason, now);
   }

@@ -1,5 +1,6 @@
-// `ProbeJob` finds out whether an absent device is back. Before another job, which then waits
-// behind the probe, it finds out which device answers and whether replies come in order.
+// `ProbeJob` sends one small request to a device. It finds out whether an absent device is back. It
+// can also go before another job, which waits behind it: then it finds out which device answers,
+// and whether replies come in order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,12 +14,12 @@ namespace baudgate::bus {
 
 class ProbeJob final : public Job {
  public:
-  /// `goal`: the job that waits behind the probe; null: none.
+  /// `goal`: the job that waits behind the probe; null: the probe stands alone.
   ProbeJob(Member& who, Instant now, std::unique_ptr<Job> goal = nullptr)
       : Job(who, {.kind = protocols::Task::Kind::probe}, now), goal_(std::move(goal)) {}
 
   NextStep Ask(LineContext& line, int repeats, Instant now) override;
-  /// Ends the probe. Without a job behind it as every job; else that job continues or ends:
+  /// Ends the probe. If a job waits behind the probe, decides how this job continues or ends:
   ///
   ///   the probe                     the job behind it
   ///   was answered, in order        continues
@@ -54,7 +55,7 @@ class ProbeJob final : public Job {
 
  private:
   std::unique_ptr<Job> goal_;
-  bool spoilt_ = false;  // a second reply came while the goal waits
+  bool spoilt_ = false;  // a second reply came while `goal_` waits
 };
 
 class ProbeSource final : public JobSource {

@@ -1,5 +1,5 @@
-// `ReadBackJob` reads a query as soon as possible: its points were written, are in doubt, or a
-// client wants them at once.
+// `ReadBackJob` reads one query as soon as possible, because its points were written, are
+// uncertain, or are wanted at once by a client.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,7 +25,8 @@ class ReadBackJob final : public QueryJob {
     if (unplanned) effects.read_again = points;
     const config::Group group = member->device->config->points[points.front()].group;
     if (IsUnread(end) && IsSeldom(group)) effects.repeat = EndEffects::Repeat{group};
-    // Other points of the same register may have changed as well.
+    // The device did not answer. Other points of the query may have changed with the written point,
+    // so all points of the query become uncertain.
     if (!ProvesLife(end.outcome)) effects.doubt = points;
   }
 };

@@ -30,9 +30,9 @@ void RoutedJob::Abandon(std::uint64_t client, bool unsent) {
   });
 }
 
-/// If no other reply may come, a reply with the right slave and function is accepted, whatever its
-/// form: Enron's registers of 32 bits, a device that limits the written value. An exception is a
-/// write that comes back unchanged: it may be the echo of the bus.
+/// A reply with the right slave and function is accepted in any form, if no other reply can come.
+/// Examples: Enron's registers of 32 bits, a device that limits the written value. A frame that
+/// equals the request is not accepted, unless the bus is known not to echo.
 Outcome RoutedJob::JudgeForm(LineContext& line, View frame, const EchoWatch& echo) {
   const WhoseReply& whose = line.owed.whose;
   const protocols::PduCarrier& carrier = *member->protocol->carrier;
@@ -54,9 +54,9 @@ Outcome RoutedJob::JudgeForm(LineContext& line, View frame, const EchoWatch& ech
   return attempt.answer.outcome = its_own && !may_be_bus ? Outcome::ok : outcome;
 }
 
-/// A reply that seemed lost may come in place of the next reply. So a read is repeated until its
-/// reply must be its own: after n lost replies, that is reply n + 1 to the same request. Example
-/// with one lost reply:
+/// Returns a reply to the client if it certainly belongs to the request. A reply that seemed lost
+/// may still come in place of the next reply, so a read is sent again: after n lost replies, reply
+/// n + 1 to the same request is its own. Example with one lost reply:
 ///
 ///   03 3BCA 0002    03 04 …    may answer the lost request 03 3BC5 0002
 ///   03 3BCA 0002    03 04 …    answers 03 3BCA 0002
@@ -70,13 +70,13 @@ NextStep RoutedJob::Answer(LineContext& line, const ExchangeEnd& end, Now /*now*
     return Repeat();
   }
   return NextStep::Finish(Outcome::unexpected,
-                          "the reply may belong to an earlier request that got none");
+                          "the reply may belong to an earlier request without a reply");
 }
 
-/// A routed read whose reply was damaged waits for its turn again, because a repeated read does no
-/// harm. After silence the client decides, because it may want something else by now. If the slave
-/// does not have to answer this function, or sent an odd reply, the failure says nothing about the
-/// slave.
+/// A read of a client whose reply was damaged is put back into the queue, as often as the member
+/// has retries. After silence nothing is sent again, because the client may want something else by
+/// now. The failure does not count for the state of the slave if the slave need not answer this
+/// function, or sent an odd reply.
 NextStep RoutedJob::Fail(LineContext& line, const ExchangeEnd& end, Instant /*now*/) {
   attempt.answer = {};
   had_failure = true;
@@ -92,8 +92,7 @@ NextStep RoutedJob::Fail(LineContext& line, const ExchangeEnd& end, Instant /*no
   return NextStep::Finish(end.outcome, end.reason);
 }
 
-/// True if the slave has answered exception 01, 02 or 03: it has not begun to carry out the
-/// request.
+/// True if the slave has answered exception 01, 02 or 03, so it has not carried out the request.
 bool RoutedJob::IsDeclined(const JobEnd& end) const {
   return end.outcome == Outcome::refused && reply_.size() == 2 &&
          reply_[1] <= modbus::kIllegalValue;
@@ -102,7 +101,8 @@ bool RoutedJob::IsDeclined(const JobEnd& end) const {
 void RoutedJob::End(const JobEnd& end, Instant /*now*/, EndEffects& effects) {
   effects.polls_first = !ProvesLife(end.outcome) && !is_read_;
   effects.wrote = !is_read_ && was_sent && !IsDeclined(end);
-  // The probe before this request was refused, not the request itself.
+  // The request was not sent, but has an outcome of an answer: it comes from the probe before the
+  // request. The client gets no_reply.
   const bool of_probe = !was_sent && ProvesLife(end.outcome);
   const Outcome outcome = of_probe ? Outcome::no_reply : end.outcome;
   bool shared = false;
@@ -152,8 +152,9 @@ bool RoutedJobs::IsLookedFor(const Member& slave, const Idle& idle) const {
          agenda_.routes.MayRepeatRead(slave, idle.since == idle.now, idle.now);
 }
 
-/// Returns false while a late reply could be taken for the reply to this request, and for a write
-/// while an earlier write to a point of the same device waits.
+/// True if the request can be sent now. No request is sent to an offline slave, or while a late
+/// reply of the slave could be mistaken for its reply. A write also waits for earlier write
+/// commands to points of the slave, and for polls that go before the next write.
 bool RoutedJobs::MayGo(const RoutedRequest& request, Instant now) const {
   const Member* member = roster_.FindSlave(request.slave);
   if (member != nullptr && (!late_.IsClear(*member, now) || member->health.absent())) return false;

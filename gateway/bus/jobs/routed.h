@@ -1,6 +1,6 @@
-// `RoutedJob` forwards the request of a client of a transparent route unchanged and returns the
-// reply, without a conversation. `RoutedJobs` chooses which waiting requests may be sent now;
-// gateway/bus/writes/route_queue.h contains the requests.
+// `RoutedJob` forwards the request of a client of a transparent route to a slave without changes,
+// and returns the reply to the client. `RoutedJobs` decides which of the waiting requests can be
+// sent now; gateway/bus/writes/route_queue.h contains them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +16,8 @@ namespace baudgate::bus {
 
 class RoutedJob final : public Job {
  public:
-  /// `batch`: the requests of clients that one reply answers; a request leaves the batch when its
-  /// client leaves. `every_slave_answers`: every slave answers this function, at least with an
+  /// `batch`: requests of clients that are answered by one reply; when a client leaves, its request
+  /// is removed. `every_slave_answers`: each Modbus slave answers this function, at least with an
   /// exception, so silence means that the slave is absent.
   RoutedJob(Member& slave, RouteQueue::Batch batch, bool every_slave_answers, bool is_read,
             protocols::Request request, Instant now)
@@ -38,7 +38,7 @@ class RoutedJob final : public Job {
   bool is_routed() const override { return true; }
   bool is_writing() const override { return !is_read_; }
   bool is_read() const { return is_read_; }
-  /// Returns the latest deadline of the clients; at once if no client waits any more.
+  /// Returns the latest deadline of the waiting clients; a time in the past if all have left.
   std::optional<Instant> LatestStart() const override;
   bool LetsPass(const LineContext& line, Instant now) const override;
   void PutBack(LineContext& line) override;
@@ -53,11 +53,10 @@ class RoutedJob final : public Job {
   NextStep Answer(LineContext& line, const ExchangeEnd& end, Now now) override;
   NextStep Fail(LineContext& line, const ExchangeEnd& end, Instant now) override;
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
-  /// The request stays the same and waits again.
+  /// Called after the probe: the request of the client is unchanged and waits for the line again.
   NextStep GoOn() override { return NextStep::Wait(); }
 
  private:
-  /// Returns the first request. Null: all clients have left.
   const RoutedRequest* first() const { return batch_.empty() ? nullptr : &batch_.front(); }
   bool IsDeclined(const JobEnd& end) const;
 
@@ -66,7 +65,7 @@ class RoutedJob final : public Job {
   const bool is_read_;
   Bytes reply_;
   bool odd_ = false;          // the slave has answered in a form that does not fit the request
-  LostReplies::Older older_;  // which lost requests the latest reply may answer instead
+  LostReplies::Older older_;  // lost requests that the latest reply may answer instead
   std::size_t replies_ = 0;
 };
 
@@ -77,24 +76,23 @@ class RoutedJobs {
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// Returns whether a waiting request may be sent. A late reply of its slave that may still come,
-  /// and an earlier write, prevent this.
+  /// True if a waiting request of a client can be sent now.
   bool AnyMayGo(Instant now) const;
   bool ShortWriteMayGo(Instant now) const;
-  /// Returns whether a short write (a start or stop) waits for a slave that is not offline. For an
-  /// offline slave it waits for a probe, so other requests need not make room.
+  /// True if a short write (a start or stop) waits for a slave that is not offline. Short writes
+  /// for offline slaves wait for a probe, so they need not be sent before other requests.
   bool ShortWriteWaits() const;
-  /// Returns whether a client wants to know if this slave is back.
+  /// True if a client waits for this offline slave, so that probes of it are useful.
   bool IsLookedFor(const Member& slave, const Idle& idle) const;
 
-  // Null: no such request may be sent now.
+  // The Take functions return null if no such request can be sent now.
   std::unique_ptr<RoutedJob> Take(config::Priority priority, Instant now);
   std::unique_ptr<RoutedJob> TakeUrgent(Instant now);
-  /// Returns a short write for this slave, even if the slave is offline.
+  /// Returns a short write for this slave, even if the slave is offline, or null.
   std::unique_ptr<RoutedJob> TakeShortWrite(std::uint8_t slave, Instant now);
-  /// Returns a job that sends a waiting request of a client to the offline slave, as the probe of
-  /// that slave. Without such a request the job may repeat the last read of a client
-  /// (MayRepeatRead).
+  /// Returns a job that sends a waiting request of a client to the offline slave, as its probe. If
+  /// no request waits, the job repeats the last read of a client (RoutedSide::MayRepeatRead). Null:
+  /// there is neither.
   std::unique_ptr<RoutedJob> TakeProbe(const Member& slave, const Idle& idle);
 
  private:
@@ -111,7 +109,7 @@ class ShortWriteSource final : public JobSource {
   explicit ShortWriteSource(LineContext& line) : line_(line) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override;
-  /// Covers the requests of all priorities, so RoutedSource need not.
+  /// Returns the time for the requests of all priorities, so RoutedSource does not have to.
   std::optional<Instant> NextAt(const Idle& idle) const override;
 
  private:
@@ -123,7 +121,7 @@ class RoutedSource final : public JobSource {
   RoutedSource(RoutedJobs& jobs, config::Priority priority) : jobs_(jobs), priority_(priority) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override { return jobs_.Take(priority_, idle.now); }
-  /// ShortWriteSource::NextAt covers all requests of routes.
+  /// Always empty, because ShortWriteSource::NextAt covers all requests of routes.
   std::optional<Instant> NextAt(const Idle& /*idle*/) const override { return std::nullopt; }
 
  private:

@@ -51,7 +51,8 @@ void Speaker::Keep(protocols::EventBatch batch, Said& said) {
     said.lost = events;
     if (std::exchange(told_lost_, true)) return;
     said.warning = fmt::format(
-        "{} of its events wait for the disk: further ones are lost and counted until some are kept",
+        "{} of its events wait for the disk: further events are lost until the disk has stored "
+        "some",
         EventBacklog::kMost);
     return;
   }
@@ -79,8 +80,8 @@ void UnaskedSide::OnSettled(Instant now) {
 }
 
 void UnaskedSide::Overhear(View bytes, Instant now) {
-  // If a device is asked as well, its answer shows how the connection began
-  // (LineObserver::TakeNegotiation).
+  // The first bytes show whether the serial server negotiates (Telnet). If an exchange comes first,
+  // LineObserver::TakeNegotiation reports the negotiation at its end.
   const bool begins = std::exchange(first_, false) && speaker_.in_use();
   if (begins && is_network_ && observer_.IsNegotiation(bytes)) {
     accounts_.line.OnNegotiation();

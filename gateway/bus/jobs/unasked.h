@@ -1,6 +1,6 @@
-// The device of a line that sends unasked: `Speaker` returns the meaning of its messages,
-// `EventBacklog` counts its events that are not on the disk yet, and `UnaskedSide` connects them
-// with the line.
+// A line can have one device that sends messages unasked. `Speaker` decodes its messages,
+// `EventBacklog` counts its events that are not saved on disk yet, and `UnaskedSide` connects
+// `Speaker` with the line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,9 +24,9 @@ namespace baudgate::bus {
 
 class Intake;
 
-// `EventBacklog` counts event batches of a device that sends unasked until they are on the disk.
-// The device cannot be made to wait, so the number of batches is limited; further events are lost
-// and counted.
+// `EventBacklog` limits the event batches of a device that sends unasked and that are not saved on
+// disk yet. The device cannot be told to wait, so events above the limit are lost, and counted.
+// Example:
 //
 //   Take() 1000 times, OnKept() never    true
 //   Take()                               false: one event is lost
@@ -35,7 +35,8 @@ class EventBacklog {
  public:
   static constexpr std::size_t kMost = 1000;
 
-  /// Call for a batch of this many events. Returns false if there is no room: the events are lost.
+  /// Call for a batch of `events` events. Returns false if the limit is reached: the events are
+  /// lost.
   bool Take(std::size_t events) {
     if (waiting_ >= kMost) {
       lost_ += events;
@@ -55,9 +56,9 @@ class EventBacklog {
   std::size_t lost_ = 0;     // number of events
 };
 
-// `Speaker` returns the meaning of the messages of a device that sends unasked, and which of its
-// events may wait for the disk (EventBacklog). Further events are lost, which is reported with the
-// next event that is saved:
+// `Speaker` decodes the messages of a device that sends unasked, and decides which of its events
+// can wait for the disk (EventBacklog). Other events are lost; the next saved event reports their
+// number:
 //
 //   1000 messages, the disk fails    1000 batches to be saved
 //   3 more, of an event each         no batch to be saved; 3 events lost, one warning
@@ -66,33 +67,34 @@ class Speaker {
  public:
   explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}
 
-  /// Null: no device sends unasked.
+  /// Returns the device that sends unasked. Null: the line has none.
   Device* device() const { return device_; }
-  /// How messages of `device` are recognised. Null: there is no such device.
+  /// Returns how messages of the device are recognised. Null: no device of the line sends unasked.
   const protocols::Standing* standing() const;
-  /// True if the messages of the device count.
+  /// True if the line has such a device and it is enabled, so its messages are used.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
 
   struct Said {
     Outcome outcome = Outcome::ok;
     std::string reason;
     std::string remedy;
-    Now received{};  ///< time of the last byte
+    Now received{};  ///< when the last byte of the message came
     std::vector<Sample> samples;
-    std::optional<ReportedEvents> events;  ///< events to save
-    std::size_t lost = 0;                  ///< number of lost events
-    std::string warning;                   ///< for the first lost event; else empty
+    std::optional<ReportedEvents> events;
+    std::size_t lost = 0;
+    std::string warning;  ///< a warning for the user, at the first lost event; else empty
   };
-  /// Call only while in_use().
+  /// Returns the content of a message. Call only while in_use().
   Said OnMessage(const UnaskedMessage& message, Now now);
   Duration rest() const { return rest_; }
-  /// Returns when OnTimer may have a result even without a message.
+  /// Returns the next time at which OnTimer can have a result without a message.
   std::optional<Instant> DueAt() const;
-  /// Returns the result of time that passes without a message. Its outcome is not counted.
+  /// Returns what follows if no message came until now; empty: nothing. Its outcome is not counted.
   std::optional<Said> OnTimer(Now now);
 
   void OnKept() { backlog_.OnKept(); }
-  /// True if all received events are saved. The device sends events at once, so none is left in it.
+  /// True if all received events are saved on disk. The device sends events at once, so it contains
+  /// no further events.
   bool drained() const { return device_ != nullptr && backlog_.waiting() == 0; }
 
  private:
@@ -100,14 +102,14 @@ class Speaker {
   void Keep(protocols::EventBatch batch, Said& said);
 
   Device* const device_;
-  Instant last_{};             // time of the last message
+  Instant last_{};             // when the last message came
   Duration rest_ = kLongIdle;  // time between the last two messages
   EventBacklog backlog_;
   bool told_lost_ = false;  // the user was warned that events are lost
 };
 
-// `UnaskedSide` takes the messages of the device that sends unasked from the line to `Speaker`, to
-// the counters, and to `Intake`, which stores the readings.
+// `UnaskedSide` passes the messages of the device that sends unasked from the line to `Speaker`, to
+// the counts of the status, and to `Intake`, which stores readings and events.
 class UnaskedSide {
  public:
   /// All references must stay valid for the lifetime of this object.
@@ -124,17 +126,17 @@ class UnaskedSide {
 
   const protocols::Standing* standing() const { return speaker_.standing(); }
   std::optional<Instant> Deadline() const { return speaker_.DueAt(); }
-  /// True if the messages of the device count.
+  /// True if the line has a device that sends unasked and the device is enabled.
   bool listens() const { return speaker_.in_use(); }
 
   void OnOpened();
-  /// Call for all received bytes of the line.
+  /// Call for all received bytes of the line, whatever they belong to.
   void Overhear(View bytes, Instant now);
-  /// Takes the messages that the line has found, and the damage.
+  /// Takes messages that were found among the received bytes, and counts damaged messages.
   void OnInput(const UnaskedInput& heard, Now now);
   void OnTimer(Now now);
   void OnKept(const Device& device);
-  /// Call after each input.
+  /// Call after each input. Reports that the device has no unsaved events, if this is true.
   void OnSettled(Instant now);
 
  private:

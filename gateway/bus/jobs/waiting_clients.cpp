@@ -10,7 +10,6 @@
 namespace baudgate::bus {
 namespace {
 
-/// True if a query reads at least one of the points.
 bool IsAsked(const protocols::Conversation& conversation,
              const std::vector<std::uint32_t>& points) {
   return std::ranges::any_of(conversation.Queries(), [&](const protocols::Query& query) {
@@ -25,7 +24,7 @@ std::string DoesNotAnswer(std::uint8_t slave) {
 }  // namespace
 
 bool WaitingClients::MakeRoom(Instant now) {
-  AnswerCommands(now);  // Commands of clients that have left take no room.
+  AnswerCommands(now);  // commands whose client has left use no space after this
   return !line_.agenda.write_queue.full();
 }
 
@@ -79,7 +78,7 @@ const char* WaitingClients::WhyNotAsked(const WriteCommand& command) const {
   const Device& device = line_.roster.DeviceAt(command.device);
   if (command.client_left()) return kClientLeft;
   if (!device.in_use) return "the device is disabled";
-  // Only a write shows that such a device is back.
+  // A device that can only be probed by writes gets the write although it is offline.
   const bool is_its_probe =
       !command.writes().empty() &&
       (line_.agenda.probes.CannotProbe(device) || line_.owed.whose.IsProbedByWrites(device));
@@ -114,8 +113,8 @@ void WaitingClients::Answer(WriteQueue::Confirmed& one) {
   one.command.End(verdict.result);
 }
 
-/// An offline slave is asked as often as its probes allow. Until it answers, writes wait for their
-/// deadlines, and reads are answered at once.
+/// An offline slave is asked only as often as its probes allow. Until it answers, reads are
+/// answered at once as failed; writes wait until their deadline.
 void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
   RouteQueue& queue = line_.agenda.route_queue;
   if (queue.empty()) return;
@@ -126,7 +125,8 @@ void WaitingClients::AnswerRouted(const Idle& idle, bool line_is_free) {
     reply.outcome = Outcome::no_reply;
     reply.sent = request.tries > 0;
     if (reply.sent) {
-      reply.reason = "its reply was damaged, and its deadline passed before it was sent again";
+      reply.reason =
+          "the reply was damaged, and the deadline passed before the request was sent again";
     } else {
       reply.reason = offline ? DoesNotAnswer(request.slave) : kTooLate;
     }

@@ -1,15 +1,15 @@
-// `WaitingClients` takes writes, reads and requests of routes for a line, and answers clients whose
-// request is not sent, or has ended. gateway/bus/poller/poller.cpp calls it before and after all
-// work of the line.
+// `WaitingClients` takes writes, reads and routed requests of clients for one line, and answers
+// clients whose request has ended or is not sent. The poller calls it before and after all work of
+// the line.
 //
 //   a command                          the answer to its client
 //   its deadline passes                not sent
 //   its device is offline or disabled  not sent
-//   confirmed, and read back           the value that the point shows
-//   confirmed, its deadline passes     the values read back so far; none: ok, not read back
+//   confirmed, and read back           the value that the point now has
+//   confirmed, its deadline passes     the values read back so far; if none: ok, not read back
 //   a routed request                   the answer to its client
 //   its deadline passes                no reply
-//   a read of a slave that is offline  no reply; one read may go out as the probe of the slave
+//   a read of a slave that is offline  no reply; one read can be sent as the probe of the slave
 //
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -32,24 +32,26 @@ class WaitingClients {
   /// Both references must stay valid for the lifetime of this object.
   WaitingClients(const PointStore& store, LineContext& line) : store_(store), line_(line) {}
 
-  /// Answers commands that need not wait any more. Returns true if one more command may wait.
+  /// Answers commands that need not wait any more. Returns true if the queue has space for a
+  /// command.
   bool MakeRoom(Instant now);
-  /// A command that only reads points is answered like a confirmed write, as soon as all its points
-  /// have been read.
+  /// Puts a write command into the queue. A command that only reads is answered as soon as all its
+  /// points have been read, or at once if they cannot be read.
   void Take(WriteCommand command, Instant now);
-  /// Returns false if no route leads to this line.
+  /// Puts the request of a route into the queue. Returns false if the protocol of the line cannot
+  /// carry such requests.
   bool Take(RoutedRequest& request);
   void Abandon(std::uint64_t client) { line_.agenda.route_queue.Abandon(client); }
-  /// Returns the earliest deadline of all waiting requests.
   std::optional<Instant> Deadline() const;
 
-  /// Answers commands whose deadline has passed, or whose device may not be asked any more.
+  /// Answers commands whose deadline has passed, whose client has left, or whose device cannot be
+  /// asked now.
   void AnswerCommands(Instant now);
-  /// Answers confirmed commands whose device has no read-backs left. `under_way`: the present job;
-  /// null: there is none.
+  /// Answers confirmed commands whose device has no read-backs left. `under_way`: the present job,
+  /// or null.
   void AnswerConfirmed(const Job* under_way);
-  /// Answers routed requests whose deadline has passed, or whose slave is offline. `line_is_free`:
-  /// no job is under way.
+  /// Answers routed requests whose deadline has passed, and reads from offline slaves.
+  /// `line_is_free`: no job is under way, so one of these reads can be left as the slave's probe.
   void AnswerRouted(const Idle& idle, bool line_is_free);
   /// Answers all requests, because the port is closed.
   void AnswerAll(const std::string& reason);

@@ -10,9 +10,9 @@ namespace baudgate::bus {
 
 std::unique_ptr<Job> WriteSource::Take(const Idle& idle) {
   Agenda& agenda = line_.agenda;
-  // Commands to one device keep their order, and so do writes to one slave through commands and
-  // routes. A write to an absent device that only a write can find must not take the line from
-  // other devices.
+  // A command waits for earlier writes to the same slave through routes, for polls that go first,
+  // and for a late reply of the device. If only a write can show that an absent device is back,
+  // such writes are limited in number, so that they do not take the line from other devices.
   std::optional<WriteCommand> next = agenda.write_queue.Take([&](const WriteCommand& command) {
     const Device& device = line_.roster.DeviceAt(command.device);
     const auto routed =
@@ -79,7 +79,8 @@ std::optional<Withheld> WriteJob::WhyNotSend(Instant now, bool held) const {
   return Withheld{WriteEnd::denied, std::move(*forbidden)};
 }
 
-/// Records, before a request goes out, that it may write the points under way.
+/// Called directly before a request is sent. If the request can write, marks the command as sent
+/// and schedules read-backs of its points.
 void WriteJob::OnSend(LineContext& line) {
   may_have_written_before_ = sent();
   if (step.request.prepares || step.request.closes) return;
@@ -103,7 +104,7 @@ void WriteJob::NeverLeft() {
 
 void WriteJob::NoteTold(const JobEnd& told, bool may_have_acted) {
   may_have_acted_ = may_have_acted;
-  // A successful step that only prepares the write says nothing about the write.
+  // An answered request that only prepares the write (a session, a password) says nothing about it.
   const bool counts = sent() || told.outcome != Outcome::ok;
   if (counts && !step.request.closes) told_ = told;
 }
@@ -114,8 +115,10 @@ void WriteJob::OnGaveUp(const ExchangeEnd& end) {
 
 // ---------------------------------------------------------------- end
 
-/// If the closing request is not answered, the write keeps its earlier outcome. If no request can
-/// be asked after one that may have written, only a refusal remains certain.
+/// Returns how the exchange of the present points ended.
+/// * If a closing request got no answer, the earlier outcome of the write remains.
+/// * If the conversation can make no further request after one that may have written, the result is
+///   unknown, unless the device has refused the write.
 WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
   const bool cut_short = has_no_request && sent();
   const bool refused = told_ && told_->outcome != Outcome::ok;
@@ -129,7 +132,7 @@ WriteJob::PointsEnd WriteJob::EndOfPoints(const JobEnd& end) const {
   } else {
     points.how = WriteEndOf(points.outcome, sent(), may_have_acted_);
   }
-  // Requests that prepare the write were sent, but then the conversation refused to send the write.
+  // Only requests that prepare the write were sent; then the conversation could not make the write.
   const bool refuses = points.outcome == Outcome::unsupported && was_sent && !sent();
   if (refuses) points.how = WriteEnd::not_sent;
   points.open = closing || cut_short;
@@ -145,18 +148,19 @@ EndEffects::Write WriteJob::EndOfWrite(const JobEnd& end, Instant now) const {
     if (ok || sent()) effects.unknown.push_back(one.point);
     if (ok) effects.confirmed.push_back(one);
   }
-  // No request that writes was sent: the trouble of the device is the reason.
+  // Nothing was written. If the device has a trouble (such as a wrong type), it is the reason.
   const protocols::DeviceTrouble& trouble = member->device->conversation->trouble();
   const bool in_trouble = points.how == WriteEnd::not_sent && trouble;
   const std::string name = in_trouble ? trouble.text : std::string(Name(points.outcome));
   const auto answer = [&](WriteEnd what, const std::string& why) {
     effects.result = {what, why.empty() && what != WriteEnd::ok ? name : why, false,
                       ok ? next_ : first_, next_};
-    // The conversation could not encode the first point, so no request was sent for it.
+    // No request was sent, because the conversation could not encode the first point.
     effects.result.unfit = points.outcome == Outcome::unsupported && !was_sent && first_ == 0;
   };
   const bool closed = end.outcome == Outcome::line_down;
-  const char* const open = points.open ? "; what was opened for it may still be open" : "";
+  const char* const open =
+      points.open ? "; the access that was opened for the write may still be open" : "";
   if (withheld_) {
     answer(points.how, withheld_->why + open);
     if (!sent()) effects.result.tried = first_;
@@ -214,7 +218,7 @@ Job::After WriteJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
 
 namespace {
 
-/// Significant digits of a number that a device accepts and shows.
+/// Numbers that agree in this many digits count as equal, because devices round.
 constexpr int kDigits = 3;
 
 Decimal Tolerance(const config::Point& point, const Decimal& written) {
@@ -274,8 +278,8 @@ ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& 
     verdict.lost = verdict.lost || (!read && point.access != config::Access::write);
     const Comparison what = read ? Compare(point, write, shown.value) : Comparison::nothing;
     if (what != Comparison::written) result.read_back = false;
-    // The output may be on its way, or the device may have limited the value: this is not known
-    // yet.
+    // The output may still be moving, or the device may have limited the value. One reading does
+    // not show which, so the result stays ok, with a reason.
     if (what == Comparison::between) result.reason = point.name + " shows " + ToText(shown.value);
     if (what != Comparison::another) continue;
     const std::string before = result.end == WriteEnd::differs ? result.reason + "; " : "";

@@ -1,7 +1,7 @@
 // `WriteJob` writes points of one device one by one, or several in one exchange if the protocol
 // allows that. The job ends with each exchange that writes; another job continues the command.
-// WriteEndOf returns the result of a write from the outcome of its exchange. Compare and VerdictOn
-// judge a confirmed write by the values that its points show afterwards.
+// WriteEndOf derives the result of a write from the outcome of its exchange. Compare and VerdictOn
+// check whether a point shows the written value afterwards.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,8 +24,8 @@ namespace baudgate::bus {
 
 class WriteJob : public Job {
  public:
-  /// Writes the point at index `next` of the command, and the points after it that fit into the
-  /// same exchange.
+  /// Writes the point at index `next` of the command, together with the points after it that fit
+  /// into the same exchange.
   WriteJob(Member& who, WriteCommand command, Instant now, std::size_t next = 0);
 
   LineUse use() const override { return LineUse::writes; }
@@ -46,16 +46,16 @@ class WriteJob : public Job {
   void End(const JobEnd& end, Instant now, EndEffects& effects) override;
 
  private:
-  /// How the exchange of the points under way ended.
+  /// How the exchange that writes the points `first_` to `next_` ended.
   struct PointsEnd {
     WriteEnd how = WriteEnd::not_sent;
     Outcome outcome = Outcome::none;
-    bool keeps_told = false;  // `outcome` is the outcome before the latest request
-    // The device may still have open what the job opened (a session, a password).
+    bool keeps_told = false;  // `outcome` is not that of the latest request but an earlier one
+    // The device may still have open what the job has opened (a session, a password).
     bool open = false;
   };
 
-  /// True if a request was sent that may have written the points under way.
+  /// True if a request was sent that may have written the present points.
   bool sent() const { return command_.state == WriteState::sent; }
   std::span<const PointWrite> under_way() const {
     return std::span(command_.writes()).subspan(first_, next_ - first_);
@@ -64,14 +64,14 @@ class WriteJob : public Job {
   EndEffects::Write EndOfWrite(const JobEnd& end, Instant now) const;
 
   WriteCommand command_;
-  std::size_t first_ = 0;  // index in command.writes() of the first point under way
-  std::size_t next_ = 0;   // index of the first point that was not begun
-  /// The latest failure, refusal, or answer to a request that may write. After it only closing
-  /// requests were sent.
+  std::size_t first_ = 0;  // index in command_.writes() of the first present point
+  std::size_t next_ = 0;   // index of the first point of a later exchange
+  /// The latest failure, refusal, or answer to a request that may write, except to requests that
+  /// close a session.
   std::optional<JobEnd> told_;
-  bool may_have_acted_ = false;           // see protocols::Answer
-  bool may_have_written_before_ = false;  // sent() before the latest try
-  // Set if a request was not sent, and what is open is closed now.
+  bool may_have_acted_ = false;           // the write was refused, but may have changed something
+  bool may_have_written_before_ = false;  // the value of sent() before the latest try
+  // Why a request was not sent; the job then only closes what it has opened.
   std::optional<Withheld> withheld_;
 };
 
@@ -86,25 +86,25 @@ class WriteSource final : public JobSource {
   LineContext& line_;
 };
 
-/// `sent`: a request that may have written was sent. `may_have_acted`: see protocols::Answer.
+/// Returns the result of a write. `sent`: a request was sent that may have written the point.
+/// `may_have_acted`: the write was refused, but may have changed something.
 WriteEnd WriteEndOf(Outcome outcome, bool sent, bool may_have_acted = false);
 
-/// The result of comparing the value that a point shows with the value that was written and
-/// confirmed.
+/// The value that a point shows after a confirmed write, compared with the written value.
 enum class Comparison {
   nothing,
   written,  ///< the written value; numbers may differ by rounding
-  between,  ///< between the old and the written value: an output on its way from 4 to 20 shows 11
+  between,  ///< between the old and the new value, such as 11 while an output moves from 4 to 20
   another,
 };
 Comparison Compare(const config::Point& point, const PointWrite& write, const Value& shown);
 
 struct ReadBackVerdict {
   WriteResult result;
-  bool lost = false;  ///< an expected reading did not come
+  bool lost = false;  ///< a point that can be read was not read with a good value after the write
 };
-/// Returns the verdict on a command that its device has confirmed, from the values that `record`
-/// shows since then. A point that has not been read decides nothing.
+/// Compares the points of a confirmed command with the values in `record` that were read after the
+/// write. If a point has not been read since, the result is `ok` but not `read_back`.
 ReadBackVerdict VerdictOn(const WriteQueue::Confirmed& one, const DeviceRecord& record);
 
 }  // namespace baudgate::bus

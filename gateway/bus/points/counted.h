@@ -1,5 +1,6 @@
-// `Counted` is a row of a table of counters. Beside each status struct is a visitor that names each
-// shown member once, in the order of the JSON:
+// `Counted` is one row of a table of counters. Beside each struct of the status (DeviceStatus,
+// LineStatus) is a function VisitFields that has a row for each shown member, in the order of the
+// JSON:
 //
 //     template <typename Visit>
 //     void VisitFields(const DeviceStatus*, Visit visit) {
@@ -8,15 +9,14 @@
 //     }
 //
 // The JSON (gateway/outputs/status/value_json.h) and /metrics (gateway/outputs/series.h) are made
-// from the rows. The text of `status` and the web page are made from the labels, which are part of
-// the JSON.
+// from these rows. The JSON contains the labels; the text of `baudgate status` and the web page are
+// made from the JSON.
 //
 // To add a counter:
-// 1. Add the member and, beside it, its row: with a label for the text of `status` and the page,
-//    with metric and help for /metrics.
-// 2. Count it in a place such as gateway/bus/counters/accounts.cpp or
-//    gateway/bus/counters/line_account.cpp. For a new cause add an On… method in their headers and
-//    call it.
+// 1. Add the member and, beside it, its row. `label` is for the text of `status` and the web page,
+//    `metric` and `help` are for /metrics.
+// 2. Count it, for example in gateway/bus/counters/accounts.cpp or
+//    gateway/bus/counters/line_account.cpp. For a new cause add an On… method to the class there.
 // 3. Describe it in docs/status-reference.md, with a metric also in docs/metrics.md. Tests require
 // both.
 // SPDX-License-Identifier: Apache-2.0
@@ -28,19 +28,22 @@
 
 namespace baudgate::bus {
 
-/// One row: a member, or a function without arguments, and where its value is shown. The type
-/// decides the form: a time whose key ends in _ms or _us is shown in that unit, an instant as its
-/// age.
+/// A row of the table: a member of a status struct, or a member function without parameters, and
+/// where its value is shown. The type of the member decides the form: a duration whose key ends in
+/// _ms or _us is shown in that unit, an instant as its age.
 template <auto kMember>
 struct Counted {
   static constexpr auto member = kMember;
   static constexpr bool in_json = true;
   std::string_view key = config::MemberName<kMember>();
-  /// "missed periods": name in the text of `status` and on the page; empty: not shown there.
+  /// Name in the text of `status` and on the web page, such as "missed periods". Empty: the member
+  /// is not shown there.
   std::string_view label{};
-  /// Order in that list: the smallest first, rows with the same place in the order of the table.
+  /// Order among the labels: the smallest first. Rows with equal `place` keep their order in the
+  /// table.
   int place = 0;
-  /// "baudgate_exchanges_total"; empty: not in /metrics. Names are a public contract.
+  /// Name in /metrics, such as "baudgate_exchanges_total". Empty: the member is not in /metrics.
+  /// Names are a public contract.
   std::string_view metric{};
   /// Explains the metric, in the line `# HELP` of /metrics.
   std::string_view help{};

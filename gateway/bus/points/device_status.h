@@ -1,7 +1,7 @@
-// `DeviceStatus` is the state of a device without its values: state, counters, round trips. Written
-// by gateway/bus/counters/accounts.cpp, stored in gateway/bus/points/point_store.h, shown by every
-// output. `FailureRuns` (runs of unanswered exchanges) and `LastHour` (the last hour in minutes)
-// are parts of it.
+// `DeviceStatus` is the state of a device without its values: state, counters, round trips. The
+// accounts of the line (gateway/bus/counters/accounts.cpp) write it, the point store contains it,
+// every output shows it. Parts of it are `FailureRuns` (unanswered exchanges in a row) and
+// `LastHour` (counts of each minute of the last hour).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,25 +22,26 @@
 
 namespace baudgate::bus {
 
-// `FailureRuns` keeps the latest runs of unanswered exchanges of a device between answered
-// exchanges, with their times. A retry cures a single loss, but an outage hits every request while
-// it lasts. An answer that is damaged or does not fit counts as neither. Bounded memory.
-// "o": answered, "x": failed, ".": no exchange yet.
+// `FailureRuns` stores the latest runs of a device. A run is a number of unanswered exchanges
+// between two answered exchanges. Runs separate single losses, which a retry cures, from outages,
+// in which each request fails. Memory is bounded. The caller decides what counts as answered.
+// Example, with "o": answered, "x": failed, ".": no exchange yet:
 //
 //   o x x x o o o o x x . .     runs: 3 failed after 1 answered; 2 failed after 4, not over yet
 //
 class FailureRuns {
  public:
   struct Run {
-    std::uint32_t answered = 0;       ///< number of answered exchanges in a row before the run
-    std::uint32_t failed = 0;         ///< number of failed exchanges in the run
+    std::uint32_t answered = 0;  ///< number of answered exchanges in a row before the run
+    std::uint32_t failed = 0;
     std::optional<Instant> before{};  ///< when the last answer before the run came
     Instant first{};                  ///< when the first failed exchange ended
     Instant last{};                   ///< when the last failed exchange ended
-    std::optional<Instant> after{};   ///< when the next answer came; empty: the run is not over
+    std::optional<Instant> after{};   ///< when the next answer came; empty: the run has not ended
   };
   static constexpr std::size_t kKept = 16;
-  /// A run that ended longer ago is forgotten when kExchanges exchanges have come after it.
+  /// A run is removed if it ended longer ago than kRecent and at least kExchanges exchanges came
+  /// after it, or if there are more than kKept runs.
   static constexpr Duration kRecent = 5min;
   static constexpr std::uint32_t kExchanges = 32;
 
@@ -49,9 +50,9 @@ class FailureRuns {
     Forget(ended);
   }
 
-  /// Returns the runs, the oldest first.
+  /// Returns the runs; the oldest is the first.
   const std::vector<Run>& runs() const { return runs_; }
-  /// Returns the number of answered exchanges since the last run.
+  /// Returns the number of answered exchanges since the last run ended.
   std::uint32_t answered() const { return answered_; }
 
  private:
@@ -84,15 +85,15 @@ class FailureRuns {
   std::optional<Instant> answered_at_;
 };
 
-// The last hour of a device in minutes: how much of it was answered, and how the line time was
-// used. Written by gateway/bus/counters/accounts.cpp.
+// `MinuteCounts` contains counts of a device in one minute: how many exchanges were answered, and
+// how the line time was used. `LastHour` contains the last 60 of them.
 
 struct MinuteCounts {
-  std::uint32_t answered = 0;  ///< answered exchanges
-  std::uint32_t failed = 0;    ///< failed exchanges
-  std::uint32_t repeats = 0;   ///< failed exchanges that were repeated
-  std::uint32_t missed = 0;    ///< poll periods for which there was no time
-  /// Failures of a request with all its repetitions, counted when they began.
+  std::uint32_t answered = 0;
+  std::uint32_t failed = 0;
+  std::uint32_t repeats = 0;  ///< failed exchanges after which the request was sent again
+  std::uint32_t missed = 0;   ///< poll periods for which there was no time
+  /// Number of outages that began. An outage is a failed request with all its retries failed.
   std::uint32_t outages = 0;
   Duration up{};      ///< time in which the device answered
   Duration down{};    ///< time in which the device did not answer
@@ -102,7 +103,7 @@ struct MinuteCounts {
   MinuteCounts& operator+=(const MinuteCounts& other);
 };
 
-/// Returns the part of the time in which the device answered; 1 if it was not asked.
+/// Returns the part of the time in which the device answered, 0 to 1. If it was not asked: 1.
 double Availability(const MinuteCounts& tally);
 
 template <typename Visit>
@@ -123,10 +124,10 @@ class LastHour {
   static constexpr std::size_t kMinutes = 60;
 
   MinuteCounts& At(Instant now);
-  /// Returns the sum of the present minute and this many full minutes before it, at most kMinutes
-  /// in all.
+  /// Returns the sum of the present minute and of `full_minutes` minutes before it; at most 59
+  /// minutes before it are stored.
   MinuteCounts Sum(Instant now, std::size_t full_minutes = kMinutes - 1) const;
-  /// Returns the counts of each minute, the present minute last.
+  /// Returns the counts of each minute. The present minute is the last.
   std::array<MinuteCounts, kMinutes> All(Instant now) const;
 
  private:
@@ -137,11 +138,11 @@ class LastHour {
   std::array<Minute, kMinutes> minutes_{};
 };
 
-/// The numbers are a public contract (register 9000, DDS).
+/// State of a device. The numbers are a public contract (register 9000, DDS).
 enum class DeviceState : std::uint8_t {
   never_seen = 0,
   online = 1,
-  degraded = 2,  ///< answers, but not always
+  degraded = 2,  ///< some of its exchanges fail
   offline = 3,
   disabled = 4,
 };
@@ -151,27 +152,27 @@ constexpr std::string_view Name(DeviceState state) {
   return kNames[static_cast<std::size_t>(state)];
 }
 
-/// Returns whether the device answers, always or mostly.
+/// True if the device answers all or most requests.
 constexpr bool Answers(DeviceState state) {
   return state == DeviceState::online || state == DeviceState::degraded;
 }
 
-/// Round trips in buckets of a quarter of an octave, from 64 us to over a minute: bounded memory,
-/// and a percentile within 19 %.
+/// Histogram of round trips. Each bucket is a quarter of an octave wide, from 64 us to over a
+/// minute, so a percentile is exact to 19 %. Memory is bounded.
 class RoundTrips {
  public:
   void Add(Duration round_trip);
   std::uint64_t count() const { return count_; }
   Duration last() const { return last_; }
   Duration mean() const;
-  /// Returns the upper edge of the bucket that this share of the round trips does not exceed. 0 <
-  /// share <= 1.
+  /// Returns an upper limit of the shortest `share` of the round trips: the upper edge of a bucket.
+  /// Example: 0.95 returns a time that 95 % of the round trips do not exceed. 0 < share <= 1.
   Duration Percentile(double share) const;
 
   static constexpr std::size_t kBuckets = 84;
   const std::array<std::uint64_t, kBuckets>& buckets() const { return buckets_; }
-  /// Returns the longest round trip of the bucket. The last bucket contains all longer round trips
-  /// as well.
+  /// Returns the longest round trip that the bucket contains. The last bucket also contains all
+  /// longer round trips.
   static Duration UpperEdge(std::size_t bucket);
 
  private:
@@ -183,8 +184,8 @@ class RoundTrips {
   Duration last_{};
 };
 
-/// Outcomes of the latest exchanges, to judge the present condition. Probes of an absent device are
-/// not included.
+/// Outcomes of the latest kKept exchanges of a device. Probes of an offline device are not
+/// included.
 class RecentOutcomes {
  public:
   static constexpr std::size_t kKept = Findings::kKept;
@@ -201,16 +202,16 @@ class RecentOutcomes {
   std::size_t count_ = 0;
 };
 
-/// Results of one request of the polls.
+/// Counts of one query of the polls of a device.
 struct QueryCount {
-  std::size_t first_point = 0;  ///< index in the device's points: first point of the request
+  std::size_t first_point = 0;  ///< index of the query's first point among the points of the device
   std::size_t points = 0;
-  std::uint32_t in_vain = 0;  ///< number of exchanges in a row without an answer
-  /// Failures in the last eight polls, one bit each. A poll with a repetition counts as failed.
+  std::uint32_t in_vain = 0;  ///< exchanges in a row without an answer
+  /// The last eight polls of the query, one bit each; 1: the poll failed or needed a retry.
   std::uint8_t failures = 0;
-  std::uint32_t refused = 0;  ///< number of exchanges in a row that the device refused
+  std::uint32_t refused = 0;  ///< exchanges in a row that the device refused
   Symptom symptom = Symptom::clean;
-  std::uint8_t asked = 0;  ///< see Finding::asked
+  std::uint8_t asked = 0;  ///< which of kSpecialBytes the request contains, one bit each
 };
 
 struct WriteCounts {
@@ -222,37 +223,39 @@ struct DeviceStatus {
   DeviceState state = DeviceState::never_seen;
   Outcome last_outcome = Outcome::none;
   std::string last_reason;  ///< reason of the last outcome that was not ok
-  std::string trouble;      ///< "type 0D, the profile says 08": why no value is good, or a remark
+  /// Why no value is good, such as "type 0D, the profile says 08"; or a remark.
+  std::string trouble;
   std::optional<Instant> last_ok;
   WallTime last_ok_wall{};
   std::uint32_t exchanges = 0;
   std::array<std::uint32_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
   std::uint32_t retries = 0;
   std::uint32_t missed = 0;  ///< poll periods skipped because the line had no time
-  std::uint32_t late = 0;    ///< see LineCounters::late
-  Duration lateness{};       ///< the longest time between the reply time and a late reply
-  Duration patience{};       ///< extra reply time because of late replies
-  /// Exchanges in a row whose replies come one or more requests late, as probes show.
+  std::uint32_t late = 0;    ///< late replies: see LineCounters::late
+  Duration lateness{};       ///< the longest time by which a late reply exceeded the reply time
+  Duration patience{};  ///< how much longer the line waits for a reply, because of late replies
+  /// Number of exchanges in a row for which probes have shown that replies come one or more
+  /// requests late.
   std::uint32_t behind = 0;
   std::uint32_t doubled = 0;  ///< exchanges with a second, different reply after the first
   Instant last_doubled{};
-  std::uint32_t rechecks = 0;     ///< second reads before a reading counts
-  std::uint32_t unconfirmed = 0;  ///< second reads with another result
+  std::uint32_t rechecks = 0;     ///< readings that were read again because they had jumped
+  std::uint32_t unconfirmed = 0;  ///< readings whose second reading did not confirm the jump
   WriteCounts writes;
-  /// The device sends unasked: its messages count as exchanges, damaged messages as corrupt.
+  /// The device sends messages unasked. They count as exchanges; damaged messages count as corrupt.
   bool unasked = false;
   std::uint32_t lost_events = 0;  ///< events sent unasked that could not be saved
   config::Timing timing;
   RecentOutcomes recent;
   Findings findings;
   FailureRuns failures;
-  FailureRuns spoilt;  ///< as `failures`; damaged and strange answers count as failures
+  FailureRuns spoilt;  ///< as `failures`, but damaged and unfitting answers count as failures too
   LastHour hour;
   /// The queries of the polls, in the order in which they are asked.
   std::vector<QueryCount> queries;
-  bool lacks_time = false;  ///< see Conversation::LacksTime
-  std::string learned;      ///< see Conversation::WhatIsLearned
-  std::string missing;      ///< see Conversation::WhatIsMissing
+  bool lacks_time = false;  ///< the device's clock cannot be set: this machine's is wrong
+  std::string learned;      ///< rules for requests that were learned; empty: none
+  std::string missing;      ///< items that never came, with a remedy; empty: none
   Duration busy{};          ///< line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 

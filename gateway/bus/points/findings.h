@@ -1,8 +1,8 @@
-// `Findings` keeps what the latest exchanges of a device looked like on the wire, including probes
-// of an absent device. Memory is bounded. The last 32 exchanges show the present condition. The
-// last 32 failures of two minutes show the kind of failures; this longer period keeps the diagnosis
-// from changing with each exchange. `CheckVotes`, `ReplyLengths` and `SpecialBytes` count one
-// property each.
+// `Findings` stores what the latest exchanges of a device looked like on the wire (`Finding`), for
+// the diagnosis. The last 32 exchanges show the present condition. The last 32 failures of two
+// minutes show the kind of failures; this longer period keeps the diagnosis from changing with each
+// exchange. `CheckVotes`, `ReplyLengths` and `SpecialBytes` each collect one property. Memory is
+// bounded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,9 +21,9 @@
 
 namespace baudgate::bus {
 
-// `CheckVotes` finds out whether most wrong check values are right by one other way of computing
-// them (Finding::remedy). A check value that was damaged on the wire may fit any way by chance.
-// Bounded memory.
+// `CheckVotes` finds out whether most wrong check values (checksums) would be right if they were
+// computed in one other way (Finding::remedy). A single check value that was damaged on the wire
+// can fit another way by chance, so the ways are counted against each other.
 class CheckVotes {
  public:
   void Add(const Finding& finding) {
@@ -34,7 +34,7 @@ class CheckVotes {
     most_ = finding;
     votes_ = 1;
   }
-  /// Returns a finding with the winning remedy. Null: no remedy fits most wrong check values.
+  /// Returns a finding with the remedy that fits most wrong check values. Null: no remedy does.
   const Finding* winner() const { return votes_ >= kNoChance ? &most_ : nullptr; }
 
  private:
@@ -44,13 +44,13 @@ class CheckVotes {
   int votes_ = 0;
 };
 
-// `ReplyLengths` finds out up to which length replies come whole.
+// `ReplyLengths` finds out up to which length the replies of a device come complete. Example:
 //
-//   7, 7, 49 damaged, 7, 49 damaged     the longest good reply has 7 bytes; 49 is too long, twice
+//   lengths 7, 7, 49 damaged, 7, 49 damaged: the longest good reply has 7 bytes; two were too long
 //
 class ReplyLengths {
  public:
-  /// Replies that were longer than any good reply: the shortest of them, and their number.
+  /// Failed replies that were longer than any good reply: the shortest length, and their number.
   struct TooLong {
     std::size_t shortest = 0;
     std::size_t count = 0;
@@ -69,13 +69,14 @@ class ReplyLengths {
   }
 
   std::size_t longest_good() const { return longest_good_; }
-  /// Returns the lengths of replies that did not come at all.
+  /// Returns the expected lengths of replies that did not come at all.
   const TooLong& silent() const { return silent_; }
   /// Returns the lengths of replies that came damaged.
   const TooLong& damaged() const { return damaged_; }
 
  private:
-  /// This many long replies that come damaged, with no whole one between them, are no coincidence.
+  /// After this many damaged long replies without a complete one between them, their length is
+  /// taken as the cause.
   static constexpr std::size_t kNoChance = 24;
 
   static void Count(TooLong& lengths, std::size_t length) {
@@ -95,7 +96,7 @@ class ReplyLengths {
   void OnDamagedAgain(std::size_t length) {
     Count(again_, length);
     if (again_.count < kNoChance || good_since_ == 0) return;
-    // Replies of this length came whole before, but not any more.
+    // Replies of this length were complete before, but are not any more.
     longest_good_ = good_since_;
     damaged_ = std::exchange(again_, {});
   }
@@ -103,12 +104,13 @@ class ReplyLengths {
   std::size_t longest_good_ = 0;
   TooLong silent_;
   TooLong damaged_;
-  TooLong again_;               // damaged replies of a length that came whole before
-  std::size_t good_since_ = 0;  // the longest reply that came whole meanwhile
+  TooLong again_;               // damaged replies that are not longer than the longest good reply
+  std::size_t good_since_ = 0;  // the longest good reply since `again_` began
 };
 
-// `SpecialBytes` compares the bytes of failed replies with those of good replies. A byte that
-// converters change or drop is suspect if all failed replies contain it and no good reply does.
+// `SpecialBytes` compares the bytes of failed and of good replies. Converters may change or drop
+// certain bytes (kSpecialBytes). A byte is suspect if all failed replies contain it and no good
+// reply does.
 class SpecialBytes {
  public:
   void Add(const Finding& finding) {
@@ -123,27 +125,28 @@ class SpecialBytes {
     }
   }
 
-  /// Returns those of kSpecialBytes that every failed reply contained and no good reply; one bit
-  /// each.
+  /// Returns the suspect bytes: every failed reply contained them, and no good reply did. One bit
+  /// for each byte of kSpecialBytes.
   std::uint8_t Suspects() const {
     if (!any_bad_) return 0;
     return static_cast<std::uint8_t>(bad_ & ~good_ & kAllSpecials);
   }
-  /// Returns those of kSpecialBytes that were in any answered request; one bit each.
+  /// Returns which of kSpecialBytes were in an answered request, one bit each.
   std::uint8_t AnsweredRequests() const { return asked_; }
-  /// True if all failed replies contained only characters of one parity, and FF, which a driver
-  /// returns for a character with wrong parity.
+  /// True if the failed replies contained bytes of one parity only, and FF. A driver returns FF for
+  /// a byte whose parity was wrong, so the configured parity is wrong.
   bool IsOneParity() const {
     constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
     return (any_ & kMark) != 0 && LacksOneParity();
   }
-  /// True if all failed replies contained only characters of one parity, with or without FF. Behind
-  /// a serial server there is no FF, because it drops characters with wrong parity.
+  /// True if the failed replies contained bytes of one parity only, with or without FF. A serial
+  /// server drops bytes with wrong parity, so behind it there is no FF.
   bool LacksOneParity() const {
     const unsigned parities = any_ & kBothParities;
     return any_bad_ && (parities == kEvenByte || parities == kOddByte);
   }
-  /// True if no received character had its eighth bit set, although the protocol uses it.
+  /// True if no received byte had its eighth bit set, although the protocol uses this bit, and the
+  /// failed replies contained bytes of both parities.
   bool IsSevenBit() const {
     return any_bad_ && !any_high_ && (any_ & kBothParities) == kBothParities;
   }
@@ -172,8 +175,8 @@ class Findings {
     latest_[count_++ % kLong] = {finding.symptom, at};
     Keep(std::move(finding));
   }
-  /// Corrects the finding that was added `back` before the last one (0: the last one), because more
-  /// bytes have come for its exchange.
+  /// Replaces the symptom of an earlier exchange, because more bytes have come for it. `back`: 0
+  /// for the last exchange, 1 for the exchange before it.
   void Amend(Finding finding, std::size_t back = 0) {
     if (back >= size()) return;
     latest_[(count_ - 1 - back) % kLong].symptom = finding.symptom;
@@ -186,8 +189,8 @@ class Findings {
     for (std::size_t i = count_ - size(); i < count_; ++i) count += At(i) == symptom ? 1 : 0;
     return count;
   }
-  /// Returns how often each symptom occurs among the last kKept failures that are younger than
-  /// kMemory.
+  /// Returns the number of each symptom among the last kKept failures, without those that are
+  /// kMemory older than the latest exchange.
   Counts Failures() const {
     Counts counts{};
     std::size_t found = 0;
@@ -201,15 +204,15 @@ class Findings {
     }
     return counts;
   }
-  /// Returns how often the device has started: text came directly after silence, and an answer soon
-  /// after the text.
+  /// Returns how often the device has restarted. A restart is a text directly after silence,
+  /// followed by an answer. Zero if more than half of the texts belong to no restart.
   std::size_t Starts() const {
     const auto is_text = [](Symptom symptom) {
       return symptom == Symptom::text || symptom == Symptom::text_beside;
     };
     std::size_t starts = 0;
     std::size_t texts = 0;
-    bool open = false;  // a text has come after silence, and no answer yet
+    bool open = false;  // a text has come after silence, but no answer yet
     for (std::size_t i = count_ - std::min(count_, kLong); i < count_; ++i) {
       const bool is_first = i > 0 && At(i - 1) == Symptom::silence && is_text(At(i));
       texts += is_text(At(i)) ? 1 : 0;
@@ -238,23 +241,25 @@ class Findings {
     }
     return longest;
   }
-  /// Returns the last finding of this kind, with the longest time of those that are kept; empty if
-  /// there was none.
+  /// Returns the last finding with this symptom; empty: there was none. Its time is the longest of
+  /// the findings with this symptom.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }
 
   const SpecialBytes& specials() const { return specials_; }
   const ReplyLengths& lengths() const { return lengths_; }
 
-  /// SameAround returns the number of replies in a row with the same bytes around them (replies
-  /// without other bytes do not count); Around returns these bytes.
+  /// Some replies come with other bytes around them. SameAround returns the number of such replies
+  /// in a row that had the same bytes around them; Around returns these bytes.
   std::size_t SameAround() const { return same_around_; }
   const std::string& Around() const { return around_; }
 
-  /// Returns how most wrong check values are computed (CheckVotes); null: not found.
+  /// Returns a finding with the way in which most wrong check values are computed (CheckVotes).
+  /// Null: no such way was found.
   const Finding* Check() const { return checks_.winner(); }
 
-  /// Unasked messages come in bursts. Returns the shortest and the longest silence between two
-  /// bursts. Empty: there were no bursts, or one silence was shorter than `least`.
+  /// For messages that come unasked in bursts: returns the shortest and the longest silence between
+  /// two bursts. Silences below a quarter of `least` are within a burst. Empty: no burst was found,
+  /// or a silence was between a quarter of `least` and `least`.
   std::optional<std::pair<Duration, Duration>> Period(Duration least) const {
     std::optional<std::pair<Duration, Duration>> period;
     for (std::size_t i = 0; i < size(); ++i) {
@@ -267,8 +272,8 @@ class Findings {
     return period;
   }
 
-  /// Returns the longest silence before a request that was not answered at all, if every answered
-  /// request had a longer silence before it; else zero.
+  /// Returns the longest silence before a request without any answer, if the silence before every
+  /// answered request was longer: the device may need a longer pause. Else zero.
   Duration ShortPause() const {
     Duration longest{};
     for (std::size_t i = 0; i < size(); ++i) {
@@ -277,14 +282,14 @@ class Findings {
     return shortest_idle_ && *shortest_idle_ > longest ? longest : Duration();
   }
 
-  /// Returns the shortest silence before any answered request; empty: none was answered, or the
-  /// silence before them is unknown.
+  /// Returns the shortest silence before an answered request. Empty: no request was answered, or
+  /// the silences are unknown.
   std::optional<Duration> ShortestAnswered() const {
     return shortest_idle_ == kLongIdle ? std::nullopt : shortest_idle_;
   }
 
-  /// Returns the shortest silence before a request that was not answered at all, if every answered
-  /// request that is kept had a shorter silence before it; else zero.
+  /// Returns the shortest silence before a request without any answer, if the silence before all
+  /// recent answered requests was shorter: the device may fall asleep. Else zero.
   Duration LongRest() const {
     Duration shortest = kLongIdle;
     Duration longest{};
@@ -296,11 +301,12 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
-  /// Number of the cause that was reported last; 0: none. All copies share it, because each
-  /// diagnosis reads a copy.
+  /// Number of the cause that the diagnosis has reported last; 0: none. Each diagnosis reads a copy
+  /// of the findings, so all copies share this number.
   std::atomic<std::size_t>& said() const { return *said_; }
 
-  /// Returns the text for people that came since the last reply without such text; empty: none.
+  /// Returns the finding with the latest readable text, if no reply without text has come since;
+  /// else an empty finding.
   const Finding& LatestWords() const { return words_; }
 
  private:
@@ -312,7 +318,7 @@ class Findings {
   };
 
   Symptom At(std::size_t number) const { return latest_[number % kLong].symptom; }
-  /// Returns the symptom of the exchange after the silence idles_[place].
+  /// Returns the symptom of the exchange that followed the silence idles_[place].
   Symptom Kept(std::size_t place) const { return At(count_ - 1 - (count_ - 1 - place) % kKept); }
   void KeepAround(const Finding& finding) {
     if (finding.symptom != Symptom::few_beside && finding.symptom != Symptom::noise_before &&

@@ -1,8 +1,8 @@
-// `LineStatus` is the state of a line without its devices: port, counters, round trips, line use.
-// Written by gateway/bus/counters/line_account.cpp (exchanges), gateway/lines/line_reporter.cpp and
-// gateway/lines/line_port.cpp (port), and gateway/lines/port_loan.cpp (services); stored in
-// gateway/bus/points/point_store.h; shown by `baudgate status`. `LineUse` (use of the line time)
-// and `RecentTimes` (times of events) are parts of it.
+// `LineStatus` is the state of a line without its devices: port, counters, round trips, use of the
+// line time. Four parts write it: gateway/bus/counters/line_account.cpp (exchanges),
+// gateway/lines/line_reporter.cpp and gateway/lines/line_port.cpp (port), and
+// gateway/lines/port_loan.cpp (services). The point store contains it, and `baudgate status` shows
+// it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,17 +39,17 @@ constexpr std::string_view Name(LineUse use) {
 }
 
 using TimeByUse = std::array<Duration, kLineUses>;
-/// Parts of a time by use, each 0 to 1. In the remaining time the line was idle.
+/// Part of the time that each use took, 0 to 1. The line was idle in the remaining time.
 using LineShares = std::array<double, kLineUses>;
 
-// The latest times of an event. Bounded memory.
+// `RecentTimes` stores when an event happened the last 64 times.
 class RecentTimes {
  public:
   static constexpr std::size_t kKept = 64;
 
   void Add(Instant when) { times_[count_++ % kKept] = when; }
-  /// Returns how often the event happened since `when`, at most kKept. An event that comes less
-  /// than `apart` after a counted event belongs to the same trouble and is not counted.
+  /// Returns how often the event happened since `when`, at most kKept. If it happened again less
+  /// than `apart` after a counted event, the repetition is not counted.
   std::size_t Since(Instant when, Duration apart = {}) const {
     std::size_t found = 0;
     Instant counted{};
@@ -67,94 +67,100 @@ class RecentTimes {
   std::size_t count_ = 0;
 };
 
-/// Counters of exchanges since the start; bounded by their types only.
+/// Counters of the exchanges of a line since the program started.
 struct LineCounters {
   std::uint64_t exchanges = 0;
   std::array<std::uint64_t, kOutcomeCount> outcomes{};  ///< indexed by Outcome
-  std::uint64_t bytes_in = 0;                           ///< without removed echoes
+  std::uint64_t bytes_in = 0;                           ///< without echoes that were removed
   std::uint64_t bytes_out = 0;
   std::uint64_t stray_bytes = 0;  ///< bytes that belong to no exchange
-  /// Stray bytes since the last answer or the opening of the port, including rests of broken
-  /// replies. `babble_since`: the time of that answer or opening.
+  /// Stray bytes since `babble_since`, including the rests of broken replies. `babble_since`: when
+  /// a device last answered, or the port was opened.
   std::uint64_t babble = 0;
   Instant babble_since{};
-  /// Late replies: bytes after an exchange without a reply, or with the reply to a repetition; and
-  /// whole replies of one device in the exchange of another device.
+  /// Late replies: bytes that came after an exchange without a reply or after the reply to a retry,
+  /// and whole replies of one device during an exchange with another device.
   std::uint64_t late = 0;
-  std::uint64_t collisions = 0;  ///< `echo: verify`: the echo differed or was missing
-  std::uint64_t echoes = 0;      ///< `echo: off`: the request itself came back
-  std::uint32_t echoed = 0;      ///< echoes in the latest 32 exchanges, one bit each
-  /// Connections that began as Telnet, and on which devices answer.
+  std::uint64_t collisions = 0;  ///< with `echo: verify`: the echo differed or was missing
+  std::uint64_t echoes = 0;      ///< with `echo: off`: the request came back nevertheless
+  std::uint32_t echoed = 0;  ///< the latest 32 exchanges, one bit each; 1: the request came back
+  /// Connections to serial servers that began with Telnet commands.
   std::uint64_t negotiations = 0;
   std::uint64_t probes = 0;  ///< probes of absent devices
-  Duration busy{};           ///< time in exchanges and drains
-  TimeByUse spent{};         ///< busy time by use; an exchange counts when it has ended
+  Duration busy{};           ///< time in exchanges and in the silences after them
+  TimeByUse spent{};         ///< busy time by use; the time of an exchange counts when it has ended
   RoundTrips round_trips;
 
   std::uint64_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }
 };
 
-/// A place where network clients can use the port, and the client that uses it.
+/// A network address at which clients can use the serial port, and the client that uses it.
 struct PortService {
   struct Visit {
     std::string client;  ///< "10.0.0.7:40112"
     WallTime since{};
-    /// While the client has a lent port: when it will lose the port. Afterwards: when it left.
+    /// If the port is lent to the client: when the client will lose the port. After the client has
+    /// left: when it left.
     WallTime until{};
-    std::uint64_t to_port = 0;  ///< number of bytes to the port
+    std::uint64_t to_port = 0;
     std::uint64_t from_port = 0;
-    std::string why;  ///< why the client no longer has the port; empty: it has the port
+    std::string why;  ///< why the client lost the port; empty: it has the port
   };
-  std::string place;           ///< "127.0.0.1:4001"
-  std::string mode;            ///< "raw", "rfc2217"
-  bool lent = false;           ///< the client uses the port in place of the polls
+  std::string place;           ///< address at which clients connect, such as "127.0.0.1:4001"
+  std::string mode;            ///< "raw" or "rfc2217"
+  bool lent = false;           ///< true: the polls are paused while a client uses the port
   std::string trouble;         ///< why clients cannot connect; empty: they can
   WallTime open_until{};       ///< end of `release --tcp`; the epoch: no limit
-  std::optional<Visit> visit;  ///< the present client, or the last one
+  std::optional<Visit> visit;  ///< the present client, or the last client
 };
 
-/// How connections to a server that have worked ended, and what followed.
+/// How working connections to a serial server ended, and what happened at the next connection.
 struct ConnectionEnds {
-  RecentTimes asked;        ///< the server ended the connection with a request under way
-  RecentTimes idle;         ///< the server ended the connection with no request under way
-  RecentTimes refused;      ///< after the end the server accepted no connection at the port
-  RecentTimes unreachable;  ///< after the end no host answered
-  RecentTimes shut;  ///< after the end the server closed the next connection before any answer
-  Duration age{};    ///< age of the connections that ended last
-  std::uint32_t alike = 0;  ///< how many connections in a row had about this age
+  RecentTimes asked;        ///< the server ended the connection while a request was under way
+  RecentTimes idle;         ///< the server ended the connection between requests
+  RecentTimes refused;      ///< after such an end the server refused the next connection
+  RecentTimes unreachable;  ///< after such an end the host did not answer
+  RecentTimes shut;  ///< after such an end the server closed the next connection before any answer
+  Duration age{};    ///< how long the connections that ended last had been open
+  std::uint32_t alike = 0;  ///< number of connections in a row that ended at about this age
 };
 
 struct LineStatus : LineCounters {
   enum class Port : std::uint8_t { closed, open, released } port = Port::closed;
-  std::string port_text;  ///< open: "serial /dev/ttyUSB0 9600 7E1"; else why it is closed
+  /// If open, such as "serial /dev/ttyUSB0 9600 7E1"; else why it is closed.
+  std::string port_text;
   WallTime port_since{};  ///< when `port` last changed
   WallTime released_until{};
-  /// Set by hand, while a write under way ends first; else the epoch.
+  /// A release of the port was requested by hand until this time, and a write under way ends first.
+  /// The epoch: no release is requested.
   WallTime release_asked_until{};
-  bool silent = false;  ///< closed to be opened again, because no device behind the port answered
-  bool lent_to_client = false;   ///< the port is released to a client over the network, not by hand
-  std::uint32_t times_lost = 0;  ///< how often the open port was lost
+  /// The port was closed, and is opened again, because no device behind it answered.
+  bool silent = false;
+  bool lent_to_client = false;  ///< the port is released to a network client, not by hand
+  std::uint32_t times_lost = 0;
   RecentTimes losses;
-  bool takes_no_data = false;  ///< the cause of the last loss was that the port accepted no data
-  std::uint32_t restored = 0;  ///< how often another program has changed the settings of the port
-  /// When a server ended a connection that was in use; the connection was opened again.
+  bool takes_no_data = false;  ///< the port was last lost because it accepted no data
+  /// How often the settings were restored after another program had changed them.
+  std::uint32_t restored = 0;
+  /// When a serial server ended a connection that was in use, so that it was opened again.
   RecentTimes drops;
   ConnectionEnds ends;
-  /// Connections that a server ended between requests, because of its settings.
+  /// Connections that a serial server ended between requests, as its settings require.
   std::uint64_t rests = 0;
-  /// Errors that the driver has counted since the port was opened; zero if it does not count them.
+  /// Errors since the port was opened, as its driver counts them; zero if the driver does not.
   std::uint32_t parity_errors = 0;
   std::uint32_t framing_errors = 0;
   std::uint32_t overruns = 0;
-  std::optional<ModemLines> modem;  ///< as read last; empty: the port has no modem lines
+  std::optional<ModemLines> modem;  ///< the modem lines as read last; empty: the port has none
   std::vector<PortService> services;
 
-  /// Since when the bus no longer echoes (`echo: verify`); empty: it echoes, or need not.
+  /// With `echo: verify`: since when the bus no longer echoes. Empty: it echoes, or is not checked.
   std::optional<WallTime> cut_since;
-  double use = 0;       ///< busy part of the last full minute, or of the first minute so far
-  LineShares minute{};  ///< `use`, divided by LineUse
-  /// The longest time until the return of an absent device is noticed; empty: no device is absent
-  /// (docs/timeouts.md has the formula).
+  /// Busy part of the last full minute, 0 to 1; in the first minute, of the time so far.
+  double use = 0;
+  LineShares minute{};  ///< `use` divided by the use of the line time
+  /// The longest time until it is noticed that an offline device answers again (formula:
+  /// docs/timeouts.md). Empty: no device is offline.
   std::optional<Duration> notice_bound;
 };
 
@@ -163,7 +169,7 @@ constexpr std::string_view Name(LineStatus::Port port) {
   return kNames[static_cast<std::size_t>(port)];
 }
 
-/// The fields of the port come before these rows in the JSON
+/// The rows of a line in the status. In the JSON the fields of the port come before them
 /// (gateway/outputs/status/status_json.cpp).
 template <typename Visit>
 void VisitFields(const LineStatus*, Visit visit) {

@@ -92,7 +92,7 @@ std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Du
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now) {
   const PointRecord& held = record.points[point];
   if (!held.read_at) return Quality::bad_waiting;
-  // Worse qualities have smaller numbers.
+  // A worse quality has a smaller number, so the minimum is the worse of the two.
   const Quality known = std::min(held.reported, held.at_best);
   if (IsBad(known)) return known;
   const AgeLimits& limits = LimitsAt(record, point);
@@ -130,7 +130,8 @@ PointStore::Entry::Entry(const std::shared_ptr<const config::Line>& line,
     : point_count(device.points.size()),
       line(line),
       device(std::shared_ptr<const config::Device>(line, &device)),
-      own(std::make_unique<DeviceRecord>()),  // memory that the weak pointer `record` does not keep
+      own(std::make_unique<DeviceRecord>()),  // not make_shared: the memory must be freed although
+                                              // `record`, a weak pointer, remains
       record(own) {
   own->line = line;
   own->device = this->device.load().lock();
@@ -149,7 +150,8 @@ PointStore::PointStore(const config::Config& config) {
 void PointStore::Append(const std::shared_ptr<const config::Line>& line) {
   lines_.Append(line, device_count());
   for (const config::Device& device : line->devices) {
-    // Under one lock, so a feed that is made now counts the device once.
+    // One lock for all feeds and the new device: a feed that Subscribe makes meanwhile counts it
+    // once.
     const MutexLock lock(feeds_mutex_);
     for (const auto& feed : feeds_) feed->AddDevice(device.points.size());
     devices_.Append(line, device);
@@ -249,7 +251,7 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
     ++record.version;
     for (const Sample& sample : samples) {
       PointRecord& held = record.points[sample.point];
-      // A value with a bad quality is no value, so the last good value stays.
+      // The value of a reading with a bad quality is not used, so the last good value stays.
       if (HasValue(sample.value) && !IsBad(sample.quality)) held.value = sample.value;
       held.reported = sample.quality;
       held.at_best = Quality::good;
@@ -258,8 +260,8 @@ void PointStore::Update(std::uint32_t device, std::span<const Sample> samples, N
       held.rtt_us = static_cast<std::uint32_t>(round_trip / 1us);
       ++held.seq;
       changed.push_back(sample.point);
-      // Announces the quality at the time `at`. A late reply may be too old by now: the next call
-      // of Age announces that.
+      // The quality at the time `at` is reported here. If the value of a late reply is already too
+      // old, the next call of Age reports the new quality.
       entry.announced[sample.point] = QualityAt(record, sample.point, at.instant);
       ScheduleAgeing(entry, record, sample.point, at.instant);
     }
@@ -295,8 +297,8 @@ void PointStore::SetOverride(std::uint32_t device, Override why) {
     DeviceRecord& record = *entry.own;
     record.override_quality = why;
     ++record.version;
-    // With an override the quality does not depend on age. When the override ends, age decides
-    // again, and the next call of Age announces that.
+    // While there is an override, the quality does not depend on age. When the override ends, the
+    // next call of Age reports the qualities by age.
     if (why) {
       for (std::uint32_t point = 0; point < entry.announced.size(); ++point) {
         entry.announced[point] = QualityAt(record, point, Instant());
@@ -317,7 +319,8 @@ void PointStore::SetLineCycle(std::uint32_t device, Duration cycle, Instant now)
   record.line_cycle = cycle;
   const auto after = LimitsOf(*record.device, cycle);
   if (after == record.age_limits) return;
-  // Values that were too old stay too old until they are read again.
+  // A value that is too old by the old limits must not become good by longer limits. It stays too
+  // old until it is read again.
   for (std::size_t point = 0; point < record.points.size(); ++point) {
     PointRecord& held = record.points[point];
     if (!held.read_at) continue;

@@ -1,7 +1,7 @@
 // `PointStore` contains the latest value of every point with its quality and time, and the status
-// of every device and line. Lines write to it, outputs read from it. Thread-safe: each device has
-// one lock, so a reader gets a consistent record of a device. `ChangeFeed` reports changes to an
-// output, and AgedQuality makes a quality worse by age. readings.h has the conversion of readings.
+// of every device and line. Lines write to it, outputs read from it. It is thread-safe: each device
+// has one lock, so a reader gets a consistent record of a device. `ChangeFeed` reports changes to
+// an output. AgedQuality makes the quality of a value worse as the value gets older.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,10 +31,10 @@
 
 namespace baudgate::bus {
 
-// `ChangeFeed` is the way from the point store to an output: which points and devices have changed
-// since the output last looked. A slow output gets the latest state of each and never a backlog, so
-// memory is limited by the number of points. Threads of lines fill it; the thread of the output
-// drains it.
+// `ChangeFeed` contains which points and devices have changed in the point store since an output
+// last asked. A point that changed several times is contained once, so the memory is limited by the
+// number of points, and a slow output skips old values. The threads of the lines add changes, and
+// the thread of the output takes them.
 struct PointRef {
   std::uint32_t device = 0;  ///< index in the point store
   std::uint32_t point = 0;   ///< index in the device's points
@@ -49,7 +49,7 @@ struct Changes {
 
 class ChangeFeed {
  public:
-  /// points_per_device[d] is the number of points of device d.
+  /// `points_per_device`: the number of points of each device in the point store.
   explicit ChangeFeed(std::span<const std::size_t> points_per_device);
 
   void AddDevice(std::size_t points);
@@ -57,10 +57,10 @@ class ChangeFeed {
   void MarkPoints(std::uint32_t device, std::span<const std::uint32_t> points);
   void MarkDevice(std::uint32_t device);
 
-  /// Moves all pending changes into `out`, which is cleared first. Waits for the first change, at
-  /// most until `until`. Also returns, possibly with nothing, after Wake.
+  /// Moves all changes into `out`, which is cleared first. Waits until there is a change, at most
+  /// until `until`. After Wake it returns at once, also without a change.
   void Drain(Instant until, Changes& out);
-  /// Ends a waiting Drain at once, so that the output can stop.
+  /// Makes a waiting Drain return at once, so that the output can stop.
   void Wake();
 
  private:
@@ -72,22 +72,24 @@ class ChangeFeed {
   bool woken_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// The record of a device in the point store: the latest reading of every point, the status of the
-// device, and the age limits of its values. AgedQuality returns the quality.
+// `DeviceRecord` is the record of a device in the point store: the latest reading of every point,
+// the status of the device, and the age limits of its values.
 struct PointRecord {
   Value value;  ///< the last value that was not bad; empty before the first
-  Quality reported = Quality::bad_waiting;  ///< quality of the last reading, without age and state
-  /// Best quality until the next reading: the value was doubted or too old.
+  /// Quality of the last reading; age and device state do not change it.
+  Quality reported = Quality::bad_waiting;
+  /// Limit of the quality until the next reading. It is lowered when the value becomes doubtful or
+  /// too old.
   Quality at_best = Quality::good;
-  /// End of the reply (monotonic clock). Earlier for a late reply, because its value is as old as
-  /// its request.
+  /// When the reply with the value ended (monotonic clock). For a late reply it is the time of the
+  /// request, because the value may be as old. Empty: never read.
   std::optional<Instant> read_at;
-  WallTime source_time{};  ///< `read_at` as civil time
+  WallTime source_time{};  ///< `read_at` as time of day
   std::uint64_t seq = 0;   ///< number of readings of this point
   std::uint32_t rtt_us = 0;
 };
 
-/// Age limits of the values of one group.
+/// The ages at which values of one group become uncertain and bad.
 struct AgeLimits {
   static constexpr Duration kNever = Duration::max();
   Duration uncertain_after = kNever;
@@ -97,8 +99,8 @@ struct AgeLimits {
   bool operator==(const AgeLimits&) const = default;
 };
 
-/// The quality of all values of a device, whatever their age; empty: each value has its own
-/// quality.
+/// If set, this is the quality of all values of a device, whatever their age. Empty: each value has
+/// a quality of its own.
 using Override = std::optional<Quality>;
 
 struct DeviceRecord {
@@ -108,31 +110,33 @@ struct DeviceRecord {
   DeviceStatus status;
   Override override_quality;
   Duration line_cycle{};  ///< measured time in which the line reads all its fast points once
-  std::array<AgeLimits, config::kGroups> age_limits;  ///< by config::Group
-  /// Increased with every reading, override and age limit. While it is unchanged, only age changes
-  /// a quality.
+  std::array<AgeLimits, config::kGroups> age_limits;  ///< index: config::Group
+  /// Increased with each change of a reading, a doubt, the override or the age limits. While it
+  /// stays the same, a quality changes by age only.
   std::uint64_t version = 0;
 };
 
-// The quality of a stored value at a moment: the quality of the last reading, made worse by doubt,
-// by age, and by the state of device and line. Pure functions.
+// Functions that compute the quality of a stored value at a given time: the quality of the last
+// reading, made worse by doubt, by age, and by the state of device and line.
 
-/// Returns the limits by config::Group. `line_cycle`: the measured time that the line needs to read
-/// all its fast points once; no value is too old before two of them.
+/// Returns the age limits for each config::Group. `line_cycle`: the measured time in which the line
+/// reads all its fast points once. A value is never too old before twice this time.
 std::array<AgeLimits, config::kGroups> LimitsOf(const config::Device& device, Duration line_cycle);
 
-/// Returns the quality of the last reading, made worse by doubt and age, without the state of
-/// device and line.
+/// Returns the quality of the last reading, made worse by doubt and age. The state of the device
+/// and the line is not included.
 Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Returns the quality, in this order of precedence: out of service, line down, device offline,
-/// another device than configured, never read, reported trouble, then age.
+/// Returns the quality that users see. The first of these that is true decides: out of service,
+/// line down, device offline, another device than configured, never read, trouble in the reading;
+/// then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Returns the time since the reading; empty before the first.
+/// Returns how long ago the point was read; empty: it was never read.
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Returns when age alone changes the quality of the point next, seen from `now`; empty: never.
+/// Returns the next time after `now` at which age alone changes the quality of the point; empty:
+/// never.
 std::optional<Instant> NextAgeing(const DeviceRecord& record, std::size_t point, Instant now);
 
 class PointStore {
@@ -140,79 +144,83 @@ class PointStore {
   explicit PointStore(const config::Config& config);
 
   std::uint32_t device_count() const { return static_cast<std::uint32_t>(devices_.size()); }
-  /// Returns the present configuration; a reload may replace it. Null: the device is forgotten.
+  /// Returns the present configuration of the device's line, which a reload may replace. Null: the
+  /// device was removed and forgotten.
   std::shared_ptr<const config::Line> line(std::uint32_t device) const;
   std::shared_ptr<const config::Device> device(std::uint32_t device) const;
-  /// Returns the number of points, even if the device is forgotten.
+  /// Returns the number of points of a device, also after Forget.
   std::size_t point_count(std::uint32_t device) const { return devices_[device].point_count; }
-  /// True if a reload has removed the device. Its number is not used again.
+  /// True if a reload has removed the device. No other device gets its number.
   bool gone(std::uint32_t device) const { return devices_[device].gone; }
   std::uint32_t present_count() const;
 
-  /// Calls `look` with the record of the device, under its lock. Keep the call short, and call no
-  /// function of the store in it. Returns false, without a call, if the device is forgotten.
+  /// Calls `look` with the record of the device, while the lock of the record is held. `look` must
+  /// be short, and must not call the store. Returns false, without a call, if the device was
+  /// forgotten.
   bool Read(std::uint32_t device, const std::function<void(const DeviceRecord&)>& look) const;
-  /// Returns an object that keeps the device from being forgotten. Null: the device is forgotten
-  /// already.
+  /// Returns an object; while it exists, Forget does not free the data of the device. Null: they
+  /// are freed already.
   std::shared_ptr<const void> Hold(std::uint32_t device) const;
 
-  /// Stores points that were read in one exchange. `at`: see PointRecord::read_at.
+  /// Stores the values of points that were read in one exchange. `at`: see PointRecord::read_at.
   void Update(std::uint32_t device, std::span<const Sample> samples, Now at, Duration round_trip);
-  /// Makes those of these points that are good uncertain until they are read again. Values and ages
-  /// stay.
+  /// Makes these points uncertain until they are read again, except points that are not good.
+  /// Values and ages stay.
   void Doubt(std::uint32_t device, std::span<const std::size_t> points, Instant now);
   void SetOverride(std::uint32_t device, Override why);
-  /// Sets the measured time that the line needs to read all its fast points once. The age limits
-  /// depend on it. A value that is too old when they change stays too old until it is read again.
+  /// Sets the measured time in which the line reads all its fast points once. The age limits depend
+  /// on it. A value that is too old by the old limits stays too old until it is read again.
   void SetLineCycle(std::uint32_t device, Duration cycle, Instant now);
-  /// Changes the status under the lock and notifies the feeds.
+  /// Calls `change` with the status, while its lock is held, and reports the change to the feeds.
   void UpdateStatus(std::uint32_t device, const std::function<void(DeviceStatus&)>& change);
 
-  /// Returns the number of the present line of this name. Lines are numbered in the order of the
-  /// file.
+  /// Returns the number of the present line with this name. Lines are numbered in the order of the
+  /// configuration; lines that a reload adds get the next numbers.
   std::uint32_t LineIndex(const config::Line& line) const;
-  /// Returns the line as it was appended. Null: the line is gone.
+  /// Returns the configuration of a line. Null: a reload has removed the line.
   std::shared_ptr<const config::Line> LineAt(std::uint32_t line) const;
-  /// Returns the status of a line. A forgotten line has the status of a new line.
+  /// Returns the status of a line; of a forgotten line, an empty status.
   LineStatus ReadLine(std::uint32_t line) const;
-  /// Changes the status of a line under its lock, unless the line is forgotten.
+  /// Calls `change` with the status of the line, while its lock is held. Does nothing if the line
+  /// was forgotten.
   void UpdateLine(std::uint32_t line, const std::function<void(LineStatus&)>& change);
 
-  /// Returns a feed of all changes from now on.
+  /// Returns a feed that will contain all changes from now on.
   std::shared_ptr<ChangeFeed> Subscribe();
   void Unsubscribe(const std::shared_ptr<ChangeFeed>& feed);
 
-  // Functions for a reload: one thread at a time, while other threads use the store.
+  // The functions for a reload. One thread at a time can call them, while other threads use the
+  // store.
 
   /// Adds a line. The line and its devices get the next numbers.
   void Append(const std::shared_ptr<const config::Line>& line);
-  /// Gives the line another configuration of the same devices and points. New age limits apply to
-  /// old readings as well, because the user has changed the rule. A value that was too old when
-  /// SetLineCycle changed the limits stays too old until it is read again.
+  /// Replaces the configuration of a line that has the same devices and points. New age limits
+  /// apply to old readings as well, because the user has changed them. A value that SetLineCycle
+  /// has made too old stays too old until it is read again.
   void Reconfigure(std::uint32_t line, const std::shared_ptr<const config::Line>& as);
-  /// The devices of this line are no longer polled. Their data stay until Forget.
+  /// Marks the devices of this line as removed (gone). Their data stay until Forget.
   void Retire(std::uint32_t line);
-  /// Frees status, readings and configuration of a retired line, when outputs use other devices.
-  /// Data that are held (Hold) stay as long as they are held. Later changes to the line do nothing.
+  /// Frees status, readings and configuration of a retired line. Call when outputs no longer use
+  /// them. Data that Hold keeps are freed later. Changes to the line do nothing from now on.
   void Forget(std::uint32_t line);
 
-  /// Reports to the feeds all points whose quality has changed by age alone since the last report.
-  /// The daemon calls it every 200 ms (gateway/daemon/ticker.h); devices that cannot have aged cost
-  /// no time.
+  /// Reports to the feeds all points whose quality has changed by age since the last call. Called
+  /// every 200 ms (gateway/daemon/ticker.h). Devices without a value that can age now are skipped.
   void Age(Instant now);
 
  private:
   struct Entry {
     Entry(const std::shared_ptr<const config::Line>& line, const config::Device& device);
     const std::size_t point_count;
-    // As in the record, but readable without its lock, also from within Read.
+    // `line` and `device` as in the record. They can be read without the lock, also from within
+    // Read.
     std::atomic<std::weak_ptr<const config::Line>> line;
     std::atomic<std::weak_ptr<const config::Device>> device;
     std::atomic<bool> gone = false;
     mutable Mutex mutex;
     std::shared_ptr<DeviceRecord> own BAUDGATE_GUARDED_BY(mutex);  // null after Forget
     std::weak_ptr<DeviceRecord> record BAUDGATE_GUARDED_BY(mutex);
-    /// The qualities that were last reported to the feeds.
+    /// The quality of each point that was last reported to the feeds.
     std::vector<Quality> announced BAUDGATE_GUARDED_BY(mutex);
     Instant next_ageing BAUDGATE_GUARDED_BY(mutex) = Instant::max();
   };
@@ -220,7 +228,7 @@ class PointStore {
   void Announce(std::uint32_t device, std::span<const std::uint32_t> points);
   static void ScheduleAgeing(Entry& entry, const DeviceRecord& record, std::size_t point,
                              Instant now) BAUDGATE_REQUIRES(entry.mutex);
-  /// Returns the number after that of the last device of the line.
+  /// Returns the number of the line's last device, plus one.
   std::size_t EndOfDevices(std::uint32_t line) const;
 
   struct LineEntry {
@@ -228,8 +236,9 @@ class PointStore {
         : first_device(its_first), line(std::move(its_line)) {}
     const std::uint32_t first_device;
     mutable Mutex mutex;
-    std::shared_ptr<const config::Line> line BAUDGATE_GUARDED_BY(mutex);  // null: the line is gone
-    std::unique_ptr<LineStatus> status BAUDGATE_GUARDED_BY(mutex) =       // null after Forget
+    // Null: a reload has removed the line.
+    std::shared_ptr<const config::Line> line BAUDGATE_GUARDED_BY(mutex);
+    std::unique_ptr<LineStatus> status BAUDGATE_GUARDED_BY(mutex) =  // null after Forget
         std::make_unique<LineStatus>();
   };
 

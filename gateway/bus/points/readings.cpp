@@ -18,15 +18,15 @@ bool IsUnscaled(const config::Point& point) { return point.scale == 1 && point.o
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// Rounds a float32 to single precision, so that all outputs show the same value, also a register
-/// of two words.
+/// Rounds a float32 to single precision, so that all outputs show the same number, whether they use
+/// 32 or 64 bits. Returns no value if it is not finite.
 Value FitFloat(Type type, double number) {
   const double fits = type == Type::float32 ? NearestSingle(number) : number;
   return std::isfinite(fits) ? Value(fits) : Value();
 }
 
-/// Returns the number in the alternative that the type of the point is stored in; empty if it does
-/// not fit.
+/// Converts the number to the alternative of `Value` that is used for the type of the point.
+/// Returns no value if the number does not fit the type.
 Value Fit(const config::Point& point, const Decimal& number) {
   const Type type = point.type;
   if (type == Type::boolean) {
@@ -54,14 +54,14 @@ Value FitNumber(const config::Point& point, const Value& raw) {
   return number ? Fit(point, *number * point.scale + point.offset) : Value();
 }
 
-/// Returns whether the point could hold this value, in the unit of users.
+/// True if the type of the point can hold this value, which is in the unit of users.
 bool FitsType(const config::Point& point, const Value& value) {
   const auto number = Decimal::Of(value);
   return number && HasValue(Fit(point, *number));
 }
 
-/// Returns why a reading of a read-only point is beyond `min` or `max`. For a point that can be
-/// written, these limit writes only.
+/// Returns the reason if a reading is above `max` or below `min`, else none. For a writable point
+/// `min` and `max` limit writes only.
 Reason ReasonBeyond(const config::Point& point, const Value& value) {
   const bool limited = point.writing.max || point.writing.min;
   if (!limited || point.access != config::Access::read) return Reason::none;
@@ -73,7 +73,7 @@ Reason ReasonBeyond(const config::Point& point, const Value& value) {
   return Reason::none;
 }
 
-/// A text that is too long gets no value, because two cut texts could look the same.
+/// Returns no value if the text is too long, because two texts that were cut could look the same.
 Value FitText(const config::Point& point, const Value& raw) {
   std::string text = ToText(raw);
   return text.size() > point.text_length ? Value() : Value(std::move(text));
@@ -86,7 +86,7 @@ Sample ToSample(const config::Point& point, const protocols::Reading& reading) {
   sample.point = static_cast<std::uint32_t>(reading.point);
   sample.quality = reading.quality;
   if (!HasValue(reading.value)) {
-    // A reading without a value shows that the last value may be wrong.
+    // A reading without a value must not be stored as good, because the stored value may be wrong.
     if (IsGood(sample.quality)) sample.quality = Quality::bad;
     return sample;
   }
@@ -122,7 +122,7 @@ Result<Value> ToRaw(const config::Point& point, const Value& value) {
     if (!std::isfinite(close)) return Error{"the value is not a number"};
     return Value(close);
   }
-  // The raw value has no fraction if its type is whole; only the value for users is scaled.
+  // Only the value for users has a fraction: a raw value of a whole type is a whole number.
   if (const auto whole = raw.ToInt64()) return Value(*whole);
   if (const auto whole = raw.ToUint64()) return Value(*whole);
   return Error{ToText(value) + " is beyond what the device can hold"};
@@ -161,7 +161,8 @@ JumpCheck::Judgement JumpCheck::Judge(const config::Point& point, History& histo
 
 JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   Result result;
-  // The device itself reports that the measured value changes.
+  // The device marks readings as uncertain while the measured value changes, so a jump is no
+  // damage.
   const bool changes = std::ranges::any_of(
       samples, [](const Sample& sample) { return IsUncertain(sample.quality); });
   std::erase_if(samples, [&](Sample& sample) {
@@ -171,7 +172,7 @@ JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
     History& history = histories_[sample.point];
     const bool steady = !std::exchange(history.changes, changes) && !changes;
     const bool jumped = steady && HasValue(history.candidate) && HasValue(history.last);
-    // A value that has moved on has really changed.
+    // If the second reading agrees with neither value, the measured value itself moves.
     const bool returned = jumped && Agree(point, history, history.last, sample.value) &&
                           !Agree(point, history, history.candidate, sample.value);
     result.unconfirmed = result.unconfirmed || returned;

@@ -1,6 +1,6 @@
-// The way of a reading to the point store: ToSample converts a reading to the value that users see,
-// SamplesOf converts the readings of a whole reply, and `JumpCheck` decides which of them count at
-// once. ToRaw converts in the other direction, for writes.
+// Conversion of readings: ToSample converts a reading of the protocol to the value that users see,
+// SamplesOf converts all readings of a reply, and ToRaw converts a value of users to the value that
+// is written. `JumpCheck` decides which readings need a second reading before they are stored.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,24 +19,25 @@
 
 namespace baudgate::bus {
 
-/// A reading after conversion, ready to store. Without a value the last value stays.
+/// A converted reading, ready for the point store. If it has no value, the stored value stays.
 struct Sample {
   std::uint32_t point = 0;
   Value value;
   Quality quality = Quality::good;
 };
 
-// Conversion between values of the device and values for users: sentinels, scale and offset, the
-// range of the type, and `min` and `max` of read-only points. A value that does not fit gets a bad
-// quality, and never becomes another number.
+// Conversion between values of the device and values for users. It applies sentinels, scale and
+// offset, the range of the type, and for read-only points `min` and `max`. A value that does not
+// fit gets a bad quality, and is never replaced by another number.
 
-/// `reading.point` must be a valid index.
+/// `reading.point` must be the index of `point` in its device.
 Sample ToSample(const config::Point& point, const protocols::Reading& reading);
 
-/// Converts a value as users write it to the raw value that the protocol sends.
+/// Converts a value of users to the raw value that the protocol sends; an error says why it does
+/// not fit.
 Result<Value> ToRaw(const config::Point& point, const Value& value);
 
-/// Readings of points that the device does not have are left out.
+/// Converts the readings of a reply. Readings of points that the device does not have are left out.
 inline std::vector<Sample> SamplesOf(const config::Device& device,
                                      std::span<const protocols::Reading> readings) {
   std::vector<Sample> samples;
@@ -55,9 +56,9 @@ inline std::vector<std::uint32_t> PointsOf(std::span<const Sample> samples) {
   return points;
 }
 
-// `JumpCheck` decides which readings of a device count at once, and which count only if a second
-// reading agrees: a checksum of 8 bits, or none, does not detect all damage. Per point, with jump
-// 2:
+// `JumpCheck` detects damaged readings, because a checksum of 8 bits, or none, does not detect all
+// damage. A reading that jumps away from the last value is accepted only if a second reading agrees
+// with it. Example with jump: 2 for one point:
 //
 //   last   readings         what users see
 //   20.0   20.5             20.5
@@ -65,37 +66,39 @@ inline std::vector<std::uint32_t> PointsOf(std::span<const Sample> samples) {
 //   20.6   84.5, 84.4       20.6 uncertain, then 84.4
 //   84.4   12.0, 55.0, 71   84.4 uncertain twice, then 71.0 uncertain: there is no better value
 //
-// Default of `jump`: a tenth of max - min if these are given; else the larger of a tenth of the
-// last value and 1 % of the largest value seen. Each change of a bit or a text is a jump, and so is
-// a first reading.
+// Default of `jump`: a tenth of max - min if both are given; else the larger of a tenth of the last
+// value and 1 % of the largest value seen. Each change of a bit or a text is a jump; a first
+// reading is always checked.
 class JumpCheck {
  public:
-  /// After this many readings in a row that disagree, the last reading counts.
+  /// After this many readings in a row that disagree, the last one is stored as uncertain.
   static constexpr int kMostReadings = 3;
 
   /// `points` must stay valid for the lifetime of this object.
   explicit JumpCheck(std::span<const config::Point> points) : points_(points) {}
 
   struct Result {
-    /// Points whose last values are uncertain until they are read again.
+    /// Points whose stored values are uncertain until they are read again.
     std::vector<std::size_t> doubtful;
-    bool ask_again = false;               ///< the points have to be read again now
-    bool unconfirmed = false;             ///< a value that jumped was back at its last value
-    std::optional<config::Group> spoils;  ///< a seldom group with a point that stays uncertain
+    bool ask_again = false;    ///< the points have to be read again now
+    bool unconfirmed = false;  ///< a value jumped, and the second reading was the last value again
+    /// Group of a seldom point (once, daily) that stays uncertain.
+    std::optional<config::Group> spoils;
   };
-  /// Removes from the samples of one reply those that do not count yet. Samples that are not good
-  /// always count.
+  /// Removes the samples that a second reading must confirm first. Samples whose quality is not
+  /// good are never removed.
   Result Check(std::vector<Sample>& samples);
-  /// The device has confirmed a write: a reading that agrees with `value` counts at once.
+  /// A write was confirmed by the device, so a reading that agrees with `value` needs no second
+  /// reading.
   void OnWritten(std::size_t point, Value value);
 
  private:
   struct History {
-    Value last;       // the last value that counted
-    Value candidate;  // read since, but not confirmed
+    Value last;       // the last value that was accepted
+    Value candidate;  // a value that was read but is not confirmed yet
     Decimal largest;
     int readings = 0;      // number of readings in a row that disagreed
-    bool changes = false;  // the reply before was marked as changing
+    bool changes = false;  // with the reply before, the device reported a changing value
   };
   enum class Judgement { counts, wait, doubt, last_resort };
 
@@ -104,7 +107,7 @@ class JumpCheck {
                     const Value& b);
 
   std::span<const config::Point> points_;
-  std::vector<History> histories_;  // same indices as points_; empty until needed
+  std::vector<History> histories_;  // same indices as points_; empty until the first check
 };
 
 }  // namespace baudgate::bus

@@ -61,12 +61,12 @@ void JobRunner::Receive(View bytes) {
 }
 
 void JobRunner::OnTimer() {
-  Withdraw();  // The program may have been stopped since the line began to wait for silence.
+  Withdraw();  // the program may have been stopped meanwhile, so the request may be too late
   Apply(line_.OnTimer(now_.instant));
 }
 
-/// Sets the time of each unasked message and of the reply to the earliest moment at which the bytes
-/// may have come (ArrivalTime). A reply is never older than its request.
+/// Replaces the times at which unasked messages and the reply were read by the earliest times at
+/// which they can have arrived (ArrivalTime). A reply is never dated before its request.
 void JobRunner::Date(LineNews& news) const {
   const Instant now = now_.instant;
   for (UnaskedMessage& message : news.unasked.messages) {
@@ -101,8 +101,8 @@ void JobRunner::Start(Instant idle_since) {
 }
 
 void JobRunner::Send() {
-  // These late replies do not lengthen the patience of the line, because the other devices would
-  // have to wait.
+  // Late replies of other devices are counted only. The line does not wait longer for such devices,
+  // because all devices would have to wait.
   for (const LateReplies::Late& late : context_.owed.late_replies.TakeOthers()) {
     context_.tracker.CountLate(*late.member, late.lateness, now_.instant);
   }
@@ -131,7 +131,7 @@ void JobRunner::OnExchangeEnd(ExchangeEnd end) {
   Do(job_->Conclude(context_, ended.end, now_));
 }
 
-/// Removes the request from the port if it has not left this machine.
+/// Removes the request from the port if it has not left this machine, so that it is not sent later.
 void JobRunner::DropUnsent(ExchangeEnd& end) {
   const bool closed = end.outcome == Outcome::line_down;
   if (port_.IsUnsent()) {

@@ -1,15 +1,16 @@
-// `JobRunner` runs the present job on the line: it gives requests to the line, has replies judged,
-// and carries out the next step of the job (NextStep in gateway/bus/jobs/job.h). Each input passes
-// these steps:
+// `JobRunner` runs the present job on the line: it gives requests to the line, lets the job judge
+// the replies, and carries out the next step of the job (NextStep in gateway/bus/jobs/job.h).
+// Received bytes and expired timers pass these steps:
 //
 //   1  EchoWatch removes the echo of the request from the bytes.
 //   2  Line returns what has happened (LineNews): a message sent unasked, a request to be sent,
-//      stray bytes, the end of the exchange, a second reply. Apply passes each to its part.
+//      stray bytes, the end of the exchange, a second reply. Apply calls the part that handles
+//      each.
 //   3  OnExchangeEnd makes one value of an exchange that has ended (EndedExchange). DeviceTracker
-//      learns from the value, the observers are called once, then the job decides what follows.
+//      learns from it, then all observers get it, then the job decides about its next step.
 //   4  Do carries out step after step, until the job waits or is over.
 //
-// Like `Line` it has no input, output or clock. gateway/bus/poller/poller.h calls it.
+// It has no I/O and no clock. `Poller` (gateway/bus/poller/poller.h) calls it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,11 +31,11 @@
 
 namespace baudgate::bus {
 
-// `ArrivalTime` returns the earliest moment at which bytes may have come that are read now. While
-// bytes are awaited, the line looks for them every kLook. If a look is late, the program was
-// stopped or got no CPU time, or its machine was paused: the bytes may have come at any time since
-// the look before. The same holds for bytes that are read shortly after, because one read does not
-// empty a port.
+// `ArrivalTime` estimates when bytes arrived that are read now. While bytes are expected, the
+// program looks for them at least every 100 ms. If the next look comes much later, the program was
+// stopped or had no CPU time, and the bytes may have arrived at any time since the look before. The
+// same holds for bytes that are read up to 500 ms later, because one read does not empty a port.
+// Example:
 //
 //   look before    this look    the bytes may have come
 //   1.0 s          1.1 s        now
@@ -43,7 +44,7 @@ namespace baudgate::bus {
 //                  61.6 s       now
 class ArrivalTime {
  public:
-  /// Call for each input. `looks`: bytes were awaited before it.
+  /// Call for each input. `looks`: bytes were expected before this input.
   void OnInput(Instant now, bool looks) {
     const Instant before = std::exchange(last_, now);
     if (!looks || now - before <= kLook + kLate) return;
@@ -51,7 +52,7 @@ class ArrivalTime {
     held_until_ = now + kHeld;
   }
   Instant NextLook() const { return last_ + kLook; }
-  /// Returns the earliest moment at which bytes may have come that were read at `read`.
+  /// Returns the earliest time at which bytes can have arrived that were read at `read`.
   Instant Earliest(Instant read) const {
     return read >= held_since_ && read < held_until_ ? held_since_ : read;
   }
@@ -68,55 +69,56 @@ class ArrivalTime {
 
 class JobRunner final : private LineClient {
  public:
-  /// The references must stay valid for the lifetime of this object; `port` may be constructed
-  /// later.
+  /// The references must stay valid for the lifetime of this object. `port` is not used by the
+  /// constructor, so it can be constructed later.
   JobRunner(config::Echo echo, LineContext& context, UnaskedSide& unasked, RequestPort& port);
 
   bool is_open() const { return line_.state() != Line::State::closed; }
   bool idle() const { return line_.idle(); }
-  /// Returns the member of the exchange under way, or of the latest exchange. Null: there was none.
+  /// Returns the device of the exchange under way, or of the latest exchange. Null: there was none
+  /// yet.
   const Member* member() const { return asks() ? job_->member : last_; }
-  /// Null: no job is under way.
   Job* job() const { return job_.get(); }
   std::optional<Instant> Deadline() const;
 
   // ---- inputs
-  /// Call before each input.
+  /// Call before each of the functions below, with the present time.
   void OnTime(Now now);
-  /// `keeps_bit_rate`: see Line::OnOpened.
+  /// `keeps_bit_rate`: the port sends and receives at its bit rate; see Line::OnOpened.
   void OnOpened(bool keeps_bit_rate);
-  /// The job under way ends. `reason`: why the port is closed.
+  /// The port was closed, so the job under way ends. `reason`: why it was closed, as text.
   void OnClosed(const std::string& reason);
   void Receive(View bytes);
   void OnEnded() { Apply(line_.OnEnded(now_.instant)); }
   void OnTimer();
-  /// The client has left: its requests are answered.
+  /// The client has left. Its requests in the present job are answered.
   void Abandon(std::uint64_t client) {
     if (job_) job_->Abandon(client, port_.IsUnsent());
   }
 
-  /// Call after each input. A request that waits for a quiet line may be too late now, or
-  /// forbidden. The line then continues with the next request, which may belong to the same job and
-  /// close what it has opened.
+  /// Call after each input. If the request of the job waits for silence and must not be sent any
+  /// more (too late, forbidden), the job continues with its next step, for example a request that
+  /// closes a session, or ends.
   void Withdraw();
 
   // ---- turns, while the line is idle
-  /// Call only without a job. `job` is new or was parked. It gets its next request, or ends at
-  /// once.
+  /// Makes `job` the present job, which is new or was parked. The job gets its request, or ends at
+  /// once. Call only while there is no job.
   void Begin(std::unique_ptr<Job> job);
   enum class Turn : std::uint8_t {
     send,  ///< the request is to be sent now: call Start
-    wait,  ///< the line waits until no late reply can come
-    next,  ///< there is another job now, or none
+    wait,  ///< the line stays idle until no late reply can come
+    next,  ///< the job has ended or is parked, or has a new request: call TakeTurn again
   };
-  /// Call only with a job. Decides what happens while the line is idle.
+  /// Decides whether the request of the present job is sent now. Call only with a job, while the
+  /// line is idle.
   Turn TakeTurn();
-  /// Gives the exchange to the line. `idle_since`: since when the line is idle.
+  /// Gives the request to the line. `idle_since`: the line has been idle since then.
   void Start(Instant idle_since);
 
  private:
   bool asks() const { return job_ && !job_->step.waiting; }
-  /// True if bytes may come: of a reply, or of a device that sends unasked.
+  /// True if bytes are expected: a reply, or messages of a device that sends unasked.
   bool IsAwaiting() const { return is_open() && (asks() || unasked_.listens()); }
   bool waits_for_quiet() const { return line_.state() == Line::State::quiet; }
 

@@ -66,7 +66,7 @@ void Poller::OnEnded(Now now) {
 void Poller::OnTimer(Now now) {
   Advance(now);
   runner_.OnTimer();
-  // A device that speaks unasked may have a result at a certain time, without a message.
+  // A device that sends unasked may report something at a certain time even without a message.
   if (runner_.is_open()) unasked_.OnTimer(now);
   Settle();
 }
@@ -209,7 +209,7 @@ void Poller::Settle() {
   runner_.Withdraw();
   clients_.AnswerCommands(idle.now);
   clients_.AnswerRouted(idle, runner_.job() == nullptr);
-  // Clients whose read-back is done are answered before the next write begins.
+  // Before the next write begins, clients are answered whose written values were read back.
   clients_.AnswerConfirmed(runner_.job());
   TakeTurns();
   clients_.AnswerConfirmed(runner_.job());
@@ -220,9 +220,9 @@ void Poller::TakeTurns() {
   while (runner_.idle() && TakeTurn()) runner_.Start(time_.idle().since);
 }
 
-/// Called when the line is idle. Returns true if the request of the job under way is to be sent
-/// now. Without a job the next one is chosen, unless the line is held, or has taken too many turns
-/// at this moment.
+/// Called when the line is idle. Returns true if the request of the present job is to be sent now.
+/// Chooses the next job if there is none. Returns false if no job can be sent, if the line is
+/// paused, or if there were too many turns without any passing time (TurnLimit).
 bool Poller::TakeTurn() {
   const Member* last = nullptr;
   while (CountTurn(last)) {
@@ -241,8 +241,8 @@ bool Poller::TakeTurn() {
   return false;
 }
 
-/// Counts one more turn. Returns false if the line has taken too many turns at this moment, or
-/// still rests. `last`: the member that the warning names if no job is under way.
+/// Counts a turn. Returns false if there were too many turns without any passing time; the line
+/// then rests, with a warning. `last`: the device that the warning names if there is no job.
 bool Poller::CountTurn(const Member* last) {
   const TurnLimit::Turn turn = limit_.Take(time_.idle().now);
   const Member* const member = runner_.job() != nullptr ? runner_.job()->member : last;
@@ -252,11 +252,12 @@ bool Poller::CountTurn(const Member* last) {
   return turn == TurnLimit::Turn::take;
 }
 
-/// Returns when TakeTurn may return another result although no input has come. The line is idle.
+/// The line is idle. Returns the next time at which TakeTurn can return another result without
+/// input.
 std::optional<Instant> Poller::NextTurnAt() const {
   const Idle idle = time_.idle();
   if (const auto rest = limit_.RestsUntil(idle.now)) return rest;
-  // When no late answer can meet the request of the job any more.
+  // The job waits until no late reply can be taken for the reply to its request.
   if (const Job* const job = runner_.job()) return job->DepartsAt(context_);
   std::optional<Instant> soonest;
   if (const auto until = hold_.WaitsUntil()) {

@@ -1,11 +1,10 @@
-// `Poller` runs one line and owns all parts of the bus for it. Inputs are bytes, the time and
-// requests. Whenever the line is idle, the next job is chosen (gateway/bus/jobs/chooser.h) and run
-// (gateway/bus/poller/job_runner.h); waiting clients are answered
-// (gateway/bus/jobs/waiting_clients.h). Like `Line` it has no input, output or clock: bytes and
-// time are arguments. One thread at a time.
+// `Poller` runs one serial line and owns all parts of the bus for it. Its inputs are bytes, the
+// time and requests of clients. Whenever the line is idle, `Chooser` picks the next job and
+// `JobRunner` runs it; `WaitingClients` answers clients. `Poller` has no I/O and no clock: bytes
+// and time are arguments. One thread at a time can call it.
 //
-// Most inputs are handled in three steps: Advance applies the time, the part that the input is for
-// takes it, and Settle answers clients and gives the next turns.
+// Most inputs are handled in three steps: Advance applies the time, the part that the input
+// concerns handles it, and Settle answers clients and starts the next job.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,71 +36,74 @@ namespace baudgate::bus {
 class Poller {
  public:
   using FindProtocol = Roster::FindProtocol;
-  /// `first_device`: the index of line.devices[0] in the point store. `find` returns the descriptor
-  /// of a protocol; the configuration has checked that it exists. All references must stay valid
-  /// for the lifetime of the poller; `port` and `listener` may be constructed later. Without
-  /// `observe` there is no diagnosis.
+  /// `first_device`: index of the line's first device in the point store. `find` returns the
+  /// protocol with the given name, which exists because the configuration was checked. All
+  /// references must stay valid for the lifetime of the poller. `port` and `listener` are not used
+  /// by the constructor, so they can be constructed later. Without `observe` there is no diagnosis.
   Poller(const config::Line& line, std::uint32_t first_device, const FindProtocol& find,
          PointStore& store, RequestPort& port, PollerListener& listener,
          const MakeObserver& observe = {});
 
-  /// Call before anything else. `tap` must stay valid for the lifetime of the poller. `foreign`:
-  /// rules of all protocols, to recognise their messages.
+  /// Call before all other functions. `tap` must stay valid for the lifetime of the poller.
+  /// `foreign`: the rules by which messages of other protocols are recognised.
   void Attach(Tap& tap, std::vector<protocols::ForeignRule> foreign = {});
-  /// Call before the port opens. `memory`: what OnMemory reported last before a restart.
+  /// Gives a conversation its saved memory. Call before the port opens. `memory`: what
+  /// PollerListener::OnMemory reported last before the restart.
   void Recall(std::uint32_t device, std::string memory, Now now);
 
-  /// `keeps_bit_rate`: see Line::OnOpened.
+  /// `keeps_bit_rate`: the port sends and receives at its bit rate; see Line::OnOpened.
   void OnOpened(Now now, bool keeps_bit_rate = false);
-  /// `why` is shown with all points: out_of_service if the port has been lent to another program.
+  /// The port has closed. `why`: the quality of all points until it opens; bad_out_of_service if
+  /// the port was lent to another program.
   void OnClosed(Now now, Override why = Quality::bad_not_connected);
-  /// `device` is an index in the point store. A device that is not in use is not asked, and its
-  /// points are out of service.
+  /// Enables or disables a device. A disabled device is not asked, and its points are out of
+  /// service. `device`: index in the point store.
   void SetInUse(std::uint32_t device, bool in_use, Now now);
   void Receive(View bytes, Now now);
-  /// The server has closed the connection. The next request opens another.
+  /// The server has closed the connection. The next request opens a new connection.
   void OnEnded(Now now);
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
 
-  /// Takes the command. Returns false if kQueueLimit commands wait. Commands for an offline device
-  /// (unless only a write can show that it is back), or on a closed line, are answered at once, so
-  /// nothing is sent late.
+  /// Takes the command. Returns false if kQueueLimit commands wait. If the line is closed or the
+  /// device is offline, the command is answered at once, so that it is not sent late. Exception: a
+  /// write to an offline device that only a write can find.
   bool Submit(WriteCommand command, Now now);
   static constexpr std::size_t kQueueLimit = WriteQueue::kLimit;
-  /// Takes a request of a transparent route; the caller keeps to RouteQueue::kLimit. On a closed
-  /// line, and for a slave that does not answer, the request may be answered at once.
+  /// Takes a request of a transparent route. The caller must keep RouteQueue::kLimit. The request
+  /// can be answered at once, if the line is closed or the slave does not answer.
   void Submit(RoutedRequest request, Now now);
-  /// The events that OnEvents reported are on the disk, so the device may forget them. `said`: see
-  /// Conversation::OnEventsKept.
+  /// The events that PollerListener::OnEvents reported are saved on disk, so the device can delete
+  /// them. `said`: see Conversation::OnEventsKept.
   void OnEventsKept(std::uint32_t device, const std::string& said, Now now);
-  /// See Conversation::OnHostClock.
+  /// Reports whether the clock of this machine is synchronised (`right`).
   void OnHostClock(bool right);
   void OnUnsettledWrite(std::uint32_t device);
-  /// The client has left: its routed requests are answered, and requests that are not on the wire
-  /// are not sent.
+  /// The client has left: its routed requests are answered, and those that were not sent yet are
+  /// not sent.
   void Abandon(std::uint64_t client, Now now);
 
-  /// Begins no further job until the port opens again. A write under way may end.
+  /// Starts no further job until the port has been closed and opened again. A write under way
+  /// continues.
   void WindUp() { hold_.WindUp(); }
-  /// Cancels WindUp: the port stays open.
+  /// Cancels WindUp, because the port stays open.
   void CallOffWindUp(Now now);
   bool IsWriting() const;
 
-  /// Begins no further job until GoOn, because a telegram by hand needs the line. Returns true if
-  /// the last job has ended, the line is silent, and no late reply can come, or the wait for it was
-  /// long enough.
+  /// Starts no further job until GoOn, because a telegram by hand needs the line. Call until it
+  /// returns true: the port is open, the last job has ended, the line is silent, and no late reply
+  /// can come (or the wait for it has lasted long enough).
   bool Pause(Now now);
-  /// Returns whether the request that was sent may still go out, after it has waited for a
-  /// connection.
+  /// True if the request that was given to the port can still be sent after it has waited for a
+  /// connection. False if, for example, its deadline has passed.
   bool MayGoOut(Now now) const;
-  /// Call before GoOn if the telegram was sent and got no reply.
+  /// Call before GoOn if the telegram by hand was sent and got no reply.
   void OnUnansweredTelegram(Now now);
-  /// Call before GoOn if the telegram to this device was sent and may have written.
+  /// Call before GoOn if a telegram by hand to this device was sent and may have changed it.
   void OnWritingTelegram(std::uint32_t device, View telegram, Now now);
-  /// Ends Pause. Does nothing without a Pause.
+  /// Ends Pause. Does nothing if there was no Pause.
   void GoOn(Now now);
-  /// Returns the protocol and the settings for a telegram by hand to this device.
+  /// Returns the protocol and the settings with which a telegram by hand is sent to this device.
   Speaking SpeakingAs(std::uint32_t device) const;
 
   const Accounts& accounts() const { return context_.accounts; }

@@ -1,20 +1,18 @@
 // `EndedExchange` describes an exchange that has ended, as one value: the request, the outcome, to
-// which request the reply belongs, and what was seen on the wire. Job::Ended
-// (gateway/bus/jobs/job.h) makes it. First the bus itself learns from it
-// (DeviceTracker::OnExchange). Then each `ExchangeObserver` is called once: the counters of the
-// device and of the line, and the diagnosis. Last the job decides what follows. Observers decide
-// nothing.
+// which request the reply belongs, and what was received. Job::Ended (gateway/bus/jobs/job.h) makes
+// it. It is used in this order: the bus learns from it (DeviceTracker::OnExchange), each
+// `ExchangeObserver` gets it once (the counters of device and line, and the diagnosis), then the
+// job decides about its next step. Observers have no influence on that.
 //
-// `LineObserver` is the interface to the diagnosis of a line. The bus works without a diagnosis:
-// this class does nothing. Implemented by gateway/diagnosis/observer.h.
-// gateway/bus/poller/job_runner.h calls it on the thread of the line, gateway/bus/jobs/unasked.h
-// for a device that sends unasked:
+// `LineObserver` is the interface to the diagnosis of a line; gateway/diagnosis/observer.h
+// implements it. The functions of this class do nothing, so the bus works without a diagnosis as
+// well. They are called on the thread of the line:
 //
 //   on the line                          call
 //   the port has opened                  OnOpened
-//   a request is to be sent              OnRequest
+//   a request is sent                    OnRequest
 //   bytes come that are no echo          Hear
-//   a whole frame is taken for the reply OnReply
+//   a whole frame is accepted as reply   OnReply
 //   the exchange has ended               OnExchange, then TakeNegotiation
 //   a poll has ended                     OnPoll
 // SPDX-License-Identifier: Apache-2.0
@@ -40,31 +38,32 @@
 
 namespace baudgate::bus {
 
-/// The reply was not accepted, because it may answer an earlier request.
+/// A reply that was not accepted, because it may answer an earlier request.
 struct Unproven {
-  std::string refusal{};  ///< reason of the refusal in the reply, in words; empty: it is no refusal
+  /// Why the device refused the request, in words; empty: the reply is no refusal.
+  std::string refusal{};
   Outcome refused_as = Outcome::none;
 };
 
-/// The pointers are valid during the call only.
+/// An exchange that has ended. The pointers in it are valid during the call only.
 struct EndedExchange {
   Member* member = nullptr;
   Asked asked{};
-  ExchangeEnd end{};  ///< outcome and reason are final
-  Instant began{};    ///< when the request was given to the line
+  ExchangeEnd end{};  ///< outcome and reason are final: the job has judged the reply
+  Instant began{};    ///< when the line got the request
   LineUse use = LineUse::polls;
-  bool broadcast = false;  ///< no reply was expected
-  bool routed = false;  ///< the request came from a client, so a refusal is no fault of the member
-  bool polls = false;   ///< the line time counts for a fair share of the polls
+  bool broadcast = false;  ///< the request expected no reply
+  bool routed = false;  ///< the request came from a client, so a refusal is no fault of the device
+  bool polls = false;   ///< the line time counts when polls are shared fairly among devices
   const protocols::Answer* answer = nullptr;
   WhoseReply::Verdict verdict{};
-  /// Null: the owner of the reply was certain, or no reply came.
+  /// Set if a reply came that may answer an earlier request; else null.
   const Unproven* unproven = nullptr;
-  bool no_echo = false;  ///< `echo: verify`: the echo was missing
-  bool cut = false;      ///< see EchoWatch::is_cut
+  bool no_echo = false;  ///< with `echo: verify`: the echo was missing
+  bool cut = false;      ///< the bus has stopped echoing requests (EchoWatch::is_cut)
   // DeviceTracker::OnExchange sets these:
-  Duration patience{};  ///< extra time that the line waits for the member
-  bool lags = false;    ///< replies of the member come one or more requests late
+  Duration patience{};  ///< extra reply time of the member, because its replies came late
+  bool lags = false;    ///< the member's replies come one or more requests late
 
   bool answered() const { return ProvesLife(end.outcome); }
   bool cut_off() const { return end.outcome == Outcome::line_down; }
@@ -83,17 +82,17 @@ class LineObserver : public ExchangeObserver {
                          Instant /*now*/) {}
   virtual void Hear(View /*bytes*/, Instant /*now*/) {}
   virtual void OnReply(View /*frame*/) {}
-  /// Returns true if a device has answered although the connection began with a Telnet negotiation.
-  /// The call clears the flag.
+  /// Returns true, once, if the connection began with a Telnet negotiation and a device has
+  /// answered on it since.
   virtual bool TakeNegotiation() { return false; }
   virtual void OnPoll(const Device& /*device*/, std::size_t /*query*/) {}
 
   virtual void OnUnaskedBytes(View /*bytes*/, Instant /*now*/) {}
   /// Returns true if these first bytes of a connection are a Telnet negotiation.
   virtual bool IsNegotiation(View /*bytes*/) const { return false; }
-  /// A message of the device that sends unasked has come, `rest` after the message before. `reason`
-  /// and `remedy`: of a refusal, or empty. If `outcome` is no answer, the message could not be
-  /// read.
+  /// A message of the device that sends unasked has come. `rest`: time since the message before.
+  /// `reason`, `remedy`: why the device refuses, and what helps; or empty. If `outcome` is a
+  /// failure, the message was damaged.
   virtual void OnUnasked(const Device& /*device*/, Outcome /*outcome*/,
                          const std::string& /*reason*/, const std::string& /*remedy*/,
                          Duration /*rest*/, Instant /*now*/) {}

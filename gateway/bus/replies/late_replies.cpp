@@ -1,5 +1,5 @@
-// The tables of `LateReplies`. After its last exchange has ended, a member may still send a reply
-// (MayStillAnswer), and requests wait for that reply for some time (SetWait):
+// The tables of `LateReplies`. After an exchange has ended, a reply may still come
+// (MayStillAnswer), and the next requests wait for some time (SetWait):
 //
 // clang-format off
 //   the exchange ended as     what may still come                      requests wait until
@@ -14,7 +14,7 @@
 //                             replies to the earlier tries
 //   an answer                 a copy, or noise                         -
 //
-// Bytes that belong to no exchange (OnStray) are judged by the exchange before them:
+// Bytes that belong to no exchange (OnStray) are judged by the outcome of the exchange before them:
 //
 //   it ended as               the bytes are                            what follows
 //   corrupt                   the rest of the damaged reply            nothing
@@ -40,13 +40,13 @@ namespace baudgate::bus {
 namespace {
 
 constexpr int kAgain = 2;
-/// After this many replies in time, a late one counts as the first again.
+/// After this many replies in time, the earlier late replies are forgotten.
 constexpr int kRepliesToForget = 100;
-/// Each reply in time shortens the patience by 1 / kPartTakenOff of it.
+/// Each reply in time shortens the patience by this part of it (1 / kPartTakenOff).
 constexpr int kPartTakenOff = 1024;
 constexpr Duration kLeastPatience = 1ms;
 
-/// Returns how much longer than the reply time and the gap the line may wait before the ceiling.
+/// Returns the time between the configured reply time (plus gap) and the ceiling.
 Duration RoomOf(const Member& member) {
   const LineTimes& times = member.times;
   return std::max<Duration>(times.ceiling - times.reply - times.gap, {});
@@ -85,18 +85,18 @@ Duration Patience::More(const Member& member) const {
 
 namespace {
 
-/// In characters. Later bytes after a good reply are no copy of the reply.
+/// In characters. Bytes that come later than this after a good reply (plus the drain time) are no
+/// copy of the reply.
 constexpr int kLongestTrail = 256;
-/// In bytes. A driver that releases the bus may cause up to this many; they are no second reply.
+/// In bytes. A driver that releases the bus can cause this many; they are not taken for a reply.
 constexpr std::size_t kNoise = 3;
-/// In bytes: limit for the search for late replies of other devices.
+/// In bytes: how many received bytes are searched for late replies of other devices.
 constexpr std::size_t kMostHeard = 1024;
-/// A late reply of another device is counted even beyond the ceiling, because the counter `late`
-/// shows that a ceiling is too short.
+/// A late reply of another device is counted until this time, which can be after the ceiling: the
+/// counter `late` then shows that the ceiling is too short.
 constexpr Duration kLatest = 1min;
 
-/// After a late reply the longer silences shrink step by step: each good reply takes off 1 /
-/// kDecay.
+/// The longer silences are shortened gradually: each good reply takes off this part (1 / kDecay).
 constexpr int kDecay = 64;
 constexpr Duration kForgotten = 1ms;
 
@@ -129,8 +129,8 @@ LateReplies::Last LateReplies::LastOf(const Entry& before, const Asked& asked, O
   if (outcome == Outcome::corrupt) last.end = Last::End::corrupt;
   if (outcome == Outcome::partial) last.end = Last::End::cut_short;
   if (!ProvesLife(outcome)) return last;
-  // The late reply to an earlier try was taken as the reply to the retry, so the reply to the retry
-  // itself may still come.
+  // The retry was answered by the late reply to an earlier try, perhaps. The reply to the retry
+  // itself may then still come.
   if (asked.retry && last.due) {
     last.retried = now - *last.due;
     last.late_from = last.due = due;
@@ -150,23 +150,24 @@ void LateReplies::OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothi
 
 LateReplies::StrayEffects LateReplies::OnStray(const StrayBytes& stray, Instant now) {
   StrayEffects effects;
-  // These bytes are too late for any answer, so they are noise.
+  // After the ceiling no reply can come, so the bytes are noise.
   if (last_ == nullptr || stray.since_end > last_->times.ceiling) return effects;
   const Member& member = *last_;
   Entry& entry = entries_[member];
   Last& last = entry.last;
   effects.counts = last.end != Last::End::corrupt && last.end != Last::End::cut_short;
   if (last.end == Last::End::corrupt) return effects;
-  // The reply of another device is due, and this one has answered or is absent: TakeOthers searches
-  // the bytes.
+  // No reply of the last device can come, but a reply of another device may still come. So
+  // the bytes may be that reply, and TakeOthers searches them.
   const bool owes_none = last.end == Last::End::answered || last.absent;
   if (owes_none && OthersMayAnswer(member, now)) return effects;
   last.after += stray.count;
-  // A driver that releases the bus causes a byte, or a device sends its line end twice.
+  // A single byte comes from a driver that releases the bus, or from a device that repeats its line
+  // end.
   const bool harmless = last.end == Last::End::answered && last.after == 1 && !member.protocol->tcp;
   if (harmless) effects.counts = false;
   const bool may_be_reply = last.after >= last.least;
-  // The repetition is answered as well, so the reply before was the late reply to the first try.
+  // The retry is answered as well, so the reply before was the late reply to the first try.
   if (may_be_reply) patience_.OnLate(member, std::exchange(last.retried, {}));
   if (may_be_reply && last.late_from && last.due && *last.late_from <= now) {
     effects.late_member = &member;
@@ -184,7 +185,8 @@ void LateReplies::Hear(View bytes, Instant now) {
   pieces_.push_back({heard_.size(), now});
 }
 
-/// Returns when a reply of the member to this request came; empty: the received bytes contain none.
+/// Returns when a reply of the member to this request was received; empty: it is not among the
+/// bytes.
 std::optional<Instant> LateReplies::AnsweredAt(const Member& member,
                                                const protocols::Request& request) const {
   protocols::Assembler assembler;
@@ -219,15 +221,16 @@ std::vector<LateReplies::Late> LateReplies::TakeOthers() {
   return found;
 }
 
-/// Learns from late bytes how long the silence after exchanges of the member has to be, so that its
-/// late bytes meet no other request.
+/// Makes the silence after exchanges of the member longer, so that later bytes like these do not
+/// meet the next request.
 void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBytes& stray,
                                StrayEffects& effects) {
   const LineTimes& times = member.times;
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (entry.last.end == Last::End::answered) {
     if (entry.last.after <= kNoise) return;
-    // A second copy of the answer comes within the time that the longest answer takes.
+    // A copy of the reply comes within the time that the longest reply takes. Later bytes are no
+    // copy.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) entry.trail = std::max(entry.trail, std::min(needed, longest));
     return;
@@ -250,10 +253,14 @@ bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {
   });
 }
 
-/// Returns whether the awaited reply may still come. After an unexpected frame it may, because that
-/// frame was perhaps the late reply of another device. After a damaged reply a device is checked by
-/// its probe, so no reply is awaited. A slave of routes may still answer, unless the damaged bytes
-/// were as long as its reply and no other reply was due.
+/// True if the reply may still come after the exchange has failed.
+/// * After silence it may be late. After an unexpected frame too: the frame may be the late reply
+/// of
+///   another device.
+/// * After a damaged reply of a configured device it is not waited for, because a probe will show
+///   whether replies come in order.
+/// * After a damaged reply of a slave that only routes reach it may come, unless the damaged bytes
+///   were as long as its reply and no other reply could come.
 bool LateReplies::MayStillAnswer(const Asked& asked, const ExchangeEnd& end) const {
   if (end.outcome == Outcome::no_reply || end.outcome == Outcome::unexpected) return true;
   const bool damaged = end.outcome == Outcome::corrupt || end.outcome == Outcome::partial;
@@ -270,13 +277,13 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
   const LineTimes& times = member.times;
   Entry& entry = entries_[member];
   if (MayStillAnswer(asked, end)) {
-    // A reply with a wrong address is still the reply of this device, so its request is closed. The
-    // request stays open only after silence, or if replies carry no address.
+    // If replies carry addresses and an unexpected frame came, the device has answered, so no reply
+    // is missing. After silence, or if replies carry no address, a reply is missing.
     const bool open = end.outcome == Outcome::no_reply || !asked.named();
     if (open && !entry.unanswered_since) entry.unanswered_since = asked.sent;
-    // Probes of a device that is offline would delay the other devices by this time, each time.
+    // A probe of an offline device must not make the other devices wait this long each time.
     if (asked.lone_probe && asked.named()) return;
-    // If the connection was closed, the exchange ended long before its reply time.
+    // If the server closed the connection, the exchange has ended long before its reply time.
     const Instant by_end = std::max(now + times.ceiling - times.reply, asked.sent + times.ceiling);
     const Instant by_request = asked.sent_out() + times.ceiling;
     SetLate(member, member.device != nullptr ? by_end : std::max(by_request, by_end));
@@ -285,8 +292,8 @@ void LateReplies::SetWait(const Asked& asked, const ExchangeEnd& end, bool nothi
   const bool answered =
       ProvesLife(end.outcome) && asked.request->expect.reply != protocols::Expectation::Reply::none;
   if (!answered) return;
-  // If replies carry no address, an outstanding reply could be taken for the reply of another
-  // device.
+  // A reply to an earlier try may still come. If it carries no address, it could be mistaken for
+  // the reply of another device, so all requests wait for it.
   const bool owed = entry.unanswered_since && !nothing_to_wait_for && !asked.named();
   SetLate(member, owed ? asked.sent_out() + times.ceiling : Instant{});
   if (!asked.retry) patience_.OnAnswered(member, Lateness(asked, end));
@@ -327,12 +334,13 @@ Instant LateReplies::ClearAt(const Asked& asked) const {
 
 Duration LateReplies::ExtraDrain(const Member& member) const { return entries_[member].more_drain; }
 
-/// The request was sent n times, and one reply has come. It may be the reply to the first try. The
-/// other n - 1 replies may still follow, the last within (now - first try) plus the lateness of the
-/// device. The result is this time, at most the ceiling.
+/// Returns the silence after a good reply. If the request was sent n times, the reply may be the
+/// reply to the first try, and n - 1 replies may follow. The last of them comes within the time
+/// since the first try, plus the usual lateness of the device; at most the ceiling.
 Duration LateReplies::Aftermath(const Asked& asked, Instant now) const {
   const Entry& entry = entries_[*asked.member];
-  // Late replies to such requests do no harm.
+  // The reply carries a number or is correct for any request (any_order), so late replies do no
+  // harm.
   if (asked.request->any_order || asked.request->numbered) return {};
   if (!asked.retry || !entry.unanswered_since) return entry.trail;
   const LineTimes& times = asked.member->times;

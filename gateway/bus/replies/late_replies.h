@@ -1,17 +1,17 @@
-// `LateReplies` decides until when a reply may still come to a request that was given up. Until
-// then the device gets only repetitions of that request; if replies carry no address, other devices
-// get no request either. docs/timeouts.md has the numbers, late_replies.cpp two tables. `Asked` is
-// an exchange for the parts that learn from it; `Patience` lengthens the wait for a device whose
-// replies came late.
+// `LateReplies` decides how long a reply can still come to a request that got none. During this
+// time the device gets only retries of that request; if replies carry no address, no other device
+// of the line gets a request either. docs/timeouts.md has the times; late_replies.cpp has two
+// tables of the cases. `Asked` describes a request; `Patience` lengthens the reply time of a device
+// whose replies came late.
 //
-// Call OnEnded at the end of an exchange, then OnStray for bytes that come after it. Bytes that
-// came before the end of an exchange but do not belong to it (LineNews::stray_before) count for the
-// exchange before.
+// Call OnEnded at the end of an exchange, then OnStray for bytes that come after it. (Bytes from
+// before the end of the next exchange that do not belong to it, LineNews::stray_before, count here
+// too.)
 //
-// Bytes after the end of an exchange are not read as a reply: a late reply is counted, and makes
-// the next waits longer. A late reply that comes while a request is on the wire is judged by
-// whose_reply.h. If replies carry addresses, TakeOthers finds a late reply that came while another
-// device was asked.
+// Bytes after the end of an exchange are never read as a reply. If they are a late reply, it is
+// counted, and the next waits are longer. A late reply that comes during a later exchange is judged
+// by whose_reply.h. If replies carry addresses, TakeOthers finds a late reply that came while
+// another device was asked.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,38 +32,40 @@
 
 namespace baudgate::bus {
 
-/// The most tries beyond `retries`. Example: a serial server that is three replies late gives the
-/// reply to the first try to the fourth try. One more try makes up for a lost reply.
+/// Greatest number of extra retries beyond the configured `retries`. Example: behind a serial
+/// server whose replies come three requests late, the fourth try gets the reply to the first. One
+/// more try makes up for a lost reply.
 inline constexpr int kMostTriesMore = 4;
-/// The most probes in a row that find out by how many replies a device lags.
+/// Greatest number of extra probes that find out by how many requests the replies of a device lag.
 inline constexpr int kMostProbesMore = 16;
 
 struct Asked {
   const Member* member = nullptr;
   const protocols::Request* request = nullptr;
   Instant sent{};      ///< when the first byte was sent; before that, when the line got the request
-  bool first = false;  ///< the first request of a task that is no probe, and no repetition
-  bool retry = false;  ///< the same request has failed before
+  bool first = false;  ///< the first request of a task, not a retry, and no probe
+  bool retry = false;  ///< the same request was sent before and failed
   bool probe = false;
-  /// No task waits for the probe: it finds out whether the device is back.
+  /// A probe behind which no job waits: it finds out whether an offline device is back.
   bool lone_probe = false;
-  bool renews_proof_early = false;  ///< the proof is renewed early, because the line has time
-  bool proved = false;              ///< the member has answered a probe before this task
-  bool unprovable = false;          ///< a probe was needed before this task, and cannot be asked
+  /// A probe renews the proof of the device early, because the line has time.
+  bool renews_proof_early = false;
+  bool proved = false;      ///< the device has answered a probe before this task
+  bool unprovable = false;  ///< a probe before this task was necessary, but is not possible
   bool writes = false;
 
   Instant sent_out() const { return sent + TransmissionTime(*request, member->times.character); }
   Duration reply_time() const { return ReplyTime(*request, member->times); }
   /// True if the reply contains the address of its device.
   bool named() const { return !request->expect.address.empty(); }
-  /// True if the device itself writes the address, and not a converter in front of it.
+  /// True if the device itself writes the address into the reply, not a converter in front of it.
   bool names_itself() const { return named() && !request->numbered; }
-  /// Returns the bytes of the request without its number.
+  /// Returns the bytes of the request without its sequence number.
   Bytes question() const { return WithoutNumber(*member->protocol, request->bytes); }
 };
 
-// `Patience` is the time that the line waits for a device beyond its reply time, if its replies
-// came late again and again. Reply time and patience end at the ceiling at the latest;
+// `Patience` is the extra time that the line waits for a device beyond its reply time, because its
+// replies came late repeatedly. Reply time and patience together do not exceed the ceiling. See
 // docs/timeouts.md, "Late replies". Example with a reply time of 300 ms:
 //
 //   event                        the line waits
@@ -74,20 +76,20 @@ struct Asked {
 //
 class Patience {
  public:
-  /// A reply came `lateness` after the reply time.
+  /// A late reply came after its exchange had ended. `lateness`: time since the end of the reply
+  /// time.
   void OnLate(const Member& member, Duration lateness);
-  /// A reply was taken `lateness` after the reply time. Zero or less: in time.
+  /// A reply was accepted. `lateness`: time since the end of the reply time; zero or less: in time.
   void OnAnswered(const Member& member, Duration lateness);
   void OnOffline(const Member& member) { entries_[member] = {}; }
 
-  /// Returns the time beyond the configured reply time.
   Duration More(const Member& member) const;
 
  private:
   struct Entry {
     int late_count = 0;  // number of late replies; reset after many replies in time
-    int in_time = 0;     // number of replies in time, in a row
-    Duration most{};     // longest lateness of these late replies
+    int in_time = 0;
+    Duration most{};  // longest lateness of the counted late replies
     Duration more{};
   };
 
@@ -100,52 +102,52 @@ class LateReplies {
  public:
   explicit LateReplies(const Roster& roster) : roster_(roster) {}
 
-  /// Call at the end of an exchange: decides how long the next requests wait.
-  /// `nothing_to_wait_for`: waiting is useless, because the device owes no reply (no reply can
-  /// still come), or always lags by some replies.
+  /// Call at the end of an exchange. Computes how long the next requests have to wait.
+  /// `nothing_to_wait_for`: waiting has no use, because no reply of the device can come any more,
+  /// or its replies always come some requests late.
   void OnEnded(const Asked& asked, const ExchangeEnd& end, bool nothing_to_wait_for, Instant now);
 
   struct StrayEffects {
     bool counts = true;  ///< the bytes count as stray bytes of the line
-    /// The bytes are the late reply of this member; reported once per exchange.
+    /// The bytes are the late reply of this member (reported once per exchange); null: they are
+    /// not.
     const Member* late_member = nullptr;
-    Duration lateness{};             ///< how long after its reply time that reply came
-    const Member* warned = nullptr;  ///< the device that `warning` is about
+    Duration lateness{};  ///< how long after the end of its reply time the late reply came
+    const Member* warned = nullptr;  ///< the device that `warning` concerns; null: no warning
     std::string warning;
   };
   StrayEffects OnStray(const StrayBytes& stray, Instant now);
 
-  /// Stores received bytes of all devices for TakeOthers.
+  /// Stores received bytes for the search of TakeOthers.
   void Hear(View bytes, Instant now);
   struct Late {
     const Member* member = nullptr;
     Duration lateness{};
   };
-  /// Call when the next request is to be sent. Returns the late replies of members that were not
-  /// asked last, found in all bytes since the request before. Each reply is returned once, and only
-  /// replies that carry an address are found.
+  /// Call when the next request is to be sent. Searches the bytes since the previous request for
+  /// late replies of devices that were not asked last. Returns each of them once. Finds only
+  /// replies that carry an address.
   std::vector<Late> TakeOthers();
 
-  /// The port closed during an exchange. The reply may come after the port has opened again: from
-  /// the device within its reply time; from a serial server, which stores what it receives, until
-  /// the ceiling.
+  /// The port closed during an exchange. When it has opened again, the reply may still come: from a
+  /// device within its reply time, from a serial server, which stores received bytes, until the
+  /// ceiling.
   void OnClosed(const Member& member, Instant now);
-  /// A request that the poller does not know (a telegram by hand) got no reply: a reply may come
-  /// until the ceiling.
+  /// A telegram by hand got no reply. The reply may still come until the ceiling of the member.
   void OnUnknownRequest(const Member& member, Instant now) {
     SetLate(member, now + member.times.ceiling);
   }
-  /// A second, different reply of the member came. From the second time on, two devices may have
-  /// its address: its good replies are then followed by a silence of its drain time for a while.
+  /// A second, different reply of the member came, as from two devices with one address. From the
+  /// second time on, the line keeps the drain time of the member silent after its good replies too.
   void OnSecondReply(const Member& member) {
     Entry& entry = entries_[member];
     if (!std::exchange(entry.had_second, true)) return;
     entry.trail = std::max(entry.trail, member.times.drain);
   }
-  /// Returns how long after the reply time the first byte of the reply came. Zero or less: in time.
+  /// Returns how long after the end of its reply time the reply began. Zero or less: in time.
   static Duration Lateness(const Asked& asked, const ExchangeEnd& end);
-  /// The member is offline: silent, not late. If it is late after all, its bytes will show this
-  /// again.
+  /// The member is offline. Forgets what its late replies have made longer, so that probes of it do
+  /// not delay other devices.
   void OnOffline(const Member& member) {
     entries_[member].more_drain = {};
     patience_.OnOffline(member);
@@ -153,56 +155,57 @@ class LateReplies {
 
   Instant LateUntil(const Member& member) const;
   bool IsClear(const Member& member, Instant now) const { return LateUntil(member) <= now; }
-  /// Returns from when on no late reply of any member can come.
+  /// Returns the time after which no late reply of any member can come.
   Instant AllClearAt() const;
-  /// Returns the earliest moment at which a late reply to another request cannot be taken for the
-  /// reply to this request. A reply that carries an address is not taken for the reply of another
-  /// device.
+  /// Returns the time after which no late reply can be mistaken for the reply to this request. A
+  /// reply with an address is never mistaken for the reply of another device.
   Instant ClearAt(const Asked& asked) const;
   Duration PatienceFor(const Member& member) const { return patience_.More(member); }
-  /// Returns PatienceFor the member of this request, but zero for a probe of an absent device.
+  /// Returns PatienceFor the member of this request; zero for a probe of an offline device.
   Duration MoreReply(const Asked& asked) const {
     return asked.lone_probe ? Duration() : patience_.More(*asked.member);
   }
-  /// Returns how much longer than the drain time the silence after a failed exchange of the member
-  /// has to be.
+  /// Returns how much longer than the drain time the line is silent after a failed exchange of the
+  /// member.
   Duration ExtraDrain(const Member& member) const;
-  /// Returns the silence that has to follow even a good reply.
+  /// Returns how long the line is silent even after a good reply to this request.
   Duration Aftermath(const Asked& asked, Instant now) const;
-  /// Returns the longest reply time of all members. After a silence of this length no reply comes.
+  /// Returns the longest reply time of all members. After a silence of this length no reply can
+  /// come.
   Duration LongestReply() const;
-  /// Returns the longest line time of an exchange with the member if it does not answer.
+  /// Returns how long an exchange with the member takes if it does not answer.
   Duration WorstCase(const Member& member) const;
   /// Returns the member whose exchange ended last; null: there was none.
   const Member* last() const { return last_; }
 
  private:
-  /// The last exchange of a member. It decides what later bytes may be.
+  /// The last exchange of a member. It decides what the bytes after it can be.
   struct Last {
     enum class End : std::uint8_t {
-      silent,     // no answer, unexpected, answered after silence, or no exchange yet
+      silent,     // no answer, or an answer after silence: later bytes may be a late reply
       answered,   // later bytes are a second copy, or noise
       corrupt,    // later bytes are the rest of the damaged reply
       cut_short,  // later bytes are the rest of a reply that was cut short
     };
     End end = End::silent;
-    bool absent = false;    // the exchange was a probe while the member was offline
-    std::size_t least = 0;  // number of bytes of the shortest reply
-    std::size_t after = 0;  // number of bytes since the end of the exchange
-    // When the reply to the first try was due, if there was silence. Empty after a damaged reply.
+    bool absent = false;    // the exchange was a probe of an offline member
+    std::size_t least = 0;  // length of the shortest possible reply
+    std::size_t after = 0;  // bytes received since the end of the exchange
+    // When the reply to the first try was due. Empty if no try met silence.
     std::optional<Instant> due{};
-    std::optional<Instant> late_from{};  // bytes from this moment on are the late reply
-    Duration retried{};  // if the reply came to a repetition: the time from `due` until then
-    protocols::Request request{};  // the request, if its reply may come late and carries an address
+    // If the awaited late reply comes, it comes at this time or later.
+    std::optional<Instant> late_from{};
+    Duration retried{};            // if a retry was answered: the time from `due` to that answer
+    protocols::Request request{};  // the request, if its late reply can be recognised by an address
   };
   struct Entry {
     Instant late_until{};                     // until then the reply to a failed request may come
-    std::optional<Instant> unanswered_since;  // start of the first exchange since the last reply
+    std::optional<Instant> unanswered_since;  // when the first request without a reply was sent
     Last last;
-    // How much longer than the drain time bytes came after a failed exchange.
+    // Extra silence after failed exchanges, because bytes came later than the drain time.
     Duration more_drain{};
-    // Silence after good replies, because more bytes came after one of them. `more_drain` is the
-    // silence after failures. Needed by
+    // Silence after good replies, because bytes came after a good reply. (For failed exchanges
+    // there is `more_drain`.) Needed by
     // MisbehavingTwin.DoubledRepliesAffectNoOtherReply/Set4tm9600.
     Duration trail{};
     bool told_late = false;
@@ -224,7 +227,7 @@ class LateReplies {
   const Member* last_ = nullptr;
   Bytes heard_;  // all bytes since the latest request, at most kMostHeard
   struct Piece {
-    std::size_t end = 0;  // index in heard_ of the end of the piece
+    std::size_t end = 0;  // index in heard_ behind the last byte of the piece
     Instant at{};
   };
   std::vector<Piece> pieces_;

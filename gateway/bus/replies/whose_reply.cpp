@@ -1,6 +1,5 @@
-// The table of `WhoseReply`: to which request a reply belongs, if other replies may be owed (not
-// sent yet, see whose_reply.h). A and B are devices, a stranger is another master that used the
-// port.
+// The table of `WhoseReply`: to which request a reply belongs. A reply is "owed" while it may still
+// come (see whose_reply.h). A and B are devices; a stranger is another master that used the port.
 //
 //   UA1, UA2, ?A1   polls of A
 //   PA0             a probe that asks A for its name; the reply is !A0
@@ -44,8 +43,8 @@
 //    address                                                                            as before
 // clang-format on
 //
-// A refusal (!A0~refused) may answer any request. It proves which request it answers only if the
-// device refuses to give its name. Each row is a test of the same number in
+// A refusal (!A0~refused) can answer any request. It proves which request it answers only if the
+// device refuses to give its name. Each row has a test with its number in
 // tests/gateway/bus/replies/whose_reply_test.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/whose_reply.h"
@@ -58,7 +57,7 @@ namespace baudgate::bus {
 
 namespace {
 
-/// Number of remembered requests: the latest and all before it.
+/// Number of stored requests: the latest and kMostOwed before it.
 constexpr std::size_t kRemembered = AnswerOrder::kMostOwed + 1;
 
 constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << number; }
@@ -67,7 +66,7 @@ constexpr std::uint64_t Bit(std::size_t number) { return std::uint64_t{1} << num
 
 void AnswerOrder::OnSent(const SentRequest& request) {
   sent_[++count_ % sent_.size()] = request;
-  // the last bit stands for that request and all older ones
+  // The bit of the oldest stored request stands for this request and all older ones.
   answered_ = (answered_ << 1U) | (answered_ & Bit(kMostOwed));
 }
 
@@ -81,14 +80,15 @@ void AnswerOrder::OnStranger(Instant now) {
   }
 }
 
-/// Removes requests of strangers ("?"). "^" marks requests that may have been answered last:
+/// Removes requests of strangers ("?") from the order, here with requests a and b of this gateway.
+/// "^" marks the requests that may have been answered last:
 ///
 ///   sent before     a ? ? b      a ? ? b      a ? ? b
 ///   marked            ^ ^        ^ ^ ^              ^
 ///   sent after      a b          a b          a b
 ///   marked          ^            ^              ^
 void AnswerOrder::ForgetStrangers() {
-  std::vector<SentRequest> ours;  // the latest first
+  std::vector<SentRequest> ours;  // the latest request is the first
   std::uint64_t answered = 0;
   for (std::size_t lag = 0; lag <= kMostOwed; ++lag) {
     if ((answered_ & Bit(lag)) != 0) answered |= Bit(ours.size());
@@ -100,9 +100,9 @@ void AnswerOrder::ForgetStrangers() {
   answered_ = answered;
 }
 
-/// Returns as bits which requests the reply may answer, from the request `nearest` before the
-/// latest up to the request before `end`. Any reply may answer a request of a stranger, but only
-/// while a reply is owed to the stranger.
+/// Returns, as bits, which requests the reply may answer. Request n is the one sent n requests
+/// before the latest; those from `nearest` to `end` - 1 are checked. Any reply may answer a request
+/// of a stranger, but only while its reply may still come.
 std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
                                    const MayAnswer& may_answer) const {
   std::uint64_t fitting = 0;
@@ -115,14 +115,14 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Replies come in order: only requests after the one that was answered last.
+  // Replies come in order, so only requests after the one that was answered last are checked.
   const std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting != 0) answered_ = fitting;
   return fitting != 0;
 }
 
-/// Replies owed to strangers still count as owed. Older requests of strangers are forgotten,
-/// because their replies have come by now.
+/// Marks all earlier requests as possibly answered last. Requests of strangers whose replies must
+/// have come by now are no longer counted.
 void AnswerOrder::OnLost() {
   for (std::size_t lag = Owed(); lag <= kMostOwed; ++lag) {
     SentRequest& sent = sent_[(count_ - lag) % sent_.size()];
@@ -212,7 +212,7 @@ bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older
     lost.clear();
     return true;
   }
-  // One of the owed replies has come; the reply to the present request may still be owed.
+  // A reply that seemed lost has come, so the reply to the present request may come later.
   lost.erase(lost.begin());
   lost.push_back(request);
   return !older.other;
@@ -220,8 +220,8 @@ bool LostReplies::OnReply(const Member& slave, const Bytes& request, Older older
 
 namespace {
 
-/// Ends of lines are not compared: a line feed after the carriage return may be missing, or come
-/// with the next bytes.
+/// Removes the line end, because it is not compared: a line feed after the carriage return may be
+/// missing, or come with the next bytes.
 View WithoutLineEnd(View frame) {
   while (!frame.empty() && (frame.back() == '\r' || frame.back() == '\n')) {
     frame = frame.first(frame.size() - 1);
@@ -253,8 +253,8 @@ bool Identity::OnOther(View reply) {
 
 namespace {
 
-/// True for replies such as "no" and "not now": the device is there, but it may give this answer to
-/// any request.
+/// True for refusals such as "no" and "not now": the device answers, but the same answer fits any
+/// request.
 bool IsRefusal(Outcome outcome) { return ProvesLife(outcome) && outcome != Outcome::ok; }
 
 }  // namespace
@@ -276,8 +276,9 @@ bool WhoseReply::NeedsProbeFirst(const Asked& asked, Instant now) const {
   const bool odd = std::ranges::find(entry.odd, asked.question()) != entry.odd.end();
   if (odd && !asked.proved && entry.proofless == 0) return true;  // row 14
   if (IsSafe(asked)) return false;
-  // If the lag has not grown, at most four repetitions reach the right reply. A longer lag would
-  // need too many: a round of 22 requests looks like a lag of 22.
+  // Each retry gets the next reply, so at most four retries reach the right reply, if the lag has
+  // not grown. If more replies may come, a probe is better: after 22 unanswered requests there may
+  // be 22.
   return orders_.Owed(asked) > std::min(entry.lag, kMostTriesMore);
 }
 
@@ -298,8 +299,8 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
   orders_.OnSent(*asked.member, sent);
 }
 
-/// Returns whether the reply may answer this request. The conversation has accepted its form; the
-/// reply to an identifying request has to be the known one as well.
+/// True if the reply may answer this request. The conversation has accepted its form. The reply to
+/// a request for the name must also equal the stored reply.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
   const Identity& identity = entries_[*asked.member].identity;
@@ -307,10 +308,10 @@ bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
          (identity.names() && IsRefusal(outcome));
 }
 
-/// Returns whether the reply may answer the earlier request `sent`. Example: "<1D:SPAJ 140C:5E"
-/// answers the identification ">1RF:CC" if that is the name of relay 1, and no request for a
-/// number. "<1D:140:…" answers requests of both kinds, so as a name it proves nothing. Two Modbus
-/// registers answer every read of two registers.
+/// True if the reply may answer the earlier request `sent`. Example: "<1D:SPAJ 140C:5E" answers the
+/// request for the name ">1RF:CC" if it is the name of relay 1, and no request for a number.
+/// "<1D:140:…" fits requests of both kinds, so it proves nothing as a name. Two Modbus registers
+/// fit every read of two registers.
 bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome) const {
   if (sent.place == SentRequest::kNobody) return false;
   const Member& asked = *roster_.everyone()[sent.place];
@@ -318,14 +319,14 @@ bool WhoseReply::MayAnswer(const SentRequest& sent, View frame, Outcome outcome)
   if (identity.IsAskedBy(sent.bytes)) {
     return identity.Is(frame) || (identity.names() && IsRefusal(outcome));
   }
-  // The form of replies to requests of clients is unknown.
+  // A request of a client: it is unknown which replies fit, so any reply may answer it.
   const Device* const device = asked.device;
   return device == nullptr || ProvesLife(device->conversation->Check(sent.bytes, frame));
 }
 
-/// Row 15: returns whether the request `sent` may have got a reply of unknown form, because the
-/// device has not answered it since the port opened. At most kMostOfStrangers such replies are
-/// expected, and none to a request that the device does not support.
+/// True if the request `sent` may have got a reply like this one, because the device has not
+/// answered `sent` since the port opened, so its form is unknown (row 15). Only the last
+/// kMostOfStrangers requests count, and no request that the device does not support.
 bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Member& sender,
                            View frame) const {
   const auto& everyone = roster_.everyone();
@@ -338,7 +339,8 @@ bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Me
   return !entry.identity.IsAskedBy(sent.bytes) && !entry.known_forms.contains(sent.bytes);
 }
 
-/// Rows 9 and 10. Returns true if another device answers in place of the member.
+/// Compares the reply with the stored name (rows 9 and 10). Returns true if another device answers
+/// in place of the member.
 bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                               const AnswerOrder::MayAnswer& may_answer) {
   const protocols::Request& request = *asked.request;
@@ -351,7 +353,8 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
       entry.identity.OnSame();
     } else if (!orders_.Of(*asked.member).MayBeEarlier(may_answer) &&
                entry.identity.OnOther(frame)) {
-      // A name that came only once, before any reading, may have been damaged.
+      // If the first name came only once, and before any reading, the first name may have been
+      // damaged.
       const bool was_there = entry.identity.certain() || entry.read;
       entry.identity.Learn(asked.question(), frame, outcome);
       return was_there;
@@ -362,19 +365,19 @@ bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
   return true;
 }
 
-/// Rows 3 to 8, 12 and 13: updates which requests were answered last, in the orders of the device
-/// and of the line.
+/// Updates which requests may have been answered last, for the device and for the line (rows 3 to
+/// 8, 12 and 13).
 void WhoseReply::Count(const Asked& asked, bool fits, Outcome outcome,
                        const AnswerOrder::MayAnswer& may_answer) {
-  // Without a proof, replies to strangers cannot be distinguished from replies of the device to
-  // this gateway.
+  // Without a proof, replies to strangers cannot be distinguished from replies to this gateway, so
+  // they are not expected any longer.
   const bool nameless = asked.probe && ProvesLife(outcome) && !asked.request->is_proof();
   if (nameless) orders_.Of(*asked.member).ForgetStrangers();
   orders_.OnAnswer(*asked.member, fits, may_answer);
 }
 
-/// Learns the name: the first reply that can only answer an identification. Row 11: replies to
-/// strangers are no longer owed.
+/// Stores the name from the first reply that can only answer a request for the name. Ends the wait
+/// for replies to strangers (row 11).
 void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   const protocols::Request& request = *asked.request;
   Entry& entry = entries_[*asked.member];
@@ -383,10 +386,10 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   if (names && !entry.identity.known() && order.IsAnswerTo(asked.question())) {
     entry.identity.Learn(asked.question(), frame, outcome);
   }
-  // The port was opened, so up to three replies may be owed to its previous user. The probe was
-  // sent four times, so the fourth reply answers one of these probes. If the probe asks for the
-  // name, nothing else is owed now. If the probe is a read of an unusual length, a rare poll may
-  // have the same form: the replies to the other three probes then still count as owed.
+  // When the port opens, up to three replies to strangers may still come. The probe was sent four
+  // times, so the fourth reply answers one of the probes. If the probe asks for the name, no other
+  // reply can come now. If it is a read of an unusual length, a rare poll may have the same form,
+  // so the replies to the other three probes are still expected.
   if (entry.strangers && request.is_proof() && outcome == Outcome::ok && order.IsOfLatest()) {
     if (!request.unlike_polls || asked.member->device->conversation->Queries().empty()) {
       order.Reset();
@@ -395,8 +398,8 @@ void WhoseReply::Learn(const Asked& asked, View frame, Outcome outcome) {
   }
 }
 
-/// A request whose reply had an unexpected form is asked behind a proof the next time. Only then it
-/// is clear whether the device uses this form, or an earlier reply came twice.
+/// Stores whether the reply had an unexpected form. The next such request is sent after a proof,
+/// which shows whether the device uses this form or an earlier reply came twice.
 void WhoseReply::NoteForm(const Asked& asked, bool fits) {
   std::vector<Bytes>& odd = entries_[*asked.member].odd;
   const Bytes question = asked.question();
@@ -425,7 +428,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
     return MayAnswer(sent, frame, outcome);
   };
   const auto may_answer = [&](const SentRequest& sent, std::size_t before) {
-    // The reply to a write repeats or acknowledges the write. No reading has this form by chance.
+    // The reply to a write repeats or acknowledges the write, so no reading of unknown form looks
+    // alike.
     return has_form(sent, before) ||
            (!asked.writes && MayLookSo(sent, before, *asked.member, frame));
   };
@@ -445,7 +449,7 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   if (verdict.odd) {
     orders_.OnOddForm(*asked.member);
   } else {
-    // If no proof could restore the order, and no reply is owed to another master, a reply of
+    // If no proof can restore the order, and no reply to another master can come, a reply of
     // unknown form counts as the reply to this request.
     const SentRequest latest{asked.member->place, asked.question(), {}, proof};
     const bool odd =
@@ -458,12 +462,12 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
   verdict.proven = orders_.IsAnswerTo(asked);
   const int owed = orders_.Owed(asked);
   if (verdict.proven) entry.lag = proof ? owed : std::min(entry.lag, owed);
-  // Replies that are owed to the other three probes are no lag.
+  // The other three probes are still unanswered, which is not a lag of the device.
   if (strangers && !entry.strangers) entry.lag = 0;
   if (verdict.replaced) entry.known_forms.clear();
   if (verdict.proven && fits) NoteKnownForm(asked, outcome);
   if (!asked.probe && fits && orders_.Of(*asked.member).IsInStep()) entry.read = true;
-  // If the device has a name, it has to be identified before its readings are accepted.
+  // A device with a name must be identified by the name, so this probe proves nothing.
   if (asked.probe && !proof && entry.identity.known()) verdict.proven = false;
   verdict.older = orders_.Older(asked);
   return verdict;
@@ -518,8 +522,8 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
   const Member& member = *asked.member;
   const protocols::Request& request = *asked.request;
   if (idle_since + late_replies.LongestReply() <= now) readings.OnRested();
-  // With `trust_order` the user declares that nothing delays replies. A first try has waited for
-  // late replies, so no reply is owed any more.
+  // With `trust_order` the user declares that nothing delays replies. A first try was sent when no
+  // late reply could come, so no reply can be mistaken for its own.
   if (trusted && !asked.retry) orders.Reset(member);
   Exchange exchange{request, member.protocol->reply_rule, member.times, {}, {}};
   exchange.lags = whose.Lags(member);
@@ -532,7 +536,7 @@ Exchange OwedReplies::ExchangeOf(const Asked& asked, bool trusted, Instant idle_
   exchange.times.quiet = std::max(exchange.times.quiet, request.quiet);
   exchange.times.drain += late_replies.ExtraDrain(member);
   exchange.aftermath = late_replies.Aftermath(asked, now);
-  // This device answers each request only after the next one, so waiting does not help.
+  // The replies of this device always come after a later request, so waiting does not help.
   if (exchange.lags) exchange.aftermath = std::min(exchange.aftermath, member.times.drain);
   return exchange;
 }

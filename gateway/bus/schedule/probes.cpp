@@ -10,10 +10,10 @@ namespace baudgate::bus {
 
 namespace {
 
-/// After this time since its last probe a device no longer waits for a rest of the line.
+/// A device that was not probed for this long is probed without a preceding silence (kRest).
 constexpr Duration kLongestWait = 2s;
 
-/// Returns the time in which a share earns `time`.
+/// Returns the time in which `share` of the time is as long as `time`. Example: 1 s at 0.02: 50 s.
 Duration TimeToEarn(Duration time, double share) {
   return Duration(static_cast<std::int64_t>(static_cast<double>(time.count()) / share));
 }
@@ -82,7 +82,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
   const bool rest = !first && member.device != nullptr && !member.protocol->tcp &&
                     entries_[member].hasty_looks >= kHastyLooks;
   if (rest) {
-    // Writes and background reads may leave no such rest although no poll is due.
+    // Even if no poll is due, writes and background reads may leave no silence of this length.
+    // After kLongestWait the probe is sent nevertheless, and the line waits for the silence.
     const Entry& entry = entries_[member];
     const bool long_ago = entry.probed_at && facts.now - *entry.probed_at >= kLongestWait;
     const auto rested = next(std::max(facts.now, facts.idle_since + kRest), worst);
@@ -91,8 +92,8 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
     if (waits) return Look{*waits, Kind::rested_look};
   }
   if (const auto when = next(facts.now, worst)) return Look{*when, kind};
-  // A client waits for this member now, and may have given up by the next exchange. So this probe
-  // may delay other devices as soon as the share is earned.
+  // A client waits for this member, and may have given up by the end of the next exchange. So the
+  // probe may delay other devices as soon as the share allows.
   if (facts.client_waits(member)) return Look{std::max(facts.now, budget.earned_at()), kind};
   return std::nullopt;
 }
@@ -100,7 +101,7 @@ std::optional<Probes::Look> Probes::LookAt(const Member& member, const Facts& fa
 std::optional<Instant> Probes::NextAt(const Facts& facts) const {
   const Member* next = Next(facts);
   if (next == nullptr) {
-    // No member may be probed yet: returns when the first one may.
+    // Every offline member has to wait. Returns when the first of them can be probed.
     std::optional<Instant> soonest;
     for (const Member* member : roster_.everyone()) {
       if (!member->health.absent() || !facts.is_looked_for(*member)) continue;
@@ -110,7 +111,7 @@ std::optional<Instant> Probes::NextAt(const Facts& facts) const {
     return soonest;
   }
   if (const auto look = LookAt(*next, facts)) return look->at;
-  // After this time without requests of clients the line counts as free.
+  // At this time, without requests of clients, the line counts as free, so a probe may fit.
   return facts.clients_gone && *facts.clients_gone > facts.now ? facts.clients_gone : std::nullopt;
 }
 
@@ -150,7 +151,7 @@ std::optional<Duration> Probes::NoticeBound(Instant now) const {
   Duration seen{};
   Duration first{};
   Instant first_until = now;
-  std::optional<Duration> known;  // the longest wait for any of the members
+  std::optional<Duration> known;  // the longest delay by a probe of any member
   for (const Member* member : roster_.everyone()) {
     if (member->in_use && member->health.absent())
       known = std::max(known, entries_[*member].waited);

@@ -36,7 +36,7 @@ void Schedule::GoOn(std::size_t index, Instant now) {
     const Round& before = device.before[i];
     if (round.queries.empty()) continue;
     if (before.queries.empty()) {
-      // The queries that have come into this group were asked a moment ago, in another group.
+      // These queries were in another group and have been asked there, so they are not due now.
       if (!round.due || *round.due < now) round.due = now + round.period;
     } else if (before.turn == turn_) {  // the latest request was one of its queries
       round.cursor = std::min(before.cursor - (before.cursor > 0 ? 1 : 0), round.queries.size());
@@ -148,7 +148,7 @@ std::optional<Schedule::Pick> Schedule::Next(Instant now, bool healthy_first) {
     }
   }
   if (best == nullptr) {
-    // When there is time for all devices, the line use is counted from zero again.
+    // No query is due, so there is time for all devices: the line use is counted from zero again.
     for (Device& device : devices_) device.used = {};
     return std::nullopt;
   }
@@ -206,13 +206,13 @@ void Background::NoteEnd(std::size_t device, Duration took, bool proved) {
   item.lost = took == Duration::zero();
   if (item.lost) return;
   Duration& longest = proved ? item.longest_with_proof : item.longest;
-  // The effect of one long exchange fades.
+  // The effect of a single long exchange fades with each further exchange.
   longest = std::max(took, longest - (longest - took) / 64);
   if (!proved) ++item.known;
 }
 
-/// Returns the time for the next exchange. It may be longer than all exchanges so far, and few
-/// exchanges show little.
+/// Returns how much time the next exchange needs, with a reserve: it may be longer than all
+/// exchanges so far, and a few exchanges show little.
 Duration Background::Item::Room(bool with_proof) const {
   if (with_proof)
     return longest_with_proof == Duration::zero() ? 2 * room : longest_with_proof * 3 / 2;
@@ -254,7 +254,7 @@ std::optional<Instant> Background::NextAt(Instant now) const {
 
 std::vector<Turns::Choice> Turns::Order(const Waiting& waiting) const {
   std::vector<Choice> order = {Choice::parked, Choice::probe};
-  // After one request of each client of high priority, one request of the other clients.
+  // Requests of high priority are first, one for each client; then other kinds have a turn.
   if (high_in_row_ < waiting.high_clients) order.push_back(Choice::routed_high);
   if (poll_next_ || !waiting.routed) order.push_back(Choice::poll);
   if (waiting.routed) {

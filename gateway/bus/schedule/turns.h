@@ -1,6 +1,6 @@
-// Whether a line may take a turn at all: since when it is idle (`IdleTime`), what holds it
-// (`Hold`), and how many turns it may take at one moment (`TurnLimit`). schedule.h decides whose
-// turn it is.
+// Three small parts of `Poller` that decide whether a line may start a job: `IdleTime` contains
+// since when the line is idle, `Hold` prevents new jobs, and `TurnLimit` stops an endless loop.
+// (schedule.h decides which job is next.)
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,10 +12,10 @@
 
 namespace baudgate::bus {
 
-// `IdleTime` keeps the time of the input that a line is handling, and since when the line has been
-// idle. Part of gateway/bus/poller/poller.h.
+// `IdleTime` contains the time of the input that a line is handling, and since when the line has
+// been idle. Part of `Poller`.
 
-/// The present time, and since when the line has been idle. `since == now`: an exchange has just
+/// The present time, and since when the line has been idle. If both are equal, an exchange has just
 /// ended.
 struct Idle {
   Instant now{};
@@ -25,12 +25,12 @@ struct Idle {
 class IdleTime {
  public:
   /// Call before an input is handled. `idle`: the line is idle at this moment. Returns the time
-  /// since the last input.
+  /// since the input before.
   Duration OnInput(Now now, bool idle) {
     was_idle_ = idle;
     return now.instant - std::exchange(now_, now).instant;
   }
-  /// The input was handled; `idle`: the line is idle after it.
+  /// Call when the input was handled. `idle`: the line is idle now.
   void OnHandled(bool idle) {
     if (idle && !was_idle_) since_ = now_.instant;
   }
@@ -46,7 +46,7 @@ class IdleTime {
   Instant since_{};
 };
 
-// `Hold` prevents a line from beginning a new job. Part of gateway/bus/poller/poller.h.
+// `Hold` prevents a line from starting a new job. Part of `Poller`.
 //
 //   held by       why, and until when
 //   WindUp        the port will be closed when the write under way has ended; until the port opens
@@ -65,14 +65,14 @@ class Hold {
   /// Ends the pause. Returns false if there was none.
   bool GoOn() { return std::exchange(paused_, false); }
 
-  /// Returns until when late replies are awaited in a pause, at most; empty: there is no pause.
+  /// In a pause: returns the end of the longest wait for late replies. Empty: there is no pause.
   std::optional<Instant> WaitsUntil() const {
     return paused_ ? std::optional(since_ + kMostWait) : std::nullopt;
   }
   bool holds() const { return winding_up_ || paused_; }
 
  private:
-  /// A telegram by hand waits for late replies no longer than this.
+  /// Longest time that a telegram by hand waits for late replies of devices.
   static constexpr Duration kMostWait = 4s;
 
   bool winding_up_ = false;
@@ -80,20 +80,22 @@ class Hold {
   Instant since_{};
 };
 
-// `TurnLimit` limits the turns of a line that take no time. A few turns at one moment are normal.
-// Without a limit they could hang the thread of the line, so the line rests after very many. Part
-// of gateway/bus/poller/poller.h.
+// `TurnLimit` protects the thread of a line from an endless loop: it counts turns that happen
+// without any passing time, and makes the line rest for kRest after kMost of them. A few such turns
+// are normal. Part of `Poller`.
 class TurnLimit {
  public:
-  /// The most turns at one moment. All polls of a line that cannot be asked are far fewer.
+  /// Greatest number of turns at one moment; far more than the polls of any line.
   static constexpr int kMost = 20'000;
   static constexpr Duration kRest = 1s;
   static constexpr Duration kTellAgain = 1h;
   static constexpr const char* kWarning =
-      "its line takes turns without end and without time, and rests for 1 s after each 20000: this "
-      "is an error of the gateway or of a protocol's plugin";
+      "its line took 20000 turns in no time and now rests for 1 s after each 20000: report this "
+      "error "
+      "of the gateway or of a protocol's plugin";
 
-  /// Counts a turn. rest_and_tell: the line rests, and kWarning is due.
+  /// Counts a turn. Returns rest_and_tell if the line rests and the user is to be warned
+  /// (kWarning).
   enum class Turn : std::uint8_t { take, rest, rest_and_tell };
   Turn Take(Instant now) {
     if (now < rests_until_) return Turn::rest;
@@ -105,7 +107,6 @@ class TurnLimit {
     told_until_ = now + kTellAgain;
     return Turn::rest_and_tell;
   }
-  /// Returns until when the line rests; empty: it does not rest.
   std::optional<Instant> RestsUntil(Instant now) const {
     return now < rests_until_ ? std::optional(rests_until_) : std::nullopt;
   }

@@ -22,14 +22,16 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   }
   Client* const client = PlaceFor(request.client, now);
   if (client == nullptr) {
-    return Refused(WriteEnd::busy, "too many clients have asked within the last ten minutes");
+    return Refused(WriteEnd::busy,
+                   "too many clients have sent requests within the last ten minutes; try again");
   }
   client->last = now;
   const auto known = client->entries.find(request.seq);
   if (known != client->entries.end()) {
     const Entry& entry = known->second;
     if (entry.content != request.content) {
-      return Refused(WriteEnd::denied, "this client has used this seq for another request");
+      return Refused(WriteEnd::denied,
+                     "this client has used this seq for another request; use a higher seq");
     }
     return entry.answer ? Verdict{What::answered, *entry.answer} : Verdict{What::under_way, {}};
   }
@@ -50,7 +52,7 @@ RequestBook::Verdict RequestBook::Begin(const RequestId& request, Instant now) {
   return {What::refused, *entry.answer};
 }
 
-/// Takes over the requests of earlier runs. Returns false if they are not known yet.
+/// Reads the requests of earlier runs into the book. Returns false if they are not known yet.
 bool RequestBook::ReadPast(Instant now) {
   if (past_ == nullptr) return true;
   const auto past = past_();
@@ -60,8 +62,8 @@ bool RequestBook::ReadPast(Instant now) {
   return true;
 }
 
-/// The latest requests come first. Numbers of older requests for which there is no room count as
-/// forgotten, so they are not carried out again.
+/// Adds a request of an earlier run. The latest requests are added first. When there is no space
+/// for an older one, its number counts as forgotten, so that it is not carried out again.
 void RequestBook::Restore(const PastRequest& past, Instant now) {
   const bool known = clients_.contains(past.id.client);
   if (!known && clients_.size() >= kClients) return;
@@ -84,7 +86,8 @@ void RequestBook::End(const std::string& client, std::uint64_t seq, RequestAnswe
   --at->second.under_way;
 }
 
-/// Returns the entry of the client, new or known. Null: every place is taken.
+/// Returns the entry of a client. If it is new, it can replace the client that was silent longest.
+/// Null: there is no space.
 RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant now) {
   const auto known = clients_.find(client);
   if (known != clients_.end()) return &known->second;
@@ -99,8 +102,8 @@ RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant no
   return &clients_[client];
 }
 
-/// There is always an answered request, because fewer requests may be under way than are
-/// remembered.
+/// Removes the oldest answered request. There always is one, because fewer requests can be under
+/// way than are remembered.
 void RequestBook::ForgetOldest(Client& client) {
   const auto oldest = std::ranges::find_if(
       client.entries, [](const auto& one) { return one.second.answer.has_value(); });

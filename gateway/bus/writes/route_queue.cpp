@@ -26,8 +26,9 @@ bool Meets(const SlaveSet& written, std::uint8_t slave) {
   return slave == kAllSlaves ? written.any() : written[slave] || written[kAllSlaves];
 }
 
-/// Writes found so far while the queue is searched from its oldest request. A write may not
-/// overtake a write to its slave; a read may not overtake a write of its own client.
+/// Collects the writes that were found while the queue is searched from its oldest request. LetPass
+/// returns false for a write if an earlier write to its slave waits, and for a read if an earlier
+/// write of its own client to its slave waits.
 class Earlier {
  public:
   void Add(const RoutedRequest& request) {
@@ -84,10 +85,10 @@ bool RouteQueue::HasUrgent(std::uint8_t slave) const {
          });
 }
 
-/// A block that was written before a short write to the same slave goes before that short write.
+/// Takes a short write, or a block that was written to the same slave before it.
 RouteQueue::Batch RouteQueue::TakeUrgent(const MayAsk& may_ask) {
-  std::array<std::size_t, 256> ends{};  // by slave: place after its last short write
-  std::size_t end = 0;                  // place after the last short write of all
+  std::array<std::size_t, 256> ends{};  // for each slave: place after its last short write
+  std::size_t end = 0;                  // place after the last short write to any slave
   for (std::size_t place = 0; place < waiting_.size(); ++place) {
     if (IsShortWrite(waiting_[place])) end = ends[waiting_[place].slave] = place + 1;
   }
@@ -265,7 +266,7 @@ void RouteQueue::ForgetServed(const std::vector<RoutedRequest>& taken) {
 
 namespace {
 
-/// The client number for requests without a client, which are sent to offline slaves.
+/// Client number of requests that the gateway itself repeats for an offline slave.
 constexpr std::uint64_t kNobody = std::numeric_limits<std::uint64_t>::max();
 
 }  // namespace

@@ -1,15 +1,14 @@
-// `WriteCommand` is a write to points, a read (`Reads`) or a telegram by hand (`Telegram`) on its
-// way from an output to a line. (Routed requests: gateway/bus/writes/route_queue.h.) Only writes to
-// points pass the gate of all writers. Commands that may write pass the audit, and all pass the
-// queue of the line. The device confirms or refuses the command, or its deadline passes; End then
-// calls the observers and answers the client.
+// `WriteCommand` is a command on its way from an output to a line: a write to points, a read
+// (`Reads`) or a telegram by hand (`Telegram`). (For requests of transparent routes see
+// route_queue.h.) Writes to points are checked by WriteGate, commands that may write are recorded
+// by the audit, and all wait in the queue of the line. The device confirms or refuses the command,
+// or its deadline passes. Then End calls the observers and answers the client.
 //
-// The values of a write are raw. The output has made values of the words of its client; the gate
-// has checked them and converted them to raw values. Example: at a point with scale 0.1 the
-// registers "00 19" are the value 25, which is 250 for the device. After the gate no value is
-// converted.
+// The values of a write are raw: the output has decoded what its client sent, and the gate has
+// checked the value and converted it to the raw value. Example: at a point with scale 0.1 the
+// client writes 25, and the raw value is 250. After the gate no value is converted.
 //
-// `WriteState` is the progress of a command. EndUnheard returns the end of a write without an
+// `WriteState` is the progress of a command. EndUnheard returns the result of a write without an
 // answer. `CommandSink` takes commands; `CommandRoom` limits how many wait for a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -37,8 +36,8 @@
 
 namespace baudgate::bus {
 
-// The progress of a write from the gate to its end, and the ends that are possible from each state.
-// The client gets, and the audit records, one of these ends.
+// The progress of a write from the gate to its end, and the results that are possible from each
+// state. The client gets one of these results, and the audit records it.
 //
 //   state          progress                                       possible ends
 //   asked          accepted by the gate                           denied, busy, not_sent
@@ -49,9 +48,9 @@ namespace baudgate::bus {
 enum class WriteState : std::uint8_t { asked, queued, sent, reading_back, ended };
 inline constexpr std::size_t kWriteStates = 5;
 
-/// Returns whether a command may change from one state to another. States change forward only, with
-/// two exceptions: the next points of a command, and a request that never left this machine. `sent`
-/// to `sent` is a repetition.
+/// True if a command can change from one state to another. Changes go forward, with two exceptions:
+/// `queued` again for the next points of a command, or for a request that never left this machine.
+/// From `sent` to `sent`: the request is sent again.
 constexpr bool MayFollow(WriteState from, WriteState to) {
   switch (to) {
     case WriteState::asked:
@@ -89,71 +88,69 @@ constexpr bool MayEnd(WriteState state, WriteEnd end) {
 
 constexpr WriteEnd EndUnheard(bool sent) { return sent ? WriteEnd::unknown : WriteEnd::not_sent; }
 
-inline constexpr const char* kClientLeft = "its client has left";
-inline constexpr const char* kTooLate = "its deadline passed while it waited for the line";
+inline constexpr const char* kClientLeft = "the client has disconnected";
+inline constexpr const char* kTooLate =
+    "the deadline of the request passed while it waited for the line";
 
-/// How long the command of a user waits for its device.
+/// How long the command of a user waits for its device before it ends as not_sent.
 inline constexpr Duration kWaitForDevice = std::chrono::seconds(5);
 
-/// A value to write, made by the gate (Convert). The line sends `raw`; the audit and the comparison
-/// with the read-back use `shown`.
+/// A value to write to a point. WriteGate makes it (Convert). The line sends `raw`; the audit and
+/// the comparison after reading back use `shown`.
 struct PointWrite {
   std::uint32_t point = 0;  ///< index in the device's points
-  Value raw;                ///< value that the conversation sends: in the range of the type
-  Value before{};           ///< the value of the point when the write was requested; empty: unknown
-  Value shown{};            ///< the value that the point shows when the device has taken over `raw`
+  Value raw;                ///< the value that is sent, in the range of the type
+  Value before{};           ///< value of the point when the write was requested; empty: unknown
+  Value shown{};            ///< value that the point shows when the device has accepted `raw`
 };
 
-/// Points are written in this order; the first failure ends the command.
+/// The points are written in this order. The first failure ends the command.
 using Writes = std::vector<PointWrite>;
 
-/// Points to read now; WriteResult::read_back is true if all were read.
+/// Points that a client wants to be read now. WriteResult::read_back is true if all were read.
 struct Reads {
   std::vector<std::uint32_t> points;  ///< indices in the device's points
 };
 
-/// One telegram by hand (`baudgate ask`), which the line sends as it is.
+/// A telegram that a user sends by hand (`baudgate ask`). The line sends it unchanged.
 struct Telegram {
   Bytes bytes;            ///< the whole frame
-  bool reads = false;     ///< the protocol proves that it is a read
-  std::string shown{};    ///< for the record; secrets are masked
-  Bytes reply{};          ///< bytes that have come back; valid when `done` is called
-  std::string outcome{};  ///< outcome of the exchange: "ok", "no_reply"
+  bool reads = false;     ///< the protocol guarantees that the telegram only reads
+  std::string shown{};    ///< text for the record, with secrets masked
+  Bytes reply{};          ///< the bytes that came back; valid when `done` is called
+  std::string outcome{};  ///< outcome of the exchange, such as "ok" or "no_reply"
 };
 
 struct WriteCommand {
   std::uint32_t device = 0;  ///< index in the point store
-  std::string client;        ///< name of the client: "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::optional<RequestId> request{};  ///< empty if the client gave no number
+  std::string client;  ///< name of the client, such as "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::optional<RequestId> request{};  ///< empty: the client gave no number
   std::variant<Writes, Reads, std::shared_ptr<Telegram>> kind;
-  Instant deadline;  ///< the command is not sent later; if it still waits then, it ends as not_sent
-  /// Set by the line: place of the command among all writes to the line.
+  Instant deadline;  ///< the command is not sent later; if it still waits, it ends as not_sent
+  /// Set by the line: number of the command among all writes to the line.
   std::uint64_t sequence = 0;
   WriteState state = WriteState::asked;
-  /// Called directly before each request is sent. Returns why it must not be written now; empty: it
-  /// may be. Null: there is no condition.
+  /// Called directly before each request. Returns why it must not be sent now; empty: it can be
+  /// sent. Null: there is no condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
-  /// True: the client no longer waits, so the command is not begun. Ignored once a request that may
-  /// write was sent; the command then continues to its end.
+  /// True: the client no longer waits, so the command is not started. When a request that may write
+  /// was sent, the command continues to its end.
   std::shared_ptr<const std::atomic<bool>> abandoned;
   using Ended = std::function<void(const WriteResult&)>;
-  /// Parts that need the result: the audit, the room in the queue of the line.
+  /// Called at the end of the command, before `done`: the audit, and the queue limit of the line.
   std::vector<Ended> observers{};
   Ended done;
 
-  /// Returns the points to write; empty for another kind of command.
   const Writes& writes() const {
     static const Writes kNone;
     const auto* const writes = std::get_if<Writes>(&kind);
     return writes != nullptr ? *writes : kNone;
   }
-  /// Returns the points to read; empty for another kind of command.
   const std::vector<std::uint32_t>& reads() const {
     static const Reads kNone;
     const auto* const reads = std::get_if<Reads>(&kind);
     return reads != nullptr ? reads->points : kNone.points;
   }
-  /// Returns the telegram; null for another kind of command.
   Telegram* telegram() const {
     const auto* const telegram = std::get_if<std::shared_ptr<Telegram>>(&kind);
     return telegram != nullptr ? telegram->get() : nullptr;
@@ -161,8 +158,8 @@ struct WriteCommand {
 
   bool client_left() const { return abandoned && *abandoned; }
 
-  /// Ends the command: calls the observers, the latest first, then answers the client. Call exactly
-  /// once, on any thread, unless Submit refused the command.
+  /// Ends the command: calls the observers, the last one first, then answers the client. Call
+  /// exactly once, on any thread. Do not call it if Submit has returned false.
   void End(const WriteResult& result) {
     assert(MayEnd(state, result.end));
     MoveTo(WriteState::ended);
@@ -175,49 +172,50 @@ struct WriteCommand {
   }
 };
 
-/// A write that the gateway refused. It is recorded like any other write.
+/// A write that the gateway has refused. It is recorded by the audit like any other write.
 struct DeniedWrite {
   std::string client{};  ///< as in WriteCommand
   std::optional<RequestId> request{};
   std::uint32_t device = 0;  ///< index in the point store
-  /// Index in the device's points; empty: a telegram, which is never counted.
+  /// Index in the device's points; empty: it was a telegram by hand.
   std::optional<std::uint32_t> point{};
-  Value value{};                    ///< as users see it
+  Value value{};                    ///< value in the form for users
   std::string reason{};             ///< one sentence
   WriteEnd end = WriteEnd::denied;  ///< denied or busy
-  bool counts = true;               ///< false: another point of the same command was counted
+  bool counts = true;  ///< false: another point of the same command was counted already
 };
 
 class CommandSink {
  public:
   virtual ~CommandSink() = default;
-  /// From any thread. Returns false if the queue of the line is full, or if the line is stopping;
-  /// `End` is not called then.
+  /// Takes a command. Can be called from any thread. Returns false if the queue of the line is full
+  /// or the line is stopping; `End` is not called then.
   virtual bool Submit(WriteCommand command) = 0;
-  /// The gateway has refused the write, as denied or busy. From any thread; returns at once.
+  /// Records a write that the gateway has refused (denied or busy). Can be called from any thread;
+  /// does not block.
   virtual void OnNotTaken(const DeniedWrite&) {}
 };
 
-// `CommandRoom` limits the commands that wait for a line. A client never has more commands there
-// than there is room left for others, so a client that writes without end locks out no other. The
-// same holds for a client that connects, writes and leaves again and again: commands of clients
-// that have left are never sent, and take no room.
+// `CommandRoom` limits how many commands wait for a line. A client can have as many waiting
+// commands as there are places free for others, so a client that writes without end does not block
+// others. Commands of clients that have left are never sent and use no place, so a client that
+// connects, writes and leaves again and again does not block others either.
 //
-//   room for 32: one client has at most 16, a second client 8, a third 4 …
+//   32 places: one client has at most 16, a second client 8, a third 4 …
 //
-// From any thread.
+// All functions can be called from any thread.
 class CommandRoom {
  public:
-  /// True when the client of a command has left. Null: the client never leaves.
+  /// Contains true when the client of a command has left. Null: the client never leaves.
   using Abandoned = std::shared_ptr<const std::atomic<bool>>;
   using Ticket = std::uint64_t;
 
-  /// The most abandoned commands that the line has not discarded yet.
+  /// Greatest number of commands of clients that have left and that the line has not discarded yet.
   static constexpr std::size_t kMostAbandoned = 1024;
 
   explicit CommandRoom(std::size_t limit) : limit_(limit) {}
 
-  /// Takes a place for a command of the client. Empty: there is no room.
+  /// Takes a place for a command of the client. Empty: there is no place.
   std::optional<Ticket> Take(const std::string& client, Abandoned abandoned = nullptr) {
     const MutexLock lock(mutex_);
     const auto waits = [](const auto& held) { return !held.second.IsAbandoned(); };
@@ -228,7 +226,7 @@ class CommandRoom {
     held_.emplace(++last_, Held{client, std::move(abandoned)});
     return last_;
   }
-  /// Returns the place, because the command has been answered.
+  /// Gives the place back, because the command was answered.
   void Give(Ticket ticket) {
     const MutexLock lock(mutex_);
     held_.erase(ticket);

@@ -47,8 +47,8 @@ Result<Value> ParseValue(const config::Point& point, std::string_view text) {
 
 namespace {
 
-/// Returns how far a number that a client has computed may be from the intended number: 0.1 + 0.2
-/// is 0.30000000000000004. Whole numbers are exact.
+/// Returns the tolerance for rounding errors in a number that a client has computed: 0.1 + 0.2 is
+/// 0.30000000000000004. `size`: the largest number in the computation. Zero for whole numbers.
 Decimal SlackOf(const Value& value, const Decimal& size) {
   constexpr int kDigits = 9;
   return std::holds_alternative<double>(value) ? Abs(size).Shifted(-kDigits) : Decimal();
@@ -82,7 +82,8 @@ Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, cons
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const PointWrite& write) {
   if (!HasValue(write.shown))
-    return ToText(value) + " is a code that has another meaning for this device";
+    return ToText(value) +
+           " is a code with another meaning for this device, so it cannot be written";
   auto number = Decimal::Of(value);
   if (!number) return std::nullopt;  // a text
   if (point.type == config::Type::float32) number = Decimal(NearestSingle(number->ToDouble()));
@@ -96,8 +97,8 @@ std::optional<std::string> WhyInexact(const config::Point& point, const Value& v
   if (IsMultiple(write.raw, *digits, Decimal(1).Shifted(-*point.writing.decimals))) {
     return std::nullopt;
   }
-  return number->ToText() + " has more digits than the device takes, " +
-         std::to_string(*point.writing.decimals) + " behind its decimal point";
+  return number->ToText() + " has more digits than the device takes (" +
+         std::to_string(*point.writing.decimals) + " after the decimal point)";
 }
 
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value) {
@@ -105,12 +106,12 @@ std::optional<std::string> WhyOutside(const config::Point& point, const Value& v
   const auto number = Decimal::Of(value);
   if (!number) {
     if (std::holds_alternative<std::string>(value)) return std::nullopt;
-    return "it is not a number";
+    return "the value is not a number";
   }
   const bool single = point.type == config::Type::float32;
   const double size = Abs(*number).ToDouble();
   if (single && size != 0 && size < std::numeric_limits<float>::min()) {
-    return number->ToText() + " is almost zero: is the word order of the float right?";
+    return number->ToText() + " is almost zero: check the word order of the float";
   }
   if (writing.min && *number < *writing.min) {
     return number->ToText() + " is below the minimum, " + WithUnit(point, *writing.min);
@@ -222,13 +223,14 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
       return "the selection of '" + point.name + "' ended " +
              FormatDuration(point.writing.select_time) + " after it was made";
     default:
-      return "'" + point.name + "' has to be selected before it is written";
+      return "'" + point.name +
+             "' has to be selected before it is written (register 60000 + N, or --confirm)";
   }
 }
 
-WriteDenial Gone() { return {Why::locked, "a reload has removed its device"}; }
+WriteDenial Gone() { return {Why::locked, "a reload has removed the device"}; }
 
-/// Returns the first limit or interlock that forbids one of the parts now.
+/// Returns the first limit or interlock that forbids one of the parts now; empty: none does.
 std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,
                                      const std::vector<WriteAsk::Part>& parts, Instant now) {
   const auto its = store.device(device);
@@ -305,14 +307,14 @@ std::optional<WriteDenial> WriteGate::CheckAndConvert(const Writer& writer,
                                                       const config::Device& device,
                                                       const WriteAsk& ask, Instant now,
                                                       Writes& writes) {
-  // The first try uses up a selection, even if it is denied.
+  // Checked first, because the first try uses up a selection even if another rule denies the write.
   const std::optional<std::string> not_selected = WhyNotSelected(writer, device, ask, now);
   if (auto denial = ConvertValues(device, ask, writes)) return denial;
   if (not_selected) return WriteDenial{Why::not_selected, *not_selected};
   return WhyNotNow(store_, ask.device, ask.parts, now);
 }
 
-/// Checks permission and limits, and converts each value to what the device can represent.
+/// Checks that each point can be written and its value is allowed, and converts the values.
 std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device,
                                                     const WriteAsk& ask, Writes& writes) {
   for (const WriteAsk::Part& part : ask.parts) {
@@ -333,7 +335,8 @@ std::optional<WriteDenial> WriteGate::ConvertValues(const config::Device& device
   return std::nullopt;
 }
 
-/// Uses up the selection of each point, even if an earlier point was denied.
+/// Checks and removes the selection of each point. Returns the first reason why one is not
+/// selected; empty: all are selected.
 std::optional<std::string> WriteGate::WhyNotSelected(const Writer& writer,
                                                      const config::Device& device,
                                                      const WriteAsk& ask, Instant now) {

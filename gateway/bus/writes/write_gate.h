@@ -1,7 +1,7 @@
 // `WriteGate` checks every write to points: from Modbus clients, the command line, DDS and the
-// correction of clocks. Routed writes do not pass it: for them only the `permit` of the listener
-// holds (gateway/outputs/modbus/service/client_requests.cpp). The rules, in the order in which they
-// are reported:
+// correction of clocks. Writes through transparent routes are not checked here, only by the
+// `permit` of the listener (gateway/outputs/modbus/service/client_requests.cpp). The rules, in the
+// order in which they are reported:
 //
 //   rule                                 denial        source
 //   may the point be written?            read_only     rw in the profile and `write: allow`
@@ -10,16 +10,16 @@
 //   does another point forbid it?        locked        allow_when; min and max that name a point
 //                                                      whose value is unknown (beyond a known
 //                                                      limit: value); checked again before sending
-//   is there room in the line's queue?   busy
+//   is the queue of the line full?       busy
 //
-// A selection is taken before all other checks, so the first try uses it up, even if that is
-// denied. A denial is reported to the sink; Deny does the same for denials of other parts. If the
-// sink itself returns busy, it has recorded the write already (AuditedWrites). For one thread; each
-// output has its own gate. docs/writes.md.
+// The first try uses up a selection, even if the write is denied by another rule. Each denial is
+// reported to the sink; Deny does this for denials of other parts. If the sink itself returns false
+// (busy), it has recorded the write already (AuditedWrites). Each output has its own gate, which
+// only one thread uses. See docs/writes.md.
 //
-// Convert converts each value once: its raw value is checked, and the command carries it to the
-// protocol, which only encodes it. WhyOutside, WhyInexact, WhyLocked, WhyBeyond and `Selections`
-// check one rule each. ParseValue reads a value from text.
+// Convert converts each value once: the command contains the raw value, which the protocol only
+// encodes. WhyOutside, WhyInexact, WhyLocked, WhyBeyond and `Selections` check one rule each.
+// ParseValue reads a value from text.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -45,58 +45,59 @@
 
 namespace baudgate::bus {
 
-// Parsing of a value as people write it, for one point: "0.52", "on", "12". Used for writes of the
-// command line.
+// Parsing of values that users write on the command line, such as "0.52", "on", "12".
 
-/// bool: true, false, on, off, 1, 0. Whole numbers are exact. The error contains the valid texts.
+/// Returns the value of the text for this point. For a bool: true, false, on, off, 1, 0. Whole
+/// numbers are exact. The error says what is valid.
 Result<Value> ParseValue(const config::Point& point, std::string_view text);
 
 // Rules for the value of a write: min, max, step and decimals of config::Writing, and whether the
-// device can represent the value. Pure functions.
+// device can represent the value. The functions have no state.
 
-/// Returns the number with the unit of the point: "50 Hz".
+/// Returns the number with the unit of the point, such as "50 Hz".
 std::string WithUnit(const config::Point& point, const Decimal& number);
 
-/// Returns the decimal number that a client intended: 30.3 for the float32 30.299999237. Other
-/// values are returned unchanged.
+/// Returns the decimal number that a client meant by a float32, such as 30.3 for 30.299999237. For
+/// other types returns `value`.
 Value AsMeant(const config::Point& point, const Value& value);
 
-/// Returns why the value is not allowed, in one sentence; empty: it is allowed. `value`: a result
-/// of AsMeant.
+/// Returns why the value is not allowed, in one sentence; empty: it is allowed. `value`: from
+/// AsMeant.
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value);
 
-/// Returns the raw value for the device, and what the point shows when the device has taken it
-/// over. A value to write is converted only here. The error: it is no value of the type.
+/// Converts a value of users to the raw value for the device, and to the value that the point shows
+/// when the device has accepted it. The error says why the value does not fit the type.
 Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, const Value& value);
 
-/// Returns why the device cannot represent exactly this value, in one sentence: scale and type have
-/// no raw value for it, the raw value is a sentinel, or it has more digits than `decimals`. Empty:
-/// the device can represent it. `write`: the result of Convert for `value`.
+/// Returns why the device cannot represent the value exactly, in one sentence; empty: it can.
+/// Reasons: scale and type have no raw value for it, the raw value is a sentinel, or it has more
+/// digits than `decimals`. `write`: the result of Convert for `value`.
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const PointWrite& write);
 
-// Interlocks: whether the points that a write depends on have the required values (allow_when). A
-// point that is bad, uncertain or was never read refuses the write.
+// Interlocks (allow_when): a write can require that other points have certain values. If one of
+// them is bad, uncertain or was never read, the write is refused.
 
-/// Returns why `value` may not be written, in one sentence; empty: it may be.
+/// Returns why an interlock forbids this value now, in one sentence; empty: none does.
 std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
                                      const Value& value, Instant now);
 
-/// The reason why a limit that is another point of the device (`max: NAME`) forbids the value.
+/// Why a value is beyond a limit that is another point of the device (`max: NAME`).
 struct Beyond {
-  bool known = true;  ///< false: the value of the limit is unknown
+  bool known = true;  ///< false: the value of the limit is not known
   std::string text;   ///< one sentence
 };
 std::optional<Beyond> WhyBeyond(const PointStore& store, std::uint32_t device,
                                 const config::Point& point, const Value& value, Instant now);
 
-/// True if the point has a limit that is another point, or an interlock. These are checked again
+/// True if the point has an interlock, or a limit that is another point. Both are checked again
 /// before each request.
 bool IsGuarded(const config::Point& point);
 
-// `Selections` keeps which points are selected, by which client and until when. A point that trips
-// or resets something is written in two steps, so that a wrong register number moves nothing. The
-// time is an argument. docs/writes.md, "Select before operate".
+// `Selections` contains which points are selected, by which client and until when. A point that
+// trips or resets something is written in two steps: it is selected, then written. A write to a
+// wrong register alone then has no effect. The time is an argument. See docs/writes.md, "Select
+// before operate". Example:
 //
 //   select 100 by client 7 at 0 s, for 10 s
 //   take   100 by client 8 at 1 s             no: selected by another client
@@ -105,7 +106,7 @@ bool IsGuarded(const config::Point& point);
 //
 class Selections {
  public:
-  /// The most selections at a time. A further selection drops the one that ends first.
+  /// Greatest number of selections. A further selection removes the one that ends first.
   static constexpr std::size_t kLimit = 1024;
 
   struct Point {
@@ -121,7 +122,7 @@ class Selections {
   };
 
   void Select(std::uint64_t client, Point point, Instant until);
-  /// Uses up the selection of the client.
+  /// Checks the selection of a point by this client, and removes it.
   Verdict Take(std::uint64_t client, Point point, Instant now);
   void Forget(std::uint64_t client);
 
@@ -137,23 +138,23 @@ class Selections {
 };
 
 struct Writer {
-  std::string name;          ///< WriteCommand::client
-  std::uint64_t number = 0;  ///< number of its connection
-  /// True: the client has left. Null: unknown.
+  std::string name;          ///< see WriteCommand::client
+  std::uint64_t number = 0;  ///< number of the client's connection
+  /// Contains true when the client has left. Null: this is not known.
   std::shared_ptr<const std::atomic<bool>> left{};
 };
 
 struct WriteAsk {
   struct Part {
     std::uint32_t point = 0;  ///< index in the device's points
-    Value value{};            ///< as users see it
+    Value value{};            ///< value in the form for users
   };
   std::uint32_t device = 0;  ///< index in the point store
   std::vector<Part> parts;
-  bool without_selection = false;      ///< the client has confirmed twice that it wants the write
-  std::optional<RequestId> request{};  ///< see WriteCommand
+  bool without_selection = false;  ///< the client has confirmed twice, so no selection is needed
+  std::optional<RequestId> request{};  ///< empty: the client gave no number
   Instant deadline{};
-  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< see WriteCommand
+  std::shared_ptr<const std::atomic<bool>> abandoned{};  ///< true: do not start it
   std::function<void(const WriteResult&)> done{};
 };
 
@@ -165,19 +166,19 @@ struct WriteDenial {
 
 class WriteGate {
  public:
-  /// Store and sink must stay valid for the lifetime of this object.
+  /// `store` and `sink` must stay valid for the lifetime of this object.
   WriteGate(const PointStore& store, CommandSink& sink) : store_(store), sink_(sink) {}
 
-  /// Checks the write and sends it on. Empty: it is under way, and `done` will be called. Else no
-  /// part of it is sent.
+  /// Checks the write and passes it to the sink. Empty: it was accepted, and `done` will be called.
+  /// Else no part of it is sent.
   std::optional<WriteDenial> Submit(const Writer& writer, WriteAsk ask, Instant now);
-  /// Returns the denial that the write would get now, apart from its selection. Sends and records
-  /// nothing.
+  /// Returns the denial that Submit would return now, without the rule about selections. Sends and
+  /// records nothing.
   std::optional<WriteDenial> WouldDeny(const WriteAsk& ask, Instant now) const;
-  /// Selects a point with `select: yes`: the first of the two steps.
+  /// Selects a point with `select: yes`, so that this client can write it for a limited time.
   std::optional<WriteDenial> Select(const Writer& writer, std::uint32_t device, std::uint32_t point,
                                     Instant now);
-  /// Records a write that another part has denied, for this reason.
+  /// Records a write that another part has denied, with this reason.
   void Deny(const Writer& writer, const WriteAsk& ask, const std::string& reason,
             WriteEnd end = WriteEnd::denied);
   void Forget(const Writer& writer) { selections_.Forget(writer.number); }

@@ -14,7 +14,7 @@ namespace {
 const WriteCommand& CommandOf(const WriteCommand& command) { return command; }
 const WriteCommand& CommandOf(const WriteQueue::Confirmed& one) { return one.command; }
 
-/// Takes the commands out of `commands` for which `stays` is false.
+/// Removes the commands for which `stays` returns false from `commands`, and returns them.
 template <typename Commands, typename Stays>
 std::vector<typename Commands::value_type> TakeOut(Commands& commands, const Stays& stays) {
   const auto first = std::stable_partition(commands.begin(), commands.end(), stays);
@@ -81,7 +81,7 @@ void WriteQueue::Confirm(WriteCommand command, std::size_t device, Instant now) 
   confirmed_.push_back({std::move(command), device, now});
   Confirmed& last = confirmed_.back();
   last.written = last.command.writes().size();
-  // If a point was written twice, its last value counts.
+  // If the command wrote a point twice, only the last value is compared with the reading.
   auto* const list = std::get_if<Writes>(&last.command.kind);
   if (list == nullptr) return;
   Writes& writes = *list;

@@ -19,9 +19,9 @@ namespace {
 
 constexpr Duration kLookInterval = 1s;
 constexpr Duration kAnswerPatience = 30s;
-/// A reading that was requested must not be older.
+/// The maximum age of a reading that was requested.
 constexpr Duration kFresh = 10s;
-/// Two readings of a drift agree if they differ by no more, in seconds.
+/// Two readings of a drift agree if they differ by at most this number of seconds.
 constexpr double kAlike = 2;
 
 const bus::Writer kWriter{"gateway", 0};
@@ -31,7 +31,7 @@ std::chrono::seconds UnixTime(WallTime at) {
   return std::chrono::floor<std::chrono::seconds>(at).time_since_epoch();
 }
 
-/// Reads "tried 1790000000", in seconds since 1970.
+/// Parses "tried 1790000000", the time of the last try in seconds since 1970.
 std::optional<std::chrono::seconds> TriedAt(const std::string& memory) {
   if (!memory.starts_with(kTried)) return std::nullopt;
   const auto at = ParseInteger<std::int64_t>(std::string_view(memory).substr(kTried.size()));
@@ -94,7 +94,7 @@ void ClockCorrector::Tick(Now now) {
   if (stopped_ || !tries_ || (looked_ && now.instant - *looked_ < kLookInterval)) return;
   looked_ = now.instant;
   for (std::uint32_t device = 0; device < devices_; ++device) {
-    // The end of a correction is reported even if a reload has removed the device.
+    // A device that a reload has removed is still checked until its correction has been reported.
     if (links_.store.gone(device) && !under_way_.contains(device)) continue;
     const auto its = links_.store.device(device);
     const auto care = its ? protocols::ClockCareOf(*its) : std::nullopt;
@@ -259,10 +259,11 @@ std::optional<bool> AskTimeService(sd_bus& bus) {
 namespace {
 
 constexpr Duration kInterval = 5s;
-// Each question starts a process, which stays for a while.
+// The time service is asked less often, because each question starts a process that stays for a
+// while.
 constexpr Duration kServiceInterval = 1min;
 
-/// Returns nothing if this process may not ask the kernel.
+/// Returns nothing if this process is not allowed to ask the kernel.
 std::optional<bool> AskKernel() {
   timex state{};
   const int found = ntp_adjtime(&state);

@@ -1,13 +1,13 @@
-// `ClockCorrector` corrects the clocks of devices whose options ask for it
-// (protocols/common/clock.h), as a client "gateway" that writes to a point: through the same gate,
-// audit and queue as any client. For each device, once a second:
+// `ClockCorrector` corrects the clocks of devices whose options ask for corrections
+// (protocols/common/clock.h). It acts as a client "gateway" that writes to a point, through the
+// same gate, audit and queue as any client. For each device, once a second:
 //
 //   this machine's clock is right, the hour allows it, and the last try is 25 hours ago
 //   clock_drift is good and large enough  → clock_drift is read once more, now
 //   both readings agree                   → the time of the try is written to the disk
 //   the time is on the disk               → clock_correction is written, or an event says why not
 //
-// The next try is 25 hours later, whatever the result and also after a restart, so that it is on
+// The next try is 25 hours later, whatever the result and also after a restart. It is then on
 // another day of the device's clock even when summer time ends. A try that cannot be recorded is
 // not made. `HostClock` checks whether this machine's clock is right.
 // SPDX-License-Identifier: Apache-2.0
@@ -38,15 +38,15 @@ namespace baudgate::daemon {
 class ClockCorrector {
  public:
   static constexpr Duration kBetweenTries = std::chrono::hours(25);
-  /// The time from a reading that failed, or disagreed with the reading before, to the next
-  /// reading.
+  /// The time to the next reading after a reading that failed, or that disagreed with the reading
+  /// before.
   static constexpr Duration kBetweenReads = std::chrono::minutes(10);
 
   struct Links {
     const bus::PointStore& store;
     bus::CommandSink& commands;
-    /// Opens the store for the times of tries, when a device asks for corrections. Null: no clock
-    /// is corrected.
+    /// Opens the store for the times of tries, when a device asks for corrections. Null: there is
+    /// no state folder, so no clock is corrected.
     std::function<std::unique_ptr<records::DeviceMemory>(const config::Config&)> open;
     std::function<void(std::uint32_t device, bool corrected, const std::string& text, Now at)> tell;
     std::function<void(const std::string&)> warn;
@@ -54,13 +54,12 @@ class ClockCorrector {
   /// The targets of `links` must outlive this object.
   explicit ClockCorrector(Links links);
 
-  /// To be called at the start, and after a reload has given numbers to the devices. Before this
-  /// call, new devices are not checked.
+  /// Must be called at the start, and after a reload has given numbers to the devices. New devices
+  /// are not checked before this call.
   void OnReload(const config::Config& config);
-  /// Thread-safe.
   void OnHostClock(bool right);
   void Tick(Now now);
-  /// No step begins afterwards.
+  /// No correction begins or continues after this call.
   void Stop();
 
  private:
@@ -72,8 +71,8 @@ class ClockCorrector {
     enum class Step : std::uint8_t { reads, keeps, writes };
     Step step = Step::reads;
     std::shared_ptr<Answered> answered = std::make_shared<Answered>();
-    double drift = 0;  ///< seconds, as the first reading gave
-    /// Holds the device in the store until its result is reported.
+    double drift = 0;  ///< in seconds, from the first reading
+    /// Keeps the device in the store until the result of the correction is reported.
     std::shared_ptr<const void> held{};
   };
 
@@ -91,37 +90,37 @@ class ClockCorrector {
       BAUDGATE_REQUIRES(mutex_);
   bool MayTry(std::uint32_t device, const protocols::ClockCare& care, Now now) const
       BAUDGATE_REQUIRES(mutex_);
-  /// Returns seconds; nothing if the quality of the drift point is not good.
+  /// Returns the drift in seconds; nothing if the quality of the drift point is not good.
   std::optional<double> DriftOf(std::uint32_t device, const protocols::ClockCare& care,
                                 Instant now) const;
 
   const Links links_;
   Mutex mutex_;
   bus::WriteGate gate_ BAUDGATE_GUARDED_BY(mutex_);
-  std::unique_ptr<records::DeviceMemory> tries_
-      BAUDGATE_GUARDED_BY(mutex_);  // null: no device asks for corrections
+  // Null: no device asks for corrections.
+  std::unique_ptr<records::DeviceMemory> tries_ BAUDGATE_GUARDED_BY(mutex_);
   std::uint32_t devices_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool right_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool stopped_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> looked_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::uint32_t, UnderWay> under_way_ BAUDGATE_GUARDED_BY(mutex_);  // by device
-  std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // by device
+  std::map<std::uint32_t, UnderWay> under_way_ BAUDGATE_GUARDED_BY(mutex_);  // key: device
+  std::map<std::uint32_t, Instant> not_before_ BAUDGATE_GUARDED_BY(mutex_);  // key: device
 };
 
 /// Asks systemd's time service (org.freedesktop.timedate1) over the system bus whether this
-/// machine's clock is synchronised, for a service that may not ask the kernel (ProtectClock= of the
-/// unit). The answer is that of the kernel: timedated calls adjtimex. Returns nothing without a
-/// bus, a service or a reply. May take some seconds.
+/// machine's clock is synchronised. A service with ProtectClock= in its unit must not ask the
+/// kernel itself; timedated calls adjtimex for it. Returns nothing without a bus, a service or a
+/// reply. Can take some seconds.
 std::optional<bool> AskTimeService();
 std::optional<bool> AskTimeService(sd_bus& bus);
 
-/// Checks whether this machine's clock is synchronised (NTP, PTP, GPS), and reports every change.
-/// Devices get the time only while it is. The checks run on a separate thread, because a reply may
-/// take seconds.
+/// HostClock checks whether this machine's clock is synchronised (NTP, PTP, GPS), and reports every
+/// change; devices get the time only from a synchronised clock. The checks run on a separate
+/// thread, because a reply can take seconds.
 class HostClock {
  public:
-  /// `tell` is called on that thread when the clock is right for the first time, and at every
-  /// change.
+  /// `tell` is called on the separate thread when the clock is right for the first time, and at
+  /// every change.
   explicit HostClock(std::function<void(bool right)> tell);
   /// Asks the thread to end after the current check; the destructor waits for it.
   void RequestStop() { worker_.RequestStop(); }

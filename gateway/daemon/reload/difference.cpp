@@ -16,7 +16,7 @@ namespace baudgate::reload {
 
 namespace {
 
-/// The most settings of a line that are named; the rest is "…".
+/// The maximum number of settings of a line that are named; the rest is shown as "…".
 constexpr std::size_t kMostNamed = 5;
 
 const config::Line* Find(const config::Config& config, const std::string& name) {
@@ -114,7 +114,7 @@ LineChange CompareLines(const config::Line* was, const config::Line& is) {
   return {is.name, in_place ? Action::in_place : Action::restarted, WhatChanged(*was, is)};
 }
 
-/// Key: "line.device.point".
+/// Returns the history points by name; the key is "line.device.point".
 std::map<std::string, config::HistoryPoint> HistoryOf(const config::Config& config) {
   std::map<std::string, config::HistoryPoint> points;
   std::uint32_t device = 0;
@@ -153,7 +153,7 @@ void CompareKey(std::string_view key, const Section& was, const Section& is,
 void CompareHistory(const config::Config& running, const config::Config& next,
                     Difference& difference) {
   EachDifferent(running.history, next.history, [&](std::string_view key) {
-    if (key == "points") return;  // compared by name below
+    if (key == "points") return;  // points are compared by name below
     const std::string name = "history." + std::string(key);
     (key == "directory" ? difference.restart : difference.settings).push_back(name);
   });
@@ -187,7 +187,8 @@ std::string SentenceOf(const LineChange& line) {
   return {};
 }
 
-/// Appends "1 listener new, 2 listeners removed". `anew` is the word for changed items.
+/// Appends text such as "1 listener new, 2 listeners removed". `anew` is the word for changed
+/// items.
 template <typename Change>
 void SumUp(const std::vector<Change>& changes, std::string_view name, std::string_view anew,
            std::string& text) {
@@ -281,7 +282,7 @@ config::Line Empty(const config::Line& line) {
   return empty;
 }
 
-/// Old number → new number, for lines and devices of one file.
+/// The new number for each old number of the lines and devices of one file.
 struct Numbers {
   std::map<std::size_t, std::size_t> lines;
   std::map<std::uint32_t, std::uint32_t> devices;

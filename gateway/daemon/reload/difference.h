@@ -1,6 +1,7 @@
-// `Difference` is what a new configuration changes in the current one, in the same words for the
-// answer, the log and `baudgate reload --dry-run`. Lines are compared by name; their order in the
-// file does not matter. PlaceInSlots assigns numbers to lines and devices. Nothing here does I/O.
+// `Difference` contains what a new configuration changes in the current one, in the same words for
+// the answer, the log and `baudgate reload --dry-run`. Lines are compared by name; their order in
+// the file does not matter. PlaceInSlots assigns numbers to lines and devices. Nothing here does
+// I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,12 +40,11 @@ Difference Compare(const config::Config& running, const config::Config& next);
 std::vector<std::string> Sentences(const Difference& difference);
 /// Returns "1 line new, 1 line restarted; 12 lines untouched".
 std::string Summary(const Difference& difference);
-/// Returns "only a restart can change dds.domain, gateway.name", or nothing if no restart is
-/// needed.
+/// Returns "only a restart can change dds.domain, gateway.name"; nothing if no restart is needed.
 std::optional<std::string> WhyNot(const Difference& difference);
 
-// The numbers of lines and devices after a reload: a line that continues keeps its number, a line
-// that ends leaves an empty place, and a line that starts gets the next number.
+// Placement contains the numbers of lines and devices after a reload: a line that continues keeps
+// its number, a line that ends leaves an empty place, and a line that starts gets the next number.
 //
 //   running        file            slots
 //   0 bay-1        bay-2           0 (empty, with as many nameless devices as before)

@@ -43,17 +43,18 @@ std::string KeptConfigs::why_taken_back() const {
   return ReadWhole(why_file()).value_or(std::string());
 }
 
-/// An empty or damaged copy of the confirmed text confirms nothing.
+/// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
+/// unconfirmed. If the copy of the confirmed text is empty or cannot be read as well, no text is.
 bool KeptConfigs::IsUnconfirmed(const std::string& text) const {
   if (!IsThere(trial_file())) return false;
   const auto on_trial = ReadWhole(trial_file());
   if (on_trial && !on_trial->empty()) return *on_trial == text;
   const auto good = confirmed();
-  return good && *good != text;
+  return good && !good->empty() && *good != text;
 }
 
-// The power may fail after each step, so the order matters: a text is never stored beside the
-// reason of another text, and a confirmed trial is never lost.
+// The power can fail after each step, so the order matters: a text must never be stored beside the
+// reason of another text, and a confirmed trial must never be lost.
 Result<bool> KeptConfigs::Write(const KeptTexts& wanted) const {
   std::error_code error;
   fs::create_directories(folder_, error);

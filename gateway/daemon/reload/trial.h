@@ -25,20 +25,20 @@
 
 namespace baudgate::reload {
 
-// Texts of the configuration in the state folder: the text that was confirmed last, and the text
-// that is on trial or was taken back. A start decides by them what to load. Every change is on the
-// disk before it takes effect.
+// KeptConfigs stores texts of the configuration in the state folder: the text that was confirmed
+// last, and the text that is on trial or was taken back. A start decides by them what to load.
+// Every change is written to the disk before it takes effect.
 //
 //   STATE/configurations/confirmed.yaml   the confirmed file
 //   STATE/configurations/trial.yaml       the file that is on trial or was taken back
-//   STATE/configurations/taken_back.txt   why it was taken back; only then
+//   STATE/configurations/taken_back.txt   exists only if trial.yaml was taken back: why
 //
 
 /// The texts that the next start must find in the folder.
 struct KeptTexts {
   std::string confirmed;
-  std::optional<std::string> trial{};  ///< on trial, or taken back
-  std::optional<std::string> why{};    ///< with `trial`: why it was taken back
+  std::optional<std::string> trial{};  ///< the text that is on trial, or was taken back
+  std::optional<std::string> why{};    ///< why `trial` was taken back; nothing if it was not
 };
 
 class KeptConfigs {
@@ -51,17 +51,16 @@ class KeptConfigs {
 
   const std::filesystem::path& folder() const { return folder_; }
   std::filesystem::path confirmed_file() const { return folder_ / "confirmed.yaml"; }
-  /// True if nothing was ever stored.
   bool empty() const;
-  /// Returns nothing if there is no confirmed text, or it cannot be read.
+  /// Returns nothing if there is no confirmed text, or if it cannot be read.
   std::optional<std::string> confirmed() const;
   Trial trial() const;
-  /// At a start, a trial that still runs in the folder counts as taken back, too: the gateway ended
-  /// before its end.
+  /// Returns why the trial was taken back. At a start, a trial that is still running in the folder
+  /// counts as taken back, because the gateway ended before the end of the trial.
   std::string why_taken_back() const;
   /// True if `text` is on trial, or was taken back: a start then loads the confirmed text instead.
-  /// If the copy of the trial is empty or cannot be read, this is true for every text except the
-  /// confirmed text.
+  /// If the copy of the trial is empty or cannot be read, every text except the confirmed text is
+  /// unconfirmed.
   bool IsUnconfirmed(const std::string& text) const;
 
   /// Writes the texts that differ in the folder, and removes files that are not in `wanted`.
@@ -75,9 +74,9 @@ class KeptConfigs {
   const std::filesystem::path folder_;
 };
 
-// Health of one device during a trial. `Probation` decides with it whether a configuration on trial
-// stays: it is taken back when the time is over without a confirmation, or at once when a device
-// that was well before is no longer well.
+// `Probation` decides by the health of the devices whether a configuration on trial stays. It is
+// taken back when the time is over without a confirmation, or at once when a device that was well
+// before is no longer well.
 //
 //   Begin(0 s, 60 s, {bay-1.a})
 //   Look(5 s, a well)       nothing
@@ -87,10 +86,10 @@ enum class Health : std::uint8_t {
   well,     ///< the device answers, and is the right device
   unknown,  ///< the device has not been asked long enough since the port was opened or came back
   ill,      ///< the device does not answer, or is another device
-  unasked,  ///< the device is out of use, or its port is lent: its health does not matter
+  unasked,  ///< the device is out of use, or its port is lent, so its health does not matter
 };
 
-/// "bay-1.feeder-1" → health. Devices that no longer exist are missing.
+/// Key: "bay-1.feeder-1". Devices that no longer exist are missing.
 using Healths = std::map<std::string, Health>;
 
 class Probation {
@@ -99,20 +98,21 @@ class Probation {
   /// counts as ill.
   static constexpr Duration kTimeToAnswer = 20s;
 
-  /// Starts a trial. It replaces a running trial; devices that were well before the replaced trial
-  /// still count.
+  /// Starts a trial, in place of a running trial. Devices that were well before the replaced trial
+  /// still count as well before.
   void Begin(Instant now, Duration time, const Healths& before);
   bool running() const { return until_.has_value(); }
   Instant until() const { return until_.value_or(Instant::max()); }
-  /// Returns why the configuration must be taken back; empty: the trial continues, or none runs.
+  /// Returns why the configuration must be taken back; nothing if the trial continues, or none
+  /// runs.
   std::optional<std::string> Look(Instant now, const Healths& healths);
   void End();
 
  private:
   std::optional<Instant> until_;
   Duration patience_{};
-  /// When each device that was well before was last seen with another health than unknown. Empty
-  /// while no trial runs.
+  /// For each device that was well before: when its health was last known. Empty while no trial
+  /// runs.
   std::map<std::string, Instant> well_;
 };
 
@@ -134,9 +134,9 @@ class Trial {
  public:
   static constexpr Duration kShortest = 250ms;
 
-  /// `refused` is the text of the file, if it was taken back before the start.
+  /// `refused` is the text of the file and the reason, if it was taken back before the start.
   explicit Trial(std::optional<Refused> refused) : refused_(std::move(refused)) {}
-  /// To be called at the start: `runs` is applied and confirmed.
+  /// Must be called at the start: `runs` is applied and confirmed.
   void Start(Applied runs);
 
   /// Not null after Start.
@@ -145,27 +145,28 @@ class Trial {
   const std::optional<Refused>& refused() const { return refused_; }
   bool IsRefused(const std::string& text) const { return refused_ && refused_->text == text; }
   bool running() const { return probation_.running(); }
-  /// Returns the end of the trial; empty: no trial runs.
   std::optional<Instant> until() const;
-  /// Returns the rest of the trial, rounded up to seconds; zero: no trial runs.
+  /// Returns the rest of the trial, rounded up to seconds; zero if no trial runs.
   Duration Left(Instant now) const;
 
   /// Returns how long `next` must be on trial; zero: it is confirmed at once. `asked` is the time
-  /// that the user wants; zero: no trial. If a trial runs, `next` gets at least the rest of it, so
-  /// a reload cannot end a trial. The confirmed configuration needs no trial.
+  /// that the user wants; zero: no trial. While a trial runs, zero means the rest of the trial, so
+  /// that a reload cannot end a trial; only the confirmed configuration is then confirmed at once.
   Duration TimeFor(const config::Config& next, Duration asked, Instant now) const;
-  /// Notes that another text runs. Begin must follow.
+  /// Notes that the text of `runs` is applied. Begin must follow.
   void Apply(Applied runs) { applied_ = std::make_shared<const Applied>(std::move(runs)); }
-  /// Starts a trial of the applied text. Zero ends the running trial and confirms the applied text.
+  /// Starts a trial of the applied text. If `time` is zero, ends the running trial and confirms the
+  /// applied text.
   void Begin(Duration time, const Healths& before, Instant now);
-  /// Returns why the applied text must be taken back; empty: the trial continues, or none runs.
+  /// Returns why the applied text must be taken back; nothing if the trial continues, or none runs.
   std::optional<std::string> Look(const Healths& healths, Instant now);
   /// Notes that the confirmed text runs again.
   void TakeBack(const std::string& why);
 
-  /// Returns the texts that a start must find now.
+  /// Returns the texts that a start must find in the state folder now.
   KeptTexts ToKeep() const;
-  /// Returns the texts that a start must find once `text` is applied.
+  /// Returns the texts that a start must find in the state folder once `text` is applied, with a
+  /// trial of `time`.
   KeptTexts ToKeepWith(const std::string& text, Duration time) const;
 
  private:

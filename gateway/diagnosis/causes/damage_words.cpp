@@ -1,4 +1,6 @@
-// The sentences about damaged replies: bytes lost, added or changed, and check values.
+// Causes and sentences about damaged replies: bytes lost, added or changed, and wrong check values.
+// A function that returns a double returns the share of the failures that its cause explains, 0
+// to 1.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,23 +17,24 @@ namespace {
 
 using enum Symptom;
 
-/// A converter drops at most this many single bytes of a reply.
+/// A reply that lacks more bytes than this has broken off: a converter drops single bytes only.
 constexpr std::size_t kMissing = 4;
-/// Fewer lost heads may be noise.
+/// Fewer replies without their first bytes can be noise.
 constexpr std::size_t kFewLosses = 3;
-/// Every buffer has room for this many bytes.
+/// Replies up to this length, in bytes, fit into any buffer.
 constexpr std::size_t kNoBuffer = 16;
 
-/// A reply that lacks two bytes may look as if it broke off before its check value.
+/// True if replies often lack bytes and none was good. A reply that lacks two bytes can look as if
+/// it broke off before its check value.
 bool LacksBytes(const Evidence& evidence) {
   return !evidence.answered && evidence.Count(bytes_lost) >= kMany;
 }
 
-/// True if replies up to some length come well and longer replies never do. `which`: the replies
-/// that are too long, silent or damaged.
+/// True if replies up to some length are good and longer replies never are. `which`: the too long
+/// replies that did not come (silent) or came damaged.
 bool OnlyLong(const Evidence& evidence,
               const bus::ReplyLengths::TooLong& (bus::ReplyLengths::*which)() const) {
-  // An absent device answered short requests in the past, so the lengths prove nothing.
+  // The short replies of an offline device may be from long ago, so the lengths prove nothing.
   if (evidence.device == nullptr || evidence.absent) return false;
   if (!evidence.traits().has_blocks) return false;
   const bus::Findings& findings = evidence.device->status.findings;
@@ -43,7 +46,8 @@ bool OnlyLong(const Evidence& evidence,
 
 }  // namespace
 
-/// A text reply that lacks two characters may look whole except for its check value.
+/// True if replies lose bytes in different places, although some are good. A text reply that lacks
+/// two characters can look complete except for its check value.
 bool LosesAnywhere(const Evidence& evidence) {
   if (!evidence.traits().speaks_text) return false;
   if (evidence.Count({damaged, noise, zeros, bytes_added}) > 0) return false;
@@ -56,13 +60,15 @@ bool LosesAnywhere(const Evidence& evidence) {
          3 * lost >= evidence.seen;
 }
 
-/// All failed replies contain a byte that converters change, and no good reply does.
+/// Cause: a converter changes certain bytes. All failed replies contain one of these bytes, and no
+/// good reply does. Returns the share of failures that this explains, or 0.
 double NotTransparent(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
-  // For devices that send unasked, the bytes of good messages are not recorded.
+  // For devices that send unasked, the bytes of good messages are not recorded, so nothing can be
+  // compared.
   if (evidence.device->status.unasked) return 0;
   if (evidence.seen < kFacts || Suspects(evidence) == 0) return 0;
-  // A converter that drops special bytes does not cut off the end of a reply.
+  // If most replies break off, a converter that drops certain bytes is not the cause.
   const Finding& cut = evidence.Last(tail_lost);
   const bool breaks_off =
       cut.expected > cut.bytes + kMissing && 2 * evidence.Count(tail_lost) > evidence.seen;
@@ -70,7 +76,8 @@ double NotTransparent(const Evidence& evidence) {
   return evidence.Share({damaged, noise, bad_check, bytes_lost, bytes_added, tail_lost});
 }
 
-/// If other replies are read well, a reply with a wrong eighth bit is only damaged.
+/// Cause: the eighth bit of characters is set or cleared. If other replies are good, the reply is
+/// only damaged, so the result is 0.
 double EighthBit(const Evidence& evidence) {
   return evidence.answered && !evidence.changed ? 0 : evidence.Share({eighth_bit});
 }
@@ -80,13 +87,15 @@ double BadCheck(const Evidence& evidence) {
   return evidence.answered ? 0 : evidence.Share({bad_check});
 }
 
-/// A reply that lacks several bytes at its beginning looks like noise.
+/// Cause: the beginning of replies is lost. A reply that lacks several bytes there looks like
+/// noise, so noise is counted too.
 double HeadLost(const Evidence& evidence) {
   if (evidence.Count(head_lost) < kFewLosses) return evidence.Share({head_lost});
   return evidence.Share({head_lost}, {noise, zeros, damaged}, 2);
 }
 
-/// Noise changes characters but removes none; two colliding devices do both.
+/// Cause: bytes inside replies are lost. (Noise changes characters but removes none; two devices
+/// that send at the same time do both.)
 double BytesLost(const Evidence& evidence) {
   if (LosesAnywhere(evidence)) {
     return evidence.Share({bytes_lost, bad_check, head_lost, tail_lost, end_lost, other_setting});
@@ -96,21 +105,24 @@ double BytesLost(const Evidence& evidence) {
   return evidence.Share({bytes_lost, bad_check, damaged, tail_lost, end_lost});
 }
 
-/// If the device has answered, a wrong last byte counts only if nothing else is damaged.
+/// Cause: the last byte of replies is lost. If other replies are good, this counts only if nearly
+/// all failures are of this kind.
 double EndLost(const Evidence& evidence) {
   const bool only = evidence.Count(end_lost) >= kMany && evidence.Share({end_lost}) > 0.9;
   if (evidence.answered && !evidence.Last(end_lost).cause.empty() && !only) return 0;
   return Always<end_lost>(evidence);
 }
 
-/// A buffer that is too small may also cut off only the last byte of a reply.
+/// Cause: replies break off, for example in a buffer that is too small. The buffer may also cut off
+/// only the last byte, so lost last bytes are counted too.
 double BreaksOff(const Evidence& evidence) {
   if (evidence.Count(tail_lost) == 0) return 0;
   const double share = LacksBytes(evidence) ? 0 : evidence.Share({tail_lost, end_lost, bytes_lost});
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// True if all characters that came have the same parity.
+/// Cause: another parity than configured. Returns 0 unless the failed replies of all devices
+/// contained characters of one parity only.
 double OtherParity(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool network = evidence.line->is_network();
@@ -124,7 +136,7 @@ double OtherParity(const Evidence& evidence) {
   return evidence.Share({bad_check, damaged, noise, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
-/// True if all characters of the damaged replies lack their eighth bit.
+/// Cause: the eighth bit is cut off. Returns 0 unless it is missing in all characters that came.
 double SevenBits(const Evidence& evidence) {
   if (evidence.seen < kMany || !OnWire(evidence)) return 0;
   const bool all = std::ranges::all_of(evidence.records, [](const bus::DeviceRecord* record) {
@@ -146,9 +158,10 @@ namespace {
 
 using enum Symptom;
 
-/// A driver that releases the bus too early cuts off at most this many bytes.
+/// A device whose driver leaves the bus too early cuts off at most this many bytes of a reply.
 constexpr std::size_t kFewLost = 4;
-/// Finding::cause of bad_check: the reply is a text, so the kind of its check value is not proven.
+/// Value of Finding::cause at bad_check: the reply is a text, so it is not certain which kind of
+/// check value it has.
 constexpr std::string_view kText = "a text";
 constexpr const char* kSetRaw =
     "set the converter or serial server to raw (no XON/XOFF, no Telnet)";
@@ -157,7 +170,7 @@ bool IsNearlyAll(std::size_t count, const Evidence& evidence) {
   return 10 * count >= 9 * evidence.seen;
 }
 
-/// The hex values of special bytes: "11 and 13".
+/// Returns the hex values of these special bytes, such as "11 and 13".
 std::string NamesOf(unsigned specials) {
   std::string names;
   for (std::size_t i = 0; i < std::size(kSpecialBytes); ++i) {
@@ -175,7 +188,8 @@ bool IsComputedOtherwise(const Evidence& evidence) {
   return fits && 2 * evidence.Count(bad_check) > evidence.seen;
 }
 
-/// On a serial port a driver gives FF for a character with wrong parity, so FF is ignored there.
+/// Returns the suspect special bytes. On a serial port FF does not count, because a driver gives FF
+/// for a character with wrong parity.
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.specials().Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);
@@ -187,130 +201,132 @@ std::string SayHeadLost(const Evidence& evidence) {
   const bool one = how.empty() && evidence.Count({noise, damaged}) == 0;
   const bool steals = !one && how != kGarbled && evidence.answered && !evidence.alike.empty() &&
                       !evidence.line->is_network();
-  return std::string(how == kGarbled ? "the first byte of its replies comes garbled"
+  return std::string(how == kGarbled ? "the first byte of its replies is garbled"
                      : one           ? "the first byte of its replies is missing"
                                      : "the first bytes of its replies are missing") +
-         ": a converter switches too late: use automatic direction, or raise the device's answer "
-         "delay" +
+         ". Use a converter with automatic direction, or raise the device's answer delay" +
          (steals ? "; or " + OtherReader(evidence) : "");
 }
 
 std::string SayEndLost(const Evidence& evidence) {
   if (evidence.Last(end_lost).cause == kGarbled && evidence.answered) {
-    return "the last byte of its replies comes garbled: a driver lets go of the bus too early (use "
-           "one with automatic direction), or its replies come damaged: noise, a bad wire";
+    return "the last byte of its replies is garbled. Use a converter with automatic direction, and "
+           "check for noise and a bad wire";
   }
   if (evidence.Last(end_lost).cause == kGarbled) {
-    return "the last byte of its replies comes garbled: it computes another check value, or a "
-           "driver lets go of the bus too early (use a converter with automatic direction)";
+    return "the last byte of its replies is garbled. Use a converter with automatic direction, or "
+           "check how the device computes its check value";
   }
   if (evidence.line->is_network() && evidence.healthy.empty()) {
-    return "the last byte of its replies is missing: the serial server takes it for a delimiter: "
+    return "the last byte of its replies is missing. The serial server takes it for a delimiter: "
            "set its port to raw, without delimiters";
   }
-  return "the last byte of its replies is missing: a driver lets go of the bus too early; use a "
-         "converter with automatic direction";
+  return "the last byte of its replies is missing. Use a converter with automatic direction, as a "
+         "driver releases the bus too early";
 }
 
 std::string SayTailLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(tail_lost);
   if (!finding.cause.empty() && !finding.remedy.empty()) {
     const bool never = !evidence.answered && IsNearlyAll(evidence.Count(tail_lost), evidence);
-    return never ? "its replies carry no check value: " + finding.remedy
-                 : "its replies break off before their check value: a driver lets go of the bus "
-                   "too early; use a converter with automatic direction";
+    return never ? "its replies carry no check value" + NextSentence(finding.remedy)
+                 : "its replies break off before their check value. Use a converter with automatic "
+                   "direction, as a driver releases the bus too early";
   }
   if (!finding.cause.empty()) {
-    return "its replies break off before their line end, the last byte or two: a converter takes "
-           "it out (set it to raw), or a driver lets go of the bus too early";
+    return "its replies break off before their line end. Set the converter to raw, or use one with "
+           "automatic direction";
   }
   const std::string of =
       finding.expected > finding.bytes ? fmt::format(" of {}", finding.expected) : std::string();
   const bool few = finding.expected > finding.bytes && OnWire(evidence) &&
                    finding.expected <= finding.bytes + kFewLost;
-  // Neighbours answer well, so the cause is not something that the devices share.
+  // Other devices of the line answer well, so the cause is in this device, not in shared equipment.
   if (few && !evidence.healthy.empty() && !evidence.line->is_network()) {
     return fmt::format(
-        "its replies break off ({}{} bytes came): its driver lets go of the bus too "
-        "early, or {}",
-        finding.bytes, of, TwoDevices(*evidence.first().device));
+        "its replies break off ({}{} bytes came). Check its driver, which releases the bus too "
+        "early, and {}",
+        finding.bytes, of, CheckAddress(*evidence.first().device));
   }
-  // The expected length of a text is not known.
+  // For a text reply the expected length is not known, so the last bytes may be missing.
   const bool end = few || (finding.expected == 0 && !evidence.line->is_network());
-  return fmt::format("its replies break off ({}{} bytes came): {}", finding.bytes, of,
-                     end ? "a driver lets go of the bus too early, or the buffer of a converter is "
-                           "too small"
-                         : "the buffer of a serial server or converter is too small, or a wire is "
-                           "bad");
+  return fmt::format(
+      "its replies break off ({}{} bytes came). {}", finding.bytes, of,
+      end ? "Use a converter with automatic direction or a larger buffer, or ask for less at once"
+          : "Use a serial server or converter with a larger buffer, ask for less at once, or check "
+            "the wires");
 }
 
 std::string SayBytesLost(const Evidence& evidence) {
   const Finding& finding = evidence.Last(bytes_lost);
   if (evidence.first().status.unasked) {
-    // If no message was ever good, the length may be wrong in the configuration.
+    // If no message was ever good, the configured length may be wrong.
     if (!evidence.answered && !finding.remedy.empty()) return WithRemedy(finding);
-    return "characters are missing in some of its messages: a bad wire or plug, a buffer that runs "
-           "over, or flow control at one end alone";
+    return "characters are missing in some of its messages. Check for a bad wire or plug, a buffer "
+           "that overflows, and flow control at only one end";
   }
   if (!evidence.healthy.empty()) {
-    return "bytes are missing inside its replies: a bad wire, plug or fibre at its end, or a "
-           "converter there loses them (set it to raw)";
+    return "bytes are missing inside its replies. A wire, plug or fibre at its end is bad, or a "
+           "converter there loses bytes (set it to raw)";
   }
-  return "bytes are missing inside its replies: a converter takes them out (set it to raw) or is "
+  return "bytes are missing inside its replies. A converter removes them (set it to raw) or is "
          "overrun (replace it)";
 }
 
 std::string SayBytesAdded(const Evidence& evidence) {
   const Finding& finding = evidence.Last(bytes_added);
   const bool known = finding.expected > 0 && finding.bytes > finding.expected;
-  return "its replies have bytes too many" +
+  return "its replies have too many bytes" +
          (known ? fmt::format(" ({}, not {})", finding.bytes, finding.expected) : std::string()) +
-         (evidence.healthy.empty() ? ": "
-                                   : ": two devices have its address and answer at once; or ") +
-         kSetRaw;
+         (evidence.healthy.empty()
+              ? NextSentence(kSetRaw)
+              : ". Check whether two devices have its address, or set the converter or serial "
+                "server to raw");
 }
 
 std::string SaySpecials(const Evidence& evidence) {
-  return "replies fail that contain " + NamesOf(Suspects(evidence)) + ", and no others: " + kSetRaw;
+  return "only replies that contain " + NamesOf(Suspects(evidence)) + " fail" +
+         NextSentence(kSetRaw);
 }
 
 std::string SayEatenRequests(const Evidence& evidence) {
-  return "requests fail that contain " + NamesOf(evidence.eaten) +
-         ", and no others: switch XON/XOFF off at the converter or serial server";
+  return "only requests that contain " + NamesOf(evidence.eaten) +
+         " fail. Switch XON/XOFF off at the converter or serial server";
 }
 
 std::string SayBadCheck(const Evidence& evidence) {
   if (const Finding* const check = evidence.first().status.findings.Check()) {
     const bool fits = check->cause != kText;
-    return fits ? WithRemedy(*check) : "its check value is computed otherwise: " + check->remedy;
+    return fits ? WithRemedy(*check)
+                : "its check value is computed in another way" + NextSentence(check->remedy);
   }
   if (evidence.first().status.unasked) {
-    return "its messages have a wrong check value: something in between changes them, as a "
-           "multiplexer, or noise";
+    return "its messages have a wrong check value. Check for noise, and for a device in between "
+           "that changes them, such as a multiplexer";
   }
   const std::string cause = "its replies have a wrong check value";
-  // A converter that loses bytes would damage the replies of the neighbours as well.
+  // If other devices of the line answer well, a converter that loses bytes is not the cause.
   if (!evidence.healthy.empty() && !evidence.answered &&
       IsNearlyAll(evidence.Count(bad_check), evidence)) {
     const std::string check = CheckOf(evidence.first());
     return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
-           ": it computes another one (see its manual and options), or two devices have its "
-           "address";
+           ". Check how it computes its check value (see its manual and options), and whether two "
+           "devices have its address";
   }
   if (!evidence.Last(bad_check).cause.empty()) {
     return cause +
-           ": two devices have its address, it computes another one, or a converter loses bytes "
-           "(use raw)";
+           ". Check whether two devices have its address and how it computes its check value, and "
+           "set the converter to raw";
   }
   const std::string check = CheckOf(evidence.first());
   return cause + (check.empty() ? "" : " (" + check.substr(2) + ")") +
-         ": two devices have its address, or it computes another one";
+         ". Check whether two devices have its address, and how it computes its check value";
 }
 
 std::string SayTooLong(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "it does not answer requests for long replies ({} bytes; up to {} are fine): ask for less at "
+      "it does not answer requests for long replies ({} bytes; up to {} are fine). Ask for less at "
       "once (block, max_items)",
       findings.lengths().silent().shortest, findings.lengths().longest_good());
 }
@@ -318,8 +334,8 @@ std::string SayTooLong(const Evidence& evidence) {
 std::string SayLongDamaged(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   return fmt::format(
-      "long replies come damaged ({} bytes; up to {} are fine): ask for less at once (block, "
-      "max_items): a buffer is small",
+      "long replies come damaged ({} bytes; up to {} are fine), as a buffer is too small. Ask for "
+      "less at once (block, max_items)",
       findings.lengths().damaged().shortest, findings.lengths().longest_good());
 }
 

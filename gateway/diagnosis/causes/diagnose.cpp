@@ -14,25 +14,29 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Unconfirmed readings are reported from this number and this share (1/25) of exchanges on.
+/// Readings whose jump was not confirmed are reported if there are kUnconfirmed of them, and at
+/// least one in kUnconfirmedShare exchanges.
 constexpr std::uint32_t kUnconfirmed = 4;
 constexpr std::uint32_t kUnconfirmedShare = 25;
-/// More failures in a row than an outage of the port causes.
+/// From this number of failures in a row on, they come from the device, not from a short loss of
+/// the port.
 constexpr std::size_t kManyFailures = 8;
-/// A device that was unavailable for a smaller share of the last hour is not reported.
+/// Outages are reported from this share of the last hour on.
 constexpr double kNotableOutage = 0.01;
-/// More late replies in a row than a short disturbance causes.
+/// From this number of late replies in a row on, they are no short disturbance.
 constexpr std::uint32_t kManyBehind = 16;
-/// A single outage is not reported this soon after the start, because it may have begun before.
+/// This soon after the start of the program a single outage is not reported, because it may have
+/// begun before.
 constexpr Duration kStart = 5min;
 
 std::string Noticed(const bus::LineStatus& line, const bus::DeviceStatus& status) {
-  if (status.unasked) return "its next message is waited for";
-  if (!line.notice_bound) return "it is asked again and again";
-  return "its return is noticed within " + FormatAge(*line.notice_bound);
+  if (status.unasked) return "the gateway waits for its next message";
+  if (!line.notice_bound) return "the gateway polls it again and again";
+  return "the gateway notices its return within " + FormatAge(*line.notice_bound);
 }
 
-/// "3 outages in the last hour". Empty: fewer than `from` outages, or they were short.
+/// Returns text such as "3 outages in the last hour". Empty: there were fewer than `from` outages,
+/// or they were short.
 std::string Outages(const bus::DeviceRecord& record, std::uint32_t from, Now now, Instant started) {
   const bus::MinuteCounts hour = record.status.hour.Sum(now.instant);
   if (now.instant - started < kStart) from = std::max<std::uint32_t>(from, 2);
@@ -68,8 +72,8 @@ Sentences Absence(const bus::LineStatus& line, const bus::DeviceRecord& record,
   return said;
 }
 
-/// Reports a device whose replies are late but are still received, because the gateway waits longer
-/// than configured. A single late reply is ignored.
+/// Reports a device whose replies come late, but are received because the line waits longer than
+/// configured. A single late reply is not reported.
 Sentences Patience(const bus::DeviceStatus& status) {
   if (status.patience <= Duration() || status.late < 2) return {};
   const Duration reply = status.timing.reply.value_or(Duration{});
@@ -78,12 +82,12 @@ Sentences Patience(const bus::DeviceStatus& status) {
                             : reply + std::min(status.patience, status.lateness);
   return {
       fmt::format("late: its replies come up to {} ms after the request, and timing.reply is {} "
-                  "ms: set timing: "
-                  "{{ reply: {}ms }} in the configuration",
+                  "ms. Set timing: {{ reply: {}ms }} in the configuration",
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// True if a neighbour is asked as often and no neighbour has stray bytes beside its replies.
+/// True if another device is asked as often as this one, and no answering device has stray bytes
+/// beside its replies (in more than one exchange).
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
   for (const bus::DeviceRecord& one : all) {
@@ -96,7 +100,8 @@ bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::Devi
   return asked;
 }
 
-/// Late parts of a neighbour's replies may come beside the replies of this device.
+/// True if replies of another device come in parts: the late parts can come beside replies of this
+/// device.
 bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   return std::ranges::any_of(all, [&](const bus::DeviceRecord& one) {
     return one.device != device.device &&
@@ -104,7 +109,8 @@ bool ComesLateElsewhere(const bus::DeviceRecord& device, std::span<const bus::De
   });
 }
 
-/// True if the device has always failed, including before the port was reopened.
+/// True if all stored exchanges of the device failed, or it is offline and many in a row failed.
+/// The failures are then from before the port was opened as well.
 bool FailsAlways(const bus::DeviceStatus& status) {
   const bus::Findings& findings = status.findings;
   const std::size_t run = findings.LongestRun();
@@ -112,7 +118,8 @@ bool FailsAlways(const bus::DeviceStatus& status) {
          (IsAbsent(status) && run >= kManyFailures);
 }
 
-/// Why the device is not judged, for example because it was not asked yet. Nothing: it is judged.
+/// Returns a sentence if the device cannot be judged, for example because it was not asked yet.
+/// Nothing: it can be judged.
 std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::DeviceRecord& device,
                                    const Evidence& evidence, Now now) {
   const bus::DeviceStatus& status = device.status;
@@ -120,23 +127,24 @@ std::optional<Sentences> NotJudged(const bus::LineStatus& line, const bus::Devic
   if (Sentences nothing = AnswersNothing(device, evidence); !nothing.empty()) return nothing;
   if (Sentences unreadable = Unreadable(device, evidence); !unreadable.empty()) return unreadable;
   if (status.exchanges == 0 && status.findings.size() == 0) return Sentences{"not asked yet"};
-  // A server that ends the connection may have sent a text that names its service.
+  // A server that closes the connection may first have sent a text that names its service.
   const bool told = status.findings.Count(Symptom::other_protocol) > 0 ||
                     status.findings.Count(Symptom::text) > 0;
   if (status.last_outcome == Outcome::line_down && !told && !FailsAlways(status)) {
-    return Sentences{status.unasked
-                         ? "has not spoken since the port was opened: normal where nothing has "
-                           "happened"
-                         : "not asked since the port was opened"};
+    return Sentences{
+        status.unasked
+            ? "has sent nothing since the port was opened, which is normal if nothing has happened"
+            : "not asked since the port was opened"};
   }
   if (line.cut_since && IsAbsent(status)) {
-    return Sentences{"cannot be reached: the ring of line '" + device.line->name +
-                     "' is open; this says nothing about the device"};
+    return Sentences{"cannot be reached, because the ring of line '" + device.line->name +
+                     "' is open. Close the ring first: the device itself may be well"};
   }
   return std::nullopt;
 }
 
-/// Sentences about failed exchanges and about bytes beside replies; the cause comes first.
+/// Returns sentences about failed exchanges and about bytes beside replies. If the bytes are the
+/// cause of the failures, they come first.
 Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
                     std::span<const bus::DeviceRecord> all) {
   Sentences found;
@@ -144,19 +152,20 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
     const auto other = std::ranges::find_if(all, [&](const bus::DeviceRecord& one) {
       return one.device != device.device && IsForeign(one);
     });
-    // If two devices with one address answer, they damage each other's replies.
+    // Two devices with one address damage each other's replies.
     const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
                                      Symptom::bytes_added}) > 0.5;
     found.push_back("no value is good: " + device.status.trouble +
-                    (other != all.end() ? "; or are it and " + other->device->name + " swapped?"
-                     : two              ? "; or both answer: " + TwoDevices(*device.device)
-                                        : ""));
+                    (other != all.end()
+                         ? ". Check whether it and " + other->device->name + " are swapped"
+                     : two ? NextSentence(CheckAddress(*device.device))
+                           : ""));
   } else if (!FailsByEchoes(evidence)) {
     found = Failures(device, evidence);
   }
   const bool late = ComesLateElsewhere(device, all);
   const Sentences beside = late ? Sentences() : Beside(device, IsCleanElsewhere(device, all));
-  // If such bytes are frequent and failures are few, the bytes are the cause.
+  // If exchanges often have such bytes and few fail, the bytes are the cause.
   const bool explains = !beside.empty() && evidence.looked > 3 * evidence.failed &&
                         evidence.Count(Symptom::silence) < evidence.seen;
   const bool first = AreTwo(device.status.findings) || explains;
@@ -164,41 +173,44 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   return found;
 }
 
-/// Readings that changed when they were read again. Empty: rare, or most jumps were confirmed.
+/// Reports readings that changed when they were read again. Empty: they are rare, or most jumps
+/// were confirmed.
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
   return {fmt::format(
-      "{} of its readings changed when they were read again: replies come damaged, and no check "
-      "value shows it: switch its checksum on, here too, and look for noise",
+      "{} of its readings changed when they were read again, so replies may be damaged although "
+      "they "
+      "look whole. Look for noise, and switch a checksum on at the device and here if it is off",
       status.unconfirmed)};
 }
 
-/// Reports that the replies of the device belong to earlier requests.
+/// Reports a device whose replies answer earlier requests.
 Sentences Behind(const bus::DeviceRecord& device, Now now) {
   const bus::DeviceStatus& status = device.status;
   if (status.behind < kManyBehind) return {};
   for (std::size_t i = 0; i < device.points.size(); ++i) {
     if (!IsGood(QualityAt(device, i, now.instant))) continue;
     return {
-        "its replies answer the request before, so that each request is sent twice: restart the "
-        "serial server or radio in between, and switch its cache off"};
+        "its replies answer the previous request, so the gateway sends each request twice. Restart "
+        "the serial server or radio in between, and switch its cache off"};
   }
-  const std::string& remedy = status.findings.Last(Symptom::odd).remedy;
-  return {"its replies do not fit (" + Shortened(status.last_reason) +
-          "): " + (remedy.empty() ? "does the profile fit the device and its options?" : remedy)};
+  return {"its replies do not fit (" + Shortened(status.last_reason) + ")" +
+          NextSentence(RemedyOf({.remedy = status.findings.Last(Symptom::odd).remedy}))};
 }
 
-/// Reports second, different replies that come now and then.
+/// Reports second, different replies, if there was more than one and the last is less than an hour
+/// ago.
 Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;
   const bool told = evidence.master != nullptr || evidence.Count(Symptom::others_beside) > 0;
   if (!again || told || FailsByEchoes(evidence)) return {};
-  return {fmt::format(
-      "doubled: a second, different reply came behind one {}: look at the serial server, radio or "
-      "repeater in between, which sends twice or one request late",
-      Times(status.doubled))};
+  return {
+      fmt::format("a second, different reply to one request came {}. Check the serial server, "
+                  "radio or repeater "
+                  "in between: it sends replies twice, or one request late",
+                  Times(status.doubled))};
 }
 
 }  // namespace
@@ -210,13 +222,12 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   const bus::DeviceStatus& status = device.status;
   if (status.state == bus::DeviceState::disabled) {
     if (!device.device->enabled) return {"disabled in the configuration (enabled: false)"};
-    return {"taken out of use at run time; 'baudgate enable " + NameOf(device) +
-            "' brings it back"};
+    return {"disabled at run time. Run 'baudgate enable " + NameOf(device) + "' to use it again"};
   }
   if (line.port != bus::LineStatus::Port::open) return {};
   const Evidence evidence = Gather(line, device, all, now);
   if (auto only = NotJudged(line, device, evidence, now)) return *std::move(only);
-  // The sentence of the line reports the echo.
+  // A sentence of the line reports the echo, so none is made here.
   const bool echoes = FailsByEchoes(evidence);
   if (IsAbsent(status)) {
     return echoes ? Sentences() : Absence(line, device, all, now, started);
@@ -233,8 +244,8 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   add(Doubled(device, evidence));
   if (status.lacks_time) {
     found.push_back(
-        "its clock is not set, as this machine's clock is not known to be "
-        "synchronised: set up NTP (chrony) here");
+        "its clock is not set, because the clock of this machine may be wrong. Set up NTP (chrony) "
+        "on this machine");
   }
   const double missed = MissedShare(device, now, started);
   const std::string why = missed > 0 ? WhyNoTime(line, all, &device, now, started) : std::string();
@@ -247,7 +258,7 @@ Sentences DiagnoseDevice(const bus::LineStatus& line, const bus::DeviceRecord& d
   const std::string outages = Outages(device, 1, now, started);
   if (found.empty() && !outages.empty() && !Echoes(line)) {
     found.push_back(outages + ", and it " + AnsweredShare(device, now) +
-                    ": look at its power and its wire");
+                    ". Check its power and its wire");
   }
   if (!IsForeign(device) && !status.trouble.empty()) found.push_back(status.trouble);
   if (found.empty() && status.state == bus::DeviceState::degraded && !Echoes(line)) {

@@ -1,4 +1,5 @@
-// Sentences about bytes beside good replies, and about devices that send unasked (see diagnose.h).
+// Sentences about bytes beside good replies, and about devices that send unasked. diagnose.h
+// describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -15,35 +16,36 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// One different reply among this many identical second replies means two devices.
+/// One different second reply among this many equal ones shows that two devices answer.
 constexpr std::size_t kMostlyAlike = 8;
-/// Bytes that were the same around this many replies are not noise.
+/// Bytes that were equal around this many replies are not noise.
 constexpr std::size_t kConstant = 4;
-/// If no neighbour has stray bytes, this many are caused by the device and not by the line.
+/// If only one device has stray bytes, and in this many exchanges, the device is the cause.
 constexpr std::size_t kOfItsOwn = 16;
 
 bool IsNearlyAlways(std::size_t count, const bus::Findings& findings) {
   return 10 * count >= 9 * findings.size();
 }
 
-/// Noise comes now and then. Equipment in between, or a bus without bias, adds bytes to each reply.
+/// Returns the cause and remedy of stray bytes. `always`: they come with nearly every reply, so
+/// equipment in between or a bus without bias adds them; noise comes now and then.
 const char* WhyStray(const bus::DeviceRecord& record, bool always) {
   if (!SerialOf(record).on_wire()) {
-    return always ? "the server appends bytes to its replies, such as a CRC: set it to Modbus TCP, "
-                    "without RTU, or update its firmware; values are right"
-                  : "the server sends unasked; let one client use it, or update its firmware";
+    return always
+               ? "values are right, but the server appends bytes such as a CRC: set it to Modbus "
+                 "TCP, without RTU, or update its firmware"
+               : "the server sends unasked: limit it to one client, or update its firmware";
   }
   if (record.line->is_network()) {
-    return always
-               ? "the modem, radio or serial server adds them: set it to raw"
-               : "noise behind the serial server, or packets of its own (heartbeat): switch them "
-                 "off";
+    return always ? "the modem, radio or serial server adds them: set it to raw"
+                  : "look for noise behind the serial server, and switch off packets of its own "
+                    "(heartbeat)";
   }
   return always ? "a converter, radio or modem adds them (set it to raw), or the bus has no bias"
-                : "noise while nobody drives the bus; check bias, termination and ground";
+                : "noise comes while no device drives the bus: check bias, termination and ground";
 }
 
-/// Reports bytes around nearly all replies, which equipment in between adds.
+/// Reports bytes around nearly all replies: equipment in between adds them.
 std::string Wrapped(const bus::DeviceRecord& record) {
   if (!IsWrapped(record)) return {};
   const bus::Findings& findings = record.status.findings;
@@ -53,19 +55,19 @@ std::string Wrapped(const bus::DeviceRecord& record) {
   const bool network = record.line->is_network();
   const bool same = findings.SameAround() >= kConstant;
   const bool text = findings.Count(Symptom::text_beside) > 0;
-  // A prompt in Findings::Around: "... '> '".
+  // Findings::Around has this form if the bytes are a prompt: "... '> '".
   const bool prompt = same && around.starts_with("... '");
   if (prompt && network) {
     return "the same text stands behind its replies (" + around.substr(4) +
-           "): the prompt of a console or terminal server: set it to raw";
+           "). Set the console or terminal server that sends this prompt to raw";
   }
   const std::string& shown = same ? around : findings.Last(Symptom::text_beside).cause;
   return std::string(same ? "the same " : "") + (text ? "text stands" : "bytes stand") +
-         " around its replies (" + shown + "): " +
-         (network         ? "set the modem, radio or serial server in between to raw"
-          : text && !same ? "switch its automatic output off, or that of a modem in between"
-          : idle          ? "noise while nobody drives the bus; fit bias resistors and termination"
-                 : "set the modem, radio or serial server in between to raw, or terminate the bus");
+         " around its replies (" + shown + "). " +
+         (network         ? "Set the modem, radio or serial server in between to raw"
+          : text && !same ? "Switch its automatic output off, or that of a modem in between"
+          : idle ? "Noise comes while no device drives the bus: fit bias resistors and termination"
+                 : "Set the modem, radio or serial server in between to raw, or terminate the bus");
 }
 
 }  // namespace
@@ -77,10 +79,10 @@ bool IsWrapped(const bus::DeviceRecord& record) {
       findings.Count(Symptom::noise_behind) + findings.Count(Symptom::text_beside);
   const bool echo = findings.Around() == kOwnRequest && findings.SameAround() >= kConstant;
   if (echo || beside < kNotableNoise || !IsNearlyAlways(beside, findings)) return echo;
-  // A text may differ from one reply to the next, because it may contain a value.
+  // Texts may differ from reply to reply, because they may contain a value.
   if (findings.Count(Symptom::text_beside) == beside) return true;
   if (findings.SameAround() < kConstant) return false;
-  // 00, FF and pieces of characters come from a bus without bias, not from equipment.
+  // Bytes 00 and FF and pieces of characters come from a bus without bias, not from equipment.
   const std::string& around = findings.Around();
   return around.find_first_not_of("0F .") != std::string::npos;
 }
@@ -94,20 +96,21 @@ Sentences Beside(const bus::DeviceRecord& record, bool alone) {
   const bus::Findings& findings = record.status.findings;
   Sentences found;
   const auto say = [&](std::size_t count, const char* what, const std::string& remedy) {
-    found.push_back(
-        fmt::format("{} in {} of {} exchanges: {}", what, count, findings.size(), remedy));
+    found.push_back(fmt::format("{} in {} of {} exchanges{}", what, count, findings.size(),
+                                NextSentence(remedy)));
   };
   const std::size_t copies = findings.Count(Symptom::copies);
   if (AreTwo(findings)) {
     say(findings.Count(Symptom::others_beside), "a second reply with another content follows",
-        TwoDevices(*record.device) + ", or " + AnotherAsksIt(record.line->is_network()));
+        CheckAddress(*record.device) + ", or " + RemoveOther(record.line->is_network()));
   } else if (copies >= kNotableNoise && record.status.doubled >= kNotableNoise) {
-    say(copies, "its replies come twice, and differ",
-        TwoDevices(*record.device) + ", or a serial server, radio or repeater repeats");
+    say(copies, "its replies come twice and differ",
+        CheckAddress(*record.device) +
+            ", or switch off what sends them twice (a serial server, radio or repeater)");
   } else if (copies >= kNotableNoise) {
     say(copies, "its replies come twice",
-        "a serial server, radio or repeater sends twice (switch that off), or two devices have its "
-        "address");
+        "switch off what sends them twice (a serial server, radio or repeater), or check whether "
+        "two devices have its address");
   }
   if (std::string wrapped = Wrapped(record); !wrapped.empty()) {
     found.push_back(std::move(wrapped));
@@ -122,7 +125,7 @@ Sentences Beside(const bus::DeviceRecord& record, bool alone) {
   if (before + behind >= kNotableNoise) {
     say(before + behind, where,
         alone && !record.line->is_network() && before + behind >= kOfItsOwn
-            ? "look at the device and its converter, as no neighbour has them"
+            ? "check the device and its converter, as no other device has stray bytes"
             : WhyStray(record, always));
   }
   return found;
@@ -132,9 +135,9 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// A shorter silence is not mentioned.
+/// A silence of a device that sends unasked is mentioned from this time on.
 constexpr Duration kNotableSilence = 1min;
-/// A device with a longer age limit is read only now and then, so its silence is normal.
+/// If the age limit of the values is longer than this, the device may be silent for any time.
 constexpr Duration kLongestAge = 24h;
 
 }  // namespace
@@ -167,11 +170,11 @@ Sentences AnswersNothing(const bus::DeviceRecord& record, const Evidence& eviden
   if (!status.unasked || !status.last_ok) return {};
   if (2 * evidence.Count(Symptom::silence) < evidence.seen) return {};
   const bus::MinuteCounts asked = status.hour.Sum(evidence.now);
-  // A message that the device sends unasked may be counted as an answer.
+  // A few answers are allowed: a message sent unasked may have been taken for an answer.
   if (asked.failed < kNotableFailures || 8 * asked.answered > asked.failed) return {};
   return {
-      "speaks by itself, and does not answer its commands: check the wire that carries them to it "
-      "(TX), its power, and whether it knows them (else take commands out of its options)"};
+      "sends unasked, but does not answer commands. Check its power and the wire that carries data "
+      "to it (TX), or take commands out of its options if it has none"};
 }
 
 Sentences Unreadable(const bus::DeviceRecord& record, const Evidence& evidence) {
@@ -186,25 +189,26 @@ Sentences Silence(const bus::DeviceRecord& record, Now now) {
   const auto& max_age = record.device->max_age;
   const auto must = MustSpeakWithin(record);
   if (!status.last_ok && must) {
-    return {"has not spoken yet, and its values are old after " + FormatDuration(*must) +
-            ": check its power and wire, then bit rate and parity (" +
+    return {"has sent nothing yet, and its values are old after " + FormatDuration(*must) +
+            ". Check its power and wire, then bit rate and parity (" +
             record.line->serial.ToString() + ") and its options"};
   }
   if (!status.last_ok) {
     return {
-        "has not spoken yet: normal where nothing has happened; if something has, check power, "
-        "bit rate, parity and wiring (" +
+        "has sent nothing yet, which is normal if nothing has happened. Otherwise check power, bit "
+        "rate, parity and wiring (" +
         record.line->serial.ToString() + ") and its options"};
   }
   Sentences found;
   if (const Duration silent = now.instant - *status.last_ok;
       silent >= kNotableSilence && !max_age && !must) {
     found.push_back("silent for " + FormatAge(silent) +
-                    ": normal, it speaks only when it has something to say");
+                    ", which is normal: it sends only when something happens");
   }
   if (status.lost_events > 0) {
     found.push_back(Plural(status.lost_events, "event") +
-                    " lost: it went on while the disk failed; see the events in 'baudgate status'");
+                    " lost, because it kept sending while the disk failed. See the sentence "
+                    "'events: ...' of 'baudgate status'");
   }
   return found;
 }

@@ -1,4 +1,5 @@
-// Sentences about exchanges that failed and requests that a device refuses (see diagnose.h).
+// Sentences about exchanges that failed and about requests that a device refuses. diagnose.h
+// describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,13 +17,14 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Rare failures are reported from this many runs and from this share of all exchanges on.
+/// Rare failures are reported if there are this many runs of them and at least this share of all
+/// exchanges failed.
 constexpr double kManyRuns = 5;
 constexpr double kNotableLosses = 0.03;
-/// A device that refuses this many requests in a row is not only busy for a moment.
+/// If this many requests in a row were refused, the device is not only busy for a moment.
 constexpr std::size_t kAlways = 8;
 
-/// Lists the symptoms of the failures: "3 damaged, 2 late".
+/// Returns the symptoms of the failures and their numbers, such as "3 damaged, 2 late".
 std::string Looks(const Evidence& evidence) {
   std::string text;
   for (std::size_t i = 0; i < kSymptoms; ++i) {
@@ -35,8 +37,8 @@ std::string Looks(const Evidence& evidence) {
   return text;
 }
 
-/// Names the points of the requests for which `is_meant` is true: "voltage and 3 more". Empty: no
-/// request is meant, or (unless `all`) every request is.
+/// Returns the points of the queries for which `is_meant` is true, such as "voltage and 3 more".
+/// Empty: it is true for no query, or for all queries (unless `all` is set).
 template <typename IsMeant>
 std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all = false) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
@@ -54,8 +56,8 @@ std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all 
   return points > 1 ? fmt::format("{} and {} more", first, points - 1) : first;
 }
 
-/// Names the points for which `is_meant` is true, with the address of the first: "voltage and 3
-/// more (holding 40, ...)". Empty: no point is meant, or every point is.
+/// Returns the points for which `is_meant` is true, with the address of the first, such as "voltage
+/// and 3 more (holding 40, ...)". Empty: it is true for no point, or for all points.
 template <typename IsMeant>
 std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   const config::Point* first = nullptr;
@@ -70,7 +72,7 @@ std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
 }
 
-/// True if all repeats of a failed request fail as well, so that the failures are not random.
+/// True if each failure lasted through all retries of its request, so that failures are not random.
 bool FailsWithRepeats(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   const std::size_t longest = findings.LongestRun();
@@ -79,22 +81,23 @@ bool FailsWithRepeats(const Evidence& evidence) {
 }
 
 const char* TakeThemOut(const bus::DeviceRecord& record) {
-  return record.device->traits->has_modes
-             ? "is it in the mode for it (remote)? Else take them out of the profile"
-             : "take these points out of the profile";
+  return record.device->traits->has_modes ? ". Set the device to the mode for this request "
+                                            "(remote), or take these points out of the profile"
+                                          : ". Take these points out of the profile";
 }
 
-/// The device is silent, or the server ends the connection instead.
+/// Returns the beginning of a sentence: the device does not answer, or the server closes the
+/// connection.
 std::string NotAnswered(const Evidence& evidence) {
   return evidence.Last(Symptom::silence).ended ? "ends the connection at the request for "
                                                : "does not answer the request for ";
 }
 
-/// Reports points that are now polled rarely, because only requests for them were not answered.
+/// Reports points whose requests are never answered while other requests are.
 Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (record.status.unasked) return {};
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
-  // If such a request was answered in another way, the device is not silent.
+  // If requests got answers that did not fit, or a refusal, the device is not silent.
   const auto was = [&](Symptom symptom) {
     return record.status.findings.Last(symptom).symptom == symptom;
   };
@@ -111,11 +114,11 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
     return said.reason == Reason::not_fitted || (tried && polled && said == Quality::bad_waiting);
   });
   if (points.empty()) return {};
-  return {NotAnswered(evidence) + points + ", and answers the others: " + TakeThemOut(record)};
+  return {NotAnswered(evidence) + points + ", but answers the others" + TakeThemOut(record)};
 }
 
-/// True if the device answers requests other than the failing ones: other polls, or (if no failing
-/// poll has ever had a value) requests that are not polls, such as a request for its name.
+/// True if the device answers other requests than the failing polls: other polls; or, if no poll
+/// has ever had a value, requests that are no polls, such as a request for its name.
 bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
   const auto is_good = [](const bus::QueryCount& query) {
@@ -131,12 +134,12 @@ bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   return never && record.status.findings.Runs() > 1 && evidence.looked > evidence.failed;
 }
 
-/// Reports polls that always fail while others are answered.
+/// Reports polls that have failed several times in a row while other requests are answered.
 Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence) {
   const bus::DeviceStatus& status = record.status;
   const auto fails = [](const bus::QueryCount& query) { return query.in_vain >= kNeverAnswered; };
   const bool others = HasOthers(record, evidence);
-  // If other requests fail now and then as well, the failing request is not the cause.
+  // If other polls fail now and then too, the failing polls are not the cause.
   const bool shaky = std::ranges::any_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) && std::popcount(query.failures) > 1;
   });
@@ -149,8 +152,8 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
   if (silent) {
     const auto first = std::ranges::find_if(status.queries, fails);
     const std::string& place = record.device->points[first->first_point].read;
-    return {NotAnswered(evidence) + points + " (" + place + ")" +
-            ", and answers the others: " + TakeThemOut(record)};
+    return {NotAnswered(evidence) + points + " (" + place + ")" + ", but answers the others" +
+            TakeThemOut(record)};
   }
   const bool damaged = std::ranges::all_of(status.queries, [&](const bus::QueryCount& query) {
     return !fails(query) || IsDamage(query.symptom);
@@ -162,20 +165,20 @@ Sentences DeadQueries(const bus::DeviceRecord& record, const Evidence& evidence)
     return !fails(query) || query.symptom == Symptom::tail_lost;
   });
   if (damaged && status.findings.specials().Suspects() == 0 && (!broken || judged.empty())) {
-    return {"the replies for " + points +
-            " come damaged, and no others: take these points out of the profile, or set the "
-            "converter in between to raw"};
+    return {"only the replies for " + points +
+            " come damaged. Take these points out of the profile, or set the converter in between "
+            "to raw"};
   }
-  // Replies one behind would affect all requests.
+  // If replies came one request late, all requests would be affected, not only these.
   const bool shifted = evidence.Count(Symptom::one_behind) > 0;
   const std::string before = "only the request for " + points + " fails: ";
   if (!shifted && !judged.empty()) return Said(before, evidence);
   return {before + "its reply does not fit (" + Shortened(status.last_reason) +
-          "): does the profile fit the device?"};
+          "). Check that the profile fits the device"};
 }
 
-/// "3 of 32 exchanges failed: ". Empty: the failures are too rare to report. If the latest
-/// exchanges contain too few failures, the runs of the last minutes are counted.
+/// Returns text such as "3 of 32 exchanges failed: ". Empty: failures are too rare to report. If
+/// the latest 32 exchanges contain too few failures, the runs of the last minutes are counted.
 std::string HowOften(const bus::DeviceRecord& record, const Evidence& evidence) {
   if (evidence.failed >= kNotableFailures) {
     return fmt::format("{} of {} exchanges failed: ", evidence.failed, evidence.looked);
@@ -187,14 +190,12 @@ std::string HowOften(const bus::DeviceRecord& record, const Evidence& evidence) 
   return fmt::format("{:.0f} of {:.0f} exchanges failed: ", tally.failed, all);
 }
 
-/// True if polls of the device were answered for some time.
 bool HasWorked(const bus::DeviceRecord& record) {
   return record.status.Count(Outcome::ok) >= kAlways &&
          std::ranges::any_of(record.points,
                              [](const bus::PointRecord& point) { return HasValue(point.value); });
 }
 
-/// Reports how often the device refuses requests, with the reason that it gives.
 std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::size_t count = evidence.Count(Symptom::refusal);
   if (count < kNotableFailures || LacksOptions(record)) return {};
@@ -207,7 +208,7 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
     return point.reported.reason == Reason::not_fitted;
   };
   const bool none = !record.points.empty() && std::ranges::all_of(record.points, is_refused);
-  // Requests that are not polls may be answered nevertheless.
+  // Requests other than polls may be answered, so not all exchanges need to be refused.
   const auto& queries = record.status.queries;
   const bool all =
       !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {
@@ -219,19 +220,18 @@ std::string Refusals(const bus::DeviceRecord& record, const Evidence& evidence) 
   if (last.outcome == Outcome::busy && last.remedy.empty() && (always || mostly)) {
     remedy = always ? "end its programming, local or test mode, or restart it"
                     : "end its programming, local or test mode, or raise its poll";
-  } else if (remedy.starts_with(kProfileFits) &&
+  } else if (DoubtsProfile(remedy) &&
              ((always && HasWorked(record)) || RefusesWhatItGave(record))) {
     remedy = kHasWorked;
   }
   if (record.status.unasked) {
     const bool seldom = 2 * count < evidence.looked;
     return fmt::format(
-        "{} ({} of its last {} messages): {}{}", reason, count, evidence.looked, remedy,
-        seldom ? "; or another device, or a header, stands between its messages: switch it off"
-               : "");
+        "{} ({} of its last {} messages){}{}", reason, count, evidence.looked, NextSentence(remedy),
+        seldom ? "; or switch off the header or other device between its messages" : "");
   }
-  return fmt::format("it says '{}' to {} of {} requests{}: {}", reason, count, evidence.looked,
-                     points.empty() || always ? "" : " (" + points + ")", remedy);
+  return fmt::format("it says '{}' to {} of {} requests{}{}", reason, count, evidence.looked,
+                     points.empty() || always ? "" : " (" + points + ")", NextSentence(remedy));
 }
 
 }  // namespace
@@ -241,7 +241,7 @@ Sentences Said(const std::string& before, const Evidence& evidence) {
   if (judged.empty()) {
     const std::string looks = Looks(evidence);
     return {before + "no cause stands out" + (looks.empty() ? "" : " (" + looks + ")") +
-            ": look at 'baudgate trace " + evidence.line->name + "'"};
+            ". Run 'baudgate trace " + evidence.line->name + "' to see the bytes"};
   }
   Sentences said = Besides(evidence, judged);
   said.insert(said.begin(), before + judged.front()->say(evidence));
@@ -269,9 +269,9 @@ Sentences Failures(const bus::DeviceRecord& record, const Evidence& evidence) {
       !queries.empty() && std::ranges::all_of(queries, [](const bus::QueryCount& query) {
         return query.points == 0 || query.in_vain > 0;
       });
-  // Probes may be answered well and outnumber the polls.
+  // Probes may be answered and outnumber the polls, so that failures look rare.
   if (found.empty() && none && evidence.failed > 0) {
-    found = Said("it answers, and its polls fail: ", evidence);
+    found = Said("it answers, but its polls fail: ", evidence);
   }
   if (std::string refusals = Refusals(record, evidence); !refusals.empty()) {
     const bool away = !found.empty() && FindAbsences(record.status.failures).has_value();

@@ -1,4 +1,4 @@
-// Sentences about a line and the use of its time (see diagnose.h).
+// Sentences about a line and the use of its time. diagnose.h describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -18,10 +18,10 @@ using Sentences = std::vector<std::string>;
 
 /// Stray bytes are reported from this share of all received bytes on.
 constexpr double kNotableStray = 0.05;
-/// Fewer stray bytes may be the greeting of a server.
+/// Fewer stray bytes than this are not reported: they may be the greeting of a server.
 constexpr std::uint64_t kFewStray = 32;
 constexpr std::uint64_t kManyStray = 2048;
-/// Driver errors are reported from this number per exchange on.
+/// Errors that the driver counts are reported from this number per exchange on.
 constexpr double kNotableErrors = 0.02;
 
 Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, bool nobody) {
@@ -29,22 +29,23 @@ Sentences DriverErrors(const config::Line& line, const bus::LineStatus& status, 
   const std::uint32_t errors = status.parity_errors + status.framing_errors;
   if (Share(errors, static_cast<double>(status.exchanges)) >= kNotableErrors) {
     found.push_back(fmt::format(
-        "the driver has counted {} parity and {} framing errors since the port was opened: {}",
+        "the driver has counted {} parity and {} framing errors since the port was opened. {}",
         status.parity_errors, status.framing_errors,
-        nobody ? "bit rate, parity or data bits differ (" + line.serial.ToString() + ")"
-               : std::string("noise, bad termination, or a device with settings of its own")));
+        nobody ? "Compare bit rate, parity and data bits (" + line.serial.ToString() +
+                     ") with the devices"
+               : std::string("Check for noise, bad termination, or a device with other settings")));
   }
   if (status.restored >= kFacts) {
-    found.push_back(fmt::format(
-        "another program ({}) has changed the settings of the port {} (they were set again): keep "
-        "it away from {}",
-        NameHolders(line.port), Times(status.restored), line.port));
+    found.push_back(
+        fmt::format("another program ({}) has changed the settings of the port {}, and the gateway "
+                    "has restored them. Keep that program away from {}",
+                    NameHolders(line.port), Times(status.restored), line.port));
   }
   if (status.overruns > 0) {
-    found.push_back(fmt::format(
-        "the driver lost bytes {}: the machine is too busy, or the adapter needs flow control "
-        "(rtscts)",
-        Times(status.overruns)));
+    found.push_back(
+        fmt::format("the driver lost bytes {}. The machine is too busy, or the adapter needs flow "
+                    "control (rtscts)",
+                    Times(status.overruns)));
   }
   return found;
 }
@@ -55,20 +56,21 @@ std::size_t InUse(std::span<const bus::DeviceRecord> devices) {
   }));
 }
 
-/// Reports that no device answers. Empty: no request has failed yet, as after a loan of the port.
+/// Reports that no device of the line answers. Empty: no request has failed since the port was
+/// opened.
 Sentences NobodyAnswers(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now) {
   const Evidence evidence = GatherAbsent(status, devices, now);
   if (evidence.failed == 0) return {};
-  const std::string text = fmt::format("none of its {} devices answers: ", InUse(devices));
+  const std::string text = fmt::format("none of its {} devices answers", InUse(devices));
   const auto judged = Judge(evidence);
-  if (judged.empty()) return {text + "look at what they share: port, wiring, bit rate"};
+  if (judged.empty()) return {text + ". Check port, wiring and bit rate"};
   Sentences said = Besides(evidence, judged);
-  said.insert(said.begin(), text + judged.front()->say(evidence));
+  said.insert(said.begin(), text + ": " + judged.front()->say(evidence));
   return said;
 }
 
-/// Reports text and other foreign messages on the line, whichever device was asked at that time.
+/// Reports text and other foreign messages on the line, whichever device was asked when they came.
 Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto seen = [&](std::initializer_list<Symptom> symptoms) -> const Finding* {
     const Finding* found = nullptr;
@@ -88,22 +90,25 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   if (const Finding* master = seen({Symptom::master_beside, Symptom::other_master})) {
     said.push_back(WithRemedy(*master));
   } else if (const Finding* device = seen({Symptom::device_beside})) {
-    said.push_back(device->cause + ", beside good replies: " + AnotherAsksIt(line.is_network()) +
-                   ", or two devices have its address");
+    said.push_back(device->cause + ", beside good replies" +
+                   NextSentence(RemoveOther(line.is_network())) +
+                   ", or check whether two devices have its address");
   }
   if (const Finding* text = seen({Symptom::text_beside})) {
     said.push_back(
         line.is_network()
-            ? "text comes by itself (" + text->cause +
-                  "): a heartbeat or registration packet of the radio or serial server, or a "
-                  "device: switch it off"
-            : "something on the line sends text by itself (" + text->cause +
-                  "): take it off this line, or switch its automatic output (heartbeat) off");
+            ? "text comes unasked (" + text->cause +
+                  "). Switch off the heartbeat or registration packet of the radio or serial "
+                  "server, or the automatic output of a device"
+            : "text comes unasked on the line (" + text->cause +
+                  "). Take the device that sends it off this line, or switch its automatic output "
+                  "(heartbeat) off");
   }
   return said;
 }
 
-/// Nearly all replies of a device have bytes around them, and over half of all bytes are stray.
+/// True if bytes come without end: nearly all replies of a device have bytes around them, and over
+/// half of all received bytes are stray.
 bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
          std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
@@ -114,7 +119,7 @@ bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord>
          });
 }
 
-/// True if late replies or a sentence of a device explain the stray bytes.
+/// True if late replies, or a sentence about a device, explain the stray bytes of the line.
 bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord> devices) {
   constexpr std::uint64_t kLongReply = 300;
   std::uint64_t late = 0;
@@ -131,50 +136,51 @@ bool IsExplained(const bus::LineStatus& line, std::span<const bus::DeviceRecord>
   });
 }
 
-/// If no device answers, the sentence about the devices mentions the echo.
+/// True if a device answers, now or a short time ago.
 bool AnyAnswers(std::span<const bus::DeviceRecord> devices, Now now) {
   return std::ranges::any_of(devices, [&](const bus::DeviceRecord& one) {
     return Answers(one.status.state) || HasAnsweredLately(one.status, now.instant);
   });
 }
 
-/// Reports echoes that are missing or not configured, and a line on which no device answers.
+/// Reports echoes that are missing, or that come but are not configured. Also reports a line on
+/// which no device answers.
 Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                       Now now) {
   Sentences found;
   const bool nobody = AbsentTogether(devices);
   const bool echoless = status.collisions > 0 && 2 * status.collisions >= status.exchanges;
   if (status.cut_since) {
-    found.push_back(fmt::format(
-        "the ring is open since {}, as requests come back no more: look for a loose or broken "
-        "fibre, or a device on it without power",
-        ClockText(*status.cut_since)));
+    found.push_back(
+        fmt::format("the ring has been open since {}, because requests no longer come back. Look "
+                    "for a loose or "
+                    "broken fibre, or a device on the ring without power",
+                    ClockText(*status.cut_since)));
   } else if (nobody && echoless) {
     found.push_back(fmt::format(
-        "none of its {} devices answers, and requests do not come back ({}, echo: verify): is the "
-        "ring open (a loose fibre, a device without power)? If the bus has no echo, set 'echo: "
-        "off' in the configuration",
+        "none of its {} devices answers, and requests do not come back ({}, echo: verify). Close "
+        "the ring (a loose fibre, a device without power), or set 'echo: off' for a bus without "
+        "echo",
         InUse(devices), Times(status.collisions)));
   } else if (nobody) {
     found = NobodyAnswers(status, devices, now);
   }
   if (Echoes(status) && AnyAnswers(devices, now)) {
     found.push_back(
-        fmt::format("the request itself came back {}: set 'echo: strip' in the configuration",
+        fmt::format("the request itself came back {}. Set 'echo: strip' in the configuration",
                     Times(status.echoes)));
   }
   if (status.collisions > 0 && !status.cut_since && !(nobody && echoless)) {
     found.push_back(fmt::format(
-        "the echo was missing or different {}: two talkers at once, or {}",
+        "the echo was missing or different {}. Two masters send at once, or {}",
         Times(status.collisions),
-        echoless
-            ? "a bus that does not echo (set 'echo: off')"
-            : "a ring or bus that opens now and then: a loose plug, or a device that restarts"));
+        echoless ? "the bus does not echo (set 'echo: off')"
+                 : "the ring opens now and then (a loose plug, or a device that restarts)"));
   }
   return found;
 }
 
-/// Reports stray bytes. Empty: they are few, or another sentence explains them.
+/// Returns a sentence about stray bytes. Empty: they are few, or another sentence explains them.
 std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                        std::span<const bus::DeviceRecord> devices) {
   const double stray =
@@ -182,19 +188,21 @@ std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
   if (stray < kNotableStray || status.stray_bytes < kFewStray) return {};
   if (IsExplained(status, devices) || Echoes(status)) return {};
   return fmt::format(
-      "{} of {} bytes came when nothing was asked: {}", status.stray_bytes, status.bytes_in,
-      line.is_network() && line.serial.on_wire()
-          ? "packets of the serial server itself (heartbeat), or noise behind it"
-      : line.serial.on_wire()
-          ? "noise between the replies (check bias resistors and termination), or a second master"
-          : "the server answers twice, or does not keep to Modbus TCP; update its firmware");
+      "{} of {} bytes came when nothing was asked. {}", status.stray_bytes, status.bytes_in,
+      line.is_network() && line.serial.on_wire() ? "Switch off packets of the serial server itself "
+                                                   "(heartbeat), or look for noise behind it"
+      : line.serial.on_wire() ? "Look for noise between the replies (bias resistors, termination), "
+                                "or for a second master"
+                              : "Update the firmware of the server, which answers twice or does "
+                                "not keep to Modbus TCP");
 }
 
-/// Why polls are missed. Empty: no poll is missed, or a sentence of a device explains it.
+/// Returns a sentence that explains missed polls. Empty: none are missed, or a sentence about a
+/// device explains them.
 std::string MissedPolls(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now, Instant started) {
   const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
-    // A device that refuses most requests, or that no longer answers, has a sentence of its own.
+    // There is a sentence about each device that refuses most requests, or that is offline.
     const bool refuses = 2 * one.status.findings.Count(Symptom::refusal) >= bus::Findings::kKept;
     return refuses || (one.status.last_ok && IsAbsent(one.status));
   });
@@ -220,8 +228,9 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
   };
   for (const bus::PortService& service : status.services) {
     if (service.trouble.empty()) continue;
-    found.push_back(fmt::format("no client can come in for its port at {}: {}; it is tried again",
-                                service.place, service.trouble));
+    found.push_back(
+        fmt::format("no client can connect to its port at {}: {}; the gateway tries again",
+                    service.place, service.trouble));
   }
   if (status.port != bus::LineStatus::Port::open) {
     found.insert(found.begin(), SayClosed(line, status, devices, now));
@@ -230,15 +239,15 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
   add(AboutEchoes(status, devices, now));
   if (status.negotiations > 0 && AnyAnswers(devices, now)) {
     found.push_back(
-        "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
+        "the server speaks Telnet when a connection begins, and doubles each FF. Set its port to "
         "raw TCP, without Telnet or RFC 2217");
   }
   add(Strangers(line, devices));
   add(DriverErrors(line, status, AbsentTogether(devices)));
   if (IsEndless(status, devices)) {
     found.push_back(
-        "bytes come without an end, also when nothing was asked: a device or converter keeps "
-        "sending; unplug them one by one");
+        "bytes come without an end, also when nothing was asked. A device or converter keeps "
+        "sending: unplug them one by one");
   }
   add_one(StrayBytes(line, status, devices));
   add(AboutLosses(line, status, devices, now));
@@ -249,35 +258,37 @@ Sentences DiagnoseLine(const config::Line& line, const bus::LineStatus& status,
 namespace {
 
 constexpr int kMinutes = 5;
-/// Fewer missed periods are ignored; some are normal after a start.
+/// Fewer missed periods than this are not reported; some are normal after a start.
 constexpr std::uint32_t kNotableMisses = 3;
 constexpr double kNotableMissed = 0.02;
-/// Failures that take this share of the line's time are the cause of missed polls.
+/// Failed exchanges of a device that take this share of the line's time are the cause of missed
+/// polls.
 constexpr double kMuchWaste = 0.2;
-/// Failures that take this share may cause some missed polls.
+/// Failed exchanges that take this share may cause some missed polls.
 constexpr double kSomeWaste = 0.03;
-/// Good exchanges that take this share are the cause of missed polls.
+/// Good exchanges that take this share of the line's time are the cause of missed polls.
 constexpr double kFull = 0.8;
 constexpr double kBusy = 0.5;
 constexpr double kMuchOfOne = 0.4;
-/// Protocols need a shorter silence before a request.
+/// A configured silence before requests that is longer than any protocol needs.
 constexpr Duration kLongQuiet = 50ms;
-/// A device stands out if it takes this many times the average time per device.
+/// A device stands out if it takes more than this multiple of the average time per device.
 constexpr double kMoreThanOthers = 1.25;
 
-/// The seconds, at most five minutes, for which counts exist.
+/// Returns how many seconds the counts of the last five minutes cover, because the program may have
+/// started later.
 double Watched(Now now, Instant started) {
   const Duration of_minute = now.instant.time_since_epoch() % 1min;
   return Seconds(std::min<Duration>(now.instant - started, of_minute + (kMinutes - 1) * 1min));
 }
 
-/// True if characters on the wire take most of the time, and not the reply times of the devices.
+/// True if the characters on the wire take more than half of the time of exchanges.
 bool IsWireTime(const bus::LineStatus& status, const config::Line& line) {
   const auto characters = static_cast<std::int64_t>(status.bytes_in + status.bytes_out);
   return 2 * characters * line.serial.CharacterTime() > status.busy;
 }
 
-/// True if the configured silence takes longer than the exchanges.
+/// True if, at all devices, the configured silence before a request is longer than the exchange.
 bool IsQuietTime(std::span<const bus::DeviceRecord> devices) {
   return std::ranges::all_of(devices, [](const bus::DeviceRecord& one) {
     const std::optional<Duration>& quiet = one.status.timing.quiet;
@@ -327,17 +338,18 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
     return findings.Count(Symptom::other_master) + findings.Count(Symptom::master_beside) > 1;
   });
   if (disturbed) return {};  // the line has a sentence about the other master
-  // The device has a sentence about its own failures.
+  // A sentence about this device reports its failures.
   if (device != nullptr && FailsOften(*device)) return {};
-  // The wasteful device has a sentence about its failures.
+  // A sentence about the wasteful device reports its failures.
   if (waste >= kMuchWaste && (device == nullptr || wasteful->device == device->device)) return {};
-  // Stray bytes beside good replies also waste time, but there is no failure to correct.
+  // The time was lost to stray bytes beside good replies, so there are no failures to correct.
   if (waste >= kMuchWaste && !FailsOften(*wasteful)) return {};
   if (waste >= kMuchWaste) {
-    return fmt::format("{} takes {} of the line's time with exchanges that fail: mend that first",
-                       name(*wasteful), Percent(waste));
+    return fmt::format(
+        "{} takes {} of the line's time with exchanges that fail. Follow its sentence first",
+        name(*wasteful), Percent(waste));
   }
-  // A late device has a sentence with its own remedy.
+  // A sentence about the late device names its remedy.
   if (device == nullptr && busiest != nullptr && busiest->status.patience > Duration()) return {};
   const bool wire = !devices.empty() && IsWireTime(line, *devices.front().line);
   const char* const ask_less =
@@ -345,22 +357,23 @@ std::string WhyNoTime(const bus::LineStatus& line, std::span<const bus::DeviceRe
   const bool stands_out = most * static_cast<double>(devices.size()) > kMoreThanOthers * served;
   if (most >= kMuchOfOne && devices.size() > 1 && stands_out) {
     const auto each = busiest->status.round_trips.mean();
-    return fmt::format("{} takes {} of the line's time, {} ms an exchange: raise its poll, or {}",
+    return fmt::format("{} takes {} of the line's time, {} ms an exchange. Raise its poll, or {}",
                        name(*busiest), Percent(most), Milliseconds(each), ask_less);
   }
   if (served >= kFull && IsQuietTime(devices)) {
     return fmt::format(
-        "more is asked than fits, half of the time is silence before requests: "
-        "lower timing.quiet ({}), or raise poll",
+        "the polls need more time than the line has, and half of the time is silence before "
+        "requests. Lower timing.quiet ({}), or raise poll",
         FormatDuration(*devices.front().status.timing.quiet));
   }
   if (served >= kFull) {
     return fmt::format(
-        "more is asked than fits, good exchanges take {} of the time: raise poll, {}",
+        "the polls need more time than the line has, as good exchanges take {} of it. Raise poll, "
+        "{}",
         Percent(served), ask_less);
   }
   if (served < kBusy || waste >= kSomeWaste) return {};
-  return fmt::format("a round takes longer than its period: raise poll, {}", ask_less);
+  return fmt::format("a round of polls takes longer than its period. Raise poll, {}", ask_less);
 }
 
 }  // namespace baudgate::diagnosis

@@ -1,4 +1,4 @@
-// Sentences about the points of a device that answers (see diagnose.h).
+// Sentences about the points of a device that answers. diagnose.h describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -24,31 +24,31 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// The remedy for values that are not good for this reason; null: none is known.
+/// Returns the remedy for values that are not good for this reason; null: no remedy is known.
 const char* RemedyFor(Reason reason) {
   switch (reason) {
     case Reason::over_range:
     case Reason::under_range:
-      return "look at the sensor, its wire and its range (a balance: its load)";
+      return "check the sensor, its wire and its range (at a balance the load)";
     case Reason::open_sensor:
-      return "look at the sensor and its wire";
+      return "check the sensor and its wire";
     case Reason::sentinel:
-      return "no measurement: look at what is connected to that input";
+      return "nothing was measured: check what is connected to that input";
     case Reason::no_permission:
-      return "its access level is too low for them: set the password of a higher one at the device";
+      return "the access level is too low: set the password of a higher level at the device";
     case Reason::device_fault:
-      return "a fault of its own: look at it, restart or replace it";
+      return "the device reports a fault: check, restart or replace it";
     case Reason::channel_disabled:
-      return "switch them on in the device, or take these points out of the profile";
+      return "switch these channels on in the device, or take the points out of the profile";
     case Reason::not_ready:
-      return "it has measured nothing there since its start, or not yet: wait, then look at it";
+      return "it has not measured since its start: wait, then check the device";
     default:
       return nullptr;
   }
 }
 
-/// The configured limit that a reading with this reason may exceed: key and value, "max" and 100.
-/// Nothing if no limit is configured. The device itself may also report over_range or under_range.
+/// Returns the configured limit that a reading with this reason may exceed, such as "max" and 100.
+/// Nothing: no limit is configured, so the device itself has reported over_range or under_range.
 std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& point, Reason reason) {
   if (point.access != config::Access::read) return std::nullopt;
   const bool over = reason == Reason::over_range;
@@ -58,49 +58,51 @@ std::optional<std::pair<const char*, Decimal>> LimitOf(const config::Point& poin
   return std::pair(over ? "max" : "min", *limit);
 }
 
-/// Describes a reply that contains something else instead of a number.
+/// Returns what the reply contained in place of a number, and the remedy.
 std::string NoNumber(const Finding& finding) {
   if (!finding.remedy.empty()) return ": " + WithRemedy(finding);
   const std::string& text = finding.cause;
-  if (text.empty()) return ": it sends nothing for them: does the profile fit the device?";
+  if (text.empty()) {
+    return ": it sends nothing for them. Check that the profile fits the device";
+  }
   if (text.find_first_not_of("*- ") == std::string::npos) {
-    return ": '" + Shortened(text) + "' stands for no measurement: look at its inputs and cards";
+    return ": '" + Shortened(text) + "' stands for no measurement. Check its inputs and cards";
   }
   const bool comma = ParseDecimal(WithDecimalPoint(text)).has_value();
-  return ": '" + Shortened(text) + "' is no number: " +
-         (comma ? "set a decimal point at the device, or type: string in its profile"
-                : "does the profile fit the device? type: string takes it");
+  return ": '" + Shortened(text) + "' is no number. " +
+         (comma ? "Set a decimal point at the device, or type: string in its profile"
+                : "Check that the profile fits the device, or set type: string in it");
 }
 
-/// Values are expected within this time even if their poll period is longer.
+/// Every polled point should have a value after this time, even if its poll period is longer.
 constexpr Duration kLongestStart = 1min;
-/// A point that is polled has a value after this time.
+/// A point without a value is not reported before this time since the start.
 constexpr Duration kLongWait = 20s;
-/// After this many messages a device that sends unasked has sent all of its values.
+/// After this many messages, a device that sends unasked should have sent all its values.
 constexpr std::size_t kManyMessages = 20;
 
 struct Doubts {
   std::size_t stale = 0;
-  std::size_t doubted = 0;   ///< the gateway is not sure of the value
-  std::size_t reported = 0;  ///< the device itself reported the quality
-  // Reported points without a reason:
+  std::size_t doubted = 0;   ///< points whose value is uncertain for the gateway
+  std::size_t reported = 0;  ///< points whose quality the device itself has reported
+  // Numbers of reported points without a reason:
   std::size_t unreadable = 0;
   std::size_t unsure = 0;
-  /// The points of `unsure` with recheck: their jump may not have been confirmed.
+  /// The points of `unsure` for which a jump must be confirmed by a second reading (recheck).
   std::size_t jumping = 0;
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
   std::string first;         ///< name of the first reported point
   std::size_t limited = 0;   ///< reported points that have a configured limit
-  std::string limit_remedy;  ///< for the first limited point
+  std::string limit_remedy;  ///< remedy for the first limited point
 
   void AddReported(const Quality& quality, const config::Point& point) {
     ++reported;
     if (first.empty()) first = point.name;
     if (const auto limit = LimitOf(point, quality.reason); limit && ++limited == 1) {
-      limit_remedy = fmt::format(
-          "beyond its range or the configured {0} ({1}): correct {0}, or look at the sensor",
-          limit->first, limit->second.ToText());
+      limit_remedy =
+          fmt::format("correct the configured {0} ({1}), or check the sensor and its range",
+                      limit->first, limit->second.ToText());
     }
     if (quality.reason != Reason::none) {
       ++reasons[quality.reason];
@@ -113,7 +115,8 @@ struct Doubts {
   }
 };
 
-/// True if the reason is normal: nothing to measure at present, or an option that is not fitted.
+/// True if a missing value is normal: there is nothing to measure at present, or an option is not
+/// fitted.
 bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
   if (reason == Reason::not_fitted) return LacksOptions(record);
   const auto lacks = [](const bus::PointRecord& point) { return IsBad(point.reported); };
@@ -121,7 +124,8 @@ bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
          !std::ranges::all_of(record.points, lacks);
 }
 
-/// Counts the points whose reason is normal (`usual`), or all other points that are not good.
+/// Counts the points that are not good: if `usual`, those whose reason is normal (IsUsual), else
+/// the others.
 Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now, bool usual) {
   const Duration open = now.wall - line.port_since;
   Doubts doubts;
@@ -132,9 +136,9 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
     if (open < std::min(period, kLongestStart)) continue;
     const bool reported = quality == record.points[i].reported;
     if (usual != (reported && IsUsual(record, quality.reason))) continue;
-    // Other qualities come from doubt or age.
+    // If the reading itself was good, the value is not good because of doubt or age.
     if (reported) {
-      // A reader that has not read anything yet has no fault.
+      // A reader of cards or codes that has not read anything yet is in order.
       if (record.status.unasked && quality.reason == Reason::not_ready) continue;
       doubts.AddReported(quality, record.device->points[i]);
     } else if (quality == Quality::uncertain && quality == record.points[i].at_best) {
@@ -142,7 +146,7 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
     } else {
       const auto group = static_cast<std::size_t>(record.device->points[i].group);
       const bus::AgeLimits& limits = record.age_limits[group];
-      // The port was opened less than an age limit ago, so the point may not have been polled yet.
+      // If the port was opened less than an age limit ago, the point may not have been polled yet.
       const bool waits = limits.ages() && open < limits.uncertain_after;
       if (!waits) ++doubts.stale;
     }
@@ -153,19 +157,20 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
 std::string SayStale(const bus::DeviceRecord& record, std::size_t stale, Now now) {
   if (const auto every = ComesEvery(record, now.instant)) {
     return "comes every " + FormatAge(*every) +
-           ", and its max_age is shorter: raise its poll (or max_age) above that, or let it send "
-           "more often";
+           ", and its max_age is shorter. Raise its poll or max_age above that, or let the device "
+           "send more often";
   }
   if (record.status.unasked && record.status.last_ok) {
     return "nothing has come for " + FormatAge(now.instant - *record.status.last_ok) +
-           ", and its max_age is shorter: check its power and its wire";
+           ", and its max_age is shorter. Check its power and its wire";
   }
   return fmt::format(
-      "{} of {} points are older than their max_age: its polls fail or come too seldom", stale,
-      record.points.size());
+      "{} of {} points are older than their max_age, as its polls fail or come too seldom. Follow "
+      "its other sentences, or raise max_age",
+      stale, record.points.size());
 }
 
-/// The reasons and the first point: "2 over range, 1 open sensor; level, ...".
+/// Returns the reasons and the first point, such as "2 over range, 1 open sensor; level, ...".
 std::string WhichAre(const Doubts& doubts) {
   std::string text;
   for (const auto& [reason, count] : doubts.reasons) {
@@ -174,14 +179,14 @@ std::string WhichAre(const Doubts& doubts) {
   return text + (text.empty() ? "" : "; ") + doubts.first + (doubts.reported > 1 ? ", ..." : "");
 }
 
-/// Why readings without a reason are not good. Empty: there are several reasons.
+/// Returns why readings without a reason are not good. Empty: there is no common explanation.
 std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts) {
   if (doubts.jumping == doubts.reported && record.status.rechecks > 0) {
-    return ": each reading is far from the one before, also when it is read again at once: if it "
-           "really changes so fast, set recheck: off at it";
+    return ": each reading is far from the one before, also when it is read again at once. Look "
+           "for noise; if the value really changes so fast, set recheck: off at the point";
   }
   if (doubts.unsure == doubts.reported) {
-    return ": it says itself that they are not certain (not stable): look at what it measures";
+    return ": the device reports them as uncertain (not stable). Check what it measures";
   }
   const bus::Findings& findings = record.status.findings;
   const bool numbers = findings.Count(Symptom::no_number) > 0;
@@ -189,28 +194,31 @@ std::string WhyUnreadable(const bus::DeviceRecord& record, const Doubts& doubts)
     return NoNumber(findings.Last(Symptom::no_number));
   }
   if (doubts.unreadable == doubts.reported) {
-    return ": it says that they are not valid, or sends another form: look at its sensors";
+    return ": the device reports them as invalid, or sends another form. Check its sensors";
   }
   if (doubts.empty == doubts.reported) {
-    return ": it sends no number for them (NaN: look at what it measures; or a decimal comma: see "
-           "trace)";
+    return ": it sends no number for them. Check what it measures (NaN), or look for a decimal "
+           "comma with 'baudgate trace'";
   }
   return {};
 }
 
-/// The remedy if all reported points have one reason, or all have a configured limit; else empty.
+/// Returns the remedy if all reported points have the same reason, or all have a configured limit;
+/// else an empty text.
 std::string RemedyForAll(const bus::DeviceRecord& record, const Doubts& doubts) {
-  if (doubts.limited == doubts.reported) return ": " + doubts.limit_remedy;
+  if (doubts.limited == doubts.reported) return NextSentence(doubts.limit_remedy);
   if (doubts.reasons.size() != 1 || doubts.reasons.begin()->second != doubts.reported) return {};
   const Reason reason = doubts.reasons.begin()->first;
   const char* const remedy = RemedyFor(reason);
   if (remedy == nullptr) return {};
   const bool inputs = reason != Reason::device_fault && reason != Reason::no_permission;
   const bool all = inputs && doubts.reported == record.points.size() && doubts.reported > 1;
-  return all ? ": nothing measures: look at what is behind the device" : ": " + std::string(remedy);
+  return all ? ". Nothing is measured: check what is connected to the device"
+             : NextSentence(remedy);
 }
 
-/// ": " with cause and remedy of the reported points. Empty: the reasons are clear by name.
+/// Returns ": " with cause and remedy of the reported points. Empty: the names of the reasons are
+/// enough.
 std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   std::string why = WhyUnreadable(record, doubts) + RemedyForAll(record, doubts);
   const auto refused = doubts.reasons.find(Reason::not_fitted);
@@ -218,10 +226,9 @@ std::string WhyReported(const bus::DeviceRecord& record, const Doubts& doubts) {
   const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
   why += said.empty() ? ": it does not answer requests for them" : ": it says '" + said + "'";
   const bool all = refused->second == record.points.size();
-  return why + "; " +
-         (RefusesWhatItGave(record) ? kHasWorked
-          : all                     ? "does the profile fit?"
-                                    : "correct them, or take them out of the profile");
+  return why + NextSentence(RefusesWhatItGave(record) ? kHasWorked
+                            : all                     ? "check that the profile fits the device"
+                                  : "correct these points, or take them out of the profile");
 }
 
 }  // namespace
@@ -254,16 +261,16 @@ bool IsForeign(const bus::DeviceRecord& record) {
 }
 
 Sentences DiagnosePoints(const bus::LineStatus& line, const bus::DeviceRecord& record, Now now) {
-  if (IsForeign(record)) return {};  // the trouble of the device explains all values
+  if (IsForeign(record)) return {};  // a sentence about the device explains all values
   const Doubts doubts = DoubtsOf(line, record, now, false);
   const std::size_t points = record.points.size();
   Sentences found;
   if (doubts.stale > 0) found.push_back(SayStale(record, doubts.stale, now));
   if (doubts.doubted > 0) {
-    found.push_back(
-        fmt::format("{} of {} points are in doubt until they are read again: the port was opened "
-                    "anew, the device was away, or a reply may have belonged to another request",
-                    doubts.doubted, points));
+    found.push_back(fmt::format(
+        "{} of {} points are in doubt until the next read, because the port was reopened, "
+        "the device was away, or a reply may belong to another request",
+        doubts.doubted, points));
   }
   if (doubts.reported > 0) {
     found.push_back(fmt::format("{} of {} points have no good value ({}){}", doubts.reported,
@@ -280,11 +287,11 @@ Sentences NoteAbsent(const bus::LineStatus& line, const bus::DeviceRecord& recor
   if (IsForeign(record) || doubts.reported == 0 || !OffByOne(record).empty()) return {};
   const std::string said = Brief(record.status.findings.Last(Symptom::refusal));
   return {fmt::format(
-      "note: {} of {} points have no value ({}): usual {}", doubts.reported, record.points.size(),
-      WhichAre(doubts),
+      "note: {} of {} points have no value ({}), which is usual {}", doubts.reported,
+      record.points.size(), WhichAre(doubts),
       doubts.reasons.contains(Reason::not_fitted)
           ? "for what is not fitted" + (said.empty() ? "" : " (it says '" + said + "')") +
-                ": take them out of the profile, or correct them"
+                ". Take these points out of the profile, or correct them"
           : "where nothing is measured (a motor at rest, a direction that is not used)")};
 }
 
@@ -294,7 +301,8 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
   const bus::Findings& findings = record.status.findings;
   const Finding& odd = findings.Last(Symptom::odd);
   const Finding& said = odd.cause.empty() ? findings.Last(Symptom::refusal) : odd;
-  // After a refusal, rarely polled points are included: these have been polled by now as well.
+  // After a refusal, points that are polled rarely are counted too, because they have been polled
+  // by now.
   const config::Group least = said.cause.empty() ? config::Group::fast : config::Group::slow;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
     const config::Point& point = record.device->points[i];
@@ -306,37 +314,38 @@ Sentences DiagnoseWaiting(const bus::DeviceRecord& record, Now now, Instant star
   const Duration patience = std::max<Duration>(kLongWait, 3 * record.device->poll);
   if (waiting == 0 || now.instant - started < patience) return {};
   if (record.status.unasked && said.cause.empty()) {
-    // Many messages have come, and none of them contains these values.
+    // A device that sends unasked: in many messages none contained these values.
     if (findings.size() < kManyMessages || !MustSpeakWithin(record)) return {};
     const std::string& missing = record.status.missing;
     return {fmt::format("{} of {} points have no value yet ({}{}): {}", waiting,
                         record.points.size(), first, waiting > 1 ? ", ..." : "",
                         missing.empty()
-                            ? "nothing that it sends has them: does the profile fit, and its "
-                              "parameters (unit)?"
+                            ? "none of its messages has them. Check that the profile fits, and its "
+                              "parameters (unit)"
                             : missing)};
   }
   return {fmt::format(
-      "{} of {} points have no value yet ({}{}): {}: {}", waiting, record.points.size(), first,
+      "{} of {} points have no value yet ({}{}): {}{}", waiting, record.points.size(), first,
       waiting > 1 ? ", ..." : "",
       said.cause.empty() ? "the device does not give them" : "it says '" + Brief(said) + "'",
-      RemedyOf(said))};
+      NextSentence(RemedyOf(said)))};
 }
 
 namespace {
 
-/// Smaller (except 0) or larger numbers cannot be measurements.
+/// Numbers that are smaller (except 0) or larger than this cannot be measurements.
 constexpr double kLeastMeasured = 1e-20;
 constexpr double kMostMeasured = 1e20;
-/// Most measurements lie in this range.
+/// Most measurements are in this range.
 constexpr double kLeastUsual = 1e-4;
 constexpr double kMostUsual = 1e7;
-/// Beside numbers up to this, an unsigned number this close to its maximum is probably negative.
+/// If other numbers are at most this large, an unsigned number this close to its maximum is
+/// probably a negative number.
 constexpr double kSmall = 1000;
-/// Neighbouring registers have at most this distance.
+/// Registers are neighbours if their numbers differ by at most this.
 constexpr int kNextTo = 4;
 
-/// Table and number of a register: "holding " and 40.
+/// Table and number of a register, such as "holding " and 40.
 using Register = std::pair<std::string, int>;
 
 struct Float {
@@ -355,7 +364,7 @@ bool IsUsual(std::uint32_t bits) {
   return size == 0 || (size >= kLeastUsual && size <= kMostUsual);
 }
 
-/// The byte order that is configured at the device. Empty: none, or the default.
+/// Returns the byte order that is configured for the device; empty: none is, or it is the default.
 std::string SetOrder(const config::Device& device) {
   const auto order = device.options.all().find("order");
   if (!device.traits->has_byte_order || order == device.options.all().end()) return {};
@@ -363,8 +372,8 @@ std::string SetOrder(const config::Device& device) {
   return name == nullptr || *name == Name(config::WordOrder::abcd) ? std::string() : *name;
 }
 
-/// The byte order in which all of these numbers are usual. Empty: there is no such order or more
-/// than one, the device has no such setting, or its byte order is already configured.
+/// Returns the byte order in which all these numbers look usual. Empty: no byte order does, or more
+/// than one; or the device has no such option, or it is set already.
 std::string OrderOf(const config::Device& device, const std::vector<Float>& numbers) {
   using enum config::WordOrder;
   if (!device.traits->has_byte_order || !SetOrder(device).empty()) return {};
@@ -374,7 +383,7 @@ std::string OrderOf(const config::Device& device, const std::vector<Float>& numb
     const bool all = std::ranges::all_of(numbers, [&](const Float& number) {
       std::uint32_t turned = 0;
       for (const char place : other) {
-        const int byte = place - 'A';  // 0: the first of the four bytes as they came
+        const int byte = place - 'A';  // 0: the first of the four bytes in the reply
         turned = turned << 8U | (number.bits >> (8U * (3U - static_cast<unsigned>(byte))) & 0xFFU);
       }
       return IsUsual(turned);
@@ -386,8 +395,9 @@ std::string OrderOf(const config::Device& device, const std::vector<Float>& numb
   return std::string(found);
 }
 
-/// True if the second half of each number and the first half of the next make usual numbers: each
-/// was read one register too far. Swapped words look like this too, unless the last word is 0.
+/// True if the numbers were read at addresses shifted by one register: the second half of each
+/// number and the first half of the next make a usual number. Swapped words look the same, unless
+/// the last word is 0.
 bool AreShifted(const std::vector<Float>& numbers) {
   bool any = false;
   for (const Float& number : numbers) {
@@ -403,7 +413,8 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Why an integer cannot be a measurement; empty: it can. `small`: other numbers are small.
+/// Returns why an integer cannot be a measurement; empty: it can be. `small`: other numbers are
+/// small.
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;
@@ -412,10 +423,10 @@ std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   const double values = is_short ? 0x1p16 : 0x1p32;
   const bool ones = !is_signed && raw == values - 1 && (!is_short || !point.unit.empty());
   if (raw == values / 2 - 1 || (is_signed && raw == -values / 2) || ones) {
-    return "it stands for no measurement: look at what is measured, and add it to its sentinels";
+    return "this number stands for no measurement: check what is measured, and add it to sentinels";
   }
   if (is_signed || raw < values - kSmall || raw == values - 1 || !small) return {};
-  return fmt::format("it is {:.0f} as a signed number: set type: {} in the profile", raw - values,
+  return fmt::format("as a signed number it is {:.0f}: set type: {} in the profile", raw - values,
                      is_short ? "int16" : "int32");
 }
 
@@ -440,9 +451,9 @@ std::string OffByOne(const bus::DeviceRecord& record, std::size_t least) {
     if (std::abs(next->first - end->first) > kNextTo) continue;
     const config::Point& point = record.device->points[end->second];
     return fmt::format(
-        "only the {} address is refused ({}, {}): its addresses are off by one: {} each by one in "
+        "only the {} address is refused ({}, {}), so all are off by one. {} each address by one in "
         "the profile",
-        last ? "last" : "first", point.name, point.read, last ? "lower" : "raise");
+        last ? "last" : "first", point.name, point.read, last ? "Lower" : "Raise");
   }
   return {};
 }
@@ -469,7 +480,7 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   }
   std::size_t absurd = 0;
   std::string first;
-  std::string why;  // why the first number, if it is an integer, cannot be true
+  std::string why;  // why the first of these numbers cannot be true; empty for a float
   for (const auto& [point, shown, raw] : numbers) {
     const double size = std::abs(shown);
     const bool is_float =
@@ -487,18 +498,18 @@ std::vector<std::string> AbsurdNumbers(const bus::DeviceRecord& record, Now now)
   const std::string set = SetOrder(*record.device);
   const bool either = shifted && floats.back().bits != 0 && (!order.empty() || !set.empty());
   if (why.empty() && either) {
-    // Both cures change the same registers, so the wrong one gives wrong numbers that look right.
+    // Either remedy makes the numbers look right, but only one is correct.
     why = (order.empty() ? "take order: " + set + " out" : "set order: " + order) +
-          ", or correct their addresses by one register: both make usual numbers, so compare with "
-          "its display";
+          ", or correct their addresses by one register; compare with its display, as both give "
+          "usual numbers";
   } else if (why.empty()) {
-    why = shifted ? "read one register lower (or higher) they fit: correct their addresses"
+    why = shifted ? "correct their addresses: one register lower (or higher) they fit"
           : order.empty()
               ? "check the order of their bytes (order), their type and their register"
-              : "their bytes come in another order: set order: " + order + " in the configuration";
+              : "set order: " + order + " in the configuration, as their bytes come in that order";
   }
-  return {fmt::format("{} of {} numbers cannot be true ({}{}): {}", absurd, numbers.size(), first,
-                      absurd > 1 ? ", ..." : "", why)};
+  return {fmt::format("{} of {} numbers cannot be true ({}{}){}", absurd, numbers.size(), first,
+                      absurd > 1 ? ", ..." : "", NextSentence(why))};
 }
 
 }  // namespace baudgate::diagnosis

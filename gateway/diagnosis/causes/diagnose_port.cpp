@@ -1,4 +1,5 @@
-// Sentences about a port or connection: closed, lost, or ended by the server (see diagnose.h).
+// Sentences about a port or connection that is closed, was lost, or was ended by the server.
+// diagnose.h describes the functions.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -16,16 +17,16 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Fewer lost connections are not reported.
+/// Lost connections are reported from this number on.
 constexpr std::size_t kDrops = 3;
 constexpr Duration kRecently = 5min;
 constexpr int kLastMinutes = 4;
-/// Losses within this time count as one restart of the server.
+/// Losses less than this time apart count as one restart of the server.
 constexpr Duration kRestart = 10s;
-/// A port that was closed for a shorter time is probably about to be reopened.
+/// A port that was closed for less than this time will probably open soon.
 constexpr Duration kMoment = 15s;
 
-/// The finding about a service that answers in place of a device; null: none is recognised.
+/// Returns the finding about a service that answers in place of a device; null: there is none.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -35,33 +36,36 @@ const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   return nullptr;
 }
 
-/// Empty: no other service was recognised.
+/// Returns a sentence about another service that answers at the port; empty: none does.
 std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};
   const bool says = other->symptom == Symptom::text;
-  return (says ? line.port + " says " + other->cause + ": "
-               : "no device is behind " + line.port + " (" + other->cause + "): ") +
-         (other->remedy.empty() ? "check the port" : other->remedy);
+  return (says ? line.port + " says " + other->cause
+               : "no device is behind " + line.port + " (" + other->cause + ")") +
+         NextSentence(other->remedy.empty() ? "check the port" : other->remedy);
 }
 
-/// Reports a server that ends the connection inside replies, so that a device never answers.
+/// Reports a server that closes the connection inside replies, if a device has never answered
+/// because of this.
 std::string SayEndsInside(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const auto breaks_off = [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Count(Symptom::tail_lost) >= kDrops;
   };
   if (!line.is_network() || !std::ranges::any_of(devices, breaks_off)) return {};
-  return "the server closes the connection inside replies: look at it and the device behind it "
-         "(firmware, limits)";
+  return "the server closes the connection inside replies. Check the server and the device behind "
+         "it (firmware, limits)";
 }
 
 const char* WhyNoData(const config::SerialSettings& serial) {
-  if (serial.rtscts) return "it takes no data: is the CTS line of the device connected and active?";
-  if (serial.xonxoff) {
-    return "it takes no data: XOFF came, and no XON since: switch XON/XOFF off at both ends";
+  if (serial.rtscts) {
+    return ", as it takes no data. Check that the CTS line of the device is connected and active";
   }
-  return "it takes no data: the adapter, or what is behind it, hangs: plug it in anew or restart "
-         "it";
+  if (serial.xonxoff) {
+    return ", as XOFF came and no XON since. Switch XON/XOFF off at both ends";
+  }
+  return ", as it takes no data. Unplug the adapter and plug it in again, or restart the device "
+         "behind it";
 }
 
 std::string Lost(const config::Line& line, const bus::LineStatus& status, std::size_t times,
@@ -69,20 +73,22 @@ std::string Lost(const config::Line& line, const bus::LineStatus& status, std::s
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
   if (line.is_network()) {
-    return fmt::format("the connection was lost {} in the last hour: {}", Times(times),
-                       WhyEnded(status, now - 1h, false));
+    return fmt::format("the connection was lost {} in the last hour{}", Times(times),
+                       NextSentence(WhyEnded(status, now - 1h, false)));
   }
-  return fmt::format("the open port was lost {} in the last hour: {}", Times(times),
+  return fmt::format("the open port was lost {} in the last hour{}", Times(times),
                      status.takes_no_data ? WhyNoData(line.serial)
-                                          : "loose plug, hub or power; the log has the times");
+                                          : ". Check plug, hub and power; the log has the times");
 }
 
-/// Losses in the last hour. Several connections that end while a server restarts are one loss.
+/// Returns the number of losses in the last hour. Connections that end while a server restarts
+/// count as one loss.
 std::size_t LossesOf(const config::Line& line, const bus::LineStatus& status, Now now) {
   return status.losses.Since(now.instant - 1h, line.is_network() ? kRestart : Duration());
 }
 
-/// An update ends one or two connections; disappearing twice in two minutes is a fault.
+/// True if the losses are to be reported. At a server a few are normal: an update ends one or two
+/// connections. To refuse or disappear twice in two minutes is a fault.
 bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::size_t lost,
                  Now now) {
   if (!line.is_network()) return lost > 0;
@@ -92,13 +98,13 @@ bool IsLostOften(const config::Line& line, const bus::LineStatus& status, std::s
   return lost >= kDrops || twice(status.ends.refused) || twice(status.ends.unreachable);
 }
 
-/// Reports a server that ends connections while they are in use.
+/// Reports a server that often ends connections while they are in use.
 std::string Dropped(const bus::LineStatus& status, Now now) {
   const std::size_t times = status.drops.Since(now.instant - kRecently);
   if (times < kDrops) return {};
   return fmt::format(
-      "the server has ended the connection {} in the last minutes while it was in use: {}",
-      Times(times), WhyEnded(status, now.instant - kRecently, true));
+      "the server has ended the connection {} in the last minutes while it was in use{}",
+      Times(times), NextSentence(WhyEnded(status, now.instant - kRecently, true)));
 }
 
 }  // namespace
@@ -114,62 +120,64 @@ std::string WhyEnded(const bus::LineStatus& status, Instant since, bool in_use) 
     return times >= kTwice && 2 * times >= all;
   };
   if (mostly(ends.shut)) {
-    return "the next one was closed at once: another client takes it: take that away, or raise the "
+    return "the next connection was closed at once: end another client that takes it, or raise the "
            "limit of connections";
   }
   if (mostly(ends.refused)) {
-    return "the next one was refused: the server, its program or modem restarts or has no link: "
-           "look at its power and its log";
+    return "the next connection was refused: check power and log of the server, and whether it or "
+           "its modem restarts or has no link";
   }
   if (mostly(ends.unreachable)) {
-    return "no host answered for a while: look at the power of the server and at the network "
-           "(cable, switch, radio)";
+    return "no host answered for a while: check the power of the server and the network (cable, "
+           "switch, radio)";
   }
-  // By chance, the share of ends during a request equals the share of time in use.
+  // If the ends have nothing to do with requests, a share of them equal to `use` happens during
+  // one.
   if (all >= kThrice &&
       static_cast<double>(asked) >= (status.use + 1) / 2 * static_cast<double>(all)) {
-    return "with a request under way: the server fails at requests: look at its load, its log and "
-           "its firmware";
+    return "a request was under way each time: check load, log and firmware of the server";
   }
   if (ends.alike >= kThrice && ends.age > Duration()) {
     return fmt::format(
-        "each after about {:.1f} s: the server limits the time of a connection, or another client "
-        "takes it: raise these limits",
+        "each lasted about {:.1f} s: raise the limit of the server for the time of a connection, "
+        "or end another client that takes it",
         Seconds(ends.age));
   }
   if (in_use) {
-    return "another client takes it (take that away, or raise the limit of connections), or a "
+    return "another client takes it (end that client, or raise the limit of connections), or a "
            "router or firewall in between ends it";
   }
-  return "look at the server's other clients and its limit of connections, its inactivity time, "
-         "restarts and the network";
+  return "check other clients of the server, its limit of connections, its inactivity time and "
+         "restarts, and the network";
 }
 
 std::string SayClosed(const config::Line& line, const bus::LineStatus& status,
                       std::span<const bus::DeviceRecord> devices, Now now) {
   if (status.port == bus::LineStatus::Port::released && status.lent_to_client) {
     return fmt::format(
-        "{} until {}, its points are out of service; 'baudgate release {} --end' takes it back",
+        "{} until {}, its points are out of service. Run 'baudgate release {} --end' to take the "
+        "port back",
         status.port_text, ClockText(status.released_until), line.name);
   }
   if (status.port == bus::LineStatus::Port::released) {
     return fmt::format(
-        "released: the port is lent until {}; 'baudgate release {} --end' takes it back",
+        "released: the port is lent until {}. Run 'baudgate release {} --end' to take the port "
+        "back",
         ClockText(status.released_until), line.name);
   }
   if (std::string other = SayOtherService(line, devices); !other.empty()) return other;
   if (std::string inside = SayEndsInside(line, devices); !inside.empty()) return inside;
-  // The gateway reopens the port because no device answers, so this is the trouble to name.
+  // The port is opened again and again because no device answers, so this cause is reported.
   const auto absent = [](const bus::DeviceRecord& one) { return IsAbsent(one.status); };
   if (status.silent && std::ranges::any_of(devices, absent)) {
     const Evidence evidence = GatherAbsent(status, devices, now);
     const auto judged = Judge(evidence);
-    if (!judged.empty()) return "nobody answers: " + judged.front()->say(evidence);
+    if (!judged.empty()) return "no device answers: " + judged.front()->say(evidence);
   }
   const Duration closed = now.wall - status.port_since;
   const std::size_t lost = LossesOf(line, status, now);
   const bool again = status.port_since != WallTime{} && closed < kMoment;
-  // If no device has ever answered, the reason for the closed port is more useful than the losses.
+  // If no device has ever answered, the text why the port is closed helps more than the losses.
   const auto answered = [](const bus::DeviceRecord& one) { return one.status.last_ok.has_value(); };
   const bool worked = std::ranges::any_of(devices, answered);
   const bool often =
@@ -188,7 +196,8 @@ Sentences AboutLosses(const config::Line& line, const bus::LineStatus& status,
   if (IsLostOften(line, status, lost, now)) {
     found.push_back(Lost(line, status, lost, devices, now.instant));
   }
-  // A unit to which the server answers by ending the connection has a sentence of its own.
+  // If the server ends the connection in place of an answer of one device, a sentence about this
+  // device reports it.
   const bool told = std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
     return !one.status.last_ok && one.status.findings.Last(Symptom::silence).ended;
   });
@@ -207,8 +216,8 @@ std::string SayEndsEach(const bus::LineStatus& status, std::span<const bus::Devi
     tally += one.status.hour.Sum(now.instant, kLastMinutes);
   if (tally.missed + tally.failed < kDrops) return {};
   return fmt::format(
-      "the server ends the connection behind each answer, and {} polls were missed or failed: set "
-      "it to keep the connection open (its inactivity time, its mode)",
+      "the server ends the connection after each answer, and {} polls were missed or failed. Set "
+      "the server to keep the connection open (its inactivity time, its mode)",
       tally.missed + tally.failed);
 }
 

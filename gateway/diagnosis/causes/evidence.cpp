@@ -11,44 +11,48 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// If random losses would be distributed like this with at most this probability, they are outages.
+/// Failures are outages if random losses would be distributed like this with at most this
+/// probability.
 constexpr double kChance = 0.001;
-/// An outage has at least this many failures on average: the request and its retry.
+/// An outage has at least this many failures on average: a request and its retry.
 constexpr double kFewest = 2;
 
-/// A single outage counts alone if it has this many times the failures of all others.
+/// A single outage is reported if it has this many times the failures of all other runs together.
 constexpr double kMostly = 4;
-/// Fewer coincidences may be chance.
+/// Coincidences from this number on are not chance.
 constexpr std::size_t kOften = 2;
 
-/// Devices are polled one after the other, so failures this close together are simultaneous.
+/// Failures of two devices less than this time apart count as simultaneous, because devices are
+/// polled one after the other.
 constexpr Duration kNextTurn = 1s;
-/// Failures this close together belong to one outage.
+/// Failures of several devices less than this time apart belong to one outage.
 constexpr Duration kSameOutage = 3s;
 
-/// Fewer failures at the same time may be chance.
+/// Runs with this many failures at the same time are not chance.
 constexpr std::size_t kFewTogether = 3;
-/// A period needs this many outages; its longest interval is at most kRegular times its shortest.
+/// Outages have a period if there are at least this many, and the longest time between two is at
+/// most kRegular times the shortest.
 constexpr std::size_t kBeginnings = 3;
 constexpr double kRegular = 1.4;
-/// This many single failures with at least kRare answers between them are regular, not random.
+/// Single failures are regular outages if there are at least this many, with kRare answers between
+/// them.
 constexpr std::size_t kManyBeginnings = 5;
 constexpr std::uint32_t kRare = 5;
-/// Failures with a shorter period are single losses.
+/// Regular failures with a shorter period than this are single losses.
 constexpr Duration kShortestPeriod = 4s;
 
-/// A silence longer than this many times the longest one before is a new trouble.
+/// A silence longer than this many times the longest before is a new trouble.
 constexpr double kUsual = 2;
 
-/// The logarithm of the number of ways to choose `some` of `all`.
+/// Returns the logarithm of the number of ways to choose `some` of `all` things.
 double LogWays(double all, double some) {
   double ways = 0;
   for (double i = 1; i <= some; ++i) ways += std::log((all - some + i) / i);
   return ways;
 }
 
-/// The probability that independent failures form this many runs or fewer (runs test of Wald and
-/// Wolfowitz).
+/// Returns the probability that independent failures form at most this many runs (runs test of Wald
+/// and Wolfowitz).
 double Chance(const FailureTally& tally) {
   const double all = LogWays(tally.failed + tally.answered, tally.failed);
   double chance = 0;
@@ -59,7 +63,8 @@ double Chance(const FailureTally& tally) {
   return chance;
 }
 
-/// The probability that this many or more of `all` happen, each by `chance`.
+/// Returns the probability that at least `some` of `all` events happen, if each happens with the
+/// probability `chance`.
 double AtLeast(std::size_t some, std::size_t all, double chance) {
   double sum = 0;
   for (std::size_t i = some; i <= all; ++i) {
@@ -71,8 +76,8 @@ double AtLeast(std::size_t some, std::size_t all, double chance) {
   return sum;
 }
 
-/// An outage lasts at least from its first failure to its last, and at most from the answer before
-/// to the answer after. Returns the mean.
+/// Returns the estimated length of an outage: the mean of its shortest (first to last failure) and
+/// its longest possible length (answer before to answer after).
 Duration LengthOf(const bus::FailureRuns::Run& run) {
   const Duration least = run.last - run.first;
   const Duration most = *run.after - run.before.value_or(run.first);
@@ -100,7 +105,7 @@ std::optional<Duration> PeriodOf(const std::vector<bus::FailureRuns::Run>& runs)
   return (runs.back().first - runs.front().first) / count;
 }
 
-/// True if the failures are rare and regular: then they are short outages.
+/// True if the failures are rare and come at regular times: then they are short outages.
 bool ComeRegularly(const bus::FailureRuns& failures) {
   const auto& runs = failures.runs();
   const auto is_rare = [](const bus::FailureRuns::Run& run) { return run.answered >= kRare; };
@@ -127,7 +132,7 @@ std::optional<Absences> FindAbsences(const bus::FailureRuns& failures) {
   const auto ended = Ended(failures);
   if (ended.empty()) return std::nullopt;
   const FailureTally tally = TallyOf(failures);
-  // A long outage proves nothing about the other failures, unless these are few.
+  // One long outage proves nothing about the other failures, unless there are few others.
   const double others = tally.failed - tally.longest;
   const bool alike = others >= kFewest * (tally.runs - 1);
   const bool over = failures.runs().back().after.has_value();
@@ -180,7 +185,8 @@ bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other)
   const auto lasts = [](const bus::FailureRuns::Run& run) { return run.failed >= kFewest; };
   std::size_t all = 0;
   std::size_t together = 0;
-  // Runs of `other`; a long run may coincide with several.
+  // The runs of `other` that coincide, each once: a long run can coincide with several runs of
+  // `one`.
   std::set<const bus::FailureRuns::Run*> others;
   for (const bus::FailureRuns::Run& run : one.runs()) {
     if (!lasts(run)) continue;
@@ -210,7 +216,7 @@ std::optional<Duration> SharedPeriod(std::span<const bus::FailureRuns* const> de
     }
   }
   if (outages.size() < kManyBeginnings) return std::nullopt;
-  // If one device has all of these outages and the others hardly any, the outages are not shared.
+  // If one device has all these outages and no second device has many, they are not shared.
   const auto has_many = [&](const bus::FailureRuns* one) {
     return 2 * one->runs().size() >= outages.size();
   };
@@ -233,9 +239,9 @@ bool IsUsualSilence(const bus::FailureRuns& failures, Instant now) {
 
 namespace {
 
-/// A healthy device failed in at most one of this many exchanges.
+/// A device is healthy if at most one of this many exchanges failed.
 constexpr std::size_t kMostlyGood = 8;
-/// A neighbour fails "as often" if it has at least one failure for this many of the device.
+/// A neighbour fails as often as the device if it has at least 1 / kOftenAlike of its failures.
 constexpr std::size_t kOftenAlike = 4;
 
 void Add(Evidence& evidence, const bus::DeviceRecord& record) {
@@ -263,7 +269,7 @@ bool IsAllBad(const Evidence& evidence) {
 }
 
 constexpr std::size_t kNamed = 2;
-/// Devices that stop answering within this time have a common cause.
+/// Devices that stop answering less than this time apart have a common cause.
 constexpr Duration kTogether = 5s;
 
 bool FellTogether(const bus::DeviceStatus& one, const bus::DeviceStatus& other) {
@@ -272,7 +278,7 @@ bool FellTogether(const bus::DeviceStatus& one, const bus::DeviceStatus& other) 
   return between < kTogether && between > -kTogether;
 }
 
-/// Lists the first names: "d, e and 3 more".
+/// Returns the first names, such as "d, e and 3 more".
 std::string Listed(const std::vector<std::string>& names) {
   std::string text;
   for (std::size_t i = 0; i < std::min(names.size(), kNamed); ++i) {
@@ -282,7 +288,7 @@ std::string Listed(const std::vector<std::string>& names) {
   return text;
 }
 
-/// Nothing: there are too few failures.
+/// Returns the most frequent symptom of the failures; nothing: there are too few failures.
 std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
   const bus::Findings::Counts failures = status.findings.Failures();
   const auto most = std::ranges::max_element(failures);
@@ -290,7 +296,7 @@ std::optional<Symptom> MostOften(const bus::DeviceStatus& status) {
   return static_cast<Symptom>(most - failures.begin());
 }
 
-/// True if most failures are damage of any kind, because noise causes many kinds.
+/// True if most failures are damaged replies of any kind. (Noise causes several kinds.)
 bool ComesDamaged(const bus::DeviceStatus& status) {
   std::size_t damage = 0;
   for (std::size_t i = 0; i < kSymptoms; ++i) {
@@ -300,7 +306,7 @@ bool ComesDamaged(const bus::DeviceStatus& status) {
   return damage > 1 && 2 * damage > FailedOf(status);
 }
 
-/// The latest finding about another master; null: the line has fewer than two of them.
+/// Returns the latest finding about another master; null: there are fewer than two on the line.
 const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   const Finding* found = nullptr;
   std::size_t count = 0;
@@ -314,7 +320,8 @@ const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   return count > 1 ? found : nullptr;
 }
 
-/// Computes Evidence::eaten.
+/// Returns the bytes for Evidence::eaten: XON or XOFF that a converter seems to remove from
+/// requests.
 std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   unsigned answered = 0;
   for (const bus::DeviceRecord& one : all)
@@ -325,7 +332,7 @@ std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   for (const bus::DeviceRecord& one : all) {
     if (!HasDeadQuery(one, kNeverAnswered)) continue;
     for (const bus::QueryCount& query : one.status.queries) {
-      // A damaged reply proves that the request arrived.
+      // A reply, even a damaged one, proves that the request has arrived, so only silence counts.
       if (query.in_vain < kNeverAnswered || query.symptom != Symptom::silence) continue;
       if ((query.asked & suspects) == 0) return 0;
       eaten |= query.asked & suspects;
@@ -335,14 +342,14 @@ std::uint8_t EatenBytes(std::span<const bus::DeviceRecord> all) {
   return static_cast<std::uint8_t>(dead > 1 ? eaten : 0);
 }
 
-/// The runs to compare with those of neighbours: if the device is only silent, runs of silence;
-/// otherwise damaged replies count as well.
+/// Returns the runs of failures to compare with those of neighbours. If the device is only silent,
+/// they are runs of silence; else damaged replies count as failures too.
 const bus::FailureRuns& RunsOf(const bus::DeviceRecord& record, bool silent) {
   return silent ? record.status.failures : record.status.spoilt;
 }
 
-/// Finds the neighbours that fail when the device fails. Devices with a request that always fails
-/// are ignored, because polls are in step and would coincide.
+/// Finds neighbours that fail when the device fails. Devices with a request that always fails are
+/// left out: polls have the same rhythm, so the failures would coincide by chance.
 void AddFailingTogether(Evidence& evidence, std::span<const bus::DeviceRecord> all) {
   const bus::DeviceRecord& device = *evidence.device;
   const bool silent = evidence.Count(Symptom::silence) == evidence.seen;
@@ -421,7 +428,8 @@ std::size_t FailedOf(const bus::DeviceStatus& status) {
   return failed;
 }
 
-/// Devices that are silent and devices that send bytes do not fail for the same reason.
+/// Devices that are silent and devices that send bytes fail for different reasons, so a mixture
+/// returns false.
 bool AbsentTogether(std::span<const bus::DeviceRecord> all) {
   std::size_t absent = 0;
   std::size_t silent = 0;
@@ -469,7 +477,6 @@ Evidence Gather(const bus::LineStatus& status, const bus::DeviceRecord& device,
     const bool alike = own && own == MostOften(other.status);
     if (alike) evidence.alike = other.device->name;
     const bool damaged = ComesDamaged(device.status) && ComesDamaged(other.status);
-    // At least a quarter as often as the device.
     const bool as_often =
         (alike || damaged) && kOftenAlike * FailedOf(other.status) >= evidence.failed;
     evidence.noisy = evidence.noisy || (damaged && as_often);
@@ -488,7 +495,8 @@ bool HasAnsweredLately(const bus::DeviceStatus& status, Instant now) {
   return status.last_ok && now - *status.last_ok < kLately;
 }
 
-/// Another master may send a few identical requests, so at least half must come back.
+/// True if at least half of the latest requests came back. Fewer may come from another master that
+/// sends identical requests.
 bool Echoes(const bus::LineStatus& status) {
   constexpr std::uint64_t kLooked = 32;
   const auto echoed = static_cast<std::uint64_t>(std::popcount(status.echoed));

@@ -13,20 +13,20 @@ namespace {
 
 using enum Symptom;
 
-/// If a hypothesis leaves this share of the failures unexplained, a second one is shown.
+/// If a hypothesis leaves this share of the failures unexplained, a second hypothesis is shown.
 constexpr double kUnexplained = 0.3;
-/// A hypothesis that explains this share is shown at once. With several kinds of failures, the
-/// hypothesis that was shown last is replaced by one that explains kStronger times as many.
+/// A hypothesis that explains this share is shown at once. If failures are of several kinds,
+/// another hypothesis replaces the last one only if it explains kStronger times as many.
 constexpr double kNearlyAll = 0.85;
 constexpr double kStronger = 1.5;
-/// Hypotheses with less support are ignored.
+/// Hypotheses that explain a smaller share are ignored.
 constexpr double kWorthSaying = 0.15;
 constexpr std::string_view kSetProtocol = "set protocol: ";
-/// Fewer silent exchanges may have this pattern by chance.
+/// A pattern of fewer silent exchanges may be chance.
 constexpr std::size_t kSilences = 3;
-/// No device needs a longer pause before a request.
+/// No device needs a longer pause than this before a request.
 constexpr Duration kLongestPause = 300ms;
-/// No device goes to sleep sooner.
+/// No device falls asleep sooner than this.
 constexpr Duration kShortestSleep = 200ms;
 
 template <Symptom kSymptom>
@@ -34,8 +34,9 @@ double Seen(const Evidence& evidence) {
   return evidence.Share({kSymptom});
 }
 
-/// Without checksums, a single finding may be noise that looks like a request. Requests of a master
-/// that a neighbour's exchanges prove look like late echoes here.
+/// Cause: another master is on the line. A single finding is not enough: without checksums noise
+/// can look like a request. If exchanges of a neighbour prove the master, late echoes here are its
+/// requests too.
 double OtherMaster(const Evidence& evidence) {
   const bool own = evidence.Count({other_master, master_beside}) >= kFacts;
   const bool elsewhere = evidence.master != nullptr && evidence.Count(late_echo) > 0;
@@ -45,30 +46,32 @@ double OtherMaster(const Evidence& evidence) {
   return own ? std::max(0.5, share) : share;
 }
 
-/// Requests that contain XON or XOFF fail, and no others.
+/// Cause: a converter removes XON or XOFF from requests, so requests that contain them fail.
 double EatenRequests(const Evidence& evidence) {
   if (evidence.eaten == 0 || evidence.device == nullptr) return 0;
   return HasDeadQuery(*evidence.device, kNeverAnswered) ? 1 : 0;
 }
 
-/// If replies are one behind, a retry gets the right reply; so failing retries exclude this cause.
+/// True if retries fail too. If replies came one request late, a retry would get the right reply.
 bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
 
-/// If retries fail, the reply of a healthy neighbour is not a reply to the request before.
+/// Cause: another device answers. If retries fail, a reply that looks like the reply to the request
+/// before comes from a neighbour.
 double OtherDevice(const Evidence& evidence) {
   const bool neighbour = !evidence.healthy.empty() && RepeatsFail(evidence) &&
                          !evidence.Last(one_behind).remedy.empty();
   const std::size_t count =
       evidence.Count(other_device) + (neighbour ? evidence.Count(one_behind) : 0);
   if (count < kFacts) return 0;
-  // A lost character turns an address into another one.
+  // Damage can turn one address into another, so the finding must be nearly constant.
   if (IsDamageAsMisfit(evidence) && 10 * count < 9 * evidence.seen) return 0;
   return evidence.Share({other_device}) + (neighbour ? evidence.Share({one_behind}) : 0);
 }
 
-/// True if the device sends unasked and some of its messages are right, so the others are damaged.
+/// True if the device sends unasked and some of its messages are right, so that the others are
+/// damaged.
 bool IsDamageOnly(const Evidence& evidence) {
   const bus::DeviceRecord& record = evidence.first();
   if (!evidence.answered || !record.status.unasked) return false;
@@ -82,18 +85,19 @@ bool IsDamageOnly(const Evidence& evidence) {
   return false;
 }
 
-/// If check values prove another setting for a third of the failures, it explains all damage.
+/// Cause: a setting differs. If check values prove this for a third of the failures, it explains
+/// all damage.
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
-  // A device that has never answered is sometimes probed with other requests.
+  // A device that has never answered is also probed with other requests, which it may not answer.
   if (!evidence.answered && count >= kFacts) return evidence.Share({other_setting, silence});
   if (count < kSilences || 3 * count < evidence.seen) return evidence.Share({other_setting});
   return evidence.Share(
       {other_setting, damaged, noise, bad_check, bytes_lost, tail_lost, end_lost, head_lost});
 }
 
-/// The device is silent, sends a text, and answers again.
+/// Cause: the device restarts: it is silent, sends a text, and answers again.
 double Restarts(const Evidence& evidence) {
   constexpr std::ptrdiff_t kWord = 4;  // fewer letters are the rest of a reply
   const Finding& words = evidence.Words();
@@ -104,21 +108,22 @@ double Restarts(const Evidence& evidence) {
   return starts ? evidence.Share({text, silence}) : 0;
 }
 
-/// A text may come at any time, and the device is silent meanwhile. If no reply was ever good, some
-/// of many unreadable bytes look like a text by chance.
+/// Cause: something sends text, and requests meanwhile get no answer. If no reply was ever good and
+/// many bytes are unreadable, a text may be chance, so its weight is halved.
 double Text(const Evidence& evidence) {
   if (evidence.Count(text) < (evidence.answered ? kFacts : 1)) return 0;
   const bool chance = !evidence.answered && evidence.Share({noise, damaged}) >= kUnexplained;
   return (chance ? 0.5 : 1) * evidence.Share({text, silence, head_lost});
 }
 
-/// If a gap splits replies, a part that comes alone looks like a reply without its head or tail.
+/// Cause: replies come in pieces. A piece that comes alone looks like a reply without its beginning
+/// or end, so these symptoms are included.
 double InPieces(const Evidence& evidence) {
-  // If a message that comes unasked is split, each piece counts as a bad message.
+  // If a message that is sent unasked comes in pieces, each piece counts as a bad message.
   if (evidence.first().status.unasked && evidence.Count(split) >= kFacts) {
     return evidence.Share({split, other_setting, damaged, noise, odd, other_form, tail_lost});
   }
-  // A burst of noise may make a single reply look split.
+  // A single reply may look split because of a burst of noise.
   return evidence.Count(split) < (evidence.answered ? kFacts : 1)
              ? 0
              : evidence.Share({split}, {tail_lost, head_lost, end_lost, bytes_lost, bad_check,
@@ -127,7 +132,7 @@ double InPieces(const Evidence& evidence) {
 
 double Late(const Evidence& evidence) {
   if (evidence.Count(late) == 0) return 0;
-  // If another cause is known for most of the other replies, these are not late.
+  // If another cause is known for most other_reply findings, they are not late replies.
   const bool told = !evidence.Last(other_reply).cause.empty() &&
                     evidence.Count(other_reply) > 2 * evidence.Count(late);
   return told ? evidence.Share({late}, {silence, odd, head_lost})
@@ -138,7 +143,8 @@ constexpr std::initializer_list<Symptom> kUnreadable = {
     noise,       zeros,     damaged, head_lost,  tail_lost, end_lost,  bytes_lost,
     bytes_added, bad_check, odd,     eighth_bit, endless,   other_form};
 
-/// Bytes came but never a good frame, or none any more for longer than noise lasts.
+/// Cause: wrong serial settings. Bytes came but never a good frame, or none for longer than noise
+/// lasts.
 double WrongSettings(const Evidence& evidence) {
   if ((evidence.answered && !evidence.changed) || !OnWire(evidence)) return 0;
   if (evidence.Count({noise, damaged, zeros}) == 0) return 0;
@@ -147,7 +153,8 @@ double WrongSettings(const Evidence& evidence) {
 
 double Zeros(const Evidence& evidence) { return OnWire(evidence) ? evidence.Share({zeros}) : 0; }
 
-/// The bytes may stop now and then, so that each exchange contains only a part.
+/// Cause: something sends without end. The bytes may pause, so that each exchange contains only
+/// some of them; then all bytes since the last answer are counted.
 double Endless(const Evidence& evidence) {
   constexpr double kPart = 0.05;     // share of what the line can carry
   constexpr double kCharacter = 10;  // in bits
@@ -192,7 +199,8 @@ double SameAgain(const Evidence& evidence) {
   return evidence.Share({same_again, one_behind, other_reply, odd, late});
 }
 
-/// The other service may send its greeting once and be silent from then on.
+/// Cause: another service or protocol answers. It may send a greeting once and be silent
+/// afterwards.
 double OtherProtocol(const Evidence& evidence) {
   if (evidence.answered || evidence.Count(other_protocol) < kFacts) {
     return evidence.Share({other_protocol});
@@ -202,7 +210,8 @@ double OtherProtocol(const Evidence& evidence) {
 
 double Silent(const Evidence& evidence) { return 0.9 * evidence.Share({silence}); }
 
-/// Only requests soon after other traffic get no answer. A busy neighbour may leave no others.
+/// Cause: requests come too soon after other traffic: only these get no answer. If there are few
+/// others, because a neighbour keeps the line busy, more failures are required.
 double TooFast(const Evidence& evidence) {
   if (evidence.device == nullptr || !evidence.answered) return 0;
   const bool few = evidence.looked - evidence.failed < kSilences;
@@ -212,9 +221,9 @@ double TooFast(const Evidence& evidence) {
   return evidence.Share({silence});
 }
 
-/// Requests after a rest of the line get no answer, and all others do.
+/// Cause: the device falls asleep: only requests after a rest of the line get no answer.
 double Asleep(const Evidence& evidence) {
-  // The line also rests while neighbours are silent.
+  // The line also rests while neighbours do not answer, so the rest proves nothing then.
   if (evidence.device == nullptr || evidence.absent || !evidence.away.empty()) return 0;
   if (!evidence.losing.empty()) return 0;
   if (evidence.looked - evidence.failed < kMany || evidence.Count(silence) < kSilences) return 0;
@@ -232,7 +241,8 @@ double Odd(const Evidence& evidence) {
   return (proven ? 1 : 0.5) * evidence.Share({odd, one_behind});
 }
 
-/// The device or a gateway has given the reason for the missing value, or the server has closed.
+/// Cause: the device or a gateway in front of it has given a reason in place of a value, or the
+/// server has closed the connection.
 double InItsPlace(const Evidence& evidence) {
   if (evidence.Count(odd) > 0 && !evidence.Last(odd).remedy.empty()) {
     return IsDamageAsMisfit(evidence) ? 0 : evidence.Share({odd});
@@ -240,7 +250,8 @@ double InItsPlace(const Evidence& evidence) {
   return evidence.Last(silence).ended ? 0.95 * evidence.Share({silence}) : 0;
 }
 
-/// Two replies also damage each other. At an address of all devices, second replies are a proof.
+/// Cause: two devices answer and damage each other's replies. At an address to which all devices
+/// answer, a second reply is proof enough.
 double TwoReplies(const Evidence& evidence) {
   const bus::DeviceRecord& record = evidence.first();
   const bool common = HasCommonAddress(*record.device) &&
@@ -255,7 +266,7 @@ std::string AsFound(const Evidence& evidence) {
   return WithRemedy(evidence.Last(kSymptom));
 }
 
-/// If neighbours are read well, the device must be changed and not the line.
+/// If a neighbour is read well with the configured protocol, the remedy is to change the device.
 std::string SayOtherProtocol(const Evidence& evidence) {
   Finding finding = evidence.Last(other_protocol);
   if (!evidence.healthy.empty() && finding.remedy.starts_with(kSetProtocol)) {
@@ -268,45 +279,45 @@ std::string SayOtherProtocol(const Evidence& evidence) {
 }  // namespace
 
 const std::vector<Hypothesis>& Hypotheses() {
-  // If two hypotheses have equal support, the first is shown. So proven causes come before likely
-  // ones.
+  // If two hypotheses explain the same share, the first in the table is shown, so causes that are
+  // certain come before probable causes.
   static const std::vector<Hypothesis> kAll = {
       {"another protocol or service answers", OtherProtocol, SayOtherProtocol, true},
-      {"right, were another setting made", OtherSetting, AsFound<other_setting>, true},
+      {"another setting would make its replies right", OtherSetting, AsFound<other_setting>, true},
       {"another master speaks on the line", OtherMaster, SayOtherMaster, true},
-      {"slave N answers where slave N was asked", OtherDevice, SayOtherDevice, true},
+      {"slave N answers in place of slave N", OtherDevice, SayOtherDevice, true},
       {"its reply to TELEGRAM is not as described", OtherForm, AsFound<other_form>},
       {"it restarts", Restarts, SayRestarts},
       {"text comes in place of replies", Text, SayText},
       {"only the request itself comes back", Seen<echo>, SayEcho, true},
       {"the gateway's own requests come back late", Seen<late_echo>, SayLateEcho},
-      {"requests fail that contain", EatenRequests, SayEatenRequests, true, true},
-      {"replies fail that contain", NotTransparent, SaySpecials},
+      {"only requests that contain", EatenRequests, SayEatenRequests, true, true},
+      {"only replies that contain", NotTransparent, SaySpecials},
       {"its replies come in pieces", InPieces, SaySplit, true},
       {"its replies come up to", Late, SayLate, true},
       {"two different replies come to one request", TwoReplies, SayTwoReplies, true},
-      {"right once the eighth bit is taken away", EighthBit, SayEighthBit},
-      {"no character of its replies has its eighth bit", SevenBits, SaySevenBits},
+      {"its characters are right without the eighth bit", EighthBit, SayEighthBit},
+      {"the eighth bit of its replies is always 0", SevenBits, SaySevenBits},
       {"long replies come damaged", LongDamaged, SayLongDamaged, false, true},
       {"only characters of one parity come", OtherParity, SayOtherParity},
       {"the first byte of its replies is missing", HeadLost, SayHeadLost},
       {"its replies break off", BreaksOff, SayTailLost},
       {"the last byte of its replies is missing", EndLost, SayEndLost},
       {"bytes are missing inside its replies", BytesLost, SayBytesLost},
-      {"its replies have bytes too many", Always<bytes_added>, SayBytesAdded},
+      {"its replies have too many bytes", Always<bytes_added>, SayBytesAdded},
       {"its replies have a wrong check value", BadCheck, SayBadCheck},
       {"nothing but 00 or FF comes", Zeros, SayZeros},
       {"bytes come without an end", Endless, SayEndless},
-      {"the same reply comes whatever is asked", SameAgain, SaySameAgain, true},
-      {"its replies answer the request before", OneBehind, SayOneBehind},
+      {"the same reply comes to every request", SameAgain, SaySameAgain, true},
+      {"its replies answer the previous request", OneBehind, SayOneBehind},
       {"late replies of", Seen<late_other>, SayLateOther},
       {"replies come that belong to other requests", Seen<other_reply>, SayOtherReply},
       {"it does not answer requests for long replies", TooLong, SayTooLong},
-      {"requests get no answer that come soon", TooFast, SayTooFast},
-      {"requests get no answer behind a rest", Asleep, SayAsleep},
+      {"requests soon after a telegram get no answer", TooFast, SayTooFast},
+      {"requests after a pause get no answer", Asleep, SayAsleep},
       {"a gateway or server speaks in its place", InItsPlace, SaySaid},
-      {"what comes is not Modbus TCP", NoTcp, SayNoTcp},
-      {"bytes come, and not one good frame", WrongSettings, SaySettings},
+      {"its replies are not Modbus TCP", NoTcp, SayNoTcp},
+      {"bytes come, but no good frame", WrongSettings, SaySettings},
       {"its replies come damaged", Noise, SayNoise},
       {"its replies do not fit", Odd, SayOdd},
       {"not a byte came", Silent, SaySilent},
@@ -348,15 +359,16 @@ std::vector<std::string> Besides(const Evidence& evidence,
     if (hypothesis != judged.front()) besides.push_back("or " + hypothesis->say(evidence));
   }
   if (evidence.absent && judged.front()->support == TooFast) {
-    besides.push_back("or it is off: check its power and its wire");
+    besides.push_back("or it is off. Check its power and its wire");
   }
   const std::string counterpart(evidence.traits().counterpart);
   const bool never = !evidence.answered && evidence.healthy.empty() && !OnWire(evidence);
   if (never && !counterpart.empty() && judged.front()->support == Silent) {
-    besides.push_back("or that is a plain serial server: set protocol: " + counterpart);
+    besides.push_back("or the port belongs to a plain serial server. Set protocol: " + counterpart);
   }
   if (!evidence.alike.empty() && evidence.fell.empty()) {
-    besides.push_back(evidence.alike + " fails alike: look first at what both share");
+    besides.push_back(evidence.alike +
+                      " fails in the same way. Check first what these two devices share");
   }
   if (evidence.absent && !evidence.healthy.empty()) {
     besides.push_back(evidence.healthy + " answers on the same line");

@@ -1,6 +1,6 @@
 // Hypotheses() is the table of possible causes of trouble with a device or a line. Each entry
-// returns how well the evidence supports it, and the sentence with cause and remedy. The best
-// hypothesis is shown, and at most one more. All functions are pure.
+// returns how well the evidence supports it, and a sentence with cause and remedy. The best
+// hypothesis is shown, and at most one more. No function does I/O or reads a clock. Examples:
 //
 //   evidence                                           the best hypothesis
 //   nothing but silence, a neighbour answers           the device, its address or its own wire
@@ -22,46 +22,49 @@
 namespace baudgate::diagnosis {
 
 struct Hypothesis {
-  const char* cause;  ///< as in docs/status.md
-  /// 0: excluded; 1: explains all failures.
+  const char* cause;  ///< the name of the cause, as in docs/status.md
+  /// Returns the share of the failures that the cause explains: 0: the cause is excluded; 1: all
+  /// failures.
   double (*support)(const Evidence&);
-  /// Returns cause and remedy without a subject: "answers later than timing.reply (100 ms): …".
+  /// Returns cause and remedy without the subject, such as "answers later than timing.reply (100
+  /// ms): …".
   std::string (*say)(const Evidence&);
-  bool proven = false;  ///< the evidence leaves no doubt, so no alternative is shown
-  bool whole = false;   ///< also explains why only some requests fail
+  bool proven = false;  ///< the cause is certain if it has support, so no second one is shown
+  bool whole = false;   ///< the cause also explains why only some requests fail
 };
 
 const std::vector<Hypothesis>& Hypotheses();
 
-/// Returns the best hypothesis and, if it leaves many failures unexplained, the second best; empty:
-/// none is supported. If failures have several kinds, the cause of the last call stays first until
-/// another one is clearly stronger, so that the status does not change with each call.
+/// Returns the best hypothesis and, if it leaves many failures unexplained, the second best. Empty:
+/// none has support. If failures are of several kinds, the cause of the last call remains the first
+/// until another is clearly better, so that the status does not change with each call.
 std::vector<const Hypothesis*> Judge(const Evidence& evidence);
 
-/// Additional sentences: the second hypothesis, a neighbour that is well or fails in the same way.
+/// Returns further sentences: the second hypothesis, and a neighbour that works or fails in the
+/// same way.
 std::vector<std::string> Besides(const Evidence& evidence,
                                  const std::vector<const Hypothesis*>& judged);
 
-/// Names the settings to check at the device and here: "bit rate, parity, checksum and protocol
-/// (9600 8N1, checksum off here, dcon)".
+/// Returns the settings to check at the device and here, such as "bit rate, parity, checksum and
+/// protocol (9600 8N1, checksum off here, dcon)".
 std::string Settings(const bus::DeviceRecord& record);
-/// ", checksum off here". Empty: the protocol has no checksum option.
+/// Returns text such as ", checksum off here". Empty: the protocol has no option for a checksum.
 std::string CheckOf(const bus::DeviceRecord& record);
 
-// ---------------- damage_words.cpp: how well the form of damaged replies explains the failures
+// ---------------- damage_words.cpp: the share of the failures that a kind of damage explains
 
-/// This many exchanges of one kind are not chance.
+/// This many exchanges of one kind are no chance.
 inline constexpr std::size_t kMany = 8;
 
-/// The share of failures with this symptom; 0 if the device has answered and the share is below
-/// 0.6, because noise damages some replies in this way and others differently.
+/// Returns the share of failures with this symptom. Returns 0 if the device has answered and the
+/// share is below 0.6: noise then damages some replies in this way and others in other ways.
 template <Symptom kSymptom>
 double Always(const Evidence& evidence) {
   const double share = evidence.Share({kSymptom});
   return evidence.answered && share < 0.6 ? 0 : share;
 }
 
-/// True if text replies lose characters anywhere, also at both ends, without symptoms of noise.
+/// True if text replies lose characters in different places and show no symptom of noise.
 bool LosesAnywhere(const Evidence& evidence);
 
 double NotTransparent(const Evidence& evidence);
@@ -78,20 +81,21 @@ double LongDamaged(const Evidence& evidence);
 
 // ---------------- the sentence of each cause: hypothesis_words.cpp, damage_words.cpp
 
-/// True if a serial wire with a bit rate and a parity carries the requests.
+/// True if a serial wire with bit rate and parity carries the requests (false for Modbus TCP).
 bool OnWire(const Evidence& evidence);
-/// True if the settings of the wire are made at a serial server.
+/// True if the settings of the serial wire are made at a serial server.
 bool IsBehindServer(const Evidence& evidence);
-/// "another program reads the port (mbpoll, pid 4711)".
+/// Returns text such as "another program reads the port (mbpoll, pid 4711)".
 std::string OtherReader(const Evidence& evidence);
-/// Finding::cause of head_lost and end_lost: the byte came, but with another value.
+/// Value of Finding::cause at head_lost and end_lost: the byte has come, but with another value.
 inline constexpr std::string_view kGarbled = "garbled";
-/// True if replies without check value are right at other times, so a reply that does not fit is
-/// damaged.
+/// True if replies have no check value and are right at other times. A reply that does not fit is
+/// then damaged, and its content proves nothing.
 bool IsDamageAsMisfit(const Evidence& evidence);
-/// True if most wrong check values fit another way of computing them; some are right in both ways.
+/// True if most wrong check values would be right if they were computed in another way that
+/// Findings::Check has found.
 bool IsComputedOtherwise(const Evidence& evidence);
-/// The bytes of kSpecialBytes that a converter seems to change, one bit each.
+/// Returns the bytes of kSpecialBytes that a converter seems to change, one bit each.
 unsigned Suspects(const Evidence& evidence);
 
 std::string SayOtherDevice(const Evidence& evidence);

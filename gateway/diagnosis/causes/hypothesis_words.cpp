@@ -1,4 +1,5 @@
-// The sentences of the hypotheses, except those about damaged replies (see hypotheses.h).
+// The sentences of the hypotheses (hypotheses.h), except those about damaged replies
+// (damage_words.cpp).
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
@@ -19,7 +20,8 @@ namespace {
 
 using enum Symptom;
 
-/// True if each request is answered well at other times: most points have had a value.
+/// True if each request is answered at other times: most points have had a value, at least a third
+/// of the exchanges were answered, and no poll always fails.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
   if (2 * (evidence.looked - evidence.failed) < evidence.failed) return false;
@@ -38,7 +40,7 @@ bool OneNeverFits(const Evidence& evidence) {
   });
 }
 
-/// Returns the quotation in the cause of the finding: " ('+02.51')".
+/// Returns the quotation in the cause of the finding, such as " ('+02.51')".
 std::string QuotedIn(const Finding& finding) {
   const std::string text = Brief(finding);
   const std::size_t begin = text.find('\'');
@@ -47,14 +49,13 @@ std::string QuotedIn(const Finding& finding) {
   return " (" + text.substr(begin, end + 1 - begin) + ")";
 }
 
-/// True if the reply is whole but answers a request for more or fewer registers.
+/// True if the reply is complete but answers a request for more or fewer registers.
 bool IsOtherLength(const Evidence& evidence, const Finding& finding) {
   return finding.remedy.empty() && evidence.traits().register_reply.each > 0;
 }
 
 std::string Service(const Evidence& evidence) { return std::string(evidence.traits().service); }
 
-/// The number of registers in the longest good reply.
 std::size_t RegistersGiven(const Evidence& evidence) {
   const config::Traits::RegisterReply& reply = evidence.traits().register_reply;
   const std::size_t good = evidence.device->status.findings.lengths().longest_good();
@@ -77,8 +78,7 @@ bool OnWire(const Evidence& evidence) { return SerialOf(evidence.first()).on_wir
 bool IsBehindServer(const Evidence& evidence) { return evidence.line->is_network(); }
 
 std::string SayOtherDevice(const Evidence& evidence) {
-  return WithRemedy(evidence.Last(evidence.Count(other_device) > 0 ? other_device : one_behind)) +
-         " (configured: " + evidence.first().device->address + ")";
+  return WithRemedy(evidence.Last(evidence.Count(other_device) > 0 ? other_device : one_behind));
 }
 
 std::string SayOtherMaster(const Evidence& evidence) {
@@ -90,23 +90,24 @@ std::string SayText(const Evidence& evidence) {
   const std::string& remedy = evidence.Last(text).remedy;
   const bool unasked = evidence.first().status.unasked;
   return std::string("text comes in place of ") + (unasked ? "messages (" : "replies (") +
-         Brief(evidence.Last(text)) + "): " +
-         (remedy.empty() ? "a modem, console or menu: disconnect it, or check the port" : remedy);
+         Brief(evidence.Last(text)) + ")" +
+         NextSentence(remedy.empty()
+                          ? "disconnect the modem or console that sends the text, or check the port"
+                          : remedy);
 }
 
 std::string SayRestarts(const Evidence& evidence) {
-  return "it restarts: text (" + evidence.Words().cause +
-         ") comes after silence: look at its power supply and its firmware (watchdog)";
+  return "it restarts, as text (" + evidence.Words().cause +
+         ") after silence shows. Check its power supply and its firmware (watchdog)";
 }
 
 std::string SayEcho(const Evidence& evidence) {
   if (!OnWire(evidence)) {
-    return "only the request itself comes back: another service than " + Service(evidence) +
-           " is there; check address and port";
+    return "only the request itself comes back, so the server is not " + Service(evidence) +
+           ". Check address and port of the server";
   }
-  return "only the request itself comes back: set echo: strip in the configuration, then check "
-         "power, wire "
-         "and address (" +
+  return "only the request itself comes back. Set echo: strip in the configuration, then check "
+         "power, wire and address (" +
          evidence.first().device->address + ") of the device";
 }
 
@@ -114,49 +115,45 @@ std::string SayLateEcho(const Evidence& evidence) {
   if (!evidence.Last(late_echo).cause.empty()) {
     return kHearsItself;
   }
-  return "the gateway's own requests come back late: a converter, modem or serial server in "
-         "between echoes; switch its echo off";
+  return "the gateway's own requests come back late. Switch the echo off at the converter, modem "
+         "or serial server in between";
 }
 
 std::string SayNoise(const Evidence& evidence) {
   if (evidence.first().status.unasked) {
-    return "they come damaged: noise or a bad wire, or its profile or options describe another "
-           "format";
+    return "they come damaged. Check for noise and a bad wire, and whether its profile and options "
+           "describe its format";
   }
   const std::string cause = "its replies come damaged";
-  if (!OnWire(evidence)) return cause + ": look at the server";
+  if (!OnWire(evidence)) return cause + ". Check the server";
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
   if (!others.empty()) {
     return cause +
            (evidence.shared_period
-                ? " every " + FormatAge(*evidence.shared_period) + ", as those of "
+                ? " every " + FormatAge(*evidence.shared_period) + ", like those of "
                 : " at the same times as those of ") +
-           others +
-           ": a bad contact or noise in what they share: check cable, termination and ground";
+           others + ". Check what these devices share: contacts, cable, termination and ground";
   }
+  const std::string noise = "check termination, ground and shield against noise";
   // If several devices have the trouble, a shared address is not the cause.
-  const std::string noise = "noise on the line";
-  const std::string remedy = "check termination, ground and shield";
-  if (!evidence.alike.empty() || evidence.noisy) return cause + ": " + noise + ": " + remedy;
+  if (!evidence.alike.empty() || evidence.noisy) return cause + NextSentence(noise);
   // A new device that still uses the address of another device is missing at its own.
   if (!evidence.missing.empty()) {
-    return cause + ": " + evidence.missing + ", which never answers, may have its address (" +
-           evidence.first().device->address + ") as well: unplug one; or " + noise + " (" + remedy +
-           ")";
+    return cause + ". Check whether " + evidence.missing + ", which never answers, has address " +
+           evidence.first().device->address + " as well, and " + noise;
   }
+  const std::string address = CheckAddress(*evidence.first().device);
   // Noise does not damage nearly all replies of one device and none of a neighbour.
   if (!evidence.healthy.empty() && 5 * evidence.failed >= 4 * evidence.looked) {
-    return cause + ": " + TwoDevices(*evidence.first().device) + ", or a bad wire at its end";
+    return cause + NextSentence(address) + ", and check the wire at its end";
   }
-  return cause +
-         (evidence.healthy.empty()
-              ? ": " + noise + " (" + remedy + "), or " + TwoDevices(*evidence.first().device)
-              : ": a bad wire or plug at its end, or " + TwoDevices(*evidence.first().device));
+  return cause + NextSentence(evidence.healthy.empty() ? noise : "check wire and plug at its end") +
+         ", and " + address;
 }
 
 std::string SayEndless(const Evidence&) {
-  return "bytes come without an end: something on the line sends by itself, or a transmitter is "
-         "stuck; unplug devices one by one";
+  return "bytes come without an end. A device sends unasked, or a transmitter is stuck: unplug the "
+         "devices one by one";
 }
 
 std::string SaySaid(const Evidence& evidence) {
@@ -164,67 +161,65 @@ std::string SaySaid(const Evidence& evidence) {
     return WithRemedy(evidence.Last(odd));
   }
   if (evidence.answered) {
-    return "the server closes the connection behind some requests: " +
-           WhyEnded(*evidence.status, evidence.now - 1h, true);
+    return "the server closes the connection after some requests" +
+           NextSentence(WhyEnded(*evidence.status, evidence.now - 1h, true));
   }
   if (evidence.Count(silence) > 0 && OnWire(evidence)) {
-    return "the server closes the connection behind the request: set its port to raw TCP, and "
+    return "the server closes the connection after the request. Set its port to raw TCP, and "
            "check the protocol (" +
            evidence.first().device->protocol + ")";
   }
-  return "the server closes the connection behind the request: is " + Service(evidence) +
-         " behind this port, does it know unit " + evidence.first().device->address + "?";
+  return "the server closes the connection after the request. Check that its port is for " +
+         Service(evidence) + ", and that it knows unit " + evidence.first().device->address;
 }
 
 std::string SayOdd(const Evidence& evidence) {
   const Finding& finding = evidence.Last(evidence.Count(odd) > 0 ? odd : one_behind);
   if (IsDamageAsMisfit(evidence)) {
     return "some replies are damaged" + QuotedIn(finding) +
-           ": noise on the line, or a converter loses characters: check termination and ground, "
-           "and "
+           " by noise or by a converter that loses characters. Check termination and ground, and "
            "switch its checksum on";
   }
   if (IsNowAndThen(evidence) && !OneNeverFits(evidence) && IsOtherLength(evidence, finding)) {
     return "some replies belong to other requests (" + Brief(finding) +
-           "): another client of the server, or another master";
+           "). Look for another client of the server, or another master";
   }
   if (IsOtherLength(evidence, finding) && finding.bytes < finding.expected) {
     return fmt::format(
-        "it gives fewer registers than are asked for ({}): set block: {} in the configuration",
+        "it gives fewer registers than requested ({}). Set block: {} in the configuration",
         Brief(finding), RegistersGiven(evidence));
   }
   const bool fitted = evidence.changed && finding.remedy.empty();
-  return "its replies do not fit (" + Brief(finding) +
-         "): " + (fitted ? kHasWorked : RemedyOf(finding));
+  return "its replies do not fit (" + Brief(finding) + ")" +
+         NextSentence(fitted ? kHasWorked : RemedyOf(finding));
 }
 
 std::string SayOneBehind(const Evidence&) {
-  return "its replies answer the request before: restart the serial server or radio in between, "
+  return "its replies answer the previous request. Restart the serial server or radio in between, "
          "and switch its cache off";
 }
 
 std::string SaySameAgain(const Evidence& evidence) {
   const std::string& text = evidence.Last(same_again).cause;
   if (!text.empty()) {
-    return "the same reply comes whatever is asked (" + text +
-           "): end its local or other mode, or restart it";
+    return "the same reply comes to every request (" + text +
+           "). End its local or other mode, or restart it";
   }
-  return std::string("the same reply comes whatever is asked: restart the ") +
+  return std::string("the same reply comes to every request. Restart the ") +
          (IsBehindServer(evidence)
-              ? "serial server or gateway in between (switch its cache off), or "
-                "the device"
-              : "device, or a radio or gateway in between (switch its cache "
-                "off)");
+              ? "serial server or gateway in between (switch its cache off), or the device"
+              : "device, or a radio or gateway in between (switch its cache off)");
 }
 
 std::string SayLateOther(const Evidence& evidence) {
   return "late replies of " + evidence.Last(late_other).cause +
-         " come in place of its own: what is said there mends both";
+         " come in place of its own. Follow the sentence of that device";
 }
 
 std::string SayTwoReplies(const Evidence& evidence) {
-  return "two different replies come to one request: " + TwoDevices(*evidence.first().device) +
-         ", or " + AnotherAsksIt(IsBehindServer(evidence));
+  return "two different replies come to one request" +
+         NextSentence(CheckAddress(*evidence.first().device)) + ", or " +
+         RemoveOther(IsBehindServer(evidence));
 }
 
 std::string SayOtherReply(const Evidence& evidence) {
@@ -233,65 +228,63 @@ std::string SayOtherReply(const Evidence& evidence) {
   const std::string& reason = evidence.first().status.last_reason;
   return "replies come that belong to other requests" +
          (reason.empty() ? "" : " (" + reason + ")") +
-         ": another master on the line, or a serial server that answers one request late";
+         ". Look for another master on the line, or a serial server that answers one request late";
 }
 
-// The sentences about silence: all devices, one device, or now and then.
+// The sentences about silence of all devices, of one device, or now and then.
 
 namespace {
 
-/// Addresses that are XON and XOFF characters.
+/// Addresses that are the characters XON and XOFF.
 constexpr const char* kFlowControl[] = {"17", "19"};
 
-/// What to check if no device of the line answers: everything that the devices share.
+/// Returns what to check if no device of the line answers: everything that the devices share.
 std::string Shared(const Evidence& evidence) {
   if (!OnWire(evidence)) {
     const std::string counterpart(evidence.traits().counterpart);
-    return "check what they share: the server at " + evidence.line->port +
+    return "check the server at " + evidence.line->port +
            (evidence.answered || counterpart.empty()
                 ? ""
-                : "; if that is a plain serial server: protocol: " + counterpart);
+                : "; for a plain serial server set protocol: " + counterpart);
   }
   if (evidence.answered) {
     return IsBehindServer(evidence)
-               ? std::string("check what they share: port of the serial server, power, wiring")
-               : "check what they share: power, wiring, adapter; or " + OtherReader(evidence);
+               ? std::string("check the port of the serial server, power and wiring")
+               : "check power, wiring and adapter; or " + OtherReader(evidence);
   }
   if (IsBehindServer(evidence)) {
-    return "check what they share: power and wiring of the bus, then " + Settings(evidence.first());
+    return "check power and wiring of the bus, then " + Settings(evidence.first());
   }
-  return "check what they share: wiring (A and B), power, " + Settings(evidence.first()) +
+  return "check wiring (A and B), power, " + Settings(evidence.first()) +
          ", direction control of the converter; or " + OtherReader(evidence);
 }
 
-/// What to check if neither a neighbour nor the past of the device proves that it works.
+/// Returns what to check if neither a neighbour nor the past of the device shows what works.
 std::string Unproven(const Evidence& evidence) {
   if (evidence.device == nullptr) return Shared(evidence);
   const bus::DeviceRecord& record = evidence.first();
   const std::string& address = record.device->address;
   const std::string counterpart(evidence.traits().counterpart);
   if (evidence.answered && !evidence.fell.empty() && !OnWire(evidence)) {
-    return "as from " + evidence.fell + " since the same moment: the server at " +
-           evidence.line->port + " hangs (restart it), or what is behind it has no power";
+    return "restart the server at " + evidence.line->port + ", or check the power behind it";
   }
   if (evidence.answered && !evidence.fell.empty()) {
-    return "as from " + evidence.fell +
-           " since the same moment: look at what they share, a branch of the line or its power";
+    return "check what these devices share: a branch of the line, or its power";
   }
   if (evidence.answered && OnWire(evidence))
-    return "check its power and its wire, or whether its settings were changed";
+    return "check its power and its wire, and whether its settings were changed";
   if (evidence.answered && !OnWire(evidence) && evidence.healthy.empty() &&
       evidence.status->port == bus::LineStatus::Port::open) {
     return "the server at " + evidence.line->port +
-           " accepts connections and does not answer: restart it, or look at what is behind it";
+           " accepts connections but does not answer: restart it, or check what is behind it";
   }
   if (!OnWire(evidence)) {
     const bool alone =
         evidence.healthy.empty() && evidence.status->port == bus::LineStatus::Port::open;
     const std::string what = alone ? "the server at " + evidence.line->port +
-                                         " accepts connections and does not answer: is unit " +
-                                         address + " right (try " +
-                                         (address == "255" ? "1" : "255") + ")? Else restart it"
+                                         " accepts connections but does not answer: check unit " +
+                                         address + " (try " + (address == "255" ? "1" : "255") +
+                                         "), or restart it"
                                    : "check its power, its unit (" + address +
                                          ") and what is behind " + evidence.line->port;
     return what;
@@ -306,45 +299,50 @@ std::string Unproven(const Evidence& evidence) {
   }
   if (std::ranges::find(kFlowControl, address) != std::end(kFlowControl)) {
     return "check its power and wire; or a converter takes its address (" + address +
-           ") for XON/XOFF: switch that off";
+           ") for XON/XOFF: switch its flow control off";
   }
   return "check its power and wire, then its address (" + address + "), " + Settings(record);
 }
 
+constexpr const char* kCheckShared =
+    ". Check what these devices share: supply, branch of the line, radio or server";
+
 std::string SayLosses(const Evidence& evidence) {
   if (evidence.shared_period) {
-    return "every " + FormatAge(*evidence.shared_period) + " requests to it or " + evidence.losing +
-           " get no answer: look at what they share: supply, branch of the line, radio or server";
+    return "requests to it and " + evidence.losing + " get no answer every " +
+           FormatAge(*evidence.shared_period) + kCheckShared;
   }
   if (!evidence.losing.empty()) {
-    return "requests get no answer when those of " + evidence.losing +
-           " get none: look at what they share: supply, branch of the line, radio or server";
+    return "requests get no answer when those of " + evidence.losing + " get none" + kCheckShared;
   }
-  const std::string cause = "single requests get no answer: ";
+  const std::string cause = "single requests get no answer. ";
   if (!OnWire(evidence)) {
-    return cause + "the server or the network loses them, or it is asked too fast (raise its poll)";
+    return cause + "Check the server and the network for losses, or raise its poll";
   }
   if (IsBehindServer(evidence)) {
-    return cause + "noise or a bad wire behind the serial server, or the network loses them";
+    return cause +
+           "Check for noise or a bad wire behind the serial server, and losses in the network";
   }
-  if (!evidence.healthy.empty()) return cause + "noise, a bad wire or plug at its end";
-  return cause + "noise, a bad wire or plug; or " + OtherReader(evidence);
+  if (!evidence.healthy.empty())
+    return cause + "Check for noise, and for a bad wire or plug at its end";
+  return cause + "Check for noise, and for a bad wire or plug; or " + OtherReader(evidence);
 }
 
 std::string SayAbsences(const Evidence& evidence, const Absences& absences) {
   const std::string every =
       absences.period ? " every " + FormatAge(*absences.period) : std::string(" now and then");
-  const std::string length = " away for about " + FormatAge(absences.length);
-  const std::string away = absences.times > 1 ? "it is" + length + every : "it was" + length;
+  const std::string length = " for about " + FormatAge(absences.length);
+  const std::string away =
+      absences.times > 1 ? "it stops answering" + length + every : "it did not answer" + length;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
   if (!others.empty()) {
     return away + ", at the same time as " + others +
-           ": look at the supply or the branch of the line that they share";
+           ". Check the supply and the branch of the line that these devices share";
   }
   if (!OnWire(evidence)) {
-    return away + ": look at the server (power, restarts, dead connections) and the network (NAT)";
+    return away + ". Check the server (power, restarts, dead connections) and the network (NAT)";
   }
-  return away + ": look for restarts, its power and a loose wire";
+  return away + ". Check its power and its wire, and whether it restarts";
 }
 
 }  // namespace
@@ -360,12 +358,13 @@ std::string SaySilent(const Evidence& evidence) {
   const Finding* const words =
       evidence.device == nullptr ? nullptr : &evidence.device->status.findings.LatestWords();
   if (evidence.absent && words != nullptr && !words->remedy.empty()) {
-    return words->cause + " came, and nothing since: " + words->remedy;
+    return words->cause + " came, and nothing since" + NextSentence(words->remedy);
   }
   if ((evidence.absent && !now_and_then) || evidence.failed == evidence.looked) {
     const bool fell = evidence.answered && !evidence.fell.empty();
     return (evidence.answered ? "not a byte comes any more" : "not a byte came") +
-           std::string(fell ? ", " : ": ") + Unproven(evidence);
+           (fell ? ", nor from " + evidence.fell + " since the same moment" : "") +
+           NextSentence(Unproven(evidence));
   }
   const auto absences = failures == nullptr ? std::nullopt : FindAbsences(*failures);
   const bool own = absences && !evidence.shared_period && !HasDeadQuery(*evidence.device);
@@ -378,7 +377,8 @@ namespace {
 
 using enum Symptom;
 
-/// A reply has at least this many characters. If each comes as 00 or FF, the parity is wrong.
+/// Every reply has at least this many characters. If each of them comes as 00 or FF, the parity is
+/// wrong.
 constexpr std::size_t kWholeReply = 6;
 
 }  // namespace
@@ -387,32 +387,29 @@ std::string SayEighthBit(const Evidence& evidence) {
   const config::SerialSettings serial = SerialOf(evidence.first());
   const bool mark = !evidence.Last(eighth_bit).cause.empty();
   const std::string cause =
-      mark ? "the eighth bit of its characters is always 1: 7 data bits with mark parity, or two "
-             "stop bits; "
-           : "right once the eighth bit is taken away: it sends 7 data bits with parity; ";
-  const std::string set = mark ? "7M1 or 7N2" : "7E1 or 7O1";
-  if (IsBehindServer(evidence)) return cause + "set " + set + " at the port of the serial server";
-  if (serial.data_bits > 7)
-    return cause + "set serial: to " + set + " (now " + serial.ToString() + ")";
-  return cause + "the adapter does not do " + serial.ToString() + ": use another, or " +
+      mark
+          ? "the eighth bit of its characters is always 1, so it sends mark parity or two stop bits"
+          : "its characters are right without the eighth bit, so it sends 7 data bits with parity";
+  const std::string set = mark ? ". Set 7M1 or 7N2" : ". Set 7E1 or 7O1";
+  if (IsBehindServer(evidence)) return cause + set + " at the port of the serial server";
+  if (serial.data_bits > 7) return cause + set + " in serial (now " + serial.ToString() + ")";
+  return cause + ". Use an adapter that does " + serial.ToString() + ", or set " +
          (mark ? "7N2" : "7O1");
 }
 
 std::string SaySevenBits(const Evidence& evidence) {
-  const std::string cause = "no character of its replies has its eighth bit: ";
-  if (IsBehindServer(evidence)) {
-    return cause + "the port of the serial server has 7 data bits; set 8 there";
-  }
-  return cause + "the port or a converter in between has 7 data bits; set 8 (now " +
-         SerialOf(evidence.first()).ToString() + ")";
+  const std::string cause =
+      "the eighth bit of its replies is always 0. Set 8 data bits at the port";
+  if (IsBehindServer(evidence)) return cause + " of the serial server";
+  return cause + " or a converter in between (now " + SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SayOtherParity(const Evidence& evidence) {
   const bool network = evidence.line->is_network();
   return std::string("only characters of one parity come") +
-         (network ? "" : ", and FF in place of the others") + ": its parity is another one; set " +
-         (network ? "serial server and device" : "both") + " alike (" +
-         SerialOf(evidence.first()).ToString() + ")";
+         (network ? "" : ", and FF in place of the others") +
+         ". Set the same parity at the device and " + (network ? "the serial server" : "here") +
+         " (" + SerialOf(evidence.first()).ToString() + ")";
 }
 
 std::string SaySettings(const Evidence& evidence) {
@@ -420,43 +417,45 @@ std::string SaySettings(const Evidence& evidence) {
   const std::string serial = SerialOf(record).ToString();
   if (evidence.changed) {
     const char* const what = record.status.unasked ? "message" : "frame";
-    return std::string("bytes come, and not one good ") + what +
-           " any more: its bit rate or parity was changed (" + serial +
-           " here): set both alike; or A and B are swapped";
+    return std::string("bytes come, but no good ") + what +
+           " any more. Set the same bit rate and parity at the device and here (" + serial +
+           "), and check A and B";
   }
   if (record.status.unasked) {
-    return "bytes come, and no message: its bit rate or parity differs (" + serial +
-           " here): set both alike; or its messages are not those of the profile";
+    return "bytes come, but no good message. Set the same bit rate and parity at the device and "
+           "here (" +
+           serial + "), and check that the profile describes its messages";
   }
   if (!evidence.healthy.empty()) {
-    return "its replies cannot be read: a setting differs: " + Settings(record) +
-           "; or two devices have its address (" + record.device->address + ")";
+    return "its replies cannot be read. Check " + Settings(record) +
+           ", and whether two devices have address " + record.device->address;
   }
-  return "bytes come, and not one good frame: a setting differs: " + Settings(record) +
-         (IsBehindServer(evidence) ? "" : ": 'baudgate scan' finds it; or A and B are swapped");
+  return "bytes come, but no good frame. Check " + Settings(record) +
+         (IsBehindServer(evidence) ? ""
+                                   : " with 'baudgate scan', then whether A and B are swapped");
 }
 
 std::string SayNoTcp(const Evidence& evidence) {
   const std::string other(evidence.traits().counterpart);
-  return "what comes is not " + std::string(evidence.traits().service) + ": check the port (" +
+  return "its replies are not " + std::string(evidence.traits().service) + ". Check the port (" +
          evidence.line->port + ")" +
-         (other.empty() ? "" : "; a plain serial server needs protocol: " + other);
+         (other.empty() ? "" : "; for a plain serial server set protocol: " + other);
 }
 
 std::string SayZeros(const Evidence& evidence) {
   const config::SerialSettings serial = SerialOf(evidence.first());
   if (evidence.Last(zeros).bytes >= kWholeReply && serial.parity != config::Parity::none) {
     return fmt::format(
-        "nothing but 00 or FF comes ({} bytes): each character has a wrong parity; set it alike "
-        "({}), or look for A and B swapped",
+        "nothing but 00 or FF comes ({} bytes). Set the same parity at the device and here ({}), "
+        "or check whether A and B are swapped",
         evidence.Last(zeros).bytes, serial.ToString());
   }
   if (serial.parity != config::Parity::none) {
-    return "nothing but 00 or FF comes: check the parity and the bit rate (" + serial.ToString() +
-           "), then A and B, the bias resistors and who drives the line";
+    return "nothing but 00 or FF comes. Check the parity and the bit rate (" + serial.ToString() +
+           "), then A and B, the bias resistors and which device drives the line";
   }
-  return "nothing but 00 or FF comes: check A and B, the bias resistors and who drives the line, "
-         "then bit rate and parity (" +
+  return "nothing but 00 or FF comes. Check A and B, the bias resistors and which device drives "
+         "the line, then bit rate and parity (" +
          serial.ToString() + ")";
 }
 
@@ -484,18 +483,18 @@ namespace {
 
 using enum Symptom;
 
-/// Devices that need a pause before requests need at least this one.
+/// A device that needs a pause before requests needs at least this pause.
 constexpr Duration kPause = 100ms;
-/// A device that needs more loses every other request, or is a radio.
+/// A device that seems to need a longer pause loses every second request, or is a radio.
 constexpr Duration kUsualPause = 200ms;
-/// A longer pause is not a reasonable setting.
+/// A longer pause than this is not a reasonable setting.
 constexpr Duration kLongestQuiet = 3s;
-/// A suggested time is this many times longer than the measured one.
+/// A suggested time is this many times the measured time.
 constexpr double kMargin = 1.25;
-/// For the idle time, where a longer time does no harm.
+/// As kMargin, for the idle time, where a longer time does no harm.
 constexpr double kWideMargin = 1.5;
 
-/// Rounds a time for the configuration: "150ms".
+/// Returns the time with a margin, rounded for the configuration, such as "150ms".
 std::string Suggest(Duration seen, double margin = kMargin) {
   const double ms = margin * std::chrono::duration<double, std::milli>(seen).count();
   const double step = ms < 100 ? 10 : ms < 1000 ? 50 : 500;
@@ -503,9 +502,9 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
+/// Returns text such as "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
-  return fmt::format("and timing.{} is {} ms: set timing: {{ {}: {} }} in the configuration", time,
+  return fmt::format("and timing.{} is {} ms. Set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));
 }
 
@@ -515,14 +514,14 @@ std::string SayLate(const Evidence& evidence) {
   const auto reply = evidence.first().status.timing.reply;
   const Duration seen = evidence.Last(late).time;
   const std::string& others = evidence.away.empty() ? evidence.losing : evidence.away;
-  // Without this condition a device that is always slow would be blamed on the network.
+  // If more than half of the exchanges fail, the device is always slow, so the network is not
+  // blamed.
   const bool stalls =
       evidence.line->is_network() && !others.empty() && 2 * evidence.failed < evidence.looked;
   return fmt::format("its replies come up to {} ms after the request, ", Milliseconds(seen)) +
          AndSet("reply", reply, std::max(seen, reply.value_or(Duration{}))) +
-         (stalls ? "; those of " + others +
-                       " are late at the same times: look for stalls of the "
-                       "network or the server"
+         (stalls ? ", or find what stalls the network or the server, as " + others +
+                       " answers late at the same times"
                  : "");
 }
 
@@ -531,7 +530,7 @@ std::string SaySplit(const Evidence& evidence) {
   const std::string pauses =
       fmt::format("come in pieces, with pauses of up to {} ms", Milliseconds(seen));
   if (evidence.first().status.unasked) {
-    return "they " + pauses + ": set idle: " + Suggest(seen, kWideMargin) +
+    return "they " + pauses + ". Set idle: " + Suggest(seen, kWideMargin) +
            " in the configuration, or switch the packing of the serial server off";
   }
   return "its replies " + pauses + ", " + AndSet("gap", evidence.first().status.timing.gap, seen);
@@ -541,26 +540,28 @@ std::string SayTooFast(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   const Duration pause = findings.ShortPause();
   const auto known = findings.ShortestAnswered();
-  const std::string cause = fmt::format(
-      "requests get no answer that come soon ({} ms) behind a telegram: ", Milliseconds(pause));
+  const std::string cause =
+      fmt::format("requests soon ({} ms) after a telegram get no answer. ", Milliseconds(pause));
   const Duration probable = std::max<Duration>(kPause, 2 * pause);
   const auto set = [](Duration quiet, double margin) {
     return "timing: { quiet: " + Suggest(quiet, margin) + " } in the configuration";
   };
   if (!known || *known > kLongestQuiet)
-    return cause + "try " + set(probable, kMargin) + ", then more";
+    return cause + "Set " + set(probable, kMargin) + ", then more";
   // The device has answered after this pause, and after no shorter one.
   const Duration enough = std::max<Duration>(kPause, *known);
-  if (pause >= kUsualPause) return cause + "it loses every other one, or needs " + set(enough, 1);
-  if (enough <= kMargin * kWideMargin * probable) return cause + "set " + set(enough, 1);
-  return cause + "try " + set(probable, kMargin) + ", then more (" + Suggest(enough, 1) +
+  if (pause >= kUsualPause) {
+    return cause + "Set " + set(enough, 1) + ", unless it loses every second request";
+  }
+  if (enough <= kMargin * kWideMargin * probable) return cause + "Set " + set(enough, 1);
+  return cause + "Set " + set(probable, kMargin) + ", then more (" + Suggest(enough, 1) +
          " is enough)";
 }
 
 std::string SayAsleep(const Evidence& evidence) {
-  return "requests get no answer behind a rest of " +
-         FormatAge(evidence.device->status.findings.LongRest()) +
-         ", and their repeats do: it or its radio sleeps: shorten its poll, or switch sleep off";
+  return "requests after a pause of " + FormatAge(evidence.device->status.findings.LongRest()) +
+         " get no answer, but their retries do. Shorten its poll, or switch off sleep at the "
+         "device or its radio";
 }
 
 }  // namespace baudgate::diagnosis

@@ -2,15 +2,16 @@
 #include "gateway/diagnosis/causes/words.h"
 
 #include <algorithm>
+#include <cctype>
 
 namespace baudgate::diagnosis {
 namespace {
 
 constexpr std::size_t kLongestQuoted = 18;
 constexpr std::size_t kQuoted = 12;
-/// A longer reason is cut at a colon or comma.
+/// A reason that is longer than this is cut at a colon or comma.
 constexpr std::size_t kLongest = 70;
-/// The length of an escape such as "\x00".
+/// Length of an escape sequence such as "\x00".
 constexpr std::size_t kEscape = 4;
 
 }  // namespace
@@ -18,14 +19,15 @@ constexpr std::size_t kEscape = 4;
 std::string Shortened(const std::string& reason) {
   std::string text = reason.substr(0, reason.find("; "));
   if (text.size() > kLongest) {
-    const std::size_t part = std::min(text.find(": ", kQuoted), text.rfind(", ", kLongest));
+    const std::size_t part =
+        std::min({text.find(". ", kQuoted), text.find(": ", kQuoted), text.rfind(", ", kLongest)});
     if (part != std::string::npos && part > kQuoted) text.resize(part);
   }
   const std::size_t begin = text.find('\'');
   const std::size_t end = text.rfind('\'');
   if (begin == std::string::npos || end - begin <= kLongestQuoted + 1) return text;
   std::size_t cut = begin + 1 + kQuoted;
-  // An escape is not cut in the middle.
+  // The quotation is not cut inside an escape sequence.
   const std::size_t escape = text.rfind('\\', cut - 1);
   if (escape != std::string::npos && escape > begin && cut - escape < kEscape) cut = escape;
   return text.replace(cut, end - cut, "...");
@@ -35,12 +37,26 @@ std::string Brief(const Finding& finding) { return Shortened(finding.cause); }
 
 std::string RemedyOf(const Finding& finding) {
   if (!finding.remedy.empty()) return finding.remedy;
-  return finding.outcome == Outcome::busy ? "raise its poll"
-                                          : "does the profile fit the device and its options?";
+  return finding.outcome == Outcome::busy
+             ? "raise its poll"
+             : "check that the profile fits the device and its options";
 }
 
 std::string WithRemedy(const Finding& finding) {
-  return finding.remedy.empty() ? finding.cause : Brief(finding) + ": " + finding.remedy;
+  return finding.remedy.empty() ? finding.cause : Brief(finding) + NextSentence(finding.remedy);
+}
+
+std::string NextSentence(std::string text) {
+  if (!text.empty()) {
+    text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  }
+  return ". " + text;
+}
+
+bool DoubtsProfile(const std::string& remedy) {
+  return remedy.starts_with("does the profile fit") ||
+         remedy.starts_with("check that the profile fits") ||
+         remedy.starts_with("check whether the profile fits");
 }
 
 }  // namespace baudgate::diagnosis

@@ -1,5 +1,5 @@
-// Phrases and numbers for the sentences of `baudgate status`. Reasons that devices and protocols
-// give are shortened to fit into a sentence. All functions are pure.
+// Phrases and number formats for the sentences of `baudgate status`. Reasons from devices and
+// protocols are shortened to fit into a sentence. No function does I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,30 +15,32 @@
 
 namespace baudgate::diagnosis {
 
-/// The device refuses requests that it has answered before, so its profile still fits.
+/// Remedy for a device that refuses requests that it has answered before, so that its profile must
+/// fit.
 inline constexpr const char* kHasWorked =
-    "it has answered before: another device, other settings or a fault: look at it, restart it";
+    "it has answered before: check whether the device or its settings were changed, or restart it";
 inline constexpr const char* kHearsItself =
-    "a part of each request comes back in front of the reply: the adapter hears itself (echo): "
-    "switch its echo off, or use one with automatic direction";
-inline constexpr const char* kProfileFits = "does the profile fit";
+    "a part of each request comes back before the reply. Switch the echo of the adapter off, or "
+    "use an adapter with automatic direction";
 
-/// Why replies come to requests that this gateway has not sent. `network`: a TCP connection.
-inline const char* AnotherAsksIt(bool network) {
-  return network ? "another client of the server asks it (let the server serve one client only)"
-                 : "another master asks it (take it away)";
+/// The remedy if replies come to requests that this gateway has not sent. `network`: a TCP
+/// connection.
+inline const char* RemoveOther(bool network) {
+  return network ? "limit the server to one client" : "remove another master from the line";
 }
 
-/// True if the device uses the address to which every device of its protocol answers.
+/// True if the device is configured with the address to which every device of its protocol answers.
 inline bool HasCommonAddress(const config::Device& device) {
   const std::string_view common = device.traits->common_address;
   return !common.empty() && device.address == common;
 }
 
-inline std::string TwoDevices(const config::Device& device) {
+/// The remedy if two devices seem to have the same address.
+inline std::string CheckAddress(const config::Device& device) {
   return HasCommonAddress(device)
-             ? "every device answers to address " + device.address + ": give each its own"
-             : "two devices have its address (" + device.address + "; unplug one)";
+             ? "give each device its own address, as every device answers to address " +
+                   device.address
+             : "check whether two devices have address " + device.address;
 }
 
 inline double Share(double part, double whole) { return whole > 0 ? part / whole : 0; }
@@ -58,12 +60,18 @@ inline std::int64_t Milliseconds(Duration duration) {
   return std::chrono::ceil<std::chrono::milliseconds>(duration).count();
 }
 
-/// Cuts a reason at its first semicolon, a long one at a colon or comma, a long quotation inside.
+/// Cuts a reason at its first semicolon; a long reason also at a colon or comma, or in a long
+/// quotation.
 std::string Shortened(const std::string& reason);
-/// The shortened cause, without the remedy.
+/// Returns the shortened cause of the finding, without its remedy.
 std::string Brief(const Finding& finding);
-/// The remedy, or a general one if the finding has none.
+/// Returns the remedy of the finding; if it has none, a general remedy.
 std::string RemedyOf(const Finding& finding);
+/// "cause. Remedy", or the cause alone.
 std::string WithRemedy(const Finding& finding);
+/// Begins a second sentence: ". Check its power" for "check its power".
+std::string NextSentence(std::string text);
+/// True if the remedy is to compare the profile with the device.
+bool DoubtsProfile(const std::string& remedy);
 
 }  // namespace baudgate::diagnosis

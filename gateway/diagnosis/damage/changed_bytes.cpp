@@ -18,24 +18,23 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// True if the character may have been sent at half the bit rate, so that each of its bits fills
-/// two. The pairs begin after the first bit, which belongs to the start bit; or with the first bit,
-/// if the receiver took a missing stop bit for a start bit.
+/// True if the byte may come from a character at half the bit rate, where each bit fills two bits
+/// of the byte. The pairs of equal bits begin at the second bit, because the first belongs to the
+/// start bit; or at the first bit, if the receiver took a missing stop bit for a start bit.
 bool HasDoubledBits(std::uint8_t byte) {
   const unsigned differ = byte ^ (byte >> 1U);
   return (differ & 0b00101010U) == 0 || (differ & 0b01010101U) == 0;
 }
 
-/// True if the byte may be two consecutive characters of ten bits, sent at twice the bit rate.
-/// Every second bit is read, and the fourth of these is the stop bit of the first character, which
-/// is 1.
+/// True if the byte may come from two characters (of ten bits) at twice the bit rate. Then every
+/// second bit was read, and the fourth of them is the stop bit of the first character, which is 1.
 bool HasStopBitInside(std::uint8_t byte) { return (byte & 0b00001000U) != 0; }
 
 Finding Says(const std::string& rate, bool connection) {
   return {.symptom = Symptom::other_setting,
           .cause = "its characters come at " + rate + " the bit rate that is set here",
-          .remedy = connection ? "set that of the device at the port of the serial server"
-                               : "set both alike"};
+          .remedy = connection ? "set the bit rate of the device at the port of the serial server"
+                               : "set the same bit rate at the device and here"};
 }
 
 }  // namespace
@@ -63,21 +62,23 @@ std::optional<Finding> OtherBitRate(View heard, bool connection) {
 
 namespace {
 
-/// At most this many inserted characters are tried.
+/// Number of characters that are tried as the inserted one.
 constexpr std::size_t kMostTried = 16;
 constexpr std::initializer_list<std::uint8_t> kFlowControl = {0x11, 0x13};
-/// Up to kMostMissing equal bytes are tried in replies of up to kShort bytes, one up to kLongest.
+/// Up to kMostMissing equal bytes are inserted in replies of up to kShort bytes, one byte up to
+/// kLongest.
 constexpr std::size_t kMostMissing = 3;
 constexpr std::size_t kShort = 24;
 constexpr std::size_t kLongest = 100;
 
-/// A byte that some equipment removes from a stream, and the remedy.
+/// A byte that some equipment removes, and the remedy.
 struct Taker {
   std::uint8_t byte;
   const char* remedy;
 };
 constexpr const char* kNoFlowControl = "switch XON/XOFF off at the converter or serial server";
-constexpr const char* kSetRaw = "a converter or serial server takes them out: set it to raw";
+constexpr const char* kSetRaw =
+    "set the converter or serial server that removes these bytes to raw";
 constexpr Taker kTakers[] = {{0x11, kNoFlowControl}, {0x13, kNoFlowControl}, {0x00, kSetRaw},
                              {0x0A, kSetRaw},        {0x0D, kSetRaw},        {0x03, kSetRaw},
                              {0x1A, kSetRaw},        {0x7F, kSetRaw},        {0xFF, kSetRaw}};
@@ -89,7 +90,7 @@ Bytes Without(View heard, std::initializer_list<std::uint8_t> bytes) {
   return rest;
 }
 
-/// Returns `heard` with each pair of `first` and `second` replaced by `kept`.
+/// Replaces each pair of the bytes `first` and `second` by `kept`.
 Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t kept) {
   Bytes rest;
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -100,7 +101,8 @@ Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t k
   return rest;
 }
 
-/// True if the reply is whole without one of these characters; others may belong to it.
+/// True if the reply is complete when one of the characters `any` is removed; others may belong to
+/// it.
 bool IsWholeWithoutOne(const Hearing& hearing, View heard,
                        std::initializer_list<std::uint8_t> any) {
   std::size_t tried = 0;
@@ -114,7 +116,8 @@ bool IsWholeWithoutOne(const Hearing& hearing, View heard,
   return false;
 }
 
-/// Removes what converters insert; finds the change after which the reply is whole.
+/// Removes in turn what different converters insert. Returns the finding for the removal after
+/// which the reply is complete.
 std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
   const struct {
     Bytes clean;
@@ -128,9 +131,9 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
       {Shrunk(heard, 0x0D, 0x00, 0x0D), "a 00 is put behind each 0D of its replies, as in Telnet",
        "set the serial server to raw TCP, without Telnet"},
       {Shrunk(heard, 0x0D, 0x0A, 0x0A), "a 0D is put before each 0A of its replies",
-       "a converter or serial server changes line ends: set it to raw"},
+       "set the converter or serial server that changes line ends to raw"},
       {Shrunk(heard, 0x0D, 0x0A, 0x0D), "a 0A is put behind each 0D of its replies",
-       "a converter or serial server changes line ends: set it to raw"},
+       "set the converter or serial server that changes line ends to raw"},
   };
   for (const auto& one : all) {
     const bool whole = one.clean.size() < heard.size() && IsWhole(hearing, one.clean);
@@ -140,7 +143,8 @@ std::optional<Finding> Stuffed(const Hearing& hearing, View heard) {
   return std::nullopt;
 }
 
-/// True if the reply is whole with `missing` bytes of this value inserted anywhere from `from` on.
+/// True if the reply is complete when `missing` bytes of this value are inserted, at any places
+/// from `from` on.
 bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, std::size_t missing,
                  std::size_t from) {
   for (std::size_t at = from; at <= heard.size(); ++at) {
@@ -154,8 +158,8 @@ bool IsWholeWith(const Hearing& hearing, const Bytes& heard, std::uint8_t byte, 
   return false;
 }
 
-/// True if the reply is whole with the byte inserted at every second place, for example the high
-/// bytes of registers with similar values.
+/// True if the reply is complete when the byte is inserted at every second place, as if it were the
+/// high byte of registers with similar values.
 bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byte,
                             std::size_t missing) {
   const std::size_t size = heard.size() + missing;
@@ -171,8 +175,8 @@ bool IsWholeWithEverySecond(const Hearing& hearing, View heard, std::uint8_t byt
   return false;
 }
 
-/// True if the reply is whole with one XON and one XOFF inserted. `side_by_side`: only neighbouring
-/// places are tried, for long replies.
+/// True if the reply is complete when one XON and one XOFF are inserted. `side_by_side`: only at
+/// neighbouring places, because a long reply has too many other pairs of places.
 bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
   const std::size_t farthest = side_by_side ? 0 : heard.size();
   for (std::size_t at = 0; at <= heard.size(); ++at) {
@@ -191,7 +195,8 @@ bool IsWholeWithBoth(const Hearing& hearing, View heard, bool side_by_side) {
   return false;
 }
 
-/// Finds the byte that is missing in a binary reply. If two different bytes fit, neither is proven.
+/// Finds the byte that is missing in a binary reply. Returns nothing if two different bytes fit,
+/// because neither is proven.
 std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
   if (std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
   const Taker* found = nullptr;
@@ -223,7 +228,8 @@ std::optional<Finding> Swallowed(const Hearing& hearing, View heard) {
                  .remedy = found->remedy};
 }
 
-/// True if the reply is whole with one byte `came` replaced by `belongs`, or all of them.
+/// True if the reply is complete when one of its bytes `came`, or all of them, are replaced by
+/// `belongs`.
 bool IsWholeWithout(const Hearing& hearing, View heard, std::uint8_t came, std::uint8_t belongs) {
   Bytes all(heard.begin(), heard.end());
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -243,7 +249,7 @@ std::optional<Finding> Translated(const Hearing& hearing, View heard) {
     if (!IsWholeWithout(hearing, heard, is, was)) continue;
     return Finding{.symptom = Symptom::other_setting,
                    .cause = "a " + HexByte(is) + " comes where a " + HexByte(was) + " belongs",
-                   .remedy = "a converter or serial server changes line ends: set it to raw"};
+                   .remedy = "set the converter or serial server that changes line ends to raw"};
   }
   return std::nullopt;
 }
@@ -252,13 +258,15 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
   Bytes turned(heard.begin(), heard.end());
   for (std::uint8_t& byte : turned) byte = static_cast<std::uint8_t>(~byte);
   if (!IsWhole(hearing, turned)) return std::nullopt;
-  return Finding{.symptom = Symptom::other_setting,
-                 .cause = "its replies are right once every bit is inverted",
-                 .remedy = "swap A and B at it, or switch the inversion of its converter off"};
+  return Finding{
+      .symptom = Symptom::other_setting,
+      .cause = "its replies are right with every bit inverted",
+      .remedy = "swap A and B at the device, or switch the inversion of its converter off"};
 }
 
-/// Between marks for wrong parity (FF, or 00, which no text contains) all characters have the same
-/// parity. A line without bias also gives 00 and FF, but nothing else.
+/// Recognises a wrong parity setting: the driver marks characters with wrong parity by FF (or 00,
+/// which no text contains), and all other characters have one parity. A line without bias also
+/// gives 00 and FF, but no other characters.
 std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   constexpr std::ptrdiff_t kFewest = 6;
   constexpr std::ptrdiff_t kMarks = 2;
@@ -269,7 +277,7 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
                      });
   const auto odd = std::ranges::count_if(heard, is_odd);
   const auto rest = std::ranges::count_if(heard, [](auto byte) { return byte % 0xFF != 0; });
-  // If all other characters have odd parity, 00 is a mark too, because its parity is even.
+  // If all other characters have odd parity, 00 counts as a mark too, because its parity is even.
   const auto zeros = words || odd > 0 ? std::ranges::count(heard, 0x00) : 0;
   const auto marks = std::ranges::count(heard, 0xFF) + zeros;
   if (hearing.connection || marks < kMarks || rest < kFewest) return std::nullopt;
@@ -277,7 +285,7 @@ std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   return Finding{.symptom = Symptom::other_setting,
                  .cause = "only characters of one parity come, and " +
                           std::string(zeros > 0 ? "00" : "FF") + " in place of the others",
-                 .remedy = "its parity is another one; set both alike"};
+                 .remedy = "set the same parity at the device and here"};
 }
 
 View Core(View bytes) {
@@ -286,7 +294,7 @@ View Core(View bytes) {
   return bytes;
 }
 
-/// The length of the longest common subsequence.
+/// Returns the length of the longest common subsequence of the two.
 std::size_t CommonBytes(View one, View other) {
   std::vector<std::size_t> row(other.size() + 1);
   for (const std::uint8_t byte : one) {
@@ -304,7 +312,7 @@ std::size_t CommonBytes(View one, View other) {
 
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
-  // If the text contains points, its commas separate numbers.
+  // If the text also contains points, its commas separate numbers and are no decimal commas.
   if (std::ranges::find(heard, '.') != heard.end()) return std::nullopt;
   Bytes changed(heard.begin(), heard.end());
   for (std::size_t i = 0; i < heard.size(); ++i) {
@@ -315,7 +323,7 @@ std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (std::ranges::equal(changed, heard)) return std::nullopt;
   if (!IsWhole(hearing, heard) && !IsWhole(hearing, changed)) return std::nullopt;
   return Finding{.symptom = Symptom::other_setting,
-                 .cause = "a comma comes where a point is awaited (" + Quote(heard) + ")",
+                 .cause = "a comma comes in place of a decimal point (" + Quote(heard) + ")",
                  .remedy = "set the device to a decimal point"};
 }
 
@@ -340,8 +348,9 @@ std::optional<Finding> DoubledBytes(const Hearing& hearing, View heard) {
                      "that doubles them"};
 }
 
-/// In a text the value and its check value may have changed since. Noise also changes characters
-/// but removes none. A text with its line end may lack more than two characters.
+/// Compares the bytes without line ends. In a text, the value and its check value may have changed
+/// between the two replies. A text that has its line end can lack more than two characters. Noise
+/// is excluded, because noise changes characters but removes none.
 bool LacksSome(View heard, View reply) {
   constexpr std::size_t kMostLost = 2;
   constexpr std::size_t kFewest = 4;
@@ -372,7 +381,7 @@ bool IsWhole(const Hearing& hearing, View heard) {
 }
 
 std::optional<Finding> ChangedBytes(const Hearing& hearing, View heard) {
-  // A Modbus TCP reply has no check value, so no change is provable.
+  // A Modbus TCP reply has no check value, so no change can be proven.
   if (hearing.protocol->tcp) return std::nullopt;
   for (const auto undo : {Stuffed, Swallowed, Translated, Inverted}) {
     if (auto found = undo(hearing, heard)) return found;

@@ -9,14 +9,15 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Bytes that begin like the stored reply are a new reply, not its rest.
+/// If this many first bytes equal those of the stored reply, the bytes are a new reply, not its
+/// rest.
 constexpr std::size_t kFront = 2;
-/// The rest is not looked for after this time.
+/// The rest of a broken reply is expected for this time.
 constexpr Duration kLatest = 5s;
 
 }  // namespace
 
-/// True if a reply is stored and the exchange is not the one in which it broke off.
+/// True if a reply is stored and the exchange is a later one than that in which it broke off.
 bool BrokenReply::IsAwaited(const HeardExchange& exchange) const {
   return member_ != nullptr && (member_ != exchange.member() || began_ > 0);
 }
@@ -38,9 +39,10 @@ std::optional<Duration> BrokenReply::FindRest(const HeardExchange& exchange) con
   return std::nullopt;
 }
 
-/// True if the stored beginning and `rest` are a whole reply that uses both.
+/// True if `rest` completes the stored bytes to a reply.
 bool BrokenReply::IsRest(View rest, Instant came) const {
-  // Replies of a Modbus TCP connection come whole, or their header contains the missing length.
+  // A Modbus TCP reply comes complete, or its header contains the missing length, so it has no
+  // rest.
   if (rest.empty() || member_->protocol->tcp || came - last_ > kLatest) return false;
   const std::size_t same = std::min({rest.size(), begin_.size(), kFront});
   if (std::ranges::equal(rest.first(same), View(begin_).first(same))) return false;
@@ -55,20 +57,23 @@ bool BrokenReply::IsRest(View rest, Instant came) const {
 
 namespace {
 
-/// The line was silent before the request for this many times the time that the reply took.
+/// The line counts as rested if its silence before the request was this many times the time to the
+/// reply.
 constexpr int kRested = 8;
-/// A server with a correct number may answer this late; later replies have wrong numbers.
+/// A server that uses correct numbers may answer this late. Later replies have wrong numbers.
 constexpr Duration kLatestByNumber = 10s;
 /// Bytes that come later than this after a request are not its reply.
 constexpr Duration kNoReply = 1min;
 
-/// True if the content of the frame answers the request. The form alone may fit several requests.
+/// True if the content of the frame answers the request. (The form of a frame can fit several
+/// requests.)
 bool Fits(const bus::Member& member, const protocols::Request& request, View frame) {
   const bus::Device* const device = member.device;
   return device == nullptr || ProvesLife(device->conversation->Check(request.bytes, frame));
 }
 
-/// Returns the reason if the frame is a gateway's message that its device does not answer.
+/// A gateway in front of a device can report in a frame that the device does not answer. Returns a
+/// finding with the reason if the frame is such a report.
 std::optional<Finding> InItsPlace(const bus::Member& member, const protocols::Request& request,
                                   View frame) {
   const bus::Device* const device = member.device;
@@ -176,7 +181,8 @@ bool EarlierReplies::IsLateEcho(const HeardExchange& exchange) const {
   });
 }
 
-/// Finds an earlier request that the bytes answer: unanswered, or answered by the same reply.
+/// Returns an earlier request that the bytes answer, whether it was answered before or not; null:
+/// there is none.
 EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange) {
   for (LastTwo& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {
@@ -186,7 +192,8 @@ EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange)
   return nullptr;
 }
 
-/// True if the bytes contain a reply to this request. Sets in_its_place and repeated.
+/// True if the bytes contain a reply to the request `open`. Sets its fields in_its_place and
+/// repeated.
 bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
   if (open.member == nullptr) return false;
   const protocols::Expectation& expect = open.request.expect;
@@ -208,7 +215,6 @@ bool EarlierReplies::TakeIfAnswered(Open& open, const HeardExchange& exchange) {
 EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const Open& whose) {
   const std::vector<Arrival>& arrivals = exchange.arrivals();
   const Duration reply = ReplyTime(whose.request, whose.member->times);
-  // The bytes came before the accepted reply.
   const bool in_front = !exchange.BesideReply().first.empty();
   const Duration behind = (in_front ? arrivals.front() : arrivals.back()).after;
   Came came;
@@ -216,7 +222,7 @@ EarlierReplies::Came EarlierReplies::CameOf(const HeardExchange& exchange, const
   came.lateness = came.after - reply;
   came.late = !whose.answered && came.after > reply && came.after < kNoReply;
   came.early = arrivals.back().after < reply / 2;
-  // On a busy line every reply comes soon after some request.
+  // On a busy line every reply comes soon after some request, so a rest of the line is required.
   const bool soon = behind >= Duration::zero() && behind < reply / 2 &&
                     exchange.idle() != kLongIdle && exchange.idle() > kRested * behind;
   if (soon) came.next = behind;
@@ -231,7 +237,7 @@ Finding EarlierReplies::Late(const Open& open, const Came& came) {
   return {.symptom = Symptom::late, .time = came.after};
 }
 
-/// Finds the earlier request to which the reply belongs by its number.
+/// Finds by its number the earlier request that the reply answers.
 std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchange) {
   const auto late = numbered_.Find(exchange.heard(), exchange.last_came());
   if (!late) return std::nullopt;
@@ -242,7 +248,7 @@ std::optional<Finding> EarlierReplies::LateByNumber(const HeardExchange& exchang
   return Finding{.symptom = Symptom::late_other, .cause = late->member->Name()};
 }
 
-/// True if the bytes after the reply answer a first try whose retry was answered meanwhile.
+/// True if the bytes after the reply answer a first try whose retry was answered before.
 bool EarlierReplies::FindNumberedBeside(const HeardExchange& exchange) {
   const View behind = exchange.BesideReply().second;
   if (behind.empty()) return false;
@@ -270,7 +276,6 @@ Finding EarlierReplies::Attribute(const HeardExchange& exchange, Finding finding
              : AttributeToAnother(exchange, *whose, came, std::move(finding));
 }
 
-/// Handles an earlier reply of the member of this exchange.
 Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const Open& whose,
                                           const Came& came, Finding finding) {
   if (IsAnswered(finding.symptom)) {
@@ -280,7 +285,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
   if (finding.symptom == Symptom::two_replies) {
     return came.late && whose.silent ? Late(whose, came) : finding;
   }
-  // If replies are numbered, the number proves that a reply is late.
+  // If replies carry numbers, the number proves that the reply is late.
   if (came.late && (whose.silent || exchange.request().numbered)) return Late(whose, came);
   if (came.early) return {.symptom = Symptom::one_behind};
   return came.late ? Late(whose, came) : finding;
@@ -289,7 +294,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
 Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& whose,
                                            const Came& came, Finding finding) {
   const bool answered = IsAnswered(finding.symptom);
-  // A reply with the member's own address to a request of another master is not a second reply.
+  // Another master may have asked this device: then a reply with its address is no second reply.
   if (!came.late && came.early && finding.symptom == Symptom::other_device &&
       whose.member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

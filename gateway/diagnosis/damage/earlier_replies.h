@@ -1,7 +1,7 @@
-// EarlierReplies recognises bytes of an exchange that belong to an earlier one: a reply that is
-// late or comes again, the rest of a reply that broke off, a request that comes back late. It is a
-// part of gateway/diagnosis/observer.h; which replies count is decided in
-// gateway/bus/replies/whose_reply.h. Memory is bounded.
+// `EarlierReplies` recognises bytes that come during an exchange but belong to an earlier one: a
+// late or repeated reply, the rest of a reply that broke off, a request that comes back late. It is
+// a part of `Observer`, for the diagnosis; gateway/bus/replies/whose_reply.h decides which replies
+// are accepted. Memory is bounded. Examples (">": sent, "<": received):
 //
 //   > ?A1
 //   > ?B1      < !A1=5 !B1=7          !A1=5 is the late reply to ?A1
@@ -9,7 +9,7 @@
 //   > ?A1      < !A1=5
 //   > ?A2      < !A1=5 !A2=6          !A1=5 has come again
 //
-// BrokenReply and NumberedRequests contain the data that EarlierReplies compares with.
+// `BrokenReply` and `NumberedRequests` contain data of earlier exchanges for the comparison.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,31 +29,31 @@
 
 namespace baudgate::diagnosis {
 
-// BrokenReply stores a reply that broke off. Its rest may come in a later exchange.
+// `BrokenReply` stores a reply that broke off, because its rest may come in a later exchange.
+// Example:
 //
 //   < 01 03 04 00 0B          stored
 //   > the next request
-//   < 00 16 6B F5             together with the stored bytes a whole reply: it is the rest
+//   < 00 16 6B F5             completes the stored bytes to a reply, so it is their rest
 //
 class BrokenReply {
  public:
   BrokenReply() = default;
-  /// `begin`: the bytes that came to the request. `last`: when the last of them came.
+  /// `begin`: the bytes that came. `last`: when the last of them came.
   BrokenReply(const bus::Member& member, const protocols::Request& request, View begin,
               Instant last)
       : member_(&member), request_(request), begin_(begin.begin(), begin.end()), last_(last) {}
 
-  /// Counts an exchange that begins, if it is with the same member.
+  /// Call when an exchange begins. Counts the exchanges with the same member.
   void OnBegin(const bus::Member& member) { began_ += member_ == &member ? 1 : 0; }
-  /// Returns when the rest came in this exchange, from the computed end of the request. The rest is
-  /// looked for before and after the accepted reply, or, if none was accepted, before and after the
-  /// beginning of another reply. Nothing: the rest did not come.
+  /// Returns when the rest came in this exchange, counted from the computed end of its request. The
+  /// rest is searched before and after the accepted reply; if none was accepted, before and after
+  /// the beginning of another reply. Nothing: the rest did not come.
   std::optional<Duration> FindRest(const HeardExchange& exchange) const;
 
   const bus::Member& member() const { return *member_; }
-  /// When the last byte of the beginning came.
   Instant last() const { return last_; }
-  /// How many exchanges of the member have begun since.
+  /// Returns how many exchanges of the member have begun since.
   std::size_t began() const { return began_; }
 
  private:
@@ -67,9 +67,9 @@ class BrokenReply {
   std::size_t began_ = 0;
 };
 
-// NumberedRequests stores when the latest requests were sent, for protocols whose frames contain a
-// number. The number of a reply that comes after other requests shows how late the reply is. Memory
-// is bounded.
+// `NumberedRequests` stores when the latest requests were sent, for protocols whose frames contain
+// a number. When a reply comes after other requests, its number shows to which request it belongs
+// and how late it is. Memory is bounded. Example:
 //
 //   > 01 5C ...                 1.0 s
 //   > 01 66 ...                 2.5 s
@@ -77,7 +77,7 @@ class BrokenReply {
 //
 class NumberedRequests {
  public:
-  /// A retry has the same number as its first try.
+  /// Call for each request. A retry has the number of its first try.
   void OnSent(const bus::Member& member, const protocols::Request& request, Instant now) {
     size_ = std::min(TransactionBytes(*member.protocol), request.bytes.size());
     if (size_ == 0) return;
@@ -94,13 +94,13 @@ class NumberedRequests {
 
   struct Late {
     const bus::Member* member = nullptr;
-    /// Time from the first try of the request. If another try was answered before, time from the
-    /// last try for which this reply would be late.
+    /// Time from the first try of the request to the reply. If another try was answered before:
+    /// time from the last try for which the reply is late.
     Duration after{};
-    Duration lateness{};  ///< time since the reply was due; negative: the reply is not late
+    Duration lateness{};  ///< time since the end of the reply time; negative: the reply is in time
   };
-  /// Finds the earlier request to which `reply` is the late reply. Nothing: it answers the latest
-  /// request, its request is not known, or every try of that request was answered before.
+  /// Returns the earlier request that `reply` answers late. Nothing: it answers the latest request,
+  /// its request is not stored, or each try of this request was answered already.
   std::optional<Late> Find(View reply, Instant came) const {
     const std::size_t at = IndexOf(reply);
     if (at + 1 >= sent_.size()) return std::nullopt;
@@ -120,9 +120,9 @@ class NumberedRequests {
     Bytes request;
     std::vector<Instant> tries;
     Duration reply_time{};
-    std::size_t answered = 0;  // how many of the tries were answered
+    std::size_t answered = 0;  // number of tries that were answered
   };
-  /// Returns the index of the request with the number of this frame; sent_.size(): there is none.
+  /// Returns the index of the request whose number is in this frame; sent_.size(): there is none.
   std::size_t IndexOf(View frame) const {
     if (size_ == 0 || frame.size() < size_) return sent_.size();
     const auto found = std::ranges::find_if(sent_, [&](const Sent& sent) {
@@ -131,12 +131,12 @@ class NumberedRequests {
     return static_cast<std::size_t>(found - sent_.begin());
   }
 
-  std::size_t size_ = 0;  // size of the number in bytes
+  std::size_t size_ = 0;  // length of the number in bytes
   std::deque<Sent> sent_;
 };
 
-/// An exchange whose finding has changed. `back`: 0 is the member's last exchange, 1 the one
-/// before.
+/// A new finding about an earlier exchange. `back`: 0: the member's last exchange; 1: the exchange
+/// before it.
 struct EarlierFinding {
   const bus::Member* member = nullptr;
   Finding finding{};
@@ -145,33 +145,37 @@ struct EarlierFinding {
 
 class EarlierReplies {
  public:
-  /// `habits` must outlive this object.
+  /// `habits` must stay valid for the lifetime of this object.
   explicit EarlierReplies(ReplyHabits& habits) : habits_(habits) {}
 
-  /// Call this when an exchange has begun. `unanswered`: the bytes that came in the exchange
-  /// before, if that was with the same member.
+  /// Call when an exchange has begun. `unanswered`: the bytes that came in the exchange before, if
+  /// it was with the same member.
   void OnBegin(const HeardExchange& exchange, Bytes unanswered);
   void OnAnswered(const HeardExchange& exchange);
   void NoteSilence(const HeardExchange& exchange);
-  /// Stores the beginning of a reply that broke off, whose rest may come later.
+  /// Stores the beginning of a reply that broke off, because its rest may come later.
   void OnBroken(const HeardExchange& exchange);
-  /// The rest came in the same exchange, so it is not awaited any more.
+  /// The rest of the stored reply came in the same exchange, so it is not searched any more.
   void OnMended() { broken_ = {}; }
 
-  /// True if the rest of a stored reply has come; the finding of its exchange becomes `split`.
+  /// Returns true if the rest of a stored reply came in this exchange. The finding of the exchange
+  /// in which it broke off becomes `split`.
   bool FindRest(const HeardExchange& exchange);
-  /// True if the bytes beside the reply answer a request that was lost and retried.
+  /// Returns true if the bytes beside the reply are the reply to a try that seemed lost and was
+  /// repeated.
   bool FindBeside(const HeardExchange& exchange, const Finding& finding);
-  /// Call this if a second reply of the member came. If a try was lost and retried, one of the two
-  /// replies was late: returns that finding. Nothing: no try was lost.
+  /// Call when a second reply of the member came. If a try of it seemed lost and was repeated, the
+  /// second reply is late: returns the finding about that try. Nothing: no try was lost.
   std::optional<Finding> FindLostTry(const bus::Member& member, Instant came);
-  /// The corrected finding of this exchange if its bytes may be the reply to another request.
+  /// Returns the finding of this exchange, corrected if its bytes may be the reply to another
+  /// request.
   Finding Attribute(const HeardExchange& exchange, Finding finding);
-  /// True if a request of this gateway came back so late that it looks like another master's.
+  /// True if the bytes contain a request of this gateway, so that they look like a request of
+  /// another master but are a late echo.
   bool IsLateEcho(const HeardExchange& exchange) const;
 
-  /// Returns a changed finding of an earlier exchange, found by the calls above: a reply was late,
-  /// came twice, or its rest came. Nothing: there are no more.
+  /// Returns a new finding about an earlier exchange that the calls above have found: a reply was
+  /// late or came twice, or its rest came. Nothing: there are no more.
   std::optional<EarlierFinding> Take();
 
  private:
@@ -179,29 +183,29 @@ class EarlierReplies {
     const bus::Member* member = nullptr;
     protocols::Request request;
     Instant sent{};
-    Instant first{};  // the first of the unanswered tries within the ceiling time
-    Instant tried{};  // the first of the tries within kLongestLag
-    Bytes vain;       // bytes that came to the try before
+    Instant first{};  // when the first unanswered try was sent, within the ceiling
+    Instant tried{};  // when the first try was sent, within kLongestLag
+    Bytes vain;       // bytes that came to the try before this one
     bool answered = false;
     bool silent = false;    // no byte came
-    bool late = false;      // the reply to this request has come late
+    bool late = false;      // the reply to this request came late
     bool repeated = false;  // the reply that was found is a copy of `reply`
     Bytes reply;
-    // A late reply that gives the reason why there is no value.
+    // Set if the late reply contains a reason why there is no value.
     std::optional<Finding> in_its_place{};
   };
-  /// The last exchange of a member, and its last one with a different request.
+  /// The last exchange of a member, and the last before it with a different request.
   struct LastTwo {
     Open last;
     Open before;
   };
-  /// When a reply to an earlier request came.
+  /// When the reply to an earlier request came.
   struct Came {
-    Duration after{};     // time since the first try of the request
-    Duration lateness{};  // time since the reply was due
+    Duration after{};     // time since the first try of the earlier request
+    Duration lateness{};  // time since the end of its reply time
     bool late = false;
-    bool early = false;              // the last bytes came soon after the request of this exchange
-    std::optional<Duration> next{};  // time since the request of this exchange; nothing: not soon
+    bool early = false;  // the last bytes came soon after the request of the present exchange
+    std::optional<Duration> next{};  // time since the request of this exchange, if it is short
   };
 
   Open* FindEarlier(const HeardExchange& exchange);
@@ -219,7 +223,7 @@ class EarlierReplies {
   bus::ByMember<LastTwo> open_;
   NumberedRequests numbered_;
   BrokenReply broken_;
-  Bytes beside_;  // bytes after the reply of the last exchange that were attributed by their number
+  Bytes beside_;  // bytes after the last reply that were attributed by their number
   std::vector<EarlierFinding> found_;
 };
 

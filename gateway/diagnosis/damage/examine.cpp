@@ -17,18 +17,19 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Fewer printable characters (kShortestText) or letters (kShortestWord) are not text for people.
+/// Readable text has at least kShortestText printable characters, or is a word of at least
+/// kShortestWord letters.
 constexpr std::size_t kShortestText = 6;
 constexpr std::size_t kShortestWord = 5;
-/// A line of at least this many printable characters is text for people, whatever it contains.
+/// A line of this many printable characters counts as readable text, whatever it contains.
 constexpr std::size_t kLine = 8;
 constexpr std::size_t kQuoted = 30;
-/// This many lines that begin alike in one exchange were sent unasked.
+/// This many lines that begin alike (kAlike characters) in one exchange were sent unasked.
 constexpr std::ptrdiff_t kRepeated = 2;
 constexpr std::size_t kAlike = 2;
 constexpr std::string_view kLogins[] = {"login:", "username:", "password:", "logon:"};
 
-/// Texts of a serial server whose port is in use.
+/// Texts with which a serial server reports that its port is in use.
 constexpr std::string_view kInUse[] = {"in use", "busy", "too many", "occupied", "limit"};
 
 bool IsLetter(std::uint8_t byte) {
@@ -42,7 +43,8 @@ bool IsModem(View heard) {
   return std::ranges::any_of(kWords, [&](std::string_view word) { return text.starts_with(word); });
 }
 
-/// True for text for people: a few letters in a binary protocol, many where replies are text.
+/// True for readable text. In a binary protocol a few letters are enough; where replies are text,
+/// more letters are required.
 bool IsWords(const Hearing& hearing, View heard) {
   while (!heard.empty() && IsLineEnd(heard.back())) heard = heard.first(heard.size() - 1);
   const auto printable = std::ranges::count_if(heard, IsPrintable);
@@ -50,14 +52,15 @@ bool IsWords(const Hearing& hearing, View heard) {
   const auto size = static_cast<std::ptrdiff_t>(heard.size());
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (binary && letters == size && heard.size() >= kShortestWord) return true;
-  // "HB0001" or a telephone number: a packet of a radio or serial server.
+  // A packet of a radio or serial server, such as "HB0001" or a telephone number.
   const bool name = std::ranges::all_of(heard, [](auto byte) { return std::isalnum(byte) != 0; });
   if (binary && name && heard.size() >= kShortestText) return true;
   if (heard.size() < kShortestText || 20 * printable < 19 * size) return false;
   return binary ? letters >= 3 : 5 * letters >= 2 * size;
 }
 
-/// True if several lines begin alike. Empty lines, for example before a login, are ignored.
+/// True if several lines begin alike. Empty lines, such as those before a login prompt, are
+/// ignored.
 bool Repeats(View heard) {
   View first;
   std::ptrdiff_t alike = 0;
@@ -83,36 +86,39 @@ constexpr std::string_view kHungUp[] = {"no carrier", "no answer", "no dialtone"
 
 std::string RemedyFor(View heard) {
   if (IsModem(heard) && Has(heard, kHungUp)) {
-    return "the modem has no connection: dial again, look at it and at its line";
+    return "the modem has no connection: dial again, and check the modem and its line";
   }
   if (Has(heard, kLogins)) {
-    return "a login prompt: switch the console (getty) off at the other end, or check the port";
+    return "switch the console (getty) that asks for a login off at the other end, or check the "
+           "port";
   }
   if (Repeats(heard)) {
-    return "it sends by itself, asked or not: switch its automatic (continuous) output off";
+    return "it sends unasked: switch its automatic (continuous) output off";
   }
-  return Has(heard, kInUse) ? "end its other client, or raise its limit of connections" : "";
+  return Has(heard, kInUse)
+             ? "end the other client of the server, or raise its limit of connections"
+             : "";
 }
 
 Finding Text(const Hearing& hearing, View heard) {
-  // A text after a password may repeat the password.
+  // Text that comes after a password was sent may repeat the password, so it is not quoted.
   const bool secret = !hearing.expect->secrets.empty();
   return {.symptom = Symptom::text,
           .bytes = heard.size(),
-          .cause = secret           ? std::string("behind a password, and so not shown")
+          .cause = secret           ? std::string("not shown, as a password was sent before")
                    : IsModem(heard) ? Quote(ToBytes(Trim(AsText(heard))))
                                     : Quote(heard),
           .remedy = RemedyFor(heard)};
 }
 
-/// True for a line of printable characters, whatever it contains.
+/// True for a complete line of printable characters, whatever it contains.
 bool IsLine(const Hearing& hearing, View heard) {
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
   return IsLineEnd(heard.back()) && std::ranges::all_of(heard, IsPrintable);
 }
 
-/// True if one of the first three bytes is one that a reply begins with.
+/// True if one of the first three bytes is a byte with which a reply begins.
 bool BeginsLikeReply(const Hearing& hearing, View heard) {
   const protocols::Expectation& expect = *hearing.expect;
   return std::ranges::any_of(heard.first(std::min<std::size_t>(heard.size(), 3)), [&](auto byte) {
@@ -125,7 +131,7 @@ bool BeginsLikeReply(const Hearing& hearing, View heard) {
   });
 }
 
-/// Text that ends with a prompt for a user or a password. Any messages may come before it.
+/// Recognises text that ends with a prompt for a user or a password. Other text can come before it.
 std::optional<Finding> LoginPrompt(const Hearing& hearing, View heard) {
   const std::string_view text = Trim(AsText(heard));
   const std::string_view line = text.substr(text.find_last_of("\r\n") + 1);
@@ -149,7 +155,8 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines) {
 }
 
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard) {
-  // Frames of other binary protocols use the same check value, so it proves nothing.
+  // In a binary protocol a correct check value proves nothing, because other protocols use the
+  // same.
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (binary && !std::ranges::all_of(heard, IsPrintable)) return std::nullopt;
   for (const protocols::ForeignRule foreign : hearing.foreign) {
@@ -160,8 +167,8 @@ std::optional<Finding> OtherFrame(const Hearing& hearing, View heard) {
                    .bytes = heard.size(),
                    .cause = std::move(*cause),
                    .remedy =
-                       "another master and its devices are on this line: give each protocol "
-                       "a line of its own"};
+                       "another master and its devices are on this line: use a separate line for "
+                       "each protocol"};
   }
   return std::nullopt;
 }
@@ -186,20 +193,21 @@ constexpr Service kServices[] = {
     {"FINS", "a FINS server answers (Omron)"},
 };
 
-/// Alert or handshake.
+/// True for a TLS alert or handshake.
 bool IsTls(View heard) {
   return heard.size() >= 5 && (heard[0] == 0x15 || heard[0] == 0x16) && heard[1] == 3 &&
          heard[2] <= 4;
 }
 
-/// STARTDT, STOPDT or TESTFR, activation or confirmation; or an acknowledgement.
+/// True for IEC 60870-5-104: STARTDT, STOPDT or TESTFR (activation or confirmation), or an
+/// acknowledgement.
 bool IsIec104(View heard) {
   if (heard.size() < 6 || heard[0] != 0x68 || heard[1] != 4) return false;
   const bool unnumbered = (heard[2] & 3) == 3 && heard[3] == 0 && heard[4] == 0 && heard[5] == 0;
   return unnumbered || (heard[2] == 1 && heard[3] == 0);
 }
 
-/// ISO on TCP with a whole packet: connection confirm, disconnect or data.
+/// True for a whole packet of ISO on TCP: connection confirm, disconnect or data.
 bool IsIsoOnTcp(View heard) {
   if (heard.size() < 7 || heard[0] != 3 || heard[1] != 0) return false;
   const std::size_t size = heard[2] * 256U + heard[3];
@@ -249,9 +257,9 @@ std::optional<Finding> OtherService(View heard, bool modbus) {
 
 namespace {
 
-/// A reader's message is shorter than this many bytes without a pause.
+/// In bytes. More bytes than this without a pause are no message of a reader of cards or codes.
 constexpr std::size_t kEndless = 240;
-/// This many bytes of the request do not come back by chance without (or beside) a good reply.
+/// An echo contains at least this many bytes of the request; kPartOfEcho beside a good reply.
 constexpr std::size_t kWholeEcho = 4;
 constexpr std::size_t kPartOfEcho = 2;
 constexpr std::size_t kAFew = 2;
@@ -259,7 +267,7 @@ constexpr std::size_t kAFew = 2;
 struct Found {
   std::size_t begin = 0;
   std::size_t end = 0;
-  std::size_t frames = 0;  ///< 1 + the number of identical frames behind it
+  std::size_t frames = 0;  ///< 1 plus the number of equal frames that follow
   bool others = false;     ///< a different frame follows
 };
 
@@ -293,7 +301,6 @@ Duration ArrivalOf(const Hearing& hearing, std::size_t byte) {
   return after;
 }
 
-/// The longest pause between two pieces of the received bytes [begin, end).
 Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end) {
   Duration longest{};
   for (std::size_t i = 1; i < hearing.arrivals.size(); ++i) {
@@ -304,7 +311,7 @@ Duration LongestPause(const Hearing& hearing, std::size_t begin, std::size_t end
   return longest;
 }
 
-/// True if the bytes are the beginning of a reply.
+/// True if the bytes are the beginning of a reply, without a fault so far.
 bool IsBeginning(const Hearing& hearing, View heard) {
   protocols::Assembler assembler;
   assembler.Begin(hearing.protocol->reply_rule, *hearing.expect);
@@ -312,7 +319,7 @@ bool IsBeginning(const Hearing& hearing, View heard) {
   return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
 }
 
-/// The length of the longest reply with a fixed length; 0: there is none.
+/// Returns the length of the longest reply that has a fixed length; 0: there is none.
 std::size_t OnlyLength(const Hearing& hearing) {
   std::size_t length = 0;
   for (const protocols::Shape& shape : hearing.expect->shapes) {
@@ -321,7 +328,8 @@ std::size_t OnlyLength(const Hearing& hearing) {
   return length;
 }
 
-/// True if a correct check value would make a whole reply, or none can be computed.
+/// True if a correct check value would make the bytes a whole reply, or if no check value can be
+/// computed.
 bool HasForm(const Hearing& hearing, View heard) {
   const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || heard.size() < 2) return true;
@@ -332,16 +340,16 @@ bool HasForm(const Hearing& hearing, View heard) {
          protocols::Cut::Kind::frame;
 }
 
-/// True if the bytes have the fixed length of a reply.
+/// True if the bytes have a fixed length of a reply.
 bool HasOnlyLength(const Hearing& hearing, View heard) {
   const bool fits = std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
     return shape.min_length == shape.max_length && shape.max_length == heard.size();
   });
-  // A reply that lacks a few bytes may have the length of a refusal.
+  // The beginning of a longer reply can have the length of a refusal.
   return fits && (heard.size() == OnlyLength(hearing) || HasForm(hearing, heard));
 }
 
-/// True for a text with a line end in a protocol whose replies are text.
+/// True for a text with a line end, in a protocol whose replies are text.
 bool IsWholeText(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return false;
   return std::ranges::all_of(heard, IsPrintable) && (heard.back() == '\r' || heard.back() == '\n');
@@ -356,14 +364,14 @@ Outcome BlameOf(const Hearing& hearing, View heard) {
   return assembler.blame();
 }
 
-/// True for 00 and FF, which come from a line without bias.
+/// True for 00 and FF: they come from a line without bias.
 bool IsIdle(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0; });
 }
 
 /// True if `heard` begins with a part of the request: its beginning; its end, if the receiver was
 /// switched on during the request; or the whole request with at most a quarter of its bytes
-/// changed. `beside`: a good reply came as well.
+/// changed. `beside`: there is also a good reply, so a shorter part is enough.
 bool IsEcho(const Hearing& hearing, View heard, bool beside) {
   const View request = hearing.request;
   if (hearing.expect->mirrors || hearing.protocol->tcp) return false;
@@ -374,7 +382,7 @@ bool IsEcho(const Hearing& hearing, View heard, bool beside) {
     std::size_t same = 0;
     for (std::size_t i = 0; i < part.size(); ++i) same += part[i] == rest[i] ? 1 : 0;
     const bool whole = part.size() == rest.size() && 4 * same >= 3 * part.size();
-    // A damaged reply may begin like its request.
+    // A damaged reply may begin like its request, so a short part is not enough.
     const bool piece = same == part.size() && (beside || 2 * same > request.size());
     if ((whole || piece) && same >= least && !IsIdle(part)) return true;
   }
@@ -384,7 +392,7 @@ bool IsEcho(const Hearing& hearing, View heard, bool beside) {
 Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   const View before = heard.first(found.begin);
   const View behind = heard.subspan(found.end);
-  // A line end before a reply belongs to the reply.
+  // A line end before a reply belongs to the reply, so it is removed.
   View echo = before;
   while (!echo.empty() && IsLineEnd(echo.back())) echo = echo.first(echo.size() - 1);
   if (IsEcho(hearing, echo, true)) {
@@ -398,7 +406,7 @@ Finding Beside(const Hearing& hearing, View heard, const Found& found) {
   return StrayBeside(hearing, before, behind);
 }
 
-/// Explains why an exchange failed although a whole reply came.
+/// Returns why an exchange failed although a whole reply came.
 Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   const Duration pause = LongestPause(hearing, echo + found.begin, echo + found.end);
   const Duration after = ArrivalOf(hearing, echo + found.begin);
@@ -411,15 +419,15 @@ Finding Untaken(const Hearing& hearing, std::size_t echo, const Found& found) {
   return {.symptom = found.others ? Symptom::two_replies : Symptom::odd};
 }
 
-/// Classifies bytes that begin like a reply.
+/// Returns the finding for bytes that begin like a reply but contain none.
 Finding Broken(const Hearing& hearing, View heard) {
   const std::size_t length = OnlyLength(hearing);
   const Duration pause = LongestPause(hearing, 0, hearing.heard.size());
-  // If more bytes came than a reply has, the bytes after the pause are noise.
+  // If more bytes came than a reply has, the pause only separates the reply from noise.
   if (pause > hearing.gap && (length == 0 || heard.size() <= length)) {
     return {.symptom = Symptom::split, .time = pause};
   }
-  // The beginning of a longer reply may have the length of a refusal.
+  // The beginning of a longer reply can have the length of a refusal, so this is checked first.
   const bool broke_off = hearing.outcome == Outcome::partial;
   if (broke_off && heard.size() + kAFew < length && IsBeginning(hearing, heard)) {
     return {.symptom = Symptom::tail_lost};
@@ -437,21 +445,22 @@ Finding Broken(const Hearing& hearing, View heard) {
   return {.symptom = Symptom::damaged};
 }
 
-/// True if the device sends unasked.
+/// True if the messages of a device that sends unasked are examined.
 bool IsStanding(const Hearing& hearing) {
   return hearing.expect->reply == protocols::Expectation::Reply::standing;
 }
 
-/// Longer messages have no end. A message at another bit rate may have kEndless bytes.
+/// Returns the greatest length of a message; more bytes are without end. A message at another bit
+/// rate may be read as up to kEndless bytes.
 std::size_t LongestHeard(const Hearing& hearing) {
   const std::size_t most = hearing.expect->max_bytes;
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
-/// True if the text itself shows what sent it.
+/// True if the text itself shows where it comes from.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 
-/// Classifies bytes that contain no reply.
+/// Returns the finding for bytes that contain no reply.
 Finding Unreadable(const Hearing& hearing, View heard) {
   if (auto service = hearing.connection ? OtherService(heard, hearing.protocol->tcp) : std::nullopt)
     return *service;
@@ -473,7 +482,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
   if (words && (!other_form || IsTold(*words))) return *words;
   if (auto nearly = NearlyReply(hearing, heard)) {
     // If the same bytes come twice in a row for the same request, they are the usual form of this
-    // device and not damage (ReplyHabits::Compare). That case needs the cause.
+    // device and no damage (ReplyHabits::Compare), and then the cause is needed.
     if (other_form && nearly->symptom == Symptom::bytes_lost) {
       nearly->cause = recognised->cause;
       nearly->remedy = recognised->remedy;
@@ -481,7 +490,7 @@ Finding Unreadable(const Hearing& hearing, View heard) {
     return *nearly;
   }
   if (auto line = Words(hearing, heard, true); line && (!other_form || IsTold(*line))) return *line;
-  // A device whose replies are text sends another text.
+  // Replies of this protocol are text, and the device has sent a text of another form.
   if (other_form) return *recognised;
   if (IsIdle(heard)) return {.symptom = Symptom::zeros};
   if (IsStanding(hearing)) {
@@ -494,10 +503,10 @@ Finding Unreadable(const Hearing& hearing, View heard) {
 
 std::uint8_t SpecialsIn(const Hearing& hearing, View heard) {
   const bool high = std::ranges::any_of(heard, [](auto byte) { return byte > 0x7F; });
-  // A text contains no high bytes, whatever data bits the port has.
+  // Text contains no bytes above 7F, so the missing eighth bit says nothing about the data bits.
   const bool text = std::ranges::all_of(hearing.request, IsPrintable);
   unsigned bits = SpecialsOf(heard) | (high || text ? kHighBit : 0U);
-  // A single repeated character has only one parity.
+  // If all bytes are equal, they have one parity anyway, so they are not counted.
   const bool various = std::ranges::adjacent_find(heard, std::not_equal_to()) != heard.end();
   for (const std::uint8_t byte : various ? heard : View()) {
     if (byte == 0x00 || byte == 0xFF) continue;  // an idle or broken line also gives these bytes
@@ -522,7 +531,7 @@ std::optional<Finding> Greeting(const Hearing& hearing, View heard) {
   return Finding{
       .symptom = Symptom::other_protocol,
       .bytes = heard.size(),
-      .cause = "the server speaks first, as no Modbus TCP server does (" + Quote(heard) + ")",
+      .cause = "the server sends first, which no Modbus TCP server does (" + Quote(heard) + ")",
       .remedy = "check the host and the port number of the line"};
 }
 

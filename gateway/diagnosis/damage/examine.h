@@ -1,5 +1,6 @@
-// Examine() returns what one exchange looked like on the wire: it turns all bytes between a request
-// and the next one into a symptom. All functions are pure; gateway/diagnosis/observer.h uses them.
+// Examine() returns what one exchange looked like on the wire: a symptom for all bytes between a
+// request and the next request. No function does I/O or reads a clock. `Observer` uses them.
+// Examples:
 //
 //   request 01 03 00 00 00 01 84 0A, then came        symptom
 //   nothing                                           silence
@@ -9,8 +10,8 @@
 //   01 03 02                                          tail_lost
 //   Login:                                            text
 //
-// OtherFrame recognises messages of another protocol, and OtherService other services, such as a
-// web server.
+// OtherFrame recognises messages of another protocol, OtherService recognises other services, such
+// as a web server.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,13 +28,14 @@
 
 namespace baudgate::diagnosis {
 
-/// A piece of the received bytes, which begins at byte `at`.
+/// When a piece of the received bytes came. `at`: index of its first byte.
 struct Arrival {
   std::size_t at = 0;
-  Duration after{};  ///< from the computed end of the request; negative: before its end
+  Duration after{};  ///< from the computed end of the request; negative: before it
 };
 
-/// One exchange and the bytes that came after its end. Pointers and views are borrowed.
+/// One exchange, with the bytes that came after its end. The object contains pointers and views of
+/// data that must stay valid.
 struct Hearing {
   const protocols::Protocol* protocol = nullptr;
   const protocols::ParsedOptions* options = nullptr;
@@ -41,38 +43,41 @@ struct Hearing {
   const protocols::Expectation* expect = nullptr;
   Outcome outcome = Outcome::none;  ///< none: the exchange has not ended
   View heard{};
-  std::span<const Arrival> arrivals{};                ///< pieces of `heard`; the first begins at 0
-  Duration reply{};                                   ///< the longest time until the first byte
-  Duration gap{};                                     ///< the longest pause inside a reply
-  bool connection = false;                            ///< the line is a TCP connection
-  std::span<const protocols::ForeignRule> foreign{};  ///< rules of all protocols
+  std::span<const Arrival> arrivals{};  ///< pieces of `heard`; the first begins at index 0
+  Duration reply{};                     ///< reply time: the longest time until the first byte
+  Duration gap{};                       ///< longest pause inside a reply
+  bool connection = false;              ///< the line is a TCP connection
+  /// Rules to recognise the messages of all protocols.
+  std::span<const protocols::ForeignRule> foreign{};
 };
 
 Finding Examine(const Hearing& hearing);
 /// Returns the finding of an exchange in which only the reply came.
 Finding Plain(const Hearing& hearing);
-/// Recognises another service or text for people in bytes that came before the first request.
+/// Recognises another service, or readable text, in bytes that came before the first request.
 std::optional<Finding> Greeting(const Hearing& hearing, View heard);
 
-// Text for people: a login prompt, a menu, a log. Pure.
+// Readable text, such as a login prompt, a menu or a log.
 
-/// Returns a quotation such as "'login: '"; a long text is cut.
+/// Returns a quotation, such as "'login: '". A long text is cut.
 std::string Quote(View text);
-/// Nothing: not text for people. `lines`: any line of printable characters is accepted.
+/// Returns a finding if the bytes are readable text. `lines`: any line of printable characters
+/// counts.
 std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = false);
 
-// Messages of another protocol: binary messages on a line of a text protocol, proven by their check
-// value, and texts on any line, proven by their form. Pure.
+// Messages of another protocol: binary messages on a line of a text protocol are recognised by
+// their check value, texts on any line by their form.
 
-/// Nothing: no other protocol is recognised.
+/// Returns a finding if the bytes are a message of another protocol.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
-// Services that are not serial lines, recognised by what they send over TCP: a web server, SSH,
-// TLS, Telnet, IEC 60870-5-104. Pure.
+// Services that are no serial lines, recognised by what they send over TCP: a web server, SSH, TLS,
+// Telnet, IEC 60870-5-104.
 
-/// Nothing: no known service. `modbus`: a Modbus TCP server is expected, not a serial server.
+/// Returns a finding if the bytes come from such a service. `modbus`: a Modbus TCP server is
+/// expected, not a serial server.
 std::optional<Finding> OtherService(View heard, bool modbus);
-/// True if the bytes begin with IAC and WILL, WONT, DO or DONT.
+/// True if the bytes begin with a Telnet negotiation: IAC and WILL, WONT, DO or DONT.
 bool IsTelnet(View heard);
 
 }  // namespace baudgate::diagnosis

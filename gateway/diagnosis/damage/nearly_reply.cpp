@@ -14,28 +14,29 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// The characters of values in a text.
+/// The characters that are tried as the missing character of a text.
 constexpr std::string_view kCharacters = "0123456789.+-/: ABCDEFGHIJKLMNOPQRSTUVWXYZ";
-/// Longer texts are not tried character by character.
+/// In a longer text no missing character is searched.
 constexpr std::size_t kLongestTried = 80;
-/// Longer binary replies are not tried byte by byte, which would take more than some milliseconds.
+/// In a longer binary reply no missing byte is searched, because this would take more than some
+/// milliseconds.
 constexpr std::size_t kLongestBinary = 40;
 constexpr std::size_t kCheckDigits = 2;
-/// The longest device name or address in a reply, in digits.
+/// The longest name or address of a device in a reply, in digits.
 constexpr std::size_t kMostDigits = 3;
-/// Shorter binary replies are not completed by a check value.
+/// In a shorter binary reply no missing bytes are searched.
 constexpr std::size_t kShortestReply = 3;
-/// This many bytes may follow a whole reply, for example a line end.
+/// This many bytes can follow a whole reply, for example a line end.
 constexpr std::size_t kBehind = 3;
-/// Shorter texts are not examined for missing characters.
+/// In a shorter text no missing characters are searched.
 constexpr std::size_t kShortestLine = 4;
-/// Characters other than digits at the beginning of a number or of its rest.
+/// Characters other than digits with which a number, or the rest of a number, can begin.
 constexpr std::string_view kSigns = "+-.";
-/// The characters of values and check values in a text.
+/// Characters of values and check values in a text.
 constexpr std::string_view kOfValues = "0123456789ABCDEF.+-/:";
 
-/// True if the bytes begin with a whole reply of more than `least` bytes. Applies the rule of the
-/// protocol once, whatever the length.
+/// True if the bytes begin with a whole reply of more than `least` bytes, by the frame rule of the
+/// protocol.
 bool StartsWithReply(const Hearing& hearing, View heard, std::size_t least = 0) {
   const protocols::Cut cut = hearing.protocol->reply_rule(heard, *hearing.expect, true);
   return cut.kind == protocols::Cut::Kind::frame && cut.size > least;
@@ -52,11 +53,11 @@ bool IsText(const Hearing& hearing, View heard) {
          std::ranges::all_of(heard, IsPrintable);
 }
 
-/// True if only the last byte is missing, whatever its value.
+/// True if only the last byte is missing. All its values are tried.
 bool IsWholeWithEnd(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   if (heard.empty()) return false;
-  // Without a check value every beginning of a text would be whole with a line end.
+  // If a line end alone makes any beginning whole, there is no check value, so nothing is proven.
   Bytes shorter(heard.begin(), heard.end());
   shorter.back() = '\r';
   if (StartsWithReply(hearing, shorter)) return false;
@@ -79,7 +80,7 @@ constexpr LineEnd kLineEnds[] = {{"\r", "a carriage return"},
                                  {"\n\r", "a line feed and a carriage return"},
                                  {"\n\n", "two line feeds"}};
 
-/// Recognises a reply that would be whole with another line end.
+/// Recognises a reply that would be whole if it had another line end.
 std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
@@ -95,14 +96,14 @@ std::optional<Finding> OtherLineEnd(const Hearing& hearing, View heard) {
         .symptom = Symptom::other_setting,
         .cause = std::string("its replies end in ") + came->name + ", not in " + end.name,
         .remedy =
-            "set that at it, or set the converter or serial server in between to "
-            "raw"};
+            "correct the line end at the device, or set the converter or serial server in between "
+            "to raw"};
   }
   return std::nullopt;
 }
 
-/// True if only the carriage return at the end is missing. This is tested last, because without a
-/// check value every beginning of a text is whole with a carriage return.
+/// True if only the carriage return at the end is missing. Test this last: without a check value
+/// every beginning of a text is whole with a carriage return.
 bool LacksLineEnd(const Hearing& hearing, View heard) {
   if (hearing.outcome != Outcome::partial || heard.size() < kShortestLine) return false;
   const bool ended = std::ranges::any_of(heard, [](auto byte) { return byte == '\r'; });
@@ -119,7 +120,7 @@ bool IsWholeWithoutEighthBit(const Hearing& hearing, View heard) {
   return !std::ranges::equal(cleared, heard) && IsWhole(hearing, cleared);
 }
 
-/// True if the bytes begin with the first character of a reply.
+/// True if the bytes begin with the punctuation mark with which a reply begins.
 bool HasLead(const Hearing& hearing, View heard) {
   if (heard.empty() || std::ispunct(heard.front()) == 0) return false;
   return std::ranges::any_of(hearing.expect->shapes, [&](const protocols::Shape& shape) {
@@ -127,16 +128,16 @@ bool HasLead(const Hearing& hearing, View heard) {
   });
 }
 
-/// The first byte of the reply, if it is known.
+/// Returns the first byte of the reply, if it is known.
 std::optional<std::uint8_t> FirstOf(const Hearing& hearing) {
-  // A binary reply begins with the address, as its request does.
+  // A binary reply begins with the address of the device, as the request does.
   const bool named = !hearing.expect->address.empty() && !hearing.request.empty();
   if (!named || IsText(hearing, hearing.request)) return std::nullopt;
   return hearing.request[0];
 }
 
-/// True if the check value proves nothing: with the byte at `other` changed, some byte at `at`
-/// still makes a whole reply. `whole`: a whole reply.
+/// True if the check value of `whole`, a whole reply, proves nothing: if the byte at `other` is
+/// changed, some value of the byte at `at` still makes a whole reply.
 bool IsWeak(const Hearing& hearing, Bytes whole, std::size_t at, std::size_t other) {
   whole[other] ^= 1;
   for (int byte = 0; byte < 256; ++byte) {
@@ -146,22 +147,24 @@ bool IsWeak(const Hearing& hearing, Bytes whole, std::size_t at, std::size_t oth
   return false;
 }
 
-/// True if the bytes are a whole reply after `head`, whose byte at `any` may have any value.
+/// True if `head` and `heard` together are a whole reply, for some value of the byte at `any` in
+/// `head`.
 bool IsWholeBehind(const Hearing& hearing, Bytes head, std::size_t any, View heard) {
-  // A few bytes, such as a line end, may follow the reply.
+  // A few bytes, such as a line end, can follow the reply.
   const std::size_t least = head.size() + heard.size() - std::min(heard.size(), kBehind);
   Append(head, heard);
   const auto known = any == 0 ? FirstOf(hearing) : std::nullopt;
   for (int byte = known.value_or(0); byte <= known.value_or(0xFF); ++byte) {
     head[any] = static_cast<std::uint8_t>(byte);
     if (!StartsWithReply(hearing, head, least)) continue;
-    // A text may have no check value; its form is proof enough.
+    // The form of a text is proof enough, because it may have no check value.
     return known || IsText(hearing, heard) || !IsWeak(hearing, head, any, head.size() / 2);
   }
   return false;
 }
 
-/// True if the reply is whole with another byte, from `first` to `last`, at `at`.
+/// True if the reply is whole with another byte at `at`. The values from `first` to `last` are
+/// tried.
 bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int first, int last) {
   Bytes whole(heard.begin(), heard.end());
   for (int byte = first; byte <= last; ++byte) {
@@ -173,7 +176,7 @@ bool IsWholeWithOther(const Hearing& hearing, View heard, std::size_t at, int fi
   return false;
 }
 
-/// True if only the first byte is wrong.
+/// True if only the first byte has another value than it should.
 bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
   constexpr int kPrintable = 0x7E;
@@ -187,18 +190,19 @@ bool IsWholeWithOtherFirst(const Hearing& hearing, View heard) {
   return IsWholeWithOther(hearing, heard, 0, '!', kPrintable);
 }
 
-/// True if only the last byte of a binary reply is wrong. The last byte of a text is its line end.
+/// True if only the last byte of a binary reply is wrong. (The last byte of a text is its line
+/// end.)
 bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() <= kShortestLine) return false;
   if (IsText(hearing, hearing.request)) return false;
   return IsWholeWithOther(hearing, heard, heard.size() - 1, 0, 0xFF);
 }
 
-/// Returns how many bytes are missing at the beginning: one of any value, or a few that the request
-/// contains: the second and third byte of a binary reply, or the name and kind of a text. 0: none
-/// is missing.
+/// Returns how many bytes are missing at the beginning; 0: none is. Recognises one byte of any
+/// value, or a few bytes that the request contains: the first two or three bytes of a binary reply,
+/// or the name and kind at the beginning of a text.
 std::size_t LostHead(const Hearing& hearing, View heard) {
-  // A Modbus TCP reply contains no check value that would prove it.
+  // A Modbus TCP reply contains no check value that could prove it.
   if (hearing.protocol->tcp || (IsText(hearing, heard) && HasLead(hearing, heard))) return 0;
   if (IsWholeBehind(hearing, Bytes(1), 0, heard)) return 1;
   const View request = hearing.request;
@@ -215,8 +219,8 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
   return IsWholeBehind(hearing, {request[0], request[1], 0}, 2, heard) ? 3 : 0;
 }
 
-/// Returns a line of text that lacks the first character of a reply; empty: the bytes are not such
-/// a line. More of its beginning may be missing than LostHead can prove.
+/// Returns a line of text that lacks the first character of a reply, and perhaps more of its
+/// beginning than LostHead can prove. Empty: the bytes are no such line.
 std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const bool standing = hearing.expect->reply == protocols::Expectation::Reply::standing;
   if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};
@@ -236,14 +240,14 @@ bool IsEndOfText(const Hearing& hearing, View heard) {
 }
 
 /// True if a text is whole with other digits before its line end, and with only one combination of
-/// digits. This test comes before IsWholeWithOneMore, because a check value of one byte fits almost
-/// any text with one more character.
+/// digits: its check value is wrong. Call before IsWholeWithOneMore, because a check value of one
+/// byte fits almost any text with one more character.
 bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   std::size_t size = heard.size();
   while (size > 0 && (heard[size - 1] == '\n' || heard[size - 1] == '\r')) --size;
   if (!IsText(hearing, heard) || size < 2 * kCheckDigits || size == heard.size()) return false;
-  // Several messages that came unasked may follow each other.
+  // Messages of a device that sends unasked can follow each other in these bytes.
   const bool several = hearing.expect->reply == protocols::Expectation::Reply::standing;
   Bytes changed(heard.begin(), heard.end());
   int fit = 0;
@@ -255,7 +259,8 @@ bool IsWholeWithOtherCheck(const Hearing& hearing, View heard) {
   return fit == 1;
 }
 
-/// True if a text is whole with one more character, and only with one character at that place.
+/// True if a text is whole with one more character at some place, and only one character fits
+/// there.
 bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   heard = WithoutLineEndBefore(heard);
   if (!IsText(hearing, heard) || heard.size() < 2 || heard.size() > kLongestTried) return false;
@@ -274,8 +279,8 @@ bool IsWholeWithOneMore(const Hearing& hearing, View heard) {
   return false;
 }
 
-/// True if a binary reply is whole with one more byte before its end, as its check value proves. It
-/// must be one byte shorter than a fixed reply length.
+/// True if a binary reply is whole with one more byte inside it, as its check value proves. The
+/// reply must be one byte shorter than a fixed length of replies.
 bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
   if (hearing.protocol->tcp || heard.size() < kShortestReply) return false;
   if (IsText(hearing, hearing.request)) return false;
@@ -298,7 +303,7 @@ bool IsWholeWithByteInside(const Hearing& hearing, View heard) {
   return false;
 }
 
-/// True if only the check value is missing, in a binary protocol whose frames have one.
+/// True if only the check value is missing, in a binary protocol that has one.
 bool LacksCheck(const Hearing& hearing, View heard) {
   const protocols::PduCarrier* const carrier = hearing.protocol->carrier;
   if (carrier == nullptr || hearing.protocol->tcp || heard.size() < kShortestReply) return false;
@@ -309,13 +314,13 @@ bool LacksCheck(const Hearing& hearing, View heard) {
   const bool has_one =
       rest > 1 && std::ranges::equal(carrier->wrap(heard[0], heard.subspan(1, rest - 1)), heard);
   if (has_one) return false;
-  // Bytes that lack only the second byte of the check value would be whole too, but one byte too
-  // long.
+  // If only the second byte of the check value were missing, the frame would be one byte shorter
+  // than `whole`.
   const protocols::Cut cut = hearing.protocol->reply_rule(whole, *hearing.expect, true);
   return cut.kind == protocols::Cut::Kind::frame && cut.size == whole.size();
 }
 
-/// True if only the first character of the frame is missing, as the check value proves.
+/// True if only the first byte of the frame is missing, as its check value proves.
 bool LacksLead(const Hearing& hearing, View heard) {
   if (hearing.protocol->carrier == nullptr || hearing.request.empty() || heard.empty())
     return false;
@@ -324,7 +329,7 @@ bool LacksLead(const Hearing& hearing, View heard) {
   return StartsWithReply(hearing, whole, heard.size() - 1);
 }
 
-/// True if only CR LF is missing, as the check value proves.
+/// True if only CR LF at the end is missing, as the check value proves.
 bool LacksCrLf(const Hearing& hearing, View heard) {
   if (!IsText(hearing, heard) || heard.size() < kShortestLine) return false;
   Bytes longer(heard.begin(), heard.end());
@@ -396,9 +401,9 @@ std::optional<Finding> NearlyReply(const Hearing& hearing, View heard) {
 namespace {
 
 constexpr std::size_t kQuotedBytes = 8;
-/// A modem, radio or serial server adds at most this many bytes to a packet.
+/// A modem, radio or serial server adds at most this many bytes around a packet.
 constexpr std::size_t kLongestFrame = 24;
-/// A driver does not cause this many bytes with other forms.
+/// A driver does not cause this many bytes that do not have the form of IsOfDriver.
 constexpr std::ptrdiff_t kFewStrange = 2;
 
 Symptom SymptomOf(protocols::Recognised::What what) {
@@ -423,20 +428,20 @@ Symptom SymptomOf(protocols::Recognised::What what) {
   return Symptom::other_protocol;
 }
 
-/// True if a driver may have caused the byte by starting or stopping to drive the bus: ones and
+/// True if a driver that starts or stops driving the bus can cause this byte: its bits are ones and
 /// then zeros, or the reverse.
 bool IsOfDriver(std::uint8_t byte) {
   const unsigned inverse = static_cast<std::uint8_t>(~byte);
   return (byte & (byte + 1U)) == 0 || (inverse & (inverse + 1U)) == 0;
 }
 
-/// True for 00 and FF, which come from a line without bias, and for line ends.
+/// True for line ends, and for 00 and FF, which come from a line without bias.
 bool IsFiller(View bytes) {
   return std::ranges::all_of(bytes, [](auto byte) { return byte % 0xFF == 0 || IsLineEnd(byte); });
 }
 
-/// Returns the bytes around a reply: "10 02 ... 10 03". Empty: there are too many for the frame of
-/// a packet.
+/// Returns the bytes around a reply, such as "10 02 ... 10 03". Empty: there are more than the
+/// frame of a packet has.
 std::string Around(View before, View behind) {
   if (before.size() + behind.size() > kLongestFrame) return {};
   while (!before.empty() && IsLineEnd(before.back())) before = before.first(before.size() - 1);
@@ -486,7 +491,7 @@ std::optional<Finding> Stranger(const Hearing& hearing, View part) {
     foreign->symptom = Symptom::master_beside;
     return foreign;
   }
-  // In a protocol of hexadecimal digits these bytes are the rest of a reply.
+  // If replies consist of hexadecimal digits, these bytes are the rest of a reply and no text.
   if (IsHexText(hearing, part)) return std::nullopt;
   auto words = Words(hearing, part, true);
   if (words) words->symptom = Symptom::text_beside;
@@ -504,10 +509,10 @@ Finding StrayBeside(const Hearing& hearing, View before, View behind) {
       before, [](std::uint8_t byte) { return !IsOfDriver(byte) && !IsLineEnd(byte); });
   const bool speaks = !hearing.connection && strange >= kFewStrange;
   if (before.size() > kHarmless || speaks) return noise(Symptom::noise_before);
-  // A TCP connection has no driver that could cause these bytes.
+  // On a TCP connection no driver can cause bytes after the reply.
   if (hearing.protocol->tcp && !behind.empty()) return noise(Symptom::noise_behind);
   if (behind.size() > kHarmless) return noise(Symptom::noise_behind);
-  // A driver may cause one byte on a wire, or more bytes of 00 and FF.
+  // On a wire a driver can cause one byte, or more bytes of 00 and FF.
   const std::size_t few = hearing.connection ? 1 : 2;
   const bool form = !IsFiller(before) || !IsFiller(behind);
   return form && before.size() + behind.size() >= few ? noise(Symptom::few_beside) : Finding{};

@@ -1,7 +1,7 @@
 // NearlyReply recognises bytes that are a whole reply except for one fault: the first or last byte
 // is missing, a converter has inserted characters or changed line ends, or there is an extra parity
-// bit. StrayBeside recognises bytes beside a good reply. All functions are pure;
-// gateway/diagnosis/damage/examine.h uses them.
+// bit. StrayBeside recognises bytes beside a good reply. No function does I/O. examine.cpp uses
+// them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,28 +15,28 @@
 namespace baudgate::diagnosis {
 
 std::optional<Finding> NearlyReply(const Hearing& hearing, View heard);
-/// True if only the first byte is missing, as the check value of the reply proves.
+/// True if only the first byte is missing: the check value of the reply proves it.
 bool LacksFirstByte(const Hearing& hearing, View heard);
-/// True for a text that lacks the first character of a reply and ends in ":" and the digits of a
+/// True for a text that lacks the first character of a reply, but ends in ":" and the digits of a
 /// check value.
 bool EndsInCheckValue(const Hearing& hearing, View heard);
-/// Recognises a reply whose check value is missing, or as many bytes inside it if it still ends in
-/// the check value.
+/// Recognises a reply that is too short: its check value is missing, or as many bytes inside it are
+/// missing while the check value at its end came.
 std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 
 // Bytes beside a good reply: a message that the protocol recognises, text for people, or noise.
 
-/// A driver that starts or stops driving the bus may cause up to this many bytes.
+/// A driver that starts or stops driving the bus can cause up to this many bytes.
 inline constexpr std::size_t kHarmless = 3;
 
-/// Asks the protocol to recognise bytes that are not a reply: see protocols::Recognised.
+/// Lets the protocol recognise bytes that are no reply: see protocols::Recognised.
 std::optional<Finding> Recognise(const Hearing& hearing, View heard);
-/// True if replies consist of hexadecimal digits and line ends, and `part` does too.
+/// True if replies consist of hexadecimal digits and line ends only, and `part` does too.
 bool IsHexText(const Hearing& hearing, View part);
-/// A message of another device or master, or text for people.
+/// Recognises a message of another device or master, or readable text.
 std::optional<Finding> Stranger(const Hearing& hearing, View part);
-/// Classifies bytes before and after the reply that are not a message: noise, a few bytes, or too
-/// few to report.
+/// Returns the finding for bytes before and after a reply that are no message: noise, a few bytes,
+/// or too few to report.
 Finding StrayBeside(const Hearing& hearing, View before, View behind);
 
 }  // namespace baudgate::diagnosis

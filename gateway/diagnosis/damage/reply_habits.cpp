@@ -7,7 +7,8 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// Later bytes are ignored. The longest reply of a Modbus device has 260 bytes.
+/// In bytes: more bytes of an exchange are ignored. The longest reply of a Modbus device has 260
+/// bytes.
 constexpr std::size_t kMostHeard = 1024;
 constexpr std::size_t kMostArrivals = 256;
 
@@ -97,8 +98,8 @@ bool ReplyHabits::NoteSame(const HeardExchange& exchange, bool right) {
   const bus::Member& member = *exchange.member();
   const View heard = exchange.heard();
   const View came = heard.subspan(std::min(heard.size(), TransactionBytes(*member.protocol)));
-  // Texts with different values may be equal by chance; the length of a PDU follows from its
-  // request.
+  // Only if the length of a reply follows from its request (PDU) can equal bytes not be a reply:
+  // texts with different values may be equal by chance.
   const bool misfit = !ProvesLife(exchange.outcome()) && member.protocol->carrier != nullptr;
   return of_[member].same.OnCame(came, exchange.request().bytes, right, misfit,
                                  member.protocol->tcp);
@@ -109,7 +110,7 @@ bool ReplyHabits::IsCopy(const HeardExchange& exchange) const {
   assembler.Begin(exchange.member()->protocol->reply_rule, exchange.request().expect);
   assembler.Feed(exchange.heard());
   int copies = 0;
-  int others = exchange.frame().empty() ? 0 : 1;  // the reply to this request; a copy may come too
+  int others = exchange.frame().empty() ? 0 : 1;  // includes the reply to this request
   while (const auto frame = assembler.Next(true)) {
     if (*frame == exchange.frame()) continue;
     ++(taken_.WasForOther(exchange.request().bytes, *frame) ? copies : others);

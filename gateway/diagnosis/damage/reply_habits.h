@@ -1,7 +1,7 @@
-// ReplyHabits stores how the replies of each device usually look: whether they come twice, only
-// after the next request, always the same, or without a character. It is a part of
-// gateway/diagnosis/observer.h. HeardExchange contains one exchange; ReplyLag and SameAgain
-// recognise one habit each; TakenReplies stores the latest replies. Memory is bounded.
+// `ReplyHabits` stores how the replies of each device usually look: whether they come twice, only
+// after the next request, always the same, or without a character. It is a part of `Observer`.
+// `HeardExchange` contains one exchange; `ReplyLag` and `SameAgain` each recognise one habit;
+// `TakenReplies` stores the latest replies. Memory is bounded.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,11 +23,11 @@
 
 namespace baudgate::diagnosis {
 
-// HeardExchange contains one exchange: all bytes from its request until the next one. It is a part
-// of gateway/diagnosis/observer.h. Memory is bounded.
+// `HeardExchange` contains one exchange: all bytes from its request until the next request. Part of
+// `Observer`. Memory is bounded.
 class HeardExchange {
  public:
-  /// Call this when the port was opened. Bytes before the next Begin belong to no exchange.
+  /// Call when the port was opened. Bytes before the next call of Begin belong to no exchange.
   void OnOpened() { member_ = nullptr; }
   void Begin(const bus::Member& member, const protocols::Request& request,
              const bus::LineTimes& times, Instant now);
@@ -35,29 +35,30 @@ class HeardExchange {
   /// Stores the frame that was accepted as the reply.
   void Take(View frame) { frame_.assign(frame.begin(), frame.end()); }
   void End(Outcome outcome);
-  /// True if bytes have come since End, or since the last call.
+  /// True if bytes have come after End and after the last call of TakeMore.
   bool TakeMore();
 
-  /// Null: no exchange since the port was opened.
+  /// Returns the device of the exchange; null: there was no exchange since the port was opened.
   const bus::Member* member() const { return member_; }
   const protocols::Request& request() const { return request_; }
   const bus::LineTimes& times() const { return times_; }
-  /// The computed end of the request.
+  /// Returns the computed end of the request.
   Instant sent() const { return sent_; }
-  /// The silence before the request; kLongIdle: unknown.
+  /// Returns the silence before the request; kLongIdle: unknown.
   Duration idle() const { return idle_; }
-  /// Outcome::none: the exchange has not ended.
+  /// Returns how the exchange ended; Outcome::none: it has not ended.
   Outcome outcome() const { return outcome_; }
   const Bytes& heard() const { return heard_; }
   Bytes TakeHeard() { return std::exchange(heard_, {}); }
   const std::vector<Arrival>& arrivals() const { return arrivals_; }
-  /// When the latest bytes came. Valid only if bytes have come.
+  /// Returns when the latest bytes came. Call only if bytes have come.
   Instant last_came() const { return sent_ + arrivals_.back().after; }
-  /// The reply; empty: none was accepted.
+  /// Returns the accepted reply; empty: none was accepted.
   const Bytes& frame() const { return frame_; }
-  /// The bytes before and after the reply. Without a reply, all bytes are returned as "before".
+  /// Returns the bytes before and after the reply. Without a reply, all bytes are in the first
+  /// view.
   std::pair<View, View> BesideReply() const;
-  /// Returns the exchange for gateway/diagnosis/damage/examine.h. The result refers to this object.
+  /// Returns the exchange for Examine(). The result refers to data of this object.
   Hearing AsHearing(const bus::Roster& roster) const;
 
  private:
@@ -74,9 +75,9 @@ class HeardExchange {
   Bytes frame_;
 };
 
-// ReplyLag tells whether a device answers late, or whether equipment in between releases each reply
-// when the next request comes (the device "lags"). A lagging reply comes right after the next
-// request, at any time after its own request.
+// `ReplyLag` decides whether a device answers late, or whether equipment in between holds each
+// reply back until the next request comes (it "lags"). A lagging reply comes directly after the
+// next request, at varying times after its own request. Examples:
 //
 //   after its request        after the next one     does the device lag?
 //   620 ms                   not soon               no
@@ -87,8 +88,8 @@ class HeardExchange {
 //
 class ReplyLag {
  public:
-  /// A late reply came the time `after` its request, and `next` after the next request; nothing:
-  /// not soon after it. Returns true if the device lags.
+  /// A late reply came. `after`: time since its request. `next`: time since the next request;
+  /// nothing: it did not come soon after the next request. Returns true if the device lags.
   bool OnLate(Duration after, std::optional<Duration> next) {
     if (!next) {
       count_ = 0;
@@ -121,8 +122,9 @@ class ReplyLag {
   Range next_;
 };
 
-// SameAgain tells whether the same bytes come to every request: byte for byte what came to other
-// requests before, in successive exchanges, and right at least once.
+// `SameAgain` decides whether equipment returns the same bytes to every request: equal bytes came
+// in successive exchanges with different requests, and were the right reply at least once.
+// Examples:
 //
 //   requests               replies          the same again?
 //   A, B                   x, x             no: two replies may be alike
@@ -131,12 +133,13 @@ class ReplyLag {
 //
 class SameAgain {
  public:
-  /// This many other requests do not get the same reply by chance. kSameNumbered: if replies are
-  /// numbered.
+  /// This many other requests with the same reply are no chance; kSameNumbered applies if replies
+  /// are numbered.
   static constexpr std::size_t kSame = 4;
   static constexpr std::size_t kSameNumbered = 2;
 
-  /// `right`: `came` is the reply to `request`; `misfit`: it cannot be.
+  /// Call for each exchange. `right`: `came` is the reply to `request`. `misfit`: it cannot be the
+  /// reply. Returns true if the same bytes come to every request.
   bool OnCame(View came, const Bytes& request, bool right, bool misfit, bool numbered) {
     if (came.size() < kShortest) return false;
     if (!std::ranges::equal(came, came_)) {
@@ -154,20 +157,20 @@ class SameAgain {
   }
 
  private:
-  /// Shorter replies may be equal by chance.
+  /// Replies shorter than this may be equal by chance.
   static constexpr std::size_t kShortest = 4;
-  /// A lag causes fewer replies in a row that cannot answer their requests.
+  /// This many misfits are not explained by replies that come some requests late.
   static constexpr std::size_t kMisfits = 6;
 
   Bytes came_;
-  Bytes asked_;              // the latest request to which they came
-  std::size_t others_ = 0;   // other requests, in a row, to which the same bytes came
-  std::size_t misfits_ = 0;  // exchanges in which the bytes were not a reply to the request
-  bool right_ = false;       // the bytes were the right reply to one request
+  Bytes asked_;              // the latest request to which the bytes came
+  std::size_t others_ = 0;   // other requests in a row to which the same bytes came
+  std::size_t misfits_ = 0;  // exchanges in which the bytes could not be the reply
+  bool right_ = false;       // the bytes were the right reply to a request at least once
 };
 
-// TakenReplies stores the latest accepted replies with their requests. A copy of one of these is
-// not the reply to another request, and a shorter reply may be damaged. Memory is bounded.
+// `TakenReplies` stores the latest accepted replies with their requests. If bytes equal one of
+// them, they are a copy; if they are a little shorter, they may be damaged. Memory is bounded.
 struct TakenReply {
   Bytes request;
   Bytes reply;
@@ -187,7 +190,8 @@ class TakenReplies {
       return one.request != request && one.reply == frame;
     });
   }
-  /// True if a text is one or two characters shorter than the last reply to the same request.
+  /// True if a text begins like the last reply to the same request, but is one or two characters
+  /// shorter.
   bool IsShorterThanLast(const Bytes& request, const Bytes& text) const {
     if (text.empty() || !std::ranges::all_of(request, IsPrintable)) return false;
     const auto last =
@@ -199,55 +203,58 @@ class TakenReplies {
 
  private:
   static constexpr std::size_t kKept = 8;
-  /// At most this many characters may be missing inside a text.
+  /// A text is damaged if it lacks at most this many characters.
   static constexpr std::size_t kFewLost = 2;
 
   std::deque<TakenReply> latest_;
 };
 
-/// A reply that comes later than this after its request is not attributed to it.
+/// If a reply comes later than this after a request, it is not counted as the reply to that
+/// request.
 inline constexpr Duration kLongestLag = std::chrono::seconds(5);
 
 class ReplyHabits {
  public:
-  /// Call this when a request that expects a reply begins.
+  /// Call when a request begins that expects a reply.
   void OnBegin(const bus::Member& member) { ++of_[member].since; }
-  /// Call this when no byte came to the last request and it is sent again. `tried`: its first try.
+  /// Call when the last request got no byte and is sent again. `tried`: when its first try was
+  /// sent.
   void OnLost(const bus::Member& member, Instant tried);
   void OnAnswered(const HeardExchange& exchange);
 
-  /// A request that was lost and retried a short time ago.
+  /// A request that seemed lost and was sent again.
   struct LostTry {
-    Duration after{};      ///< time since its first try
-    std::size_t back = 0;  ///< exchanges of its member that have begun since
+    Duration after{};      ///< time since the first try of the request
+    std::size_t back = 0;  ///< number of exchanges of the member that have begun since
   };
-  /// Call this when a second reply of the member came. If a request was lost and retried, one of
-  /// the two replies answers it and was late: returns that request, once. Nothing: no request was
-  /// lost, so the device sends two replies.
+  /// Call when a second reply of the member came. If a request seemed lost and was sent again a
+  /// short time ago, one of the two replies was its late reply: returns this request, once.
+  /// Nothing: no request was lost, so the device sends two replies.
   std::optional<LostTry> TakeLostTry(const bus::Member& member, Instant came);
 
-  /// See ReplyLag.
+  /// A late reply came, with the times of ReplyLag::OnLate. Returns true if the device lags.
   bool OnLate(const bus::Member& member, Duration after, std::optional<Duration> next) {
     return of_[member].lag.OnLate(after, next);
   }
-  /// Returns true if the same bytes came to other requests before (see SameAgain). `right`: this is
-  /// the reply. The transaction number is not compared.
+  /// Returns true if the bytes of this exchange came to other requests before (SameAgain). `right`:
+  /// they are the reply to this request. Transaction numbers are not compared.
   bool NoteSame(const HeardExchange& exchange, bool right);
   /// True if the frames beside the reply were all accepted for other requests a short time ago:
-  /// then equipment in between sends replies twice.
+  /// equipment in between sends replies twice.
   bool IsCopy(const HeardExchange& exchange) const;
-  /// Changes the finding of a text that seems to lack a character: if the same text comes again to
-  /// the same request, the device uses another form.
+  /// Corrects the finding about a text that seems to lack a character: if the same text comes again
+  /// to the same request, it is the usual form of the device and no damage.
   Finding Compare(const HeardExchange& exchange, Finding finding);
 
  private:
   struct Entry {
     bool doubles = false;  // more than one reply came although no request was lost
-    Instant lost{};  // first try of the last request that got no byte and was retried; zero: none
-    std::size_t since = 0;  // exchanges since that request got no answer
+    Instant lost{};  // first try of the last request that got no byte and was sent again; zero:
+                     // there is none
+    std::size_t since = 0;  // exchanges since the request of `lost`
     ReplyLag lag;
     SameAgain same;
-    TakenReply misfit;  // a text that lacks a character; cleared by a good reply to its request
+    TakenReply misfit;  // a text that lacks a character; a good reply to its request clears it
   };
 
   bus::ByMember<Entry> of_;

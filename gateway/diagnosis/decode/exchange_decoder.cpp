@@ -13,7 +13,7 @@
 namespace baudgate::diagnosis {
 namespace {
 
-/// The first whole frame of the reply, or why there is none.
+/// The first whole frame of the reply; if there is none, `outcome` and `reason` say why.
 struct Cutting {
   std::optional<Bytes> frame;
   Outcome outcome = Outcome::no_reply;
@@ -57,8 +57,9 @@ protocols::Answer Interpret(const Capture& capture, const protocols::Protocol& p
   return answer;
 }
 
-/// Unknown (masked) bytes cannot be checked. The outcome is the one that the trace contains, and
-/// only values that need no masked byte are returned.
+/// Returns the answer of an exchange with masked bytes, which cannot be checked. A recorded outcome
+/// is used. Values are returned only if the reply has no masked byte and its outcome does not
+/// differ from the recorded one.
 protocols::Answer InterpretMasked(const Capture& capture, const protocols::Protocol& protocol,
                                   const protocols::ParsedOptions& options,
                                   protocols::Conversation& conversation) {
@@ -80,9 +81,9 @@ protocols::Answer InterpretMasked(const Capture& capture, const protocols::Proto
   return answer;
 }
 
-/// The bytes alone do not determine the outcome: times, echoes and earlier exchanges matter too,
-/// and the recording may be incomplete. So the outcome is the one that the trace contains, and
-/// values are returned only if the bytes agree with it.
+/// Returns the answer with the recorded outcome, because the outcome also depends on times, echoes
+/// and earlier exchanges, and the recording may be incomplete. It contains values only if the bytes
+/// alone lead to the same outcome.
 protocols::Answer InterpretTold(const Capture& capture, const protocols::Protocol& protocol,
                                 const protocols::ParsedOptions& options,
                                 protocols::Conversation& conversation) {
@@ -154,7 +155,7 @@ std::vector<HeardMessage> ExchangeDecoder::Hear(View bytes) {
     const Outcome blame = assembler.TakeBlame();
     if (blame != Outcome::none) heard.push_back({end, {blame, why, {}}});
   };
-  // Feeds at most one message at a time, because more would overflow the assembler.
+  // At most one message is fed at a time, because more would exceed the space of the assembler.
   while (fed < bytes.size() || assembler.held() > 0) {
     const std::size_t next = std::min(bytes.size() - fed, standing.expect.max_bytes);
     assembler.Feed(bytes.subspan(fed, next));
@@ -173,7 +174,8 @@ std::vector<HeardMessage> ExchangeDecoder::Hear(View bytes) {
 std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {
   const auto frame = CutReply(capture, *protocol_, options_).frame;
   if (!frame) return capture.reply.size();
-  // Not std::ranges::search: clang 14, which builds the fuzz targets, cannot compile it.
+  // std::search, not std::ranges::search: clang 14, which builds the fuzz targets, cannot compile
+  // the latter.
   const auto found =
       std::search(capture.reply.begin(), capture.reply.end(), frame->begin(), frame->end());
   if (found == capture.reply.end()) return capture.reply.size();
@@ -182,7 +184,7 @@ std::size_t ExchangeDecoder::FirstFrame(const Capture& capture) const {
 
 namespace {
 
-/// Replaces a masked byte. SPA accepts "XX" as any checksum.
+/// The byte in place of a masked byte. SPA accepts "XX" as any checksum.
 constexpr std::uint8_t kUnknown = 'X';
 
 std::string_view TakeWord(std::string_view& text) {
@@ -308,8 +310,8 @@ std::vector<std::string> FrameLines::Flush() {
   return lines;
 }
 
-/// Adds one line for each message of a device that sends unasked. Returns false if no device of the
-/// trace sends unasked, or bytes are masked.
+/// Adds a line for each message of a device that sends unasked. Returns false if no device with a
+/// decoder sends unasked, or if bytes are masked.
 bool FrameLines::FlushMessages(const Held& held, std::vector<std::string>& lines) {
   const bool masked = std::ranges::find(held.masked, true) != held.masked.end();
   const auto decoder =
@@ -332,10 +334,10 @@ void FrameLines::Hold(const TraceLine& piece) {
     held_.device = piece.device;
   }
   Append(held_.reply, hex->bytes);
-  // A piece is masked completely or not at all (gateway/records/trace/line_recorder.h).
+  // All bytes of a piece are masked, or none (gateway/records/trace/line_recorder.h).
   held_.masked.resize(held_.reply.size(), hex->masked);
   held_.shown += piece.shown;
-  held_.shown.resize(held_.reply.size(), '.');  // blanks at its end
+  held_.shown.resize(held_.reply.size(), '.');  // the blanks at the end of the text are missing
   held_.last = TimeOfDay(piece.time);
 }
 
@@ -376,7 +378,7 @@ void FrameLines::AddLine(const Held& held, std::size_t from, std::size_t to,
   lines.push_back(line + " | " + (meaning.empty() ? held.shown.substr(from, to - from) : meaning));
 }
 
-/// Adds the lines of the held bytes. The bytes after the first frame get a line of their own.
+/// Adds lines for the stored bytes: one for the first frame, and one for the bytes after it.
 void FrameLines::FlushHeld(const std::string& meaning, std::size_t first_frame,
                            std::vector<std::string>& lines) {
   const Held held = std::exchange(held_, {});

@@ -54,7 +54,8 @@ namespace {
 
 using asio::ip::tcp;
 
-/// A retry without pause would only spin while file descriptors or memory are used up.
+/// The pause before the next accept after an error. Without it, the loop would spin while file
+/// descriptors or memory are used up.
 constexpr Duration kAcceptPause = 100ms;
 /// The most bytes that are stored for a client that waits for its turn.
 constexpr std::size_t kMostEarly = 4096;
@@ -70,7 +71,6 @@ std::string NameOf(const tcp::endpoint& peer) {
   return HostAndPort(AddressOf(peer).to_string(), peer.port());
 }
 
-/// Returns the configuration key, or the command option, that sets the address of the server.
 const char* KeyOf(Server::Use use) {
   if (use == Server::Use::by_hand) return "release --tcp";
   return use == Server::Use::served ? "serial_server.at" : "lend.at";
@@ -101,7 +101,8 @@ void Server::Look() {
   const Status listens = was_open ? transports::HasAddressOf(acceptor_) : Listen();
   const std::string trouble = listens ? std::string() : listens.error();
   if (trouble != told_) {
-    // The user who typed the command gets the error, and the offer is withdrawn.
+    // By hand, no retries are announced: the user who typed the command gets the error, and the
+    // server is stopped.
     const bool is_told = use_ == Use::by_hand;
     if (!trouble.empty()) {
       log::Warn({.line = line_}, "no client can connect at {}: {}{}", config_.Address(), trouble,
@@ -160,7 +161,7 @@ void Server::Accept() {
   });
 }
 
-/// Returns why the client must be refused; empty: it may connect.
+/// Returns why the client must be refused; nothing if it is allowed to connect.
 std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   const config::Network reach = config::ReachOf(AddressOf(peer).to_string());
   const bool allowed =
@@ -176,8 +177,8 @@ std::optional<std::string> Server::WhyNot(const tcp::endpoint& peer) {
   return std::nullopt;
 }
 
-/// Disconnects the oldest client that has not asked for the port yet. False: there is none, or the
-/// port is not lent.
+/// Disconnects the oldest client that has not asked for the port yet. Returns false if there is
+/// none, or if the port is not lent.
 bool Server::MakeRoom() {
   const auto silent = std::ranges::find_if(
       clients_, [](const Client& one) { return one.session && !one.session->asks(); });
@@ -257,7 +258,7 @@ void Server::OnEnd(Client& client, bool failed, const std::string& how) {
 
 // ---------------------------------------------------------------- the port
 
-/// Asks the owner for the port. The owner may grant or refuse it within this call.
+/// Asks the owner for the port. The owner can grant or refuse it within this call.
 void Server::Want(Client& client, Now now) {
   holder_ = &client;
   if (!client.session) BeginSession(client, now);

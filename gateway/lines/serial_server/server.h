@@ -27,10 +27,9 @@
 
 namespace baudgate::serial_server {
 
-// The TCP connection of one client. It passes bytes to the session (session.h) and back.
 class ClientSocket final : public Session::Connection {
  public:
-  /// A client that takes no data for this time is disconnected. TCP waits no longer either
+  /// A client that takes no data for this time is disconnected. TCP has the same limit
   /// (transports/listen_socket.h).
   static constexpr Duration kStall = 15s;
 
@@ -59,7 +58,7 @@ class ClientSocket final : public Session::Connection {
 
 class Server final : public PortUser {
  public:
-  /// Most clients at a time, including the client that has the port.
+  /// The maximum number of clients at a time, including the client that has the port.
   static constexpr std::size_t kMostClients = 8;
   static constexpr Duration kTryEvery = 1s;
 
@@ -76,10 +75,10 @@ class Server final : public PortUser {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Listens; if this fails, tries again once a second until Stop. Also reports when the address
-  /// has left the machine, and when it is back.
+  /// Listens at the configured address; if this fails, tries again once a second until Stop. Also
+  /// reports when the address has left the machine, and when it is back.
   void Start();
-  /// Disconnects all clients. The owner of the port is not called.
+  /// Stops listening and disconnects all clients. The owner of the port is not called.
   void Stop();
 
   void Grant(transports::Transport& port, const config::SerialSettings& serial, Now now) override;
@@ -93,8 +92,8 @@ class Server final : public PortUser {
     std::string name;
     std::unique_ptr<ClientSocket> socket;
     std::optional<Session> session;  // empty: the client waits for its turn
-    Bytes early;                     // bytes that came before the session
-    bool has_ended = false;          // the client sends nothing after `early`
+    Bytes early;                     // bytes that the client sent before it had a session
+    bool has_ended = false;  // true: the client has closed its side and sends nothing after `early`
   };
   using Clients = std::list<Client>;
 

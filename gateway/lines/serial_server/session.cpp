@@ -8,7 +8,7 @@ namespace {
 
 using config::Parity;
 
-// Commands of clients; the number of an answer is higher by 100.
+// Numbers of a client's commands (RFC 2217); the number of the answer is higher by 100.
 constexpr std::uint8_t kSignature = 0;
 constexpr std::uint8_t kSetBaud = 1;
 constexpr std::uint8_t kSetData = 2;
@@ -24,7 +24,8 @@ constexpr std::uint8_t kModemMask = 11;
 constexpr std::uint8_t kPurge = 12;
 constexpr std::uint8_t kAnswer = 100;
 
-// Values of SET-CONTROL: the first of each kind asks, the others set.
+// Values of SET-CONTROL. The first value of each kind asks for the state, the values behind it set
+// the state.
 constexpr std::uint8_t kAskFlow = 0, kAskBreak = 4, kAskDtr = 7, kAskRts = 10, kAskInbound = 13;
 constexpr std::uint8_t kDcdFlow = 17, kDsrFlow = 19;
 
@@ -33,7 +34,7 @@ constexpr std::uint8_t kCts = 0x10, kDsr = 0x20, kRing = 0x40, kDcd = 0x80;
 constexpr std::uint8_t kOverrun = 0x02, kParityError = 0x04, kFramingError = 0x08, kBreak = 0x10;
 constexpr std::uint8_t kHoldingEmpty = 0x20, kShiftEmpty = 0x40;
 
-/// RFC 2217: 1 none, 2 odd, 3 even, 4 mark, 5 space.
+/// The parity numbers of RFC 2217: 1 none, 2 odd, 3 even, 4 mark, 5 space.
 constexpr Parity kParities[] = {Parity::none, Parity::odd, Parity::even, Parity::mark,
                                 Parity::space};
 
@@ -61,7 +62,7 @@ Bytes ComPort::On(View command) {
   const View value = command.subspan(1);
   Bytes answer;
   if (what == kSignature) {
-    // A signature with a text is the client's.
+    // A command with a text contains the signature of the client and needs no answer.
     if (value.empty()) {
       answer = Answer(kSignature, View(reinterpret_cast<const std::uint8_t*>(signature_.data()),
                                        signature_.size()));
@@ -158,8 +159,8 @@ std::uint8_t ComPort::StopCode() const {
 
 // ---------------------------------------------------------------- flow and lines
 
-/// Handles a flow control value. Behind the question `ask` come the values none, XON/XOFF and
-/// hardware. A port has one flow control for both directions.
+/// Handles a SET-CONTROL value for flow control. The value `ask` asks for the state; the values
+/// behind it are none, XON/XOFF and hardware. A port has one flow control for both directions.
 std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
   if (value != ask) {
     config::SerialSettings wanted = serial_;
@@ -170,7 +171,8 @@ std::uint8_t ComPort::Flow(std::uint8_t ask, std::uint8_t value) {
   return static_cast<std::uint8_t>(ask + (serial_.rtscts ? 3 : serial_.xonxoff ? 2 : 1));
 }
 
-/// Handles a switch. Behind the question `ask` come the values on and off.
+/// Handles a SET-CONTROL value for a signal. The value `ask` asks for the state; the values behind
+/// it are on and off.
 std::uint8_t ComPort::Switch(transports::PortSwitch which, bool& state, std::uint8_t ask,
                              std::uint8_t value) {
   const bool on = value == ask + 1;
@@ -212,7 +214,7 @@ Bytes ComPort::Purge(std::uint8_t what) {
 
 Bytes ComPort::NotifyModem(std::uint8_t state) const { return Answer(kNotifyModem, state); }
 
-/// The levels are in the upper four bits, changes since the last call in the lower four.
+/// Returns the levels in the upper four bits, and changes since the last call in the lower four.
 std::uint8_t ComPort::ModemState() {
   const ModemLines lines = port_.ReadModemLines().value_or(ModemLines{});
   const unsigned now = (lines.cts ? kCts : 0U) | (lines.dsr ? kDsr : 0U) |
@@ -296,7 +298,7 @@ void Session::Take(Kind kind, View bytes, Now now) {
   }
 }
 
-/// Handles waiting items up to the next break.
+/// Handles the client's waiting data and commands up to the next break.
 void Session::TakeWaiting(Now now) {
   while (!waiting_.empty() && !break_at_) {
     const Waiting one = std::move(waiting_.front());
@@ -305,7 +307,8 @@ void Session::TakeWaiting(Now now) {
   }
 }
 
-/// A port that cannot make a break, such as a pty, causes no delay.
+/// Begins or ends a break when it is due. A port that cannot make a break, such as a pty, causes no
+/// delay.
 void Session::LookAtBreak(Now now) {
   if (std::exchange(breaks_, false)) {
     (void)com_->Break(false);
@@ -360,7 +363,7 @@ void Session::End() {
   breaks_ = false;
 }
 
-/// Reads from each side only while the other side takes the resulting bytes.
+/// Reads from the client and from the port only while the other side takes the resulting bytes.
 void Session::Regulate() {
   const bool answers_wait = connection_.unsent() > kMostForClient;
   const bool pause_client =

@@ -33,15 +33,15 @@ namespace baudgate::serial_server {
 
 class ComPort {
  public:
-  /// `port` must outlive this object, has the settings `serial`, and its control lines are on.
+  /// `port` must outlive this object. It has the settings `serial`, and DTR and RTS are on.
   ComPort(transports::Transport& port, const config::SerialSettings& serial, std::string signature);
 
-  /// Executes one command, which comes without the number of the option. Returns the answer in its
-  /// telnet form; empty: none is needed. If the driver refuses a setting, the answer contains the
-  /// old setting.
+  /// Executes one command; `command` does not contain the number of the telnet option. Returns the
+  /// answer in its telnet form; empty if no answer is needed. If the driver refuses a setting, the
+  /// answer contains the old setting.
   Bytes On(View command);
-  /// Begins a break, or ends a break that no SET-CONTROL command holds. False: the driver cannot
-  /// make a break.
+  /// Begins a break, or ends a break that no SET-CONTROL command holds. Returns false if the driver
+  /// cannot make a break.
   bool Break(bool on);
   /// Returns notifications of changes at the port since the last call, as far as the client has
   /// asked for notifications.
@@ -66,7 +66,7 @@ class ComPort {
 
   transports::Transport& port_;
   config::SerialSettings serial_;
-  const bool software_;  // the port supports 8N1 only; parity is made in software
+  const bool software_;  // true: the port supports 8N1 only, and parity is made in software
   const std::string signature_;
   bool dtr_ = true;
   bool rts_ = true;
@@ -75,12 +75,13 @@ class ComPort {
   bool greeted_ = false;  // the modem state was sent once
   std::uint8_t modem_mask_ = 0xFF;
   std::uint8_t line_mask_ = 0;
-  std::uint8_t modem_ = 0;  // levels that were sent last
+  std::uint8_t modem_ = 0;  // the modem state that was sent last
   transports::PortCounters counters_;
 };
 
-// The interfaces between a server of a port and the line that owns the port. All calls are on the
-// loop of the line. gateway/lines implements the line, server.h the server.
+// PortUser and PortOwner are the interfaces between a server of a port and the line that owns the
+// port. All functions must be called on the loop of the line. gateway/lines implements the line,
+// server.h the server.
 //
 //   the client's first byte   Want       from the server to the line
 //   the reply of the line     Grant, or TakeBack
@@ -92,32 +93,32 @@ struct Visit {
   std::string place{};   ///< the address to which the client connected: "127.0.0.1:4001"
   config::PortServer::Mode mode = config::PortServer::Mode::raw;
   Now began{};
-  std::uint64_t to_port = 0;  ///< bytes sent to the port
+  std::uint64_t to_port = 0;
   std::uint64_t from_port = 0;
 };
 
-/// A server, as the line sees it.
+/// PortUser is a server, as the line sees it.
 class PortUser {
  public:
-  /// The server has the port until Return or TakeBack.
+  /// Gives the port to the server until Return or TakeBack.
   virtual void Grant(transports::Transport& port, const config::SerialSettings& serial,
                      Now now) = 0;
-  /// Disconnects the client. Return does not follow.
+  /// Disconnects the client. The server does not call Return for it.
   virtual void TakeBack(Now now) = 0;
   virtual void OnPort(View bytes, Now now) = 0;
   virtual void OnPortRoom() = 0;
-  /// Valid while the server has the port.
+  /// Returns the visit of the client that has the port or asks for it.
   virtual Visit visit() const = 0;
 
  protected:
   ~PortUser() = default;
 };
 
-/// A line, as its servers see it.
+/// PortOwner is a line, as its servers see it.
 class PortOwner {
  public:
-  /// The reply is one call of Grant or TakeBack, within this call or later, unless Return comes
-  /// first.
+  /// Asks for the port. The reply is one call of Grant or TakeBack, within this call or later,
+  /// unless Return comes first.
   virtual void Want(PortUser& user, const Visit& visit, Now now) = 0;
   /// Gives the port back. `why`: the client has left, or must leave.
   virtual void Return(PortUser& user, const Visit& visit, const std::string& why, Now now) = 0;
@@ -129,8 +130,8 @@ class PortOwner {
   ~PortOwner() = default;
 };
 
-// Waits for the last bytes of a client that sends no more: the client leaves when the port has sent
-// all its bytes, or after half a minute.
+// PortDrain waits for the last bytes of a client that sends no more: the client leaves when the
+// port has sent all its bytes, or after half a minute.
 class PortDrain {
  public:
   static constexpr Duration kLookEvery = 10ms;
@@ -138,11 +139,11 @@ class PortDrain {
 
   void Begin(Instant now) { since_ = look_at_ = now; }
   bool has_begun() const { return since_.has_value(); }
-  /// Returns when to call Look; empty: the client still sends.
+  /// Returns when to call Look; nothing while the client still sends.
   std::optional<Instant> Deadline() const { return look_at_; }
 
-  /// To be called at the deadline. `is_drained`: the port has sent all bytes. Returns why the
-  /// client leaves; empty: not yet.
+  /// Must be called at Deadline(). `is_drained`: the port has sent all bytes. Returns why the
+  /// client leaves; nothing if it must wait longer.
   std::optional<std::string> Look(bool is_drained, Instant now) {
     look_at_ = now + kLookEvery;
     if (now - *since_ >= kLongest) {
@@ -159,7 +160,7 @@ class PortDrain {
 
 class Session {
  public:
-  /// The connection of the client. None of these functions may call the session.
+  /// The connection of the client. Its functions must not call the session.
   class Connection {
    public:
     virtual void Send(View bytes) = 0;
@@ -174,21 +175,21 @@ class Session {
   static constexpr std::size_t kMostForPort = 16 * 1024;
   static constexpr std::size_t kMostForClient = 32 * 1024;
   static constexpr Duration kLookEvery = 100ms;  ///< interval for reading the control lines
-  /// The length of a break that a client requests by IAC BRK, as other programs make it. The break
-  /// begins when all earlier bytes have left the port, or after kMostBeforeBreak if the device
-  /// holds them back.
+  /// The length of a break that a client requests by IAC BRK; other programs use the same length.
+  /// The break begins when all earlier bytes have left the port, or after kMostBeforeBreak if the
+  /// device holds them back.
   static constexpr Duration kBreakLasts = 300ms;
   static constexpr Duration kMostBeforeBreak = 1s;
   static constexpr Duration kLookBeforeBreak = 10ms;
 
-  /// `visit` began with the connection; Begin sets its start again. The connection must outlive the
+  /// `visit` counts from the connection, until Begin restarts it. The connection must outlive the
   /// session.
   Session(Visit visit, Duration idle, std::string signature, Connection& connection);
 
-  /// Handles bytes of the client. Before the client has the port, the caller may pass the bytes of
+  /// Handles bytes of the client. Before the client has the port, the caller must pass the bytes of
   /// one read only.
   void OnClient(View bytes, Now now);
-  /// The client sends no more: it leaves when the port has sent all its bytes.
+  /// Called when the client sends no more: it leaves when the port has sent all its bytes.
   void OnClientEnd(Now now);
   void OnClientRoom() { Regulate(); }
 
@@ -203,10 +204,10 @@ class Session {
 
   void OnTimer(Now now);
   std::optional<Instant> Deadline() const;
-  /// Returns why the client must be disconnected; empty: it stays.
+  /// Returns why the client must be disconnected; nothing if it can stay.
   const std::optional<std::string>& over() const { return over_; }
 
-  /// Returns the visit; it counts from Begin, or before Begin from the connection.
+  /// Returns the visit; its start is Begin, or the connection if Begin was not called yet.
   const Visit& visit() const { return visit_; }
 
  private:
@@ -231,8 +232,8 @@ class Session {
   std::optional<ComPort> com_;
   std::deque<Waiting> waiting_;
   Instant break_asked_{};
-  std::optional<Instant> break_at_;  // when the break begins or ends, or the port is checked for a
-                                     // pending break; empty: no break
+  // When the break begins or ends, or the port is checked for a pending break. Empty: no break.
+  std::optional<Instant> break_at_;
   bool breaks_ = false;
   bool asks_ = false;
   bool port_paused_ = false;

@@ -29,7 +29,7 @@ std::optional<TelnetItem> TelnetDecoder::Next(View& input) {
   return std::nullopt;
 }
 
-/// Empty: the byte was a 0 behind a CR.
+/// Returns the data at the front of `input`; nothing if the byte was a 0 behind a CR.
 std::optional<TelnetItem> TelnetDecoder::TakeData(View& input) {
   if (!binary_ && after_cr_ && input.front() == 0) {
     after_cr_ = false;
@@ -92,7 +92,7 @@ std::optional<TelnetItem> TelnetDecoder::OnInside(std::uint8_t byte) {
     return std::nullopt;
   }
   if (state_ == State::inside_command && byte != kIac) {
-    // SE ends a subnegotiation; any other command breaks it off.
+    // SE ends a subnegotiation; any other command aborts it.
     if (byte != kSe) return OnCommand(byte);
     state_ = State::data;
     if (too_long_) return std::nullopt;
@@ -174,7 +174,7 @@ std::optional<TelnetStream::Part> TelnetStream::Next(View& input, Bytes& answers
         return Part{.bytes = item->bytes};
       case TelnetItem::What::negotiation:
         Append(answers, options_.On(item->verb, item->option));
-        // A program for serial ports sends bytes, not lines of text.
+        // A client that sends bytes, not lines of text, has agreed to one of these options.
         if (options_.theirs(telnet::kBinary) || options_.theirs(telnet::kComPort)) {
           decoder_.SetBinary();
         }

@@ -44,12 +44,12 @@ struct TelnetItem {
 
 class TelnetDecoder {
  public:
-  /// A longer subnegotiation is dropped as a whole.
+  /// The maximum length of a subnegotiation; a longer subnegotiation is dropped as a whole.
   static constexpr std::size_t kLongest = 300;
 
-  /// Takes the next item from the front of `input`; empty: `input` is used up.
+  /// Takes the next item from the front of `input`; returns nothing if `input` is used up.
   std::optional<TelnetItem> Next(View& input);
-  /// Treats a byte 0 behind a CR as data, which is dropped otherwise.
+  /// Makes a byte 0 behind a CR count as data. Without this call the byte is dropped.
   void SetBinary() { binary_ = true; }
 
  private:
@@ -75,7 +75,7 @@ class TelnetOptions {
  public:
   /// Returns the offers and requests of the server at the start.
   Bytes Begin();
-  /// Returns the answer to a negotiation; empty: none is needed.
+  /// Returns the answer to a negotiation; empty if no answer is needed.
   Bytes On(std::uint8_t verb, std::uint8_t option);
   bool theirs(std::uint8_t option) const;
 
@@ -98,17 +98,17 @@ class TelnetOptions {
 
 /// Appends data for the client, with each FF doubled.
 void AppendEscaped(Bytes& out, View data);
-/// Returns IAC SB option … IAC SE.
+/// Returns the bytes IAC SB option … IAC SE, in which each FF of `bytes` is doubled.
 Bytes Subnegotiation(std::uint8_t option, View bytes);
 
-// Turns the telnet bytes of a client into data and commands for the port, and answers the client's
-// negotiations.
+// TelnetStream turns the telnet bytes of a client into data and commands for the port, and answers
+// the client's negotiations.
 class TelnetStream {
  public:
   struct Part {
     enum class Kind : std::uint8_t {
       data,
-      command,    ///< of RFC 2217
+      command,    ///< a command of RFC 2217
       break_key,  ///< IAC BRK
     };
     Kind kind = Kind::data;
@@ -116,8 +116,8 @@ class TelnetStream {
   };
 
   Bytes Begin() { return options_.Begin(); }
-  /// Takes the next part from the front of `input`; empty: `input` is used up. Appends to `answers`
-  /// the bytes that must be sent to the client before the part is handled.
+  /// Takes the next part from the front of `input`; returns nothing if `input` is used up. Appends
+  /// to `answers` the bytes that must be sent to the client before the part is handled.
   std::optional<Part> Next(View& input, Bytes& answers);
 
  private:

@@ -31,7 +31,7 @@ std::string TraceStream::Take() {
 
 namespace {
 
-/// E.g. "user:anna" for the process at the other end, from the kernel.
+/// Returns the user of the process that has connected, from the kernel. Example: "user:anna".
 std::string UserOf(int socket) {
   ucred peer{};
   socklen_t size = sizeof(peer);
@@ -72,7 +72,7 @@ void ControlSession::Start() {
 void ControlSession::Close(const std::string& farewell) {
   if (std::exchange(closed_, true)) return;
   if (!farewell.empty() && trace_ && out_.empty()) {
-    asio::error_code ignored;  // a reader without room only sees the end of the stream
+    asio::error_code ignored;  // a client that does not read only sees the end of the stream
     socket_.non_blocking(true, ignored);
     socket_.write_some(asio::buffer(farewell + "\n"), ignored);
   }
@@ -125,8 +125,8 @@ void ControlSession::OnReceived(std::size_t count) {
   Handle(*request);
 }
 
-/// Detects that the client has left while it waits for an answer, because nothing is read then. A
-/// client that has only shut down its sending side still gets its answer.
+/// Waits for the end of the connection while a request has no answer yet, because the socket is not
+/// read meanwhile. A client that has only shut down its sending side still gets its answer.
 void ControlSession::WatchEnd() {
   if (std::exchange(watched_, true)) return;
   socket_.async_wait(Socket::wait_error, [self = shared_from_this()](const asio::error_code& end) {
@@ -136,7 +136,7 @@ void ControlSession::WatchEnd() {
 }
 
 void ControlSession::Handle(std::string_view request) {
-  // Called on a line's thread, maybe after this session has ended.
+  // A line's thread can call `later`, even after this session has ended.
   auto later = [weak = weak_from_this(), executor = socket_.get_executor()](std::string text) {
     asio::post(executor, [weak, text = std::move(text)]() mutable {
       const auto self = weak.lock();
@@ -179,7 +179,7 @@ void ControlSession::OnSent(bool last) {
 }
 
 void ControlSession::StartTrace(const TraceWish& wish) {
-  // Called on the line's thread, maybe after this session has ended.
+  // The line's thread calls `wake`, even after this session has ended.
   const std::weak_ptr<ControlSession> weak = weak_from_this();
   auto wake = [weak, executor = socket_.get_executor()] {
     asio::post(executor, [weak] {
@@ -187,7 +187,7 @@ void ControlSession::StartTrace(const TraceWish& wish) {
     });
   };
   auto queue = service_.control().Trace(wish.line, std::move(wake));
-  if (!queue) return Close();  // the line has just ended
+  if (!queue) return Close();  // the line has ended meanwhile
   trace_.emplace(wish, std::move(queue));
   patience_.cancel();
   Receive();
@@ -203,9 +203,11 @@ namespace {
 
 using asio::local::stream_protocol;
 
-/// For owner and group: membership in the gateway's group decides who may connect.
+/// The mode of the socket file: owner and group may connect, so membership in the gateway's group
+/// decides about access.
 constexpr mode_t kMode = 0660;
-/// Without free descriptors, accepting again at once would only spin.
+/// Pause before accept() is called again after an error. Without it, a process that has no free
+/// descriptors would call accept() in an endless loop.
 constexpr Duration kAcceptPause = 100ms;
 constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
 
@@ -214,7 +216,7 @@ std::uint64_t InodeOf(const std::string& path) {
   return ::lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// `connection_refused`: no process listens there.
+/// Tries to connect to the socket file. `connection_refused`: no process listens there.
 asio::error_code Probe(asio::io_context& io, const std::string& path) {
   stream_protocol::socket probe(io);
   asio::error_code failed;
@@ -224,7 +226,8 @@ asio::error_code Probe(asio::io_context& io, const std::string& path) {
   return failed;
 }
 
-/// Removes a socket file without a process. Any other file is an error.
+/// Removes the socket file if no process listens on it. Returns an error if a process listens, or
+/// if the file is not a socket.
 Status ClearStale(asio::io_context& io, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return {};
@@ -288,8 +291,8 @@ Status ControlServer::Bind(const std::string& path) {
   if (Status status = ClearStale(io, path); !status) return status;
   asio::error_code failed;
   acceptor_.open(stream_protocol(), failed);
-  // The file gets the mode of the descriptor at its creation, so nobody else can connect at any
-  // time.
+  // bind() gives the file the mode of the descriptor, so there is no moment at which other users
+  // could connect.
   if (!failed) ::fchmod(acceptor_.native_handle(), kMode);
   if (!failed) acceptor_.bind(stream_protocol::endpoint(path), failed);
   if (!failed && ::chmod(path.c_str(), kMode) != 0) {
@@ -304,7 +307,8 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
-  // If another file has taken the name meanwhile, the next look must bind again.
+  // If another process has replaced the file meanwhile, nobody listens at the path; inode 0 then
+  // makes Watch() bind again.
   if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();
   return {};
@@ -320,7 +324,7 @@ void ControlServer::Watch() {
   });
 }
 
-/// Connected clients stay connected.
+/// Makes the socket file again. Connected clients stay connected.
 void ControlServer::Rebind() {
   retry_.cancel();
   asio::error_code ignored;
@@ -380,7 +384,7 @@ void ControlServer::Accept() {
   });
 }
 
-/// Disconnects the oldest idle client, if any.
+/// Disconnects the idle client that connected first, if any client is idle.
 void ControlServer::MakeRoom() {
   std::shared_ptr<ControlSession> oldest;
   for (const auto& [key, session] : sessions_) {

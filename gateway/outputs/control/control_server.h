@@ -30,7 +30,6 @@ class RequestLines {
  public:
   explicit RequestLines(std::size_t longest) : longest_(longest) {}
 
-  /// The buffer for the next bytes.
   std::array<char, 4096>& space() { return space_; }
   void Commit(std::size_t count) { text_.append(space_.data(), count); }
 
@@ -51,15 +50,15 @@ class RequestLines {
   std::string text_;
 };
 
-// The records of a trace that match the client's wish.
+// Filters the records of a trace by the client's TraceWish and formats them.
 class TraceStream {
  public:
   TraceStream(TraceWish wish, std::shared_ptr<records::TraceQueue> queue)
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
-  /// Returns the records since the last call, one per line; empty: none. If nobody takes them, the
-  /// bounded queue drops records and counts them.
+  /// Returns the matching records since the last call as text, one per line; empty: there are no
+  /// new records. If Take is not called in time, the bounded queue drops records and counts them.
   std::string Take();
 
  private:
@@ -67,38 +66,41 @@ class TraceStream {
   std::shared_ptr<records::TraceQueue> queue_;
 };
 
-// ControlSession answers one client's requests one after the other, or streams a trace. All calls
-// on the server's thread. Its memory is bounded by these limits: a request has a longest length, an
-// answer must be read in time, and a trace that is not read loses records.
+// ControlSession answers one client's requests one after the other, or streams a trace. Only the
+// server's thread may call it. These limits bound its memory and time: requests have a longest
+// length, the client must read an answer in time, and a trace that is not read loses records.
 struct Limits {
   std::size_t clients = 16;
-  /// Further clients for single requests, such as a confirmation; they get no trace.
+  /// Clients beyond `clients` that are accepted for single requests, such as a confirmation. They
+  /// get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
-  Duration patience = 10s;     ///< time for a whole request, and for a whole answer
-  Duration disk = 5s;          ///< time for an answer that is read from the disk
-  Duration look = 5s;          ///< how often the socket file is checked
+  /// Time for the client to send a whole request, and to read a whole answer.
+  Duration patience = 10s;
+  Duration disk = 5s;  ///< time for an answer that is read from the disk
+  Duration look = 5s;  ///< interval between two checks of the socket file
 };
 
 class ControlSession : public std::enable_shared_from_this<ControlSession> {
  public:
   using Socket = asio::local::stream_protocol::socket;
-  /// `service` must outlive the open session. `closed` is called once, at the end. `may_trace`
-  /// false: a trace is refused as TooMany.
+  /// `service` must outlive the open session. `closed` is called once, when the session ends. If
+  /// `may_trace` is false, a request for a trace is answered with TooMany().
   ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
 
-  /// The error for a client beyond the limit.
+  /// Returns the error line for a client that is refused because too many clients are connected.
   static std::string TooMany(const Limits& limits);
 
   void Start();
   /// Ends the trace if the reload has removed its line.
   void OnReload(const config::Config& config);
-  /// No request and no trace: the client may be disconnected for another one.
+  /// True if the client waits for no answer and follows no trace, so it can be disconnected to
+  /// accept another client.
   bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
-  /// A later client has a higher number.
+  /// Returns the client's number. A client that connects later has a higher number.
   std::uint64_t number() const { return client_.number; }
-  /// `farewell`: a last line for a client that follows a trace.
+  /// `farewell`: a last line that is sent if the client follows a trace; empty: no line.
   void Close(const std::string& farewell = {});
 
  private:
@@ -118,14 +120,14 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   RequestHandler& service_;
   const Limits limits_;
   std::function<void(ControlSession&)> on_closed_;
-  // Shared with writes: true when the client has left.
+  // Shared with the writes of this client; becomes true when the session is closed.
   const std::shared_ptr<std::atomic<bool>> left_;
   const bus::Writer client_;
   RequestLines in_;
-  std::string out_;       // being sent; empty: nothing is being sent
-  bool asked_ = false;    // its request has no answer yet
-  bool watched_ = false;  // WatchEnd is waiting
-  std::string late_;      // see Reply::late
+  std::string out_;       // text that is being sent; empty: nothing is being sent
+  bool asked_ = false;    // the client's request has no answer yet
+  bool watched_ = false;  // WatchEnd waits for the end of the connection
+  std::string late_;      // answer that is sent when the disk takes too long (Reply::late)
   const bool may_trace_;
   std::optional<TraceStream> trace_;
   bool closed_ = false;
@@ -140,19 +142,20 @@ class ControlServer {
                 asio::io_context& io, const Limits& limits = {});
   ~ControlServer();
 
-  /// Binds config.socket, or the first usable default place. A socket file without a process is
-  /// replaced; one with a process is an error. The error lists every place tried.
+  /// Binds config.socket or, if it is empty, the first default path that is usable. Replaces a
+  /// socket file on which no process listens; if a process listens, the path is not usable. The
+  /// error lists every path that was tried.
   Status Listen();
-  /// See RequestHandler. To be called before Listen.
+  /// To be called before Listen (see RequestHandler::SetReload).
   void SetReload(ReloadService& service) { service_.SetReload(service); }
-  /// A reload, on the thread of `io`. Ends traces of removed lines.
+  /// Applies a reload, on the thread of `io`. Ends the traces of removed lines.
   void Apply(const std::shared_ptr<const config::Config>& config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Ends all sessions and removes the socket file. On the thread of `io`, or when `io` does not
-  /// run.
+  /// Ends all sessions and removes the socket file. To be called on the thread of `io`, or when
+  /// `io` does not run.
   void Stop();
 
-  /// The socket file; empty before Listen.
+  /// Returns the path of the socket file; empty before Listen.
   const std::string& path() const { return path_; }
 
  private:
@@ -173,11 +176,13 @@ class ControlServer {
   asio::steady_timer retry_;
   asio::steady_timer look_;
   std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
-  // A descriptor that is closed to accept a client when the process has no descriptor left.
+  // A spare descriptor. It is closed when the process has no descriptor left, so that a client can
+  // be accepted.
   int reserve_ = -1;
   std::string path_;
   std::uint64_t inode_ = 0;  // inode of the socket file, so that only our own file is removed
-  std::string trouble_;      // why binding again failed, as last logged
+  // The last logged reason why binding again failed; empty: it has not failed.
+  std::string trouble_;
   bool stopped_ = false;
 };
 
@@ -194,14 +199,14 @@ class ControlOutput final : public outputs::Output {
     lines::LineControl& lines;
     bus::CommandSink& commands;
     status::GatewayInfo info;
-    control::ReloadService* reload = nullptr;  ///< null: the gateway cannot reload
+    control::ReloadService* reload = nullptr;  ///< null: the gateway does not support reloads
   };
-  /// `config`, that of the start, and all references must outlive this object.
+  /// `config` is the configuration at the start. It and all references must outlive this object.
   ControlOutput(const config::Config& config, const Links& links);
   ~ControlOutput() override { StopRequests(); }
 
   std::string_view name() const override { return "control"; }
-  /// Without a socket the gateway runs on, and the log contains the reason.
+  /// If no socket can be bound, the gateway runs without one, and the log contains the reason.
   Status Begin(const Configuration& config) override;
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;

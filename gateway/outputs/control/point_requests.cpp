@@ -17,14 +17,14 @@ status::Json ToJson(const WriteResult& result) {
   return {{"end", Name(result.end)}, {"reason", result.reason}, {"read_back", result.read_back}};
 }
 
-/// "fresh": the device has sent the value after `asked`.
+/// Returns the points as JSON. "fresh" is true if the value was received after `asked`.
 status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
                       const std::vector<std::uint32_t>& points, Instant asked, Instant now) {
   status::Json all = status::Json::array();
   store.Read(device, [&](const bus::DeviceRecord& record) {
     for (const std::uint32_t point : points) {
       status::Json json = status::PointJson(record, point, now);
-      const status::Json& age = json["age_ms"];  // rounded down
+      const status::Json& age = json["age_ms"];  // in whole ms, rounded down
       json["fresh"] = !age.is_null() && (age.get<std::int64_t>() + 1) * 1ms <= now - asked;
       all.push_back(std::move(json));
     }
@@ -32,7 +32,8 @@ status::Json PointsAt(const bus::PointStore& store, std::uint32_t device,
   return all;
 }
 
-/// Empty if the request has neither `client` nor `seq`.
+/// Returns the id of a repeatable write; nothing if the request has neither `client` nor `seq`. An
+/// error if one of the two is missing or wrong.
 Result<std::optional<bus::RequestId>> IdOf(const status::Json& request) {
   const std::string client = TextOf(request, "client");
   const auto seq = request.find("seq");

@@ -1,12 +1,12 @@
-// `PointRequests` handles the requests `read`, `write` and `may_write` for points of one device,
-// and answers when the line has answered (docs/status-reference.md).
+// `PointRequests` handles the requests `read`, `write` and `may_write` for points of one device.
+// `read` and `write` are answered when the device has been asked (docs/status-reference.md).
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2"}
 //   {"end":"ok","reason":"","read_back":true}
 //
 //   {"command":"write","target":"bay-1.feeder-1.setting_group","value":"2","client":"night",
 //    "seq":7}
-//   the answer has the same "end" again, and nothing is written a second time
+//   a request with the same client and seq gets the same "end" again; nothing is written twice
 //
 //   {"command":"may_write","target":"bay-1.feeder-1.setting_group","value":"9"}
 //   {"may_write":false,"reason":"'setting_group': 9 is above the maximum, 1"}
@@ -33,34 +33,35 @@ namespace baudgate::control {
 
 class PointRequests {
  public:
-  /// Takes the answer, once, on any thread.
+  /// Takes the answer of a request. It is called once, on any thread.
   using Answered = std::function<void(status::Json)>;
 
   /// The references must outlive this object and all its requests.
   PointRequests(const bus::PointStore& store, bus::CommandSink& sink, bus::RequestBook::Past past)
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
-  /// `target`: LINE.DEVICE.POINT; `value` in the point's unit; `confirm`: replaces a selection;
-  /// `client` and `seq`: see RequestId. After an error, one sentence, `answered` is not called.
+  /// Starts a write. Members of `request`: `target`: LINE.DEVICE.POINT; `value` in the point's
+  /// unit; `confirm`: confirms the write in advance; `client` and `seq`: see RequestId. If Write
+  /// returns an error (one sentence), `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
-  /// Whether permission, limits and interlocks would allow a confirmed write now. Nothing is sent
-  /// or recorded.
+  /// Returns whether permission, limits and interlocks would allow a confirmed write now. Sends and
+  /// records nothing.
   Result<status::Json> MayWrite(const config::Config& config, const status::Json& request,
                                 Instant now) const;
-  /// `target`: LINE.DEVICE or LINE.DEVICE.POINT. After an error, one sentence, `answered` is not
-  /// called.
+  /// Starts a read of `target`: LINE.DEVICE or LINE.DEVICE.POINT. If Read returns an error (one
+  /// sentence), `answered` is not called.
   Status Read(const config::Config& config, const status::Json& request, const bus::Writer& writer,
               Now now, Answered answered);
 
   void Forget(const bus::Writer& writer) { gate_.Forget(writer); }
 
  private:
-  /// Returns the named point and value, without a deadline.
+  /// Returns the point and the value that `request` names, without a deadline.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
-  /// True if the request is new; `answered` then waits for Finish. A repeated request gets the
-  /// answer of the first one.
+  /// Registers `answered` for the request `id`. True if the request is new and has to be carried
+  /// out; false if it is repeated and gets the answer of the first request.
   bool IsFresh(const bus::RequestId& id, Instant now, Answered answered);
   void Finish(const std::optional<bus::RequestId>& id, const Answered& answered,
               const WriteResult& result, const status::Json& answer);
@@ -70,7 +71,8 @@ class PointRequests {
   bus::WriteGate gate_;
   Mutex mutex_;
   bus::RequestBook book_ BAUDGATE_GUARDED_BY(mutex_);
-  /// Called at the end of a numbered request. A repeated request has several.
+  /// Callbacks that wait for the answer of a numbered request. A repeated request has several
+  /// entries.
   std::vector<std::pair<bus::RequestId, Answered>> waiting_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

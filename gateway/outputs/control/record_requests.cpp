@@ -29,8 +29,8 @@ Result<events::AckQuery> Named(const std::string& target) {
   return query;
 }
 
-/// Finds the alarms at the place `target` as the command `alarms` prints it (events::PlaceOf), e.g.
-/// "gateway" for alarms of no line.
+/// Finds the alarms whose place, as the command `alarms` prints it (events::PlaceOf), is `target`.
+/// Example: "gateway" for alarms that belong to no line.
 std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
                                       const std::string& target) {
   const auto found = std::ranges::find(alarms, target, events::PlaceOf);
@@ -42,7 +42,8 @@ std::optional<events::AckQuery> Shown(const std::vector<events::Alarm>& alarms,
   return query;
 }
 
-/// Returns one page, sorted by the numbers of the events that raised the alarms.
+/// Returns one page of alarms, sorted by the number of the event that raised each alarm. `after`:
+/// the last number of the previous page.
 status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   std::vector<events::Alarm> alarms = events.Alarms();
   std::ranges::sort(alarms, {}, &events::Alarm::seq);
@@ -57,9 +58,10 @@ status::Json AlarmsPage(const events::EventSource& events, std::int64_t after) {
   return page;
 }
 
-/// `target`: "bay-1" (the line itself), "bay-1.feeder-1", "bay-1.feeder-1.current_l1", the number
-/// of an event, or a text of events::PlaceOf. An error if there is no such device or point; a
-/// removed device may still have alarms.
+/// Returns the query for the alarms of `target`: a line ("bay-1", without its devices), a device
+/// ("bay-1.feeder-1"), a point, the number of an event, or a text of events::PlaceOf. Returns an
+/// error if nothing has this name: neither an alarm nor the configuration. A removed device can
+/// still have alarms.
 Result<events::AckQuery> FindAlarms(const config::Config& config, const events::EventSource& events,
                                     const std::string& target) {
   const std::vector<events::Alarm> alarms = events.Alarms();
@@ -84,13 +86,12 @@ Result<events::AckQuery> FindAlarms(const config::Config& config, const events::
   return named;
 }
 
-/// Returns {"ok":true,"acknowledged":2,"trouble":""}.
 status::Json AckJson(const events::Acknowledged& done) {
   return {{"ok", true}, {"acknowledged", done.alarms}, {"trouble", done.trouble}};
 }
 
-/// LINE.DEVICE.NAME.NAME: values that a meter has stored itself. Empty: not four parts (a point has
-/// three).
+/// Parses LINE.DEVICE.NAME.NAME, which names values that a meter has stored itself. Nothing is
+/// returned if there are not four parts (a point has three).
 std::optional<events::PastQuery> PastQueryOf(const std::string& text) {
   const auto parts = Split(text, '.');
   if (parts.size() != 4) return std::nullopt;
@@ -126,7 +127,7 @@ Json PageJson(const events::PastPage& page, const std::string& point) {
 
 namespace {
 
-/// The sources of stored values; null: nothing is stored there.
+/// The sources of stored values. A null pointer: the gateway does not store values of this kind.
 struct KeptValues {
   const config::Config& config;
   const history::HistorySource* history = nullptr;
@@ -139,7 +140,7 @@ constexpr std::string_view kNoHistory =
 
 constexpr std::int64_t kMostEvery = 31 * history::kDay;
 
-/// Empty: the first page.
+/// Returns the position after which the page begins; nothing: the request asks for the first page.
 std::optional<history::Cursor> CursorOf(const Json& request) {
   const auto found = request.find("after");
   if (found == request.end() || !found->is_array() || found->size() != 2) return std::nullopt;
@@ -186,7 +187,7 @@ Result<ReadPage> ReadSamples(const Json& request, const std::string& point,
   return ReadPage{status::PageJson(*page, point), page->known};
 }
 
-/// Returns a page of values that a meter has stored itself.
+/// Returns a page of the values that a meter has stored itself.
 Json PastPage(const Json& request, events::PastQuery query, const KeptValues& kept) {
   if (kept.events == nullptr) return ErrorJson(kUnavailable, kNoEvents);
   const std::string point = TextOf(request, "point");
@@ -197,7 +198,7 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   query.since = TimeOf(request, "since_ms");
   query.until = TimeOf(request, "until_ms");
   if (const auto after = CursorOf(request)) query.after = {after->run, after->time};
-  // Read before the page, which may take long.
+  // The state is read before the page, because reading the page can take long.
   const events::EventsState state = kept.events->state();
   const auto page = kept.events->ReadPast(query);
   if (!page) return ErrorJson(kUnavailable, "the history cannot be read: " + page.error());
@@ -216,8 +217,9 @@ Json PastPage(const Json& request, events::PastQuery query, const KeptValues& ke
   return json;
 }
 
-/// One page of a point, or of values that a meter has stored itself; or {"error":…}. A removed
-/// point still has its values. If there are none, the error says why.
+/// Returns one page of a point's values, or of the values that a meter has stored itself, or
+/// {"error":…}. A removed point still has its values. If there are no values, the error contains
+/// the reason.
 Json HistoryPage(const Json& request, const KeptValues& kept) {
   if (auto past = PastQueryOf(TextOf(request, "point")))
     return PastPage(request, std::move(*past), kept);
@@ -237,7 +239,7 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   }
   Json json = std::move(page->json);
   const history::HistoryState state = kept.history->state();
-  // Values that wait for the disk, or are on a disk that does not answer, are missing in the page.
+  // The page does not contain values that wait for the disk or are on a disk that does not answer.
   if (state.disk == records::Disk::failing || state.disk == records::Disk::stalled) {
     json["unread"].push_back(state.trouble);
   }
@@ -245,8 +247,8 @@ Json HistoryPage(const Json& request, const KeptValues& kept) {
   return json;
 }
 
-/// {"points":["bay-1.feeder-1.current_l1"]}: points of the configuration that match the pattern and
-/// whose values are stored. Removed points are not found.
+/// Returns {"points":["bay-1.feeder-1.current_l1"]}: the points of the configuration that match the
+/// pattern and whose values are stored. Removed points are not listed.
 Json KeptPoints(const Json& request, const KeptValues& kept) {
   if (kept.history == nullptr) return ErrorJson(kUnavailable, kNoHistory);
   const std::string pattern = TextOf(request, "pattern");
@@ -264,7 +266,6 @@ Json KeptPoints(const Json& request, const KeptValues& kept) {
                              " is recorded: add the point to history.points of the configuration");
 }
 
-/// On the disk.
 bool KeepsEvents(const Gateway& gateway) {
   return gateway.info.events != nullptr && !gateway.info.events->state().in_memory;
 }
@@ -276,7 +277,7 @@ KeptValues Kept(const Gateway& gateway) {
 
 }  // namespace
 
-/// One page. The client asks for the next one with `next` of this one.
+/// Answers with one page of write records. Its `next` is the `after` of the next page.
 Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (gateway.info.audit == nullptr) {
     return Refused(
@@ -288,8 +289,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   if (TextOf(request.json, "order") == "settled") query.order = audit::PageQuery::Order::settled;
   query.after = NumberOf(request.json, "after").value_or(0);
   query.since = TimeOf(request.json, "since_ms");
-  const audit::AuditState state =
-      gateway.info.audit->state();  // before the page, because the audit may open meanwhile
+  // The state is read before the page, because the database can be opened meanwhile.
+  const audit::AuditState state = gateway.info.audit->state();
   const auto page = gateway.info.audit->Read(query);
   if (!page) return Refused(kUnavailable, "the records of writes cannot be read: " + page.error());
   Json json = status::PageJson(*page);
@@ -297,7 +298,8 @@ Reply ShowWrites(const Gateway& gateway, const Request& request) {
   return {OneLine(json)};
 }
 
-/// One page, as ShowWrites. A removed device still has its events.
+/// Answers with one page of events, as ShowWrites does. The events of a removed device can still be
+/// requested.
 Reply ShowEvents(const Gateway& gateway, const Request& request) {
   if (!KeepsEvents(gateway)) return Refused(kUnavailable, kNoEvents);
   events::PageQuery query;
@@ -307,7 +309,7 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
-  // Before the page, as in ShowWrites.
+  // The state is read before the page, because the database can be opened meanwhile.
   const events::EventsState state = gateway.info.events->state();
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
@@ -324,7 +326,7 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
 
 Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
-  // Before the page, as in ShowWrites.
+  // The state is read before the page, because the database can be opened meanwhile.
   const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
   json["events"] = status::EventsJson(state);

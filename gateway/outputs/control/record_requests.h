@@ -1,5 +1,5 @@
-// The requests about stored records: `writes`, `events`, `alarms`, `ack`, `history` and
-// `kept_points`.
+// `ShowWrites` and the functions below answer the requests about stored records: `writes`,
+// `events`, `alarms`, `ack`, `history` and `kept_points`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +15,13 @@
 
 namespace baudgate::control {
 
-/// Values that a meter has measured and stored itself, e.g. LINE.DEVICE.load_1.active_import:
-/// {"records":[…],"next":[4711,1790000000000000],"more":false}. A record is as `baudgate history
-/// --json` prints it; "seconds" is its length.
+/// Returns a page of values that a meter has stored itself, e.g. of
+/// LINE.DEVICE.load_1.active_import: {"records":[…],"next":[4711,1790000000000000],"more":false}. A
+/// record has the form that `baudgate history --json` prints; "seconds" is the length of its
+/// interval.
 nlohmann::ordered_json PageJson(const events::PastPage& page, const std::string& point);
 
-// Answer the requests of the same names.
+// Each function answers the request of the same name.
 
 Reply ShowWrites(const Gateway& gateway, const Request& request);
 Reply ShowEvents(const Gateway& gateway, const Request& request);

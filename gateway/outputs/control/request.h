@@ -31,20 +31,21 @@ inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
-/// Empty if the member is missing or no text.
+/// Returns the text of member `key`; empty: the member is missing or is no text.
 inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Empty if the member is missing or no whole number.
+/// Returns the whole number of member `key`; nothing: the member is missing or is no whole number.
 inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;
   return found->get<std::int64_t>();
 }
 
-/// The member is in ms since 1970, and limited to what WallTime can hold.
+/// Returns the time of member `key`, which is in ms since 1970. The value is limited to the range
+/// of WallTime.
 inline std::optional<WallTime> TimeOf(const status::Json& request, const char* key) {
   const auto time = NumberOf(request, key);
   if (!time) return std::nullopt;
@@ -62,46 +63,50 @@ inline std::optional<WallTime> TimeOf(const status::Json& request, const char* k
 //
 struct ReloadAsk {
   bool dry_run = false;
-  Duration confirm{};  ///< time for a confirmation; zero: none is needed
+  Duration confirm{};  ///< time to confirm the reload; zero: no confirmation is needed
   std::string by;      ///< the client, e.g. "user:anna"
 };
 
 struct ReloadAnswer {
   bool ok = false;
-  bool applied = false;  ///< something has changed
-  int exit_code = 0;     ///< of the command: 2: faulty file; 4: the reload cannot be done
-  std::vector<std::string> changes;  ///< one sentence each
-  /// About the file, e.g. "…baudgate.yaml:7:3: warning: …".
+  bool applied = false;  ///< the reload has changed the running gateway
+  int exit_code = 0;     ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
+  std::vector<std::string> changes;  ///< what has changed, one sentence each
+  /// Warnings about the configuration file, e.g. "…baudgate.yaml:7:3: warning: …".
   std::vector<std::string> warnings{};
   std::string text;    ///< one or more lines for people
-  Duration confirm{};  ///< time left for a confirmation; zero: none is needed
+  Duration confirm{};  ///< zero: no confirmation is needed; else the time that is left for it
 };
 
 class ReloadService {
  public:
   using Answered = std::function<void(const ReloadAnswer&)>;
   virtual ~ReloadService() = default;
-  /// Any thread may call it; `answered` is called once, on any thread.
+  /// Carries out a reload. Any thread may call it; `answered` is called once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
-  /// What was applied is not taken back.
+  /// Confirms the last reload, so that it is not rolled back. Any thread may call it; `answered` is
+  /// called once, on any thread.
   virtual void Confirm(const std::string& by, Answered answered) = 0;
 };
 
-/// The answer is followed by the records of this line, until the client disconnects.
+/// The request for a trace: after the answer, the client gets the records of this line until it
+/// disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
-  std::string device;  ///< only records of this device, and those of no device; empty: all
+  /// Only records of this device and records without a device; empty: all records.
+  std::string device;
 };
 
 struct Reply {
   std::string text;  ///< one line of JSON without its line end; empty: the answer comes later
   std::optional<TraceWish> trace{};
-  /// Sent if the later answer does not come in time. Empty: the client waits longer.
+  /// The answer that is sent if the disk does not answer in time. Empty: the client waits as usual.
   std::string late{};
 };
 
-/// The parts of the gateway that requests use. A request holds its Gateway until it is answered: a
-/// reload makes a new one and does not wait. References and pointers must outlive all requests.
+/// The parts of the gateway that requests use. A request holds its Gateway until it is answered; a
+/// reload creates a new Gateway without waiting for requests. References and pointers must outlive
+/// all requests.
 struct Gateway {
   std::shared_ptr<const config::Config> config;
   const bus::PointStore& store;
@@ -109,23 +114,23 @@ struct Gateway {
   bus::CommandSink& sink;
   status::GatewayInfo info;
   PointRequests& points;
-  ReloadService* reload = nullptr;  ///< null: the gateway cannot reload
+  ReloadService* reload = nullptr;  ///< null: the gateway does not support reloads
 };
 
 struct Request {
   const status::Json& json;
   const bus::Writer& client;
   Now now;
-  /// Takes an answer that does not come at once; on any thread.
+  /// Takes the answer of a request that is answered later, on any thread.
   std::function<void(const status::Json&)> later;
 };
 
-/// Bytes that are no UTF-8 (a device may have sent them) are replaced.
+/// Returns the JSON in one line. Bytes that are no UTF-8 (e.g. from a device) are replaced.
 inline std::string OneLine(const status::Json& json) {
   return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }
 
-/// {"error":"usage","message":"…"}; `kind` is usage, unknown, busy or unavailable.
+/// Returns {"error":"usage","message":"…"}; `kind` is usage, unknown, busy or unavailable.
 inline std::string ErrorLine(std::string_view kind, std::string_view message) {
   return OneLine(ErrorJson(kind, message));
 }

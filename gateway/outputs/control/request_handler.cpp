@@ -16,18 +16,19 @@
 namespace baudgate::control {
 namespace {
 
-/// The longest release of a port; more time needs a second call.
+/// The longest time for which one call can release a port. To extend it, the client calls again.
 constexpr Duration kMostRelease = 24h;
-/// The deadline of a telegram by hand.
+/// The time in which a telegram by hand must be answered.
 constexpr Duration kHandPatience = 8s;
 
 struct Addressed {
   const config::Line* line = nullptr;
   const config::Device* device = nullptr;
-  std::uint32_t index = 0;  ///< index of the device in the point store
+  std::uint32_t index = 0;
 };
 
-/// For a line, returns its first device with the line's protocol.
+/// Finds the device that `target` names. If `target` is a line, returns the line's first device
+/// that uses the line's protocol.
 Result<Addressed> AddressOf(const config::Config& config, const status::Json& request) {
   const auto target = status::FindTarget(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
@@ -55,17 +56,19 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
   return {};
 }
 
-// Telegrams by hand: the protocol of the line completes and checks them. They are allowed or
-// denied, recorded if they may write, and sent in their turn.
+// AskManually sends telegrams that a person has entered ("by hand"). The protocol of the line
+// completes and checks a telegram. The telegram is allowed or denied, recorded if it can write, and
+// sent when the line's queue reaches it.
 //
 //   {"command":"ask","target":"bay","telegram":"3E 31 52 46 3A"}
 //   {"sent":"3E 31 52 46 3A 32 31 0D","received":"0A 3C …","outcome":"ok","reason":""}
 //
 // "sent" is empty if nothing was sent; "reason" then contains the cause.
 
-/// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram` in hex, which the
-/// protocol completes, e.g. by a checksum; `write`: it may write. Without an error (one sentence),
-/// `answered` is called once, on any thread. All references must stay valid until then.
+/// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram`: hex digits,
+/// which the protocol completes, e.g. by a checksum; `write`: the telegram writes. If AskManually
+/// returns an error (one sentence), `answered` is not called; else it is called once, on any
+/// thread. All references must stay valid until then.
 Status AskManually(const config::Config& config, lines::LineControl& control,
                    bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
                    Instant now, const std::function<void(const status::Json&)>& answered) {
@@ -108,7 +111,7 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
                              {"head", records::TraceHead(*to->line)}};
   command.done = [answered, telegram, head](const WriteResult& result) {
     status::Json json = head;
-    // Nothing was sent, e.g. because the line is lent.
+    // Nothing was sent, e.g. because the port is lent to another program.
     if (result.end == WriteEnd::not_sent || result.end == WriteEnd::denied) json["sent"] = "";
     json["received"] = ToHex(telegram->reply);
     json["outcome"] = telegram->outcome.empty() ? std::string(Name(result.end)) : telegram->outcome;
@@ -121,7 +124,8 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
 
 status::Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
-/// Where clients may use the port of this line, as `release --tcp` requests it.
+/// Returns the address and the allowed clients of the TCP port that `release --tcp` requests for
+/// this line.
 Result<config::PortServer> OfferedAt(const status::Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"the port of line '" + line.name + "' is already served to clients at " +
@@ -156,7 +160,7 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
   return server;
 }
 
-/// Who uses the port, as a sentence; empty: it is free.
+/// Returns a sentence about the client or program that uses the port; nothing: the port is free.
 std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus& status,
                                  bool by_tcp) {
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
@@ -168,7 +172,7 @@ std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus
   }
   const bool released = status.port == bus::LineStatus::Port::released && !status.lent_to_client;
   if (!by_tcp || !released) return std::nullopt;
-  return "the port of line '" + line.name + "' is released to another program until " +
+  return "the port of line '" + line.name + "' is lent to another program until " +
          FormatWallTime(status.released_until) + end;
 }
 
@@ -251,7 +255,7 @@ Reply ShowRecorded(const Gateway& gateway, const Request& request) {
   return TraceOf(gateway, request, true);
 }
 
-/// Releases the port of a line to a program that opens it, or to clients of a TCP port.
+/// Releases the port of a line to another program on this machine, or to clients of a TCP port.
 Reply Release(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
@@ -336,7 +340,8 @@ Reply Confirm(const Gateway& gateway, const Request& request) {
   return {};
 }
 
-/// Without an error, the line answers later.
+/// The answer of a request that the line answers later; if the request could not be started, the
+/// error.
 Reply Asked(const Status& status) { return status ? Reply{} : Refused(kUnknown, status.error()); }
 
 Reply Read(const Gateway& gateway, const Request& request) {
@@ -495,7 +500,7 @@ Instant RecordReader::Round(bool last) {
 
 namespace {
 
-/// Not listed: only the command line tool needs it, people use `history`.
+/// A command that the list for people omits, because only the command line tool uses it.
 constexpr std::string_view kNotListed = "kept_points";
 
 std::string NoCommand(const std::string& name) {

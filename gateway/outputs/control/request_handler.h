@@ -1,6 +1,6 @@
-// `RequestHandler` answers the control socket: one request line in, one answer line out. It uses no
-// sockets; gateway/outputs/control/control_server.h transports the lines. RecordReader answers
-// requests that read the disk.
+// `RequestHandler` answers the requests of the control socket: Answer takes one request line and
+// returns one answer line. It uses no sockets; gateway/outputs/control/control_server.h transports
+// the lines. RecordReader answers requests that read the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,13 +21,13 @@
 
 namespace baudgate::control {
 
-/// {"record":"…"}
+/// Returns {"record":"…"}, the line that a trace sends for a record.
 std::string RecordLine(const records::TraceRecord& record);
 bool Wanted(const TraceWish& wish, const records::TraceRecord& record);
 
-// A command: its members and the function that answers it (docs/status-reference.md).
+// Command: the name of a request, its members and the function that answers it
+// (docs/status-reference.md).
 
-/// A member of a request besides "command".
 struct Member {
   enum class Type : std::uint8_t { text, flag, whole, two_wholes };
   std::string_view name;
@@ -38,26 +38,26 @@ struct Command {
   std::string_view name;
   std::vector<Member> members;
   Reply (*answer)(const Gateway& gateway, const Request& request);
-  bool reads_disk = false;  ///< the answer may take as long as the disk
+  bool reads_disk = false;  ///< the request reads the disk, so its answer can take long
 };
 
-/// In the order in which they are listed for people.
+/// Returns all commands, in the order in which help texts list them.
 const std::vector<Command>& Commands();
 
-// Answers requests that read the disk, on a thread of its own: a hanging disk does not delay other
-// requests.
+// RecordReader answers requests that read the disk, on a thread of its own, so that a disk that
+// hangs does not delay other requests.
 class RecordReader {
  public:
-  /// The most requests that wait.
+  /// The greatest number of requests that wait in the queue.
   static constexpr std::size_t kMost = 16;
 
   RecordReader();
 
-  /// `later` gets the answer, on the reader's thread. If too many requests wait, the Reply is an
-  /// error.
+  /// Queues the request. `later` gets the answer, on the reader's thread. If the queue is full, the
+  /// returned Reply contains an error.
   Reply Ask(const Command& command, std::shared_ptr<const Gateway> gateway, status::Json request,
             bus::Writer client, Now now, std::function<void(std::string text)> later);
-  /// Waits for the answer that is being read; queued requests get none.
+  /// Waits until the current answer has been read. Queued requests get no answer.
   void Stop() { worker_.Stop(); }
 
  private:
@@ -77,28 +77,28 @@ class RecordReader {
 
 class RequestHandler {
  public:
-  /// All references must outlive this object; what `info` refers to, until the first reload.
+  /// All references must outlive this object. The objects that `info` refers to must live until the
+  /// first reload.
   RequestHandler(const config::Config& config, const bus::PointStore& store,
                  lines::LineControl& control, bus::CommandSink& sink, status::GatewayInfo info);
 
-  /// Takes an answer that does not come at once; on any thread.
+  /// Takes the answer of a request that is answered later, on any thread.
   using Later = std::function<void(std::string text)>;
   Reply Answer(std::string_view request, const bus::Writer& client, Now now, const Later& later);
   void Forget(const bus::Writer& client) { points_.Forget(client); }
   lines::LineControl& control() { return gateway()->control; }
-  /// Enables `reload` and `confirm`. `service` must outlive this object. To be called before the
-  /// first request.
+  /// Enables `reload` and `confirm`. To be called before the first request. `service` must outlive
+  /// this object.
   void SetReload(ReloadService& service);
-  /// From now on, another thread answers the commands that read the disk, until StopReading.
+  /// Starts a thread that answers the commands that read the disk, until StopReading.
   void ReadApart();
   void StopReading() {
     if (reader_) reader_->Stop();
   }
-  /// After a reload; indices are those of the store. Any thread may call it; it does not wait for
-  /// requests.
+  /// Replaces the configuration after a reload; its indices are those of the point store. Any
+  /// thread may call it. Requests that are being answered go on with the previous configuration.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Any thread may call it.
   std::shared_ptr<const Gateway> gateway() const {
     const MutexLock lock(mutex_);
     return gateway_;
@@ -111,7 +111,8 @@ class RequestHandler {
   PointRequests points_;
   mutable Mutex mutex_;
   std::shared_ptr<const Gateway> gateway_ BAUDGATE_GUARDED_BY(mutex_);
-  std::unique_ptr<RecordReader> reader_;  // null: the calling thread reads the disk
+  // Null: requests that read the disk are answered on the calling thread.
+  std::unique_ptr<RecordReader> reader_;
 };
 
 }  // namespace baudgate::control

@@ -1,5 +1,5 @@
-// `SocketPaths` returns where the control socket of a gateway may be; gateway and client try the
-// places in this order.
+// `SocketPaths` returns the possible paths of a gateway's control socket. Gateway and client try
+// them in this order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,17 +10,18 @@
 
 namespace baudgate::control {
 
-/// /run/baudgate (made by systemd), $XDG_RUNTIME_DIR/baudgate, /tmp/baudgate-UID.
+/// Returns /run/baudgate (created by systemd), $XDG_RUNTIME_DIR/baudgate and /tmp/baudgate-UID.
 std::vector<std::string> SocketDirectories();
 
-/// NAME.sock in each directory.
+/// Returns the path NAME.sock in each directory.
 std::vector<std::string> SocketPaths(const std::string& gateway);
 
-/// Makes `directory` if it is missing, except /run/baudgate. A directory that another user owns or
-/// may write to is refused, because that user could impersonate the gateway.
+/// Creates `directory` if it is missing, except /run/baudgate. Refuses a directory that another
+/// user owns or can write to, because that user could impersonate the gateway.
 Status PrepareDirectory(const std::string& directory);
 
-/// All sockets, in the order of `directories`, whether a process answers or not.
+/// Returns all socket files, in the order of `directories`, whether a process listens on them or
+/// not.
 std::vector<std::string> ListSockets(const std::vector<std::string>& directories);
 
 }  // namespace baudgate::control

@@ -1,7 +1,6 @@
-// `ParticipantOptions` says in which DDS domain and on which interfaces a gateway or a subscriber
-// takes part. It comes from `dds:` of the configuration or from the command line. This header also
-// contains the types that all parts of DDS share: WriterId, Refusal, DatagramCounters, Subscribers
-// and Neighbours.
+// `ParticipantOptions` contains the DDS domain and the interfaces that a gateway or a subscriber
+// uses. This header also contains the types that all parts of DDS share: WriterId, Refusal,
+// DatagramCounters, Subscribers and Neighbours.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,19 +20,20 @@
 namespace baudgate::dds {
 
 struct ParticipantOptions {
-  std::string name = "baudgate";        ///< shown by tools: the gateway's name
-  int domain = 0;                       ///< 0…232
+  std::string name = "baudgate";        ///< the gateway's name, which DDS tools show
+  int domain = 0;                       ///< DDS domain, 0…232
   std::vector<std::string> interfaces;  ///< addresses of this machine; empty or 0.0.0.0: all
-  /// Limit of other participants in the domain; further ones are refused.
+  /// The most other participants in the domain; further participants are refused.
   std::size_t participants = 256;
-  /// Other participants drop us after this time without a message from us. It should not be shorter
-  /// than the lease of Cyclone DDS (10 s): otherwise Cyclone could drop us during a break of the
-  /// link while we still have Cyclone in our tables, and Fast DDS would not announce itself to
-  /// Cyclone again.
+  /// The lease that we announce: other participants drop us when they have received nothing from us
+  /// for this time. It should not be shorter than the lease of Cyclone DDS (10 s): otherwise
+  /// Cyclone could drop us during a break of the link while we still have Cyclone in our tables,
+  /// and Fast DDS would not announce itself to Cyclone again.
   Duration lease = config::kUsualLease;
 
   bool multicast = true;
-  /// IPv4 addresses to which announcements are sent in addition to the multicast group.
+  /// IPv4 addresses of other participants, to which announcements are sent in addition to the
+  /// multicast group.
   std::vector<std::string> peers{};
   std::vector<config::HostPort> discovery_servers{};
   /// Addresses of the subscribers that the previous process of this gateway had matched.
@@ -43,10 +43,11 @@ struct ParticipantOptions {
 
 ParticipantOptions ParticipantOf(const config::Dds& dds);
 
-// WriterId names the writer of a sample, as RTPS does; gateway/tools/watch shows it.
+// WriterId identifies the writer of a sample in the form of RTPS; gateway/tools/watch shows it.
 
-/// A participant: one process of one gateway, which may have many writers. No proof of identity,
-/// because anyone in the domain can send with the id of another participant.
+/// PublisherId identifies a participant: one process of one gateway, which can have many writers.
+/// It is no proof of identity, because anyone in the domain can send with the id of another
+/// participant.
 struct PublisherId {
   std::array<std::uint8_t, 12> bytes{};
   auto operator<=>(const PublisherId&) const = default;
@@ -58,8 +59,8 @@ struct WriterId {
   auto operator<=>(const WriterId&) const = default;
 };
 
-/// Return the notation of Fast DDS: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" and, for a writer, the
-/// same with "|0.0.1.2".
+/// Text returns the notation of Fast DDS: "01.0f.0a.1b.2c.3d.00.00.01.00.00.00" for a participant;
+/// for a writer, "|0.0.1.2" follows.
 std::string Text(const PublisherId& id);
 std::string Text(const WriterId& id);
 
@@ -68,7 +69,7 @@ struct Origin {
   WallTime received;
 };
 
-// Why a datagram is refused and does not reach the DDS library
+// Refusal: why a datagram is not passed to the DDS library
 // (gateway/outputs/dds/fast/datagram_check.h).
 enum class Refusal : std::uint8_t {
   none,
@@ -78,22 +79,22 @@ enum class Refusal : std::uint8_t {
   vendor_submessage,  ///< a vendor's submessage with further submessages after it
   data,               ///< DATA with contradictory flags, or without room for its payload
   parameters,         ///< a parameter list that is cut short, or contains a wrong length
-  numbers,            ///< impossible sequence numbers
+  numbers,            ///< a sequence number that is impossible, e.g. negative
   window,             ///< sequence numbers that jump so far that Fast DDS would count for minutes
   security,           ///< a submessage of DDS Security while DDS Security is off
-  participants,       ///< a participant beyond the limit
-  address,            ///< a participant beyond the limit of its address
+  participants,       ///< a participant beyond the limit of the domain
+  address,            ///< a participant beyond the limit of its IP address
   endpoints,          ///< a reader or writer beyond the limit of its participant
   secured,            ///< DDS Security data that is cut short, or contains a wrong length
   clear_text,         ///< an unprotected message, although the governance demands protection
-  handshakes,         ///< a handshake message beyond the limit of the rate or of the number
+  handshakes,         ///< a handshake message beyond the limit of messages per time
 };
 inline constexpr std::size_t kRefusals = static_cast<std::size_t>(Refusal::handshakes) + 1;
 
 struct RefusalWords {
-  std::string_view name;   ///< for machines: "fragment"
-  std::string_view words;  ///< for people: "a fragment"
-  std::string_view many;   ///< after a number: "fragments"
+  std::string_view name;   ///< name for machines, e.g. "fragment"
+  std::string_view words;  ///< text for people, e.g. "a fragment"
+  std::string_view many;   ///< text after a number, e.g. "fragments"
 };
 
 inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
@@ -110,8 +111,8 @@ inline constexpr std::array<RefusalWords, kRefusals> kRefusalWords{{
     {"security", "DDS Security, which is not used here",
      "with DDS Security, which is not used here"},
     {"participants", "too many participants", "participants beyond the limit"},
-    {"address", "too many participants of one address",
-     "participants beyond the limit of one address"},
+    {"address", "too many participants from one address",
+     "participants beyond the limit of their address"},
     {"endpoints", "too many readers and writers", "with too many readers and writers"},
     {"secured", "broken DDS Security", "with broken DDS Security"},
     {"clear_text", "clear text, which the governance forbids",
@@ -128,21 +129,22 @@ constexpr std::string_view Words(Refusal reason) {
 struct DatagramCounters {
   std::uint64_t passed = 0;
   std::array<std::uint64_t, kRefusals> refused{};  ///< indexed by Refusal
-  std::uint32_t participants = 0;                  ///< known now
+  std::uint32_t participants = 0;                  ///< other participants that are known now
 
   bool operator==(const DatagramCounters&) const = default;
   std::uint64_t Refused(Refusal reason) const { return refused[static_cast<std::size_t>(reason)]; }
   std::uint64_t AllRefused() const {
     return std::accumulate(refused.begin(), refused.end(), std::uint64_t{0});
   }
-  /// Adds the counts of an earlier process, whose participants are gone.
+  /// Adds the counts of an earlier process; its `participants` are not added, because they are
+  /// gone.
   void AddEarlier(const DatagramCounters& earlier) {
     passed += earlier.passed;
     for (std::size_t i = 0; i < kRefusals; ++i) refused[i] += earlier.refused[i];
   }
 };
 
-// Subscribers and Neighbours: what baudgate-dds reports to the gateway about other participants.
+// Subscribers and Neighbours: reports of baudgate-dds to the gateway about other participants.
 
 /// The number of matched readers of each topic.
 struct Subscribers {
@@ -158,11 +160,12 @@ struct Neighbours {
   static constexpr std::size_t kMostReached = 64;
   static constexpr std::size_t kMostRemarks = 8;
 
-  /// IPv4 addresses and ports of subscribers. The next process of this gateway announces itself
-  /// there at once, because a subscriber without multicast would find it only seconds later.
+  /// IPv4 addresses and ports of subscribers. The next process of this gateway announces itself to
+  /// them at once, because a subscriber without multicast would otherwise discover it only seconds
+  /// later.
   std::vector<config::HostPort> reached;
-  /// One sentence each, about one subscriber that can receive nothing, or about a fault that
-  /// affects all subscribers.
+  /// Sentences, each about one subscriber that can receive nothing, or about a fault that affects
+  /// all subscribers.
   std::vector<std::string> remarks;
 
   bool operator==(const Neighbours&) const = default;

@@ -8,8 +8,8 @@
 namespace baudgate::dds {
 namespace {
 
-/// How many of the newest events a new reader gets, and how many are repeated after a restart
-/// without acknowledgement.
+/// The number of newest events that a new reader gets. As many events are repeated after a restart
+/// if subscribers had not acknowledged everything.
 constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
@@ -21,7 +21,8 @@ void EventSender::StartAnew() {
   next_ = 0;
 }
 
-/// False: the file of events has not been read yet.
+/// Sets the number of the last event that counts as sent. False: there are no events, or their file
+/// has not been read yet.
 bool EventSender::FindPlace() {
   const std::uint64_t newest = supply_->newest();
   if (newest == 0) return false;
@@ -103,7 +104,7 @@ namespace {
 
 constexpr Duration kRetry = 1s;
 constexpr std::size_t kBatch = 64;
-constexpr Duration kLastEvents = 700ms;  // for End to send the remaining events
+constexpr Duration kLastEvents = 700ms;  // time in which End sends the remaining events
 
 }  // namespace
 
@@ -146,7 +147,8 @@ bool NoticeSender::Send(Instant now) {
          SendFrom(alarms_, alarms_due_, now);
 }
 
-/// False: the pacer or the writer accepts no sample now.
+/// Sends the start of the gateway if it is due. False: the pacer or the writer accepts no sample
+/// now.
 bool NoticeSender::SendGateway(Instant now) {
   if (now < gateway_due_) return true;
   if (!paced_.MayWrite(now)) return false;
@@ -156,8 +158,8 @@ bool NoticeSender::SendGateway(Instant now) {
   return true;
 }
 
-/// False: the pacer or the writer accepts no sample now. The order is preserved, so a refused
-/// sample delays those behind it until the retry.
+/// Sends the next samples of `sender`. False: the pacer or the writer accepts no sample now. The
+/// order is preserved, so a refused sample delays the following samples until its retry.
 template <typename Sender>
 bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   if (now < due) return true;
@@ -189,8 +191,8 @@ std::optional<Instant> NoticeSender::End(Instant now) {
   return EndOf(alarms_, now);
 }
 
-/// Sends the remaining samples. Returns when to call it again; empty: all were sent, or they cannot
-/// be sent.
+/// Sends the remaining samples of `sender`. Returns the time of the next call; nothing: all samples
+/// were sent, or they cannot be sent.
 template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {

@@ -1,7 +1,7 @@
-// `NoticeSender` sends the samples that go before values: the start of the gateway, the final
-// samples of removed points and devices, events and alarms. A refused sample is sent again after a
-// second. No I/O and no clock: gateway/outputs/dds/publisher.h calls it with the time. EventSupply
-// supplies the events and alarms; EventSender and AlarmSender choose which is published next.
+// `NoticeSender` sends the samples that precede values: the start of the gateway, the final samples
+// of removed points and devices, events and alarms. A refused sample is sent again after a second.
+// No I/O and no clock: gateway/outputs/dds/publisher.h calls it with the time. EventSupply supplies
+// the events and alarms; EventSender and AlarmSender choose the next one.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +18,8 @@
 
 namespace baudgate::dds {
 
-/// Supplies the events and alarms on the disk as samples (gateway/records/events/event_feed.h). Any
-/// thread may call it; no call waits for the disk.
+/// EventSupply supplies stored events and alarms as samples (gateway/records/events/event_feed.h).
+/// Any thread may call it; no call waits for the disk.
 class EventSupply {
  public:
   virtual ~EventSupply() = default;
@@ -27,35 +27,37 @@ class EventSupply {
   /// read from the file first, it returns none and calls the function of OnNew later. An event with
   /// an empty `gateway` is not published, because its device is no longer configured.
   virtual std::vector<EventSample> Take(std::uint64_t after, std::size_t most) = 0;
-  /// Number of the newest event; 0: none, or the file was not read yet.
+  /// Returns the number of the newest event; 0: there are no events, or their file has not been
+  /// read yet.
   virtual std::uint64_t newest() const = 0;
 
   struct Place {
     std::uint64_t seq = 0;
     bool sure = false;  ///< true: subscribers have acknowledged all events up to `seq`
   };
-  /// Returns the Place of the last Keep, also after a restart; empty: Keep was never called. Valid
-  /// when newest() is not 0.
+  /// Returns the Place of the last call of Keep, also after a restart; nothing: Keep was never
+  /// called. The result is valid when newest() is not 0.
   virtual std::optional<Place> place() const { return std::nullopt; }
   virtual void Keep(Place /*place*/) {}
   struct Alarm {
-    std::uint64_t version = 0;  ///< counts the changes of all alarms, since the start
+    /// Number of the change; changes of all alarms are counted together since the start.
+    std::uint64_t version = 0;
     AlarmSample sample{};
   };
-  /// Returns at most `most` alarms that have changed after version `after` (0: all), in their
-  /// present state, by version.
+  /// Returns at most `most` alarms that have changed since version `after` (0: all alarms), in
+  /// their present state, sorted by version.
   virtual std::vector<Alarm> TakeAlarms(std::uint64_t /*after*/, std::size_t /*most*/) {
     return {};
   }
 
-  /// `wake` is called, on any thread, when there are more events or alarms. Null ends this, and no
-  /// call is in progress when OnNew returns.
+  /// Sets the function to call when there are new events or alarms; any thread may call it. Null
+  /// removes the function: no call is in progress when OnNew returns.
   virtual void OnNew(std::function<void()> wake) = 0;
 };
 
-// Chooses which event is published next. Each event is sent once, in the order of the numbers; the
-// newest 1000 are sent again to a new reader. After a restart it goes on where it was, if
-// subscribers have acknowledged everything.
+// EventSender chooses the next event to publish. Each event is sent once, in the order of the
+// numbers; the newest 1000 are sent again to a new reader. After a restart, sending continues after
+// the last event if subscribers had acknowledged everything.
 //
 //   events 1 … 5000 exist, a reader appears        → 4001, 4002 … 5000
 //   event 5001 is added                            → 5001
@@ -64,22 +66,21 @@ class EventSupply {
 //   an orderly stop, a start, 7501 is added        → 7501
 //   a kill and a start                             → 6502 … 7501: some may have been lost
 //
-// Events that are deleted from the supply before they were taken are counted as skipped.
+// Events that the supply deletes before they were taken are counted as skipped.
 
 class EventSender {
  public:
-  /// Null: there are no events. `supply` must outlive this object.
+  /// `supply` must outlive this object. Null: there are no events.
   explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
   /// Starts again for a new receiver, by the rules above.
   void StartAnew();
-  /// Returns the event to send next, null if there is none now; the same event until OnSent.
+  /// Returns the event to send next; null: there is none now. Returns the same event until OnSent.
   const EventSample* Next();
   void OnSent();
   /// Stores that subscribers have acknowledged all events that were sent.
   void Confirm();
 
-  /// Any thread may call it.
   std::uint64_t sent() const { return sent_; }
   std::uint64_t skipped() const { return skipped_; }
 
@@ -90,24 +91,24 @@ class EventSender {
 
   EventSupply* const supply_;
   bool placed_ = false;        ///< place_ is valid for the present receiver
-  bool ever_ = false;          ///< place_ was valid for any receiver since the start
+  bool ever_ = false;          ///< place_ has been valid for a receiver since the start
   std::uint64_t place_ = 0;    ///< number of the last event that was sent
   std::uint64_t reached_ = 0;  ///< the highest place_ so far; events up to it are repetitions
   std::vector<EventSample> batch_;
-  std::size_t next_ = 0;  ///< index in batch_
+  std::size_t next_ = 0;  ///< index in batch_ of the next event
   std::atomic<std::uint64_t> sent_ = 0;
   std::atomic<std::uint64_t> skipped_ = 0;
 };
 
-// Chooses which alarm is published next: each one that has changed, in its present state; all
-// alarms for a new receiver.
+// AlarmSender chooses the next alarm to publish: each alarm that has changed, in its present state.
+// A new receiver gets all alarms.
 class AlarmSender {
  public:
-  /// Null: there are no alarms. `supply` must outlive this object.
+  /// `supply` must outlive this object. Null: there are no alarms.
   explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
-  /// As EventSender::Next.
+  /// Returns the alarm to send next; null: there is none now. Returns the same alarm until OnSent.
   const AlarmSample* Next();
   void OnSent();
 
@@ -115,30 +116,31 @@ class AlarmSender {
   EventSupply* const supply_;
   std::uint64_t version_ = 0;  ///< version of the last alarm that was sent
   std::vector<EventSupply::Alarm> batch_;
-  std::size_t next_ = 0;  ///< index in batch_
+  std::size_t next_ = 0;  ///< index in batch_ of the next alarm
 };
 
 class NoticeSender {
  public:
-  /// Running subscribers on a working network find a new gateway within this time.
+  /// Running subscribers on a network without faults discover a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
-  /// All running subscribers have found a new gateway within this time. Events wait for this time
-  /// unless a reader of events is there earlier. Example: 3,000 events wait and the writer stores
-  /// 1,000; sent at once, the oldest 2,000 would be lost before the first reader is found.
+  /// All running subscribers discover a new gateway within this time. Events wait for this time
+  /// unless a reader of events is discovered earlier. Example: 3,000 events wait and the writer
+  /// stores 1,000; sent at once, the oldest 2,000 would be lost before the first reader is
+  /// discovered.
   static constexpr Duration kMeetingTime = 15s;
 
   /// The references and `events` must outlive this object. `now` is published as the gateway's
-  /// start. `events`: null: there are none.
+  /// start. `events` null: there are no events and alarms.
   NoticeSender(const config::Config& config, const bus::PointStore& store, PacedWriter& paced,
                EventSupply* events, Now now);
 
-  /// Sends everything again to a new receiver. `same`: only the receiver's writers of samples were
-  /// replaced, so the gateway's start and the final samples are not repeated.
+  /// Sends everything again to a new receiver. `same` true: the receiver has only replaced its
+  /// writers of samples, so the gateway's start and the final samples are not repeated.
   void StartAnew(Instant now, bool same = false);
   PointEnds& ends() { return ends_; }
   DeviceEnds& device_ends() { return device_ends_; }
   bool EndsAreTold() const { return ends_.empty() && device_ends_.empty(); }
-  /// Sends the final samples at this time, including those that were refused.
+  /// Sends the final samples at the time `at`, including those that were refused before.
   void SendEndsAt(Instant at) { ends_due_ = at; }
 
   /// Sends at most 64 samples of each kind. False: the pacer or the writer accepts no more now.
@@ -146,13 +148,12 @@ class NoticeSender {
   /// Returns when the next samples may be sent.
   Instant Due();
 
-  /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns when
-  /// to call it again; empty: all were sent, or they cannot be sent.
+  /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns the
+  /// time of the next call; nothing: all were sent, or they cannot be sent.
   std::optional<Instant> End(Instant now);
-  /// Stores that subscribers have acknowledged everything; after End.
+  /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { events_.Confirm(); }
 
-  /// Any thread may call it.
   const EventSender& events() const { return events_; }
 
  private:
@@ -165,16 +166,16 @@ class NoticeSender {
 
   PacedWriter& paced_;
   GatewaySample gateway_;
-  Instant gateway_due_;  ///< Instant::max(): the sample was sent
+  Instant gateway_due_;  ///< time of the next attempt; Instant::max(): the gateway's start was sent
   PointEnds ends_;
   DeviceEnds device_ends_;
-  Instant ends_due_{};  ///< not sent before
+  Instant ends_due_{};  ///< final samples are not sent before this time
   EventSender events_;
-  Instant events_due_;  ///< not sent before
+  Instant events_due_;  ///< events are not sent before this time
   Instant meets_until_;
   AlarmSender alarms_;
-  Instant alarms_due_;             ///< not sent before
-  std::optional<Instant> end_by_;  ///< when End gives up; empty: End was not called yet
+  Instant alarms_due_;             ///< alarms are not sent before this time
+  std::optional<Instant> end_by_;  ///< the time when End gives up; empty: End was not called yet
 };
 
 }  // namespace baudgate::dds

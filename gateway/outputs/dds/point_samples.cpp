@@ -10,7 +10,7 @@
 namespace baudgate::dds {
 namespace {
 
-/// The slots by the name "device.point".
+/// Returns the slot of each point, by the name "device.point".
 std::unordered_map<std::string, std::uint32_t> SlotsByName(const bus::PointStore& store,
                                                            const PointSlots& slots) {
   std::unordered_map<std::string, std::uint32_t> by_name;
@@ -38,7 +38,7 @@ bus::PointRef PointSlots::RefOf(std::uint32_t slot) const {
 
 Room CountOf(const bus::PointStore& store) {
   Room room;
-  room.events = 1;  // the gateway itself, for its alarms and events
+  room.events = 1;  // the gateway, which has alarms and events of its own
   for (std::uint32_t device = 0; device < store.device_count(); ++device) {
     const auto its = store.device(device);
     if (store.gone(device) || !its) continue;

@@ -1,6 +1,6 @@
 // `PointSlots` numbers the points of all devices of a store consecutively; such a number is called
-// a slot. FillPoint and FillDevice fill samples, and PointEnds and DeviceEnds are the queues of
-// final samples for what a reload has removed.
+// a slot. FillPoint and FillDevice fill samples. PointEnds and DeviceEnds are queues of final
+// samples of points and devices that a reload has removed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,35 +24,35 @@ class PointSlots {
   explicit PointSlots(const bus::PointStore& store);
 
   std::uint32_t size() const { return first_.back(); }
-  /// The number of devices in the store when the slots were assigned.
+  /// Returns the number of devices that the store contained when the slots were assigned.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
   bool Has(std::uint32_t device) const { return held_[device] != nullptr; }
   std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
   bus::PointRef RefOf(std::uint32_t slot) const;
-  /// Returns a handle: the store does not forget the device while the handle exists.
+  /// Returns a handle of the device: the store keeps the device's record while the handle exists.
   const std::shared_ptr<const void>& HoldOf(std::uint32_t device) const { return held_[device]; }
 
  private:
-  /// By device; null: it was not in the store. The handle keeps the device's record readable for
-  /// the final samples.
+  /// The handle of each device, by its index, which keeps the device's record readable for the
+  /// final samples; null: the store did not contain the device.
   std::vector<std::shared_ptr<const void>> held_;
-  /// By device: its first slot; the last element is the number of slots.
+  /// The first slot of each device, by its index; the last element is the number of slots.
   std::vector<std::uint32_t> first_;
 };
 
 /// Returns the number of points, devices and sources of events that `store` contains now.
 Room CountOf(const bus::PointStore& store);
-/// Returns CountOf(store) and a reserve for what reloads add.
+/// Returns CountOf(store) and a reserve for points and devices that reloads add.
 Room RoomFor(const bus::PointStore& store);
 
 /// Returns "device.point". The caller must hold the device (PointStore::Hold).
 std::string NameOf(const bus::PointStore& store, bus::PointRef ref);
-/// Returns the deadband of each slot. `slots` prevents the store from forgetting the devices.
+/// Returns the deadband of each slot. The devices stay in the store while `slots` exists.
 std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlots& slots);
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// `state` must be made from the point's value and its present quality.
+/// `state` must be computed from the point's present value and quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
@@ -65,17 +65,16 @@ class PointEnds {
   PointEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  /// `held` is a handle of PointStore::Hold for the device.
+  /// `held` is the device's handle from PointStore::Hold.
   void Add(bus::PointRef ref, std::shared_ptr<const void> held) {
     gone_.push_back({ref, std::move(held)});
   }
   void Clear() { gone_.clear(); }
-  /// Removes from the queue the points that exist again under the same name. Returns the slots of
-  /// these points.
+  /// Removes the points that exist again under the same name from the queue. Returns their slots.
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next, null if there is none. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is none. Returns the same sample until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -87,7 +86,7 @@ class PointEnds {
     std::shared_ptr<const void> held;
   };
   std::deque<Gone> gone_;
-  PointSample sample_;  ///< of the queue's first point
+  PointSample sample_;  ///< sample of the queue's first point
 };
 
 /// The queue of final samples of devices that a reload has removed: each device is published once
@@ -98,17 +97,17 @@ class DeviceEnds {
   DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  /// `held` is a handle of PointStore::Hold for the device.
+  /// `held` is the device's handle from PointStore::Hold.
   void Add(std::uint32_t device, std::shared_ptr<const void> held) {
     gone_.push_back({device, std::move(held)});
   }
   void Clear() { gone_.clear(); }
-  /// Removes from the queue the devices whose name is in use again, e.g. because a reload has
+  /// Removes the devices from the queue whose name is in use again, e.g. because a reload has
   /// restarted their line.
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// As PointEnds::Next.
+  /// Returns the sample to send next; null: there is none. Returns the same sample until OnSent.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

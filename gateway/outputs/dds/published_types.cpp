@@ -40,7 +40,7 @@ class Writer {
     for (const std::size_t from = Aligned(at_, sizeof(T)); at_ < from;) PutByte(0);
     for (std::size_t i = 0; i < sizeof(T); ++i) PutByte(static_cast<std::uint8_t>(bits >> (8 * i)));
   }
-  /// Returns the number of bytes; 0: the buffer was too small.
+  /// Returns the number of bytes that were written; 0: the buffer was too small.
   std::size_t size() const { return at_ <= to_.size() ? at_ : 0; }
 
  private:
@@ -56,7 +56,8 @@ class Writer {
 class Reader {
  public:
   explicit Reader(View bytes) : bytes_(bytes), good_(bytes.size() >= kCdrHead) {
-    // Only CDR_BE and CDR_LE: parameter lists are no samples of the contract.
+    // Only CDR_BE and CDR_LE are accepted, because samples of the contract are never parameter
+    // lists.
     good_ = good_ && bytes[0] == 0 && bytes[1] <= 1;
     little_ = good_ && bytes[1] == 1;
   }

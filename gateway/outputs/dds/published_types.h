@@ -1,7 +1,7 @@
 // `Contract` lists the fields of each published type of baudgate.idl; cdr_test.cpp compares it with
-// the IDL. Derived from it are the wire form (Encode, Decode), the key hashes, the types for
-// generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and the JSON of
-// `watch` (gateway/tools/watch/watch_lines.h).
+// the IDL. From these lists the code derives the wire form (Encode, Decode), the key hashes, the
+// types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and
+// the JSON of `watch` (gateway/tools/watch/watch_lines.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,7 +23,7 @@ template <typename Sample, typename Value>
 struct Field {
   std::string_view name;
   Value Sample::*member;
-  std::uint32_t bound = 0;  ///< longest text in bytes; 0: no text
+  std::uint32_t bound = 0;  ///< longest text in bytes; 0: the field is no text
   bool key = false;
 };
 
@@ -44,7 +44,7 @@ constexpr Field<Sample, Value> Plain(std::string_view name, Value Sample::*membe
   return {name, member};
 }
 
-/// The name in module baudgate::v1, and the fields in the order of the IDL.
+/// Contains the type's name in module baudgate::v1, and its fields in the order of the IDL.
 template <typename Sample>
 struct Contract;
 
@@ -162,7 +162,6 @@ constexpr void ForEachField(Use use) {
              contract::Contract<Sample>::kFields);
 }
 
-/// The description of a field for generic tools.
 struct TypeField {
   enum class Kind : std::uint8_t { text, boolean, float64, uint16, uint32, int64, uint64 };
   std::string_view name;
@@ -172,7 +171,7 @@ struct TypeField {
 };
 
 struct TypeDescription {
-  std::string_view name;  ///< in module baudgate::v1
+  std::string_view name;  ///< name of the type in module baudgate::v1
   std::span<const TypeField> fields;
 };
 
@@ -213,20 +212,20 @@ void ForEachType(Use use) {
   use(kTypeOf<ReplySample>);
 }
 
-// Encode and Decode convert samples to and from the wire form (XCDR1, as the code of any vendor's
-// IDL compiler makes it).
+// Encode and Decode convert samples to and from the wire form: XCDR1, as code from any vendor's IDL
+// compiler writes it.
 
-/// The encapsulation header: a representation identifier (CDR_BE 00 00, CDR_LE 00 01) and two bytes
-/// of options.
+/// The size of the encapsulation header: a representation identifier (CDR_BE 00 00, CDR_LE 00 01)
+/// and two bytes of options.
 inline constexpr std::size_t kCdrHead = 4;
 
-/// Returns the next multiple of `size`, counted from the end of the encapsulation header: there a
-/// number of this size may begin.
+/// Returns the first position from `at` at which a number of `size` bytes can begin: a multiple of
+/// `size`, counted from the end of the encapsulation header.
 constexpr std::size_t Aligned(std::size_t at, std::size_t size) {
   return kCdrHead + (at - kCdrHead + size - 1) / size * size;
 }
 
-/// Returns the longest possible length in bytes: all texts as long as their bounds.
+/// Returns the longest possible length in bytes, when all texts have their longest length.
 template <typename Sample>
 constexpr std::size_t LongestSample() {
   std::size_t at = kCdrHead;
@@ -247,13 +246,13 @@ inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 
-/// Reads either byte order. False unless the bytes are a whole sample within its bounds; `sample`
-/// is then unspecified. Never throws.
+/// Reads a sample in either byte order. False unless the bytes are exactly one sample within its
+/// bounds; `sample` is then unspecified. Never throws.
 template <typename Sample>
 bool Decode(View bytes, Sample& sample);
 
-// Returns the published types as DDS-XML, for tools that load types from a file (RTI Admin Console,
-// PlotJuggler). `baudgate-dds --types-xml` prints it.
+// TypesXml returns the published types as DDS-XML, for tools that load types from a file (RTI Admin
+// Console, PlotJuggler). `baudgate-dds --types-xml` prints it.
 
 std::string TypesXml();
 

@@ -14,9 +14,9 @@ namespace {
 
 constexpr std::size_t kDueBatch = 64;
 
-// A longer image waits. A reader that is matched in the middle of it receives the end before the
-// beginning; with Fast DDS 2.9 it then searches all its samples for each new one, for ten seconds
-// and more.
+// If there are more points, the publisher waits before it sends all of them. Otherwise, a reader
+// that is matched in the middle receives the last points before the first; with Fast DDS 2.9 it
+// then searches all its samples for each new one, for ten seconds and more.
 constexpr std::size_t kLongImage = 1000;
 
 Instant ImageTime(std::size_t points, Instant now) {
@@ -36,7 +36,8 @@ SampleSender::SampleSender(const config::Config& config, const bus::PointStore& 
       paced_(writer, std::move(log)),
       notices_(config, store, paced_, events, now) {}
 
-/// Only points that have slots are planned, because a reload may be adding devices to the store.
+/// Only points that have slots are planned, because a reload can be adding devices to the store
+/// meanwhile.
 PublishPlan SampleSender::NewPlan(Instant now) const {
   return {{.heartbeat = config_.dds.heartbeat},
           DeadbandsBySlot(store_, slots_),
@@ -65,7 +66,6 @@ void SampleSender::OnReload(Instant now) {
   reopen_ = reopen_ || !notices_.EndsAreTold() || !room_.Holds(CountOf(store_));
 }
 
-/// False: the writer cannot reopen now.
 bool SampleSender::Reopen() {
   const Room room = RoomFor(store_);
   if (writer_.Reopen(room) != Sent::yes) return false;
@@ -75,7 +75,6 @@ bool SampleSender::Reopen() {
   return true;
 }
 
-/// Queues the final samples of all removed points and devices that were ever sent.
 void SampleSender::AddEnds(const PointSlots& before) {
   for (std::uint32_t slot = 0; slot < before.size(); ++slot) {
     if (plan_.WasSent(slot)) {
@@ -112,11 +111,12 @@ bool SampleSender::idle() const {
 Instant SampleSender::Send(Instant now) {
   if (!notices_.Send(now)) return paced_.ReadyAt();
   if (reopen_ && notices_.EndsAreTold() && !Reopen()) return now + PacedWriter::kLongestHold;
-  // The writers may have no room yet for points that the reload has added.
+  // Values wait until the writers are replaced, because the present writers may have no space for
+  // points that the reload has added.
   if (reopen_ && notices_.Due() <= now) return now;
   if (!SendRound(now)) return paced_.ReadyAt();
-  // The caller first adds new changes, which are sent before the next batch of due points: a change
-  // does not wait for the whole start-up image.
+  // The caller calls Add first, so that new changes are sent before the next batch of due points: a
+  // change does not wait until all points were sent once.
   if (!std::exchange(due_may_follow_, false)) return now;
   TakeDue(now);
   if (!SendRound(now)) return paced_.ReadyAt();
@@ -132,7 +132,7 @@ void SampleSender::TakeDue(Instant now) {
   plan_.TakeDueDevices(now, kDueBatch, round_.devices);
 }
 
-/// False: the pacer or the writer accepts no more now.
+/// Sends staged points and devices. False: the pacer or the writer accepts no more now.
 bool SampleSender::SendRound(Instant now) {
   for (;;) {
     if (round_.next_staged < round_.staged_count) {
@@ -148,7 +148,7 @@ bool SampleSender::SendRound(Instant now) {
   }
 }
 
-// Only copies values under the device's lock, because a write may block for milliseconds.
+// Only copies values under the device's lock, because a write can block for milliseconds.
 void SampleSender::StageNextDevice(Instant now) {
   round_.staged_count = round_.next_staged = 0;
   const auto rest = std::span(round_.points).subspan(round_.next_point);
@@ -191,8 +191,8 @@ bool SampleSender::SendStaged(Instant now) {
   return true;
 }
 
-/// Puts staged samples back into the list of points, so that the next attempt reads the latest
-/// values from the store.
+/// Returns staged samples to the list of points, so that the next attempt reads the latest values
+/// from the store.
 void SampleSender::Unstage() {
   const std::size_t left = round_.staged_count - round_.next_staged;
   round_.next_point -= left;
@@ -202,7 +202,7 @@ void SampleSender::Unstage() {
   round_.staged_count = round_.next_staged = 0;
 }
 
-/// False: the pacer or the writer accepts no sample now.
+/// Sends the status of a device. False: the pacer or the writer accepts no sample now.
 bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
   bus::DeviceState state{};
   if (store_.gone(device)) {
@@ -232,7 +232,8 @@ bool SampleSender::SendDevice(std::uint32_t device, Instant now) {
 
 namespace {
 
-// A wake-up costs more than a sample: if changes come faster than this, they are sent in batches.
+// A wake-up costs more than a sample: if changes come faster than this interval, they are sent in
+// batches.
 constexpr Duration kWakeInterval = 2ms;
 constexpr std::uint32_t kWakeBurst = 64;
 constexpr Duration kAcknowledgeTime = 250ms;
@@ -244,7 +245,8 @@ Status CheckKey(const std::string& what, const std::string& name) {
 
 }  // namespace
 
-// Keys cannot be cut, because two long names could become the same key.
+// Checks that all names fit into their keys. Keys cannot be cut, because two long names could
+// become the same key.
 Status DdsPublisher::CheckNames(const config::Config& config) {
   if (const Status status = CheckKey("gateway", config.name); !status) return status;
   for (const config::Line& line : config.lines) {
@@ -291,7 +293,8 @@ DdsPublisher::DdsPublisher(const config::Config& config, bus::PointStore& store,
 DdsPublisher::~DdsPublisher() {
   Stop();
   if (events_) events_->OnNew({});
-  writer_->OnSession({});  // writer_ and events_ may outlive this object
+  // Removed, because writer_ and events_ can outlive this object, to which the functions refer.
+  writer_->OnSession({});
 }
 
 void DdsPublisher::OnReload() {
@@ -332,7 +335,8 @@ void DdsPublisher::Renew(std::uint64_t session) {
 }
 
 Instant DdsPublisher::End() {
-  // In another session, the receiver has no events yet.
+  // After a new session has begun, the receiver has no events yet, so the remaining events are not
+  // sent.
   const bool known = writer_->session() == session_;
   while (known) {
     const auto next = sender_.End(ReadClocks().instant);

@@ -1,4 +1,4 @@
-// `DdsPublisher` publishes points and device states on DDS: on its thread, a SampleSender turns
+// `DdsPublisher` publishes points and device states on DDS. On its thread, a SampleSender turns
 // changes of the point store into samples. Lines never wait for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,49 +24,49 @@ namespace baudgate::dds {
 struct SampleCounters {
   std::uint64_t written = 0;
   std::uint64_t failed = 0;  ///< samples that the library did not accept; they are sent again
-  std::uint64_t events = 0;  ///< the part of `written` that were events
+  std::uint64_t events = 0;  ///< the events among `written`
   std::uint64_t events_skipped = 0;  ///< events that were deleted before they could be sent
 };
 
-/// Decides which points and devices are sent now, in which batches and how fast, and sends the
-/// final events. gateway/outputs/dds/publish_plan.h decides what is worth a sample. No thread, no
-/// clock: DdsPublisher calls it with the time.
+/// SampleSender decides which points and devices are sent now, in which batches and how fast, and
+/// sends the last events at the end. gateway/outputs/dds/publish_plan.h decides whether a change is
+/// sent. No thread, no clock: DdsPublisher calls it with the time.
 class SampleSender {
  public:
   /// The references and `events` must outlive this object. `now` is published as the gateway's
-  /// start, and everything is due then. An image of more than 1000 points waits 500 ms, until
-  /// running subscribers have found the gateway. `events`: null: there are none.
+  /// start, and all points and devices are due at that time. If there are more than 1000 points,
+  /// they wait 500 ms, until running subscribers have found the gateway. `events` null: there are
+  /// no events.
   SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
 
-  /// A new session has begun, whose writers contain no samples: everything is due at `now`. Unless
-  /// SampleWriter::Reopen has caused it, this also forgets which points and devices were sent, and
-  /// clears the queues of final samples.
+  /// To be called when a new session has begun, whose writers contain no samples: everything is due
+  /// at `now`. Unless SampleWriter::Reopen has caused the session, this also forgets which points
+  /// and devices were sent, and clears the queues of final samples.
   void StartAnew(Instant now);
 
-  /// The configuration was reloaded. Order of sending: final samples of removed points and devices;
-  /// then the writers are replaced, so that late subscribers never get the removed ones; then
+  /// To be called after a reload. Sends the final samples of removed points and devices; then
+  /// replaces the writers, so that late subscribers never get the removed points; then sends
   /// everything else, including unsent changes of Add.
   void OnReload(Instant now);
 
-  /// Takes over changes, or none. To be called before each Send at which idle() is true, and only
+  /// Takes over changes (possibly none). To be called before each Send if idle() is true, and only
   /// then.
   void Add(bus::Changes& changes);
-  /// False: some changes of Add wait for the pacer.
+  /// False: some changes of Add have not been sent yet.
   bool idle() const;
   /// Sends at the permitted rate: at most 64 notices of each kind, then the added changes, then at
-  /// most 64 points and 64 devices that are due. Only while the writer has a session. Returns when
-  /// to call it again at the latest; `now`: at once.
+  /// most 64 points and 64 devices that are due. To be called only while the writer has a session.
+  /// Returns the latest time of the next call; `now`: at once.
   Instant Send(Instant now);
 
-  /// Sends the remaining events and alarms at the permitted rate. Returns when to call it again;
-  /// empty: all were sent, or they cannot be sent. (baudgate-dds sends the final samples of
-  /// points.)
+  /// Sends the remaining events and alarms at the permitted rate. Returns the time of the next
+  /// call; nothing: all were sent, or they cannot be sent. The final samples of points are sent by
+  /// baudgate-dds.
   std::optional<Instant> End(Instant now) { return notices_.End(now); }
-  /// Stores that subscribers have acknowledged everything; after End.
+  /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { notices_.Confirm(); }
 
-  /// Any thread may call it.
   SampleCounters counters() const {
     return {.written = paced_.written(),
             .failed = paced_.failed(),
@@ -80,11 +80,11 @@ class SampleSender {
     PointState state;
     PointSample sample;
   };
-  /// What is being sent: points device by device, then devices.
+  /// The samples that are being sent: points device by device, then devices.
   struct Round {
-    std::vector<bus::PointRef> points;  ///< sorted by device
+    std::vector<bus::PointRef> points;  ///< changed points, sorted by device
     std::size_t next_point = 0;
-    std::vector<Staged> staged;  ///< points of one device; reused to avoid allocations
+    std::vector<Staged> staged;  ///< samples of points of one device; reused to avoid allocations
     std::size_t staged_count = 0;
     std::size_t next_staged = 0;
     std::vector<std::uint32_t> devices;
@@ -104,17 +104,17 @@ class SampleSender {
   const config::Config& config_;
   const bus::PointStore& store_;
   SampleWriter& writer_;
-  Room room_;              ///< of the present writers
-  bool reopen_ = false;    ///< SampleWriter::Reopen must be called
-  bool reopened_ = false;  ///< Reopen was called, and the next session has not begun yet
+  Room room_;              ///< space of the present writers
+  bool reopen_ = false;    ///< the writers must be replaced by SampleWriter::Reopen
+  bool reopened_ = false;  ///< Reopen was called, and the new session has not begun yet
   PointSlots slots_;
   PublishPlan plan_;
   PacedWriter paced_;
   NoticeSender notices_;
   Round round_;
   bool due_may_follow_ = false;
-  std::vector<std::uint32_t> due_;  ///< reused memory
-  DeviceSample device_sample_;      ///< reused memory
+  std::vector<std::uint32_t> due_;  ///< a member, so that its memory is reused
+  DeviceSample device_sample_;      ///< a member, so that its memory is reused
 };
 
 struct DdsCounters : SampleCounters {
@@ -124,12 +124,12 @@ struct DdsCounters : SampleCounters {
 
 class DdsPublisher {
  public:
-  /// Called on the publisher's thread.
+  /// Takes log lines, on the publisher's thread.
   using Log = PacedWriter::Log;
 
-  /// Starts to publish to `writer`: first everything, then changes; everything again for each new
-  /// session. `config` and `store` must outlive the publisher. To be called before the lines start.
-  /// `events`: null: there are none. An error contains the name that is too long.
+  /// Starts to publish to `writer`: first everything, then changes; after each new session
+  /// everything again. `config` and `store` must outlive the publisher. To be called before the
+  /// lines start. `events` null: there are no events. An error contains the name that is too long.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       bus::PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,
@@ -137,13 +137,14 @@ class DdsPublisher {
                                                       std::shared_ptr<EventSupply> events = {});
   ~DdsPublisher();
 
-  /// An error contains the first name that is too long to be published.
+  /// Checks the lengths of all names. An error contains the first name that is too long to be
+  /// published.
   static Status CheckNames(const config::Config& config);
 
   /// To be called after a reload has changed the store.
   void OnReload();
-  /// Sends the last events and ends the thread, after baudgate-dds has published that all points
-  /// are gone, or after two seconds at most. Idempotent.
+  /// Sends the last events and ends the thread, when baudgate-dds has published all points as not
+  /// connected, or after two seconds at most. A second call does nothing.
   void Stop();
 
   DdsCounters counters() const {
@@ -159,14 +160,14 @@ class DdsPublisher {
   Instant End();
 
   std::shared_ptr<SampleWriter> writer_;
-  std::shared_ptr<EventSupply> events_;  // null: there are none
+  std::shared_ptr<EventSupply> events_;  // null: there are no events
   std::shared_ptr<bus::ChangeFeed> feed_;
   SampleSender sender_;
   std::atomic<bool> reloaded_ = false;
-  // Used by the publisher's thread only.
+  // Only the publisher's thread uses the following members.
   Pacer wakes_;
   bus::Changes changes_;
-  std::uint64_t session_ = 0;  // of sender_; 0: none
+  std::uint64_t session_ = 0;  // the session for which sender_ was started; 0: none
   Instant next_sending_{};
   Instant rests_until_{};
   Worker worker_;

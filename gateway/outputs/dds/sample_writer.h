@@ -1,6 +1,7 @@
-// `SampleWriter` is the interface to the DDS library, in this process or in baudgate-dds: the
-// publisher hands over samples and receives write requests. Pacer limits a rate, RequestIntake
-// queues write requests, and PacedWriter writes so slowly that no sample is lost.
+// `SampleWriter` is the interface to the DDS library, which runs in this process or in
+// baudgate-dds: the publisher passes samples to it and receives write requests from it. Pacer
+// limits a rate, RequestIntake queues write requests, and PacedWriter writes so slowly that no
+// sample is lost.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,18 +22,18 @@
 
 namespace baudgate::dds {
 
-/// Limits the rate of samples to `burst` at once, then one per `interval`, because a burst that
-/// overflows the socket buffers loses samples and costs seconds of retransmission. The time is an
-/// argument.
+/// Pacer limits the rate of samples: `burst` samples at once, then one per `interval`. Without a
+/// limit, a burst that overflows the socket buffers loses samples and costs seconds of
+/// retransmission. The time is an argument.
 class Pacer {
  public:
   Pacer(Duration interval, std::uint32_t burst)
       : interval_(interval), allowance_(interval * burst) {}
 
-  /// True if one sample may be sent now, which is then counted.
+  /// True if one sample may be sent now. The sample is then counted as sent.
   bool Take(Instant now);
-  /// Returns when half a burst may be sent: a wake-up for each single sample would cost more than
-  /// the sample.
+  /// Returns the time when half a burst may be sent, because a wake-up for every single sample
+  /// would cost more than the sample.
   Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
 
  private:
@@ -41,31 +42,33 @@ class Pacer {
   Instant reserved_until_{};
 };
 
-// A write request on its way from the DDS library to gateway/outputs/dds/writes/write_service.h.
+// WriteArrival is a write request on its way from the DDS library to
+// gateway/outputs/dds/writes/write_service.h.
 struct WriteArrival {
   RequestSample request;
   WriterId writer;
-  Instant received{};  ///< by the process with the DDS library
-  /// The source timestamp by the client's clock; 1970: none.
+  Instant received{};  ///< time at which the process with the DDS library received the request
+  /// The source timestamp by the client's clock; 1970: the request has none.
   WallTime published{};
   /// True if `published` is before this gateway began to read requests.
   bool early = false;
-  /// True if the writer may be durable, so the request may be an old one.
+  /// True if the client's writer may store samples (be durable), so that the request may be an old
+  /// one.
   bool lasting = false;
 };
 
-/// A queue with a bounded length and rate. Requests beyond the bounds are counted and dropped;
-/// their client repeats them.
+/// RequestIntake is a queue of requests with a bounded length and rate. Requests beyond the bounds
+/// are counted and dropped; their client repeats them.
 class RequestIntake {
  public:
-  static constexpr std::size_t kMost = 128;     ///< length of the queue
-  static constexpr Duration kInterval = 2ms;    ///< one request per interval, after a burst
-  static constexpr std::uint32_t kBurst = 128;  ///< requests at once
+  static constexpr std::size_t kMost = 128;  ///< length of the queue
+  /// After a burst, one request per interval is accepted.
+  static constexpr Duration kInterval = 2ms;
+  static constexpr std::uint32_t kBurst = 128;  ///< requests that are accepted at once
 
   /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
 
-  /// Any thread may call it.
   void Offer(WriteArrival arrival, Instant now);
   std::optional<WriteArrival> Take();
   std::uint64_t dropped() const;
@@ -80,15 +83,15 @@ class RequestIntake {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-/// The number of instances for which there are writers.
+/// Room: the number of instances that the writers can store.
 struct Room {
   std::uint32_t points = 0;
   std::uint32_t devices = 0;
-  /// The number of devices that have events, plus 1 for the gateway; 0: there are no topics of
-  /// events and alarms.
+  /// The number of devices that have events, plus 1 for the gateway; 0: the topics of events and
+  /// alarms are not opened.
   std::uint32_t events = 0;
 
-  /// True if this room is enough for the points and devices of `other`. `events` is not compared,
+  /// True if this Room is enough for the points and devices of `other`. `events` is not compared,
   /// because it only decides how many events of each device are stored.
   bool Holds(const Room& other) const { return other.points <= points && other.devices <= devices; }
 };
@@ -96,11 +99,12 @@ struct Room {
 enum class Sent : std::uint8_t {
   yes,
   refused,  ///< the library did not accept the sample: write it again after about a second
-  later,    ///< the receiver has no room or is absent: write it again after some milliseconds
+  later,    ///< the receiver is absent or its socket is full: write the sample again some
+            ///< milliseconds later
 };
 
-/// One thread may use it, except: any thread may call subscribers(), datagrams(), neighbours() and
-/// session(), and a second thread may write replies.
+/// One thread uses a SampleWriter, with two exceptions: any thread may call subscribers(),
+/// datagrams(), neighbours() and session(), and a second thread may write replies.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
@@ -108,40 +112,40 @@ class SampleWriter {
   virtual Sent Write(const PointSample& sample) = 0;
   virtual Sent Write(const DeviceSample& sample) = 0;
   virtual Sent Write(const GatewaySample& sample) = 0;
-  /// Only if Room::events is not 0.
+  /// Events and alarms are accepted only if Room::events is not 0.
   virtual Sent Write(const EventSample&) { return Sent::refused; }
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
-  /// Replies to a request of OnRequest.
+  /// Writes the reply to a request that OnRequest has passed on.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
   /// Waits at most `most` until all subscribers have acknowledged all samples; no other call may
-  /// follow. False after that time, or if the writer cannot find out. With baudgate-dds behind a
-  /// link, that process first publishes all points as not connected, which may take longer than
-  /// `most`; there true also means that a subscriber of events is connected.
+  /// follow. False: they have not, or the writer cannot find out. If the writer is in baudgate-dds,
+  /// that process first publishes all points as not connected, which can take longer than `most`;
+  /// true then also means that a subscriber of events is connected.
   virtual bool WaitAcknowledged(Duration most) = 0;
-  /// Replaces the writers of samples by empty ones with this room, so that removed points and
-  /// devices are gone for subscribers. Until the new session() begins, Write accepts no sample.
+  /// Replaces the writers of samples by empty writers with this Room, so that subscribers no longer
+  /// see removed points and devices. Until the new session() begins, Write accepts no sample.
   virtual Sent Reopen([[maybe_unused]] const Room& room) { return Sent::yes; }
   virtual Subscribers subscribers() const = 0;
   virtual DatagramCounters datagrams() const { return {}; }
   virtual Neighbours neighbours() const { return {}; }
 
   /// Returns the number of the present session; 0: there is no receiver of samples. A new session
-  /// begins with a receiver that has none of the samples sent before.
+  /// begins when the receiver has none of the samples that were sent before.
   virtual std::uint64_t session() const { return 1; }
   /// Sets the function that is called whenever session() changes, and when the first reader of
   /// events appears. `changed` may be called on any thread. To be set before the first sample.
   virtual void OnSession([[maybe_unused]] const std::function<void()>& changed) {}
 
   using TakeRequest = std::function<void(WriteArrival arrival)>;
-  /// Sets the function that takes each write request to this gateway; it may be called on any
-  /// thread. Null ends this, and no call is in progress when OnRequest returns. If the
-  /// configuration denies writing, no requests are received.
+  /// Sets the function that takes each write request to this gateway; any thread may call it. Null
+  /// removes the function: no call is in progress when OnRequest returns. If the configuration
+  /// denies writing, no requests are received.
   virtual void OnRequest([[maybe_unused]] TakeRequest take) {}
   virtual std::uint64_t dropped_requests() const { return 0; }
 };
 
-// Writes samples at a rate at which none is lost, pauses when the receiver has no room, and counts
-// the accepted and refused samples. The time is an argument.
+// PacedWriter writes samples at a rate at which no sample is lost, pauses when the receiver accepts
+// none, and counts the accepted and refused samples. The time is an argument.
 class PacedWriter {
  public:
   /// Called with a log line when samples begin to be refused, and when they are accepted again.
@@ -152,10 +156,10 @@ class PacedWriter {
   /// `writer` must outlive this object.
   PacedWriter(SampleWriter& writer, Log log);
 
-  /// True if the next sample may be written now.
   bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }
-  /// Writes a sample; only after MayWrite was true. After `later` the caller writes the sample
-  /// again; MayWrite is false until a pause of 1, 2, 4, 8, 10, 10 … ms is over.
+  /// Writes a sample; only allowed after MayWrite returned true. If the result is `later`, the
+  /// caller must write the sample again; MayWrite returns false until a pause of 1, 2, 4, 8, 10, 10
+  /// … ms is over.
   template <typename Sample>
   Sent Write(const Sample& sample, Instant now) {
     const Sent sent = writer_.Write(sample);
@@ -169,10 +173,9 @@ class PacedWriter {
 
   bool EventsAreRead() const { return writer_.subscribers().events > 0; }
   Instant ReadyAt() const { return std::max(held_until_, pacer_.ReadyAt()); }
-  /// Ends the pause, because there is a new receiver.
+  /// Ends the pause, because the new receiver can accept samples.
   void ForgetHold() { held_until_ = {}; }
 
-  // Any thread may call these.
   std::uint64_t written() const { return written_; }
   std::uint64_t failed() const { return failed_; }
 
@@ -183,8 +186,9 @@ class PacedWriter {
   const Log log_;
   Pacer pacer_;
   Instant held_until_{};
-  Duration hold_{};            ///< the present pause; doubles while there is no room
-  std::uint64_t failing_ = 0;  ///< failures since the last success; the first of them is logged
+  Duration hold_{};  ///< the present pause; it doubles while the receiver accepts nothing
+  /// Refused samples since the last accepted one; the first of them is logged.
+  std::uint64_t failing_ = 0;
   std::atomic<std::uint64_t> written_ = 0;
   std::atomic<std::uint64_t> failed_ = 0;
 };

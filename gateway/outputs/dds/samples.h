@@ -1,5 +1,6 @@
-// The samples of the DDS contract (baudgate.idl) as plain structs, and the bounds of their texts.
-// point_samples.cpp fills them from the point store, published_types.cpp from the wire.
+// `PointSample` and the structs below are the samples of the DDS contract (baudgate.idl), with the
+// bounds of their texts. point_samples.cpp fills them from the point store, published_types.cpp
+// from received bytes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,10 +18,10 @@ inline constexpr char kAlarmTopic[] = "baudgate/alarms";
 inline constexpr char kRequestTopic[] = "baudgate/write";
 inline constexpr char kReplyTopic[] = "baudgate/write_reply";
 
-/// The number of events of a device that a late subscriber gets.
+/// The number of a device's newest events that a late subscriber gets.
 inline constexpr std::size_t kEventDepth = 1000;
 
-/// Bounds of baudgate.idl, in bytes.
+/// Longest texts in baudgate.idl, in bytes.
 inline constexpr std::size_t kMaxKey = 64;
 inline constexpr std::size_t kMaxText = 128;
 inline constexpr std::size_t kMaxUnit = 16;
@@ -34,12 +35,13 @@ struct PointSample {
   std::string device;   ///< key
   std::string point;    ///< key
   double value = 0;     ///< NaN for a text, and before the first reading
-  /// A text, or the digits of a whole number that a double would round; else empty.
+  /// A text value, or the digits of a whole number that a double would round; else empty.
   std::string text;
   std::string unit;
-  std::uint16_t quality = 0;        ///< see Quality::word() in gateway/base/value.h
-  std::int64_t source_time_ns = 0;  ///< since 1970 UTC; 0 before the first reading
-  std::uint64_t seq = 0;            ///< counts the readings of this point
+  std::uint16_t quality = 0;  ///< see Quality::word() in gateway/base/value.h
+  /// Time of the value in ns since 1970 UTC; 0 before the first reading.
+  std::int64_t source_time_ns = 0;
+  std::uint64_t seq = 0;  ///< number of the reading; counts the readings of this point
   std::uint32_t rtt_us = 0;
 
   bool operator==(const PointSample&) const = default;
@@ -63,10 +65,11 @@ struct DeviceSample {
   bool operator==(const DeviceSample&) const = default;
 };
 
-/// Published once at each start of a gateway, and again by each new baudgate-dds process.
+/// Published at each start of a gateway, and again by each new baudgate-dds process.
 struct GatewaySample {
   std::string gateway;  ///< key
-  /// Start of the gateway, not of baudgate-dds; each `seq` counts from here.
+  /// The start of the gateway (not of baudgate-dds), in ns since 1970 UTC; every `seq` counts from
+  /// this start.
   std::int64_t start_time_ns = 0;
   std::string version;
 
@@ -76,9 +79,10 @@ struct GatewaySample {
 /// An event that a device has recorded or the gateway has detected (docs/events.md). It is
 /// published when it is on the disk.
 struct EventSample {
-  std::string gateway;              ///< key
-  std::string device;               ///< key
-  std::uint64_t seq = 0;            ///< counts the gateway's events, over restarts
+  std::string gateway;  ///< key
+  std::string device;   ///< key
+  /// Number of the event; counts all events of the gateway, across restarts.
+  std::uint64_t seq = 0;
   std::int64_t device_time_ns = 0;  ///< nanoseconds since 1970 UTC
   std::int64_t receive_time_ns = 0;
   std::uint16_t clock_quality = 0;  ///< a ClockQuality of gateway/records/events/event_record.h
@@ -95,31 +99,33 @@ struct AlarmSample {
   std::string line;     ///< key
   std::string device;   ///< key
   std::string name;     ///< key
-  std::string point;    ///< empty: an alarm of the device itself
-  /// An AlarmState of gateway/records/events/alarm.h; 0: over and acknowledged.
+  std::string point;    ///< empty: the alarm concerns the device itself
+  /// An AlarmState of gateway/records/events/alarm.h; 0: the alarm is over and acknowledged.
   std::uint16_t state = 0;
   std::uint16_t priority = 0;  ///< 1 low, 2 medium, 3 high
   std::uint64_t seq = 0;       ///< number of the event that raised the alarm
   std::int64_t raised_time_ns = 0;
-  std::int64_t changed_time_ns = 0;  ///< when `state` changed last
+  std::int64_t changed_time_ns = 0;  ///< time of the last change of `state`
   std::string text;
-  std::string acknowledged_by;  ///< empty: nobody
+  std::string acknowledged_by;  ///< user who has acknowledged the alarm; empty: nobody has
 
   bool operator==(const AlarmSample&) const = default;
 };
 
 /// A client's request to write one point (docs/dds.md, "Writing").
 struct RequestSample {
-  std::string gateway;    ///< key
-  std::string client;     ///< key; a name that the client has chosen for itself
-  std::uint64_t seq = 0;  ///< counts this client's requests; a repeated number is carried out once
+  std::string gateway;  ///< key
+  std::string client;   ///< key; the name that the client has chosen for itself
+  /// Number of the client's request; a repeated number is carried out only once.
+  std::uint64_t seq = 0;
   std::string device;
   std::string point;
-  double value = 0;               ///< in the unit that users see; used if `text` is empty
-  std::string text;               ///< as on the command line of `baudgate write`; replaces `value`
-  bool confirm = false;           ///< replaces a selection
-  std::uint32_t deadline_ms = 0;  ///< from the arrival of the request; 0: the gateway's default
-  /// The latest time, since 1970 UTC by the gateway's clock; 0: none.
+  double value = 0;      ///< value in the unit that users see; used if `text` is empty
+  std::string text;      ///< value as on the command line of `baudgate write`; replaces `value`
+  bool confirm = false;  ///< true: the write is carried out without a previous selection
+  /// Time from the arrival of the request; 0: the gateway's default.
+  std::uint32_t deadline_ms = 0;
+  /// The latest time of the write in ns since 1970 UTC, by the gateway's clock; 0: no limit.
   std::int64_t not_after_ns = 0;
 
   bool operator==(const RequestSample&) const = default;
@@ -129,8 +135,8 @@ struct ReplySample {
   std::string gateway;  ///< key
   std::string client;   ///< key
   std::uint64_t seq = 0;
-  std::string outcome;  ///< Name() of a WriteEnd
-  std::string reason;   ///< one sentence; empty when ok
+  std::string outcome;  ///< name of the WriteEnd, as Name() returns it
+  std::string reason;   ///< one sentence; empty if the outcome is ok
   std::uint32_t took_us = 0;
 
   bool operator==(const ReplySample&) const = default;

@@ -43,7 +43,7 @@ std::time_t Seconds(WallTime time) {
 bool SetSerial(X509* certificate) {
   std::array<unsigned char, kSerialBytes> bytes{};
   if (RAND_bytes(bytes.data(), kSerialBytes) != 1) return false;
-  bytes[0] &= 0x7F;  // clears the sign bit, as a serial must be positive
+  bytes[0] &= 0x7F;  // clears the sign bit, because a serial number must be positive
   const std::unique_ptr<BIGNUM, Freed<BN_free>> number(
       BN_bin2bn(bytes.data(), kSerialBytes, nullptr));
   return BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate)) != nullptr;
@@ -63,7 +63,7 @@ bool AddExtension(X509* certificate, X509* issuer, int which, const char* value)
   return extension && X509_add_ext(certificate, extension.get(), -1) == 1;
 }
 
-/// Makes a key and a certificate, signed by `issuer`, or self-signed if `issuer` is null.
+/// Creates a key and a certificate that `issuer` signs; null: the certificate is self-signed.
 Result<Issued> Make(const std::string& name, const Validity& validity, X509* issuer,
                     EVP_PKEY* issuer_key) {
   const PrivateKey key(EVP_EC_gen("prime256v1"));
@@ -98,7 +98,8 @@ Result<Issued> Make(const std::string& name, const Validity& validity, X509* iss
   return Issued{Written(certificate_text), Written(key_text)};
 }
 
-/// Makes an EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name` is the CN.
+/// Creates an authority with an EC key on prime256v1, as DDS Security 1.1 (9.3.1) demands. `name`
+/// is its CN.
 Result<Issued> MakeAuthority(const std::string& name, const Validity& validity) {
   return Make(name, validity, nullptr, nullptr);
 }
@@ -137,7 +138,7 @@ std::string Head(const std::string& schema) {
          schema + "\">\n";
 }
 
-/// 230 is the highest number that Cyclone DDS accepts.
+/// All domains up to 230, the highest number that Cyclone DDS accepts.
 constexpr char kAllDomains[] =
     "      <domains>\n"
     "        <id_range><min>0</min><max>230</max></id_range>\n"
@@ -149,7 +150,8 @@ std::string Topics(const std::string& tag, std::initializer_list<const char*> to
   return text + "</topics>\n        </" + tag + ">\n";
 }
 
-/// A gateway may not publish write requests, so its key cannot command other gateways.
+/// Returns the topics that a participant is allowed to use. A gateway must not publish write
+/// requests, so that its key cannot command other gateways.
 std::string Rights(Part part) {
   if (part == Part::publish) {
     return Topics("publish", {"baudgate/[!w]*", "baudgate/write_reply"}) +
@@ -210,8 +212,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The validity begins this much earlier, because clocks differ, and Fast DDS reads the times of
-// permissions as local times.
+// The validity begins this time before now, because clocks differ, and because Fast DDS reads the
+// times of permissions as local times.
 constexpr Duration kClocksDiffer = 24h;
 
 Status WriteNew(const fs::path& path, const std::string& text, mode_t mode) {
@@ -281,7 +283,7 @@ class DemoPki {
       authority_ = {*certificate, *key};
       return {};
     }
-    // Identities that are issued later must not be valid longer than the authority.
+    // The authority is valid longer, because identities that are issued later must not outlive it.
     const Validity longer{validity_.from,
                           validity_.until + std::max<Duration>(options_.validity, 365 * 24h)};
     auto made = MakeAuthority("baudgate DDS authority", longer);

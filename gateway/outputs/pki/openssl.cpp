@@ -15,7 +15,8 @@ namespace {
 
 constexpr std::size_t kLongestFile = 1U << 20;
 
-/// Given to OpenSSL, because without a callback it asks at the terminal.
+/// Password callback for OpenSSL, which without a callback would ask for the password at the
+/// terminal.
 int GivePassword(char* to, int size, int, void* password) {
   const auto& text = *static_cast<const std::string*>(password);
   if (text.size() > static_cast<std::size_t>(size)) return -1;
@@ -53,7 +54,7 @@ std::vector<Certificate> ParseCertificates(const std::string& pem) {
   while (X509* one = PEM_read_bio_X509(from.get(), nullptr, nullptr, nullptr)) {
     found.emplace_back(one);
   }
-  ERR_clear_error();  // clears the error that the end of the text has caused
+  ERR_clear_error();  // reading behind the last certificate has left an error
   return found;
 }
 

@@ -19,7 +19,7 @@ namespace {
 
 using config::DdsSecurity;
 
-/// How long before its end a certificate causes a warning.
+/// A certificate causes a warning from this time before its end on.
 constexpr Duration kWarnBefore = 60 * 24h;
 
 std::string Day(WallTime time) { return FormatWallTime(time).substr(0, 10); }
@@ -37,7 +37,7 @@ std::vector<std::string> Elements(const std::string& xml, const std::string& tag
   return found;
 }
 
-/// Empty: none of `signers` has signed the document in this form.
+/// Returns the signed text; nothing: none of `signers` has signed the document in this form.
 std::optional<std::string> Verified(const std::string& smime,
                                     const std::vector<Certificate>& signers) {
   const Bio from = Reading(smime);
@@ -119,7 +119,7 @@ class Checker {
     for (const Certificate& one : authorities) X509_STORE_add_cert(store.get(), one.get());
     const StoreContext context(X509_STORE_CTX_new());
     X509_STORE_CTX_init(context.get(), store.get(), identity.get(), nullptr);
-    // CheckTimes has checked the times already; only the issuer is checked here.
+    // Only the issuer is checked here, because CheckTimes has checked the times.
     X509_VERIFY_PARAM_set_flags(X509_STORE_CTX_get0_param(context.get()),
                                 X509_V_FLAG_NO_CHECK_TIME);
     if (X509_verify_cert(context.get()) == 1) return;

@@ -1,5 +1,5 @@
 // `CheckSecurity` checks whether the files of DDS Security (`dds: { security: … }`) fit together
-// and are valid now, because the DDS library only reports that there is no participant.
+// and are valid now, because the DDS library would only report that there is no participant.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,19 +12,19 @@
 namespace baudgate::pki {
 
 struct Finding {
-  std::string key;       ///< in the configuration, e.g. "identity"
-  std::string sentence;  ///< names the file and the remedy; contains no secret
+  std::string key;       ///< key in the configuration, e.g. "identity"
+  std::string sentence;  ///< contains the file and the remedy, but no secret
   bool warning = false;  ///< true: the files can be used nevertheless
 };
 
 struct SecurityReport {
   std::vector<Finding> findings;
-  std::string subject;             ///< of the identity, e.g. "CN=baudgate"
-  WallTime valid_until{};          ///< of the identity
+  std::string subject;             ///< subject of the identity, e.g. "CN=baudgate"
+  WallTime valid_until{};          ///< end of the identity's validity
   bool messages_protected = true;  ///< the governance protects whole RTPS messages
-  std::string password;            ///< of the key; not to be shown
+  std::string password;            ///< password of the key; must not be shown
 
-  /// The first finding that is no warning, as "identity: …"; empty: none.
+  /// Returns the first finding that is no warning, as "identity: …"; empty: there is none.
   std::string FirstError() const;
 };
 

@@ -216,7 +216,8 @@ Json AdviceOf(const history::HistoryState& state) {
   return advice;
 }
 
-/// A gap has neither value nor quality, because they are unknown.
+/// Returns a record of the history. The value and the quality of a gap are null, because they are
+/// unknown.
 Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {
@@ -291,11 +292,11 @@ const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",
                                             "first",    "last",  "count", "seconds_good"};
 const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
 
-/// Empty if the field is null or missing.
+/// Returns the field as text; empty: the field is null or missing.
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return {};
-  // Tabs and line ends of a text stay, as a CSV cell can contain them.
+  // Tabs and line ends of a text stay, because a CSV cell can contain them.
   return Harmless(found->is_string() ? found->get<std::string>() : found->dump(), "\t\r\n");
 }
 

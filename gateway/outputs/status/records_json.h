@@ -1,5 +1,6 @@
 // `AuditJson`, `EventsJson` and `HistoryJson` return the states of the audit, the events and the
-// history for the control socket, PageJson their records. HistoryCsvRow writes the history as CSV.
+// history for the control socket; PageJson returns their records. HistoryCsvRow returns a row of
+// the history as CSV.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +18,7 @@ namespace baudgate::status {
 ///  "advice":[…]}
 nlohmann::ordered_json AuditJson(const audit::AuditState& state);
 
-/// As `baudgate writes --json` prints it.
+/// Returns a write as `baudgate writes --json` prints it.
 nlohmann::ordered_json WriteJson(const audit::WriteRecord& record);
 
 /// Returns {"records":[…],"next":412,"more":false}
@@ -28,35 +29,37 @@ nlohmann::ordered_json PageJson(const audit::Page& page);
 ///  "alarms":{"active":1,"unacknowledged":1},"file":…,"in_memory":false,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
-/// As `baudgate alarms --json` prints it.
+/// Returns an alarm as `baudgate alarms --json` prints it.
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 
 /// Returns {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
 ///  "value":4,"unit":"","quality":192,"quality_text":"good"}]}
 nlohmann::ordered_json KeptRecordJson(const events::KeptRecord& record);
 
-/// Returns {"records":[…],"next":412,"more":false}; each record as `baudgate events --json` prints
-/// it.
+/// Returns {"records":[…],"next":412,"more":false}. A record has the form that `baudgate events
+/// --json` prints.
 nlohmann::ordered_json PageJson(const events::Page& page);
 
 /// Returns {"state":"fine","since":…,"trouble":"","points":12,"readings":…,"advice":[…]}
 nlohmann::ordered_json HistoryJson(const history::HistoryState& state);
 
-/// Return {"records":[…],"next":[3,1790000000000],"more":false}; each record as `baudgate history
-/// --json` prints it.
+/// Return {"records":[…],"next":[3,1790000000000],"more":false}. A record has the form that
+/// `baudgate history --json` prints.
 nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point);
 nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::string& point);
 
-// The CSV of `baudgate history --csv` and of the page's download, made from the records of
-// PageJson.
+// HistoryCsvHead and HistoryCsvRow write the CSV of `baudgate history --csv` and of the web page's
+// download, from the records of PageJson.
 
-/// `spans`: the rows are minutes, hours, … and not single values. With the line end.
+/// Returns the head with its line end. `spans`: the rows are minutes, hours, … and not single
+/// values.
 std::string HistoryCsvHead(bool spans);
 
-/// With the line end. Times are as spreadsheets read them; numbers are unchanged.
+/// Returns a row with its line end. Times have a form that spreadsheets can read; numbers are
+/// unchanged.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 
-/// E.g. "gap: the gateway was down until …", for a record with a gap.
+/// Returns the text for a record with a gap, e.g. "gap: the gateway was down until …".
 std::string GapText(const nlohmann::ordered_json& record);
 
 }  // namespace baudgate::status

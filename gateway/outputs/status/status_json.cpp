@@ -22,7 +22,8 @@ using Json = nlohmann::ordered_json;
 
 namespace {
 
-/// The advice is given if fewer descriptors than this are left; opening a database takes three.
+/// If fewer descriptors than this are left, the status contains an advice. For comparison: opening
+/// a database takes three.
 constexpr std::size_t kFew = 4;
 
 }  // namespace
@@ -103,7 +104,8 @@ std::optional<WallTime> StuckSince(std::uint32_t line, const View& view) {
   return view.info.stuck_since ? view.info.stuck_since(line) : std::nullopt;
 }
 
-/// The only advice while a thread hangs, because everything else about its line is out of date.
+/// Returns the only advice that is shown while the thread of a line hangs, because everything else
+/// about the line is out of date.
 std::string ExplainHang(const config::Line& line, WallTime since) {
   return "hangs since " + FormatWallTime(since) + ": the driver of " + line.port +
          " does not return from a call; unplug the adapter, or restart the gateway";
@@ -138,12 +140,12 @@ Json LineJson(const config::Config& config, const bus::PointStore& store, Target
   const config::Line& line = config.lines[target.line];
   const bus::LineStatus status = store.ReadLine(target.line);
   const std::uint32_t first = config::FirstDevice(config, target.line);
-  // Copies, because the line must not wait.
+  // The records are copied, because the line must not wait.
   std::vector<bus::DeviceRecord> records(line.devices.size());
   for (std::uint32_t i = 0; i < records.size(); ++i) {
     store.Read(first + i, [&](const bus::DeviceRecord& held) { records[i] = held; });
   }
-  // True if a reload has removed the line since `config` was taken.
+  // A missing device means that a reload has removed the line since `config` was taken.
   if (!std::ranges::all_of(records, [](const auto& one) { return one.device != nullptr; })) {
     records.clear();
   }
@@ -201,7 +203,8 @@ Json ReloadJson(const ReloadState& state) {
 
 }  // namespace
 
-/// `age_ms` counts from the point's reading. (A device's age counts from its last good exchange.)
+/// Returns a point. `age_ms` is the age of the point's reading. (A device's age is that of its last
+/// good exchange.)
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now);
@@ -244,14 +247,13 @@ Json StatusJson(const config::Config& config, const bus::PointStore& store, cons
 
 namespace {
 
-/// The point can be read, and its protocol marks it as a setting.
 bool IsSetting(const config::Device& device, const config::Point& point) {
   const auto is_setting = device.traits->is_setting;
   return is_setting && point.access != config::Access::write && is_setting(point);
 }
 
-/// The number that the relay stores for "out of use", e.g. 999. Nothing if several numbers have
-/// this meaning.
+/// Returns the number that the relay stores for "out of use", e.g. 999; nothing if several numbers
+/// have this meaning.
 Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
@@ -260,7 +262,7 @@ Value SentinelOf(const config::Point& point, Quality quality) {
   return (raw * point.scale + point.offset).ToDouble();
 }
 
-/// The smallest difference between two values of the point; null: not known.
+/// Returns the smallest difference between two values of the point; null: it is not known.
 Json ResolutionOf(const config::Point& point) {
   const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
   if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;
@@ -271,7 +273,7 @@ Json SettingJson(const bus::DeviceRecord& record, std::size_t index, Now now) {
   const config::Point& point = record.device->points[index];
   const Quality quality = QualityAt(record, index, now.instant);
   const Value sentinel = SentinelOf(point, quality);
-  // A bad point has no value here, although the store contains the last one.
+  // A bad point has no value here, although the store contains its last value.
   const Value& held = record.points[index].value;
   const Value value = HasValue(sentinel) ? sentinel : IsBad(quality) ? Value() : held;
   const auto age = AgeAt(record, index, now.instant);
@@ -290,7 +292,7 @@ Json SettingJson(const bus::DeviceRecord& record, std::size_t index, Now now) {
   return json;
 }
 
-/// What the relay reports as its own name; null: not known.
+/// Returns the name that the relay itself has stored; null: it is not known.
 Json DesignationOf(const bus::DeviceRecord& record, Now now) {
   const auto& points = record.device->points;
   const std::string_view designation = record.device->traits->designation;
@@ -306,7 +308,7 @@ Json DesignationOf(const bus::DeviceRecord& record, Now now) {
 
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now) {
-  bus::DeviceRecord record;  // a copy, because the line must not wait
+  bus::DeviceRecord record;  // the record is copied, because the line must not wait
   if (!store.Read(*target.device, [&](const bus::DeviceRecord& held) { record = held; })) {
     return Error{"a reload has removed this device"};
   }

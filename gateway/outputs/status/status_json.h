@@ -24,34 +24,35 @@
 
 namespace baudgate::status {
 
-// The running configuration. gateway/daemon/reloader.h fills it.
+// ReloadState describes the running configuration. gateway/daemon/reloader.h fills it.
 struct ReloadState {
-  std::string file;    ///< of the configuration
-  std::string folder;  ///< of the confirmed copy; empty: no copy is stored
-  WallTime applied{};  ///< of the running configuration
-  /// Until then somebody must confirm the configuration, or the previous one is applied again.
-  /// Empty: nothing to confirm.
+  std::string file;    ///< path of the configuration file
+  std::string folder;  ///< folder of the confirmed copy; empty: no copy is stored
+  WallTime applied{};  ///< time when the running configuration was applied
+  /// The end of the time in which somebody must confirm the configuration; after it, the previous
+  /// configuration is applied again. Nothing: no confirmation is needed.
   std::optional<WallTime> confirm_until{};
-  /// Why `file` is not what runs, one sentence; empty: it is, as far as is known.
+  /// A sentence: why the running configuration is not that of `file`; empty: it is, as far as is
+  /// known.
   std::string not_the_file;
-  /// What the last look at the file has found, one sentence: it differs from what runs, or cannot
-  /// be read. Empty: neither.
+  /// A sentence about the last check of `file`: the file differs from the running configuration, or
+  /// cannot be read. Empty: neither is the case.
   std::string file_changed;
-  /// Why the confirmed copy cannot be written; empty: it can.
+  /// Why the confirmed copy cannot be written; empty: it can be written.
   std::string not_kept;
 };
 
-// Open files of the process, and small files without a section of their own in the status.
+// FilesState: the open files of the process, and small files that have no section in the status.
 struct FilesState {
-  std::size_t open = 0;   ///< files of this process
-  std::size_t limit = 0;  ///< 0: no limit
-  /// Files that cannot be written, one sentence each.
+  std::size_t open = 0;   ///< files that this process has open
+  std::size_t limit = 0;  ///< the most files that it can have open; 0: no limit
+  /// Sentences about files that cannot be written.
   std::vector<std::string> troubles{};
 };
 
 nlohmann::ordered_json FilesJson(const FilesState& state);
 
-/// What to do with damaged databases `files` in `folder`; empty: there are none.
+/// Returns what to do with the damaged databases `files` in `folder`; empty: `files` is empty.
 std::string PutAsideAdvice(const std::filesystem::path& folder,
                            const std::vector<std::string>& files);
 
@@ -59,29 +60,30 @@ using Json = nlohmann::ordered_json;
 
 struct GatewayInfo {
   std::string version;
-  Instant started{};                                        ///< when the lines began to poll
-  const outputs::OutputList* outputs = nullptr;             ///< null: no outputs
+  Instant started{};                                        ///< time when the lines began to poll
+  const outputs::OutputList* outputs = nullptr;             ///< null: there are no outputs
   const audit::AuditSource* audit = nullptr;                ///< null: nothing can be written
   events::EventSource* events = nullptr;                    ///< null: no events are stored
   std::shared_ptr<const history::HistorySource> history{};  ///< null: no values are stored
-  /// Returns since when the thread of a line hangs, or nothing if it does not hang. Without this
-  /// function the threads are not monitored.
+  /// Returns since when the thread of a line hangs; nothing: it does not hang. If this function is
+  /// empty, the threads are not monitored.
   std::function<std::optional<WallTime>(std::uint32_t line)> stuck_since{};
-  std::function<ReloadState()> reload{};  ///< empty: the gateway cannot reload
-  std::function<FilesState()> files{};    ///< empty: not known
+  std::function<ReloadState()> reload{};  ///< empty: the gateway does not support reloads
+  std::function<FilesState()> files{};    ///< empty: the files are not known
 };
 
 /// Returns
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now);
 
-/// Everything, or one line, or one device, which then has its values.
+/// Returns the status of everything; if `target` is given, only that of one line, or of one device
+/// with its values.
 Json StatusJson(const config::Config& config, const bus::PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);
 
-/// Every setting of a device with its value, quality and age, as the store has them; the device is
-/// not asked. The answer to the request "settings" (docs/settings.md). An error if the device has
-/// no settings.
+/// Returns the answer to the request "settings" (docs/settings.md): every setting of a device with
+/// its value, quality and age, as the store contains them; no request is sent to the device. An
+/// error if the device has no settings.
 Result<Json> SettingsJson(const config::Config& config, const bus::PointStore& store, Target target,
                           Now now);
 

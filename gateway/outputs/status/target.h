@@ -1,5 +1,5 @@
-// `FindTarget` and others find the line, device or points that a user names, e.g. "bay-1" or
-// "bay-1.feeder-1".
+// `FindTarget` and the functions below find the line, device or points that a user has named, e.g.
+// "bay-1" or "bay-1.feeder-1".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,7 +19,7 @@ struct Target {
   std::optional<std::uint32_t> device{};  ///< index in the point store; empty: the whole line
 };
 
-/// LINE or LINE.DEVICE. The error lists the existing names and a similar one.
+/// Finds LINE or LINE.DEVICE. The error lists the existing names and the most similar one.
 Result<Target> FindTarget(const config::Config& config, std::string_view text);
 
 Result<Target> FindDevice(const config::Config& config, std::uint32_t line, std::string_view name);
@@ -29,20 +29,22 @@ struct PointsTarget {
   std::vector<std::uint32_t> points{};  ///< indices in the device's points
 };
 
-/// LINE.DEVICE.POINT, one point; or LINE.DEVICE, all points that can be read.
+/// Finds LINE.DEVICE.POINT, one point, or LINE.DEVICE, all points of the device that can be read.
 Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text);
 
-/// Indices in the point store and in the device's points.
+/// A point by its device's index in the point store and its index in the device's points.
 struct PointTarget {
   std::uint32_t device = 0;
   std::uint32_t point = 0;
 };
 Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
 
-/// LINE.DEVICE.POINT of all points that match a pattern of this form, each part with * and ?.
+/// Returns LINE.DEVICE.POINT for each point that matches `pattern`. The pattern has the same form;
+/// each of its parts can contain * and ?.
 std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern);
 
-/// An error lists the existing devices. `line` empty: on any line.
+/// Returns an error that lists the existing devices if there is no such device. `line` empty: the
+/// device can be on any line.
 Status KnowsDevice(const config::Config& config, const std::string& line,
                    const std::string& device);
 

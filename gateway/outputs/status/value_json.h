@@ -1,6 +1,6 @@
 // `ValueJson` and `TimeJson` convert values and times to JSON for the answers of the control
 // socket. AddFields adds the rows of a table (gateway/bus/points/counted.h) to an object, and
-// LabelsJson returns their labels.
+// LabelsJson returns the labels of the rows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,19 +23,19 @@
 
 namespace baudgate::status {
 
-/// ISO 8601 in UTC; null for the epoch, which means "not yet".
+/// Returns the time as ISO 8601 in UTC; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json TimeJson(WallTime time) {
   using Json = nlohmann::ordered_json;
   return time == WallTime{} ? Json(nullptr) : Json(FormatWallTime(time));
 }
 
-/// Milliseconds since `time`; null for the epoch, which means "not yet".
+/// Returns the milliseconds since `time`; null for the epoch, which means "not yet".
 inline nlohmann::ordered_json AgeJson(WallTime time, WallTime now) {
   using Json = nlohmann::ordered_json;
   return time == WallTime{} ? Json(nullptr) : Json((now - time) / 1ms);
 }
 
-/// Null for no value, NaN and infinities.
+/// Returns the value; null if there is no value, for NaN and infinities.
 inline nlohmann::ordered_json ValueJson(const Value& value) {
   using Json = nlohmann::ordered_json;
   if (const auto* flag = std::get_if<bool>(&value)) return *flag;
@@ -50,10 +50,11 @@ inline nlohmann::ordered_json ValueJson(const Value& value) {
 
 nlohmann::ordered_json JsonOf(const bus::LineShares& shares, Now now);
 nlohmann::ordered_json JsonOf(const bus::RecentOutcomes& recent, Now now);
-/// Counts of the symptoms of exchanges on the wire; those with 0 are left out.
+/// Returns the number of each symptom of exchanges on the wire; symptoms with 0 are left out.
 nlohmann::ordered_json JsonOf(const bus::Findings& findings, Now now);
 nlohmann::ordered_json JsonOf(const bus::RoundTrips& trips, Now now);
-/// `minutes`: the share of each minute in which the device answered; null: it was not asked.
+/// Returns the last hour. `minutes`: for each minute, the share of exchanges in which the device
+/// answered; null: no request was sent.
 nlohmann::ordered_json JsonOf(const bus::LastHour& hour, Now now);
 nlohmann::ordered_json JsonOf(const config::Timing& timing, Now now);
 /// Returns {"ok":12,…,"not_read_back":1}
@@ -68,7 +69,8 @@ nlohmann::ordered_json JsonOf(const std::array<Count, kOutcomeCount>& counts, No
   return json;
 }
 
-/// The end of `key` (_us, _ms) is the unit; an instant is converted to its age in ms.
+/// Converts a value. The suffix of `key` (_us, _ms) is the unit of a duration; an instant is
+/// converted to its age in ms.
 template <typename T>
 nlohmann::ordered_json FieldJson(std::string_view key, const T& value, Now now) {
   using Json = nlohmann::ordered_json;
@@ -98,8 +100,8 @@ void AddFields(const T& its, Now now, nlohmann::ordered_json& json) {
   });
 }
 
-/// {"retries":"retries","missed":"missed periods",…}: the labels of a table, in the order in which
-/// they are shown.
+/// Returns {"retries":"retries","missed":"missed periods",…}: the labels of a table, in the order
+/// in which they are shown.
 template <config::HasFields T>
 nlohmann::ordered_json LabelsJson() {
   struct Labelled {

@@ -24,7 +24,7 @@ constexpr std::size_t kShortestToken = 16;
 
 class OpenFile {
  public:
-  /// O_NONBLOCK: opening a pipe does not wait for its writer.
+  /// Opens a file without waiting: with O_NONBLOCK, opening a pipe does not wait for its writer.
   explicit OpenFile(const std::string& file)
       : descriptor_(::open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {}
   ~OpenFile() {
@@ -74,7 +74,8 @@ Result<std::string> ReadToken(const std::string& file) {
 
 namespace {
 
-/// "gate:8502" → "gate", "[::1]:8502" → "::1". Empty: `host` is no host name or address.
+/// Returns the name or address without the port: "gate:8502" → "gate", "[::1]:8502" → "::1". Empty:
+/// `host` is no host name or address.
 std::string NameOf(std::string_view host) {
   std::string_view name = host.substr(0, host.find(':'));
   std::string_view port = host.substr(name.size());
@@ -90,8 +91,9 @@ std::string NameOf(std::string_view host) {
   return std::string(name);
 }
 
-/// True if the Host header names this gateway. DNS rebinding needs a name, so the IP address that
-/// the client has connected to is accepted, with any port, because ports may be forwarded.
+/// True if the Host header is allowed: a name of web.hosts, "localhost" from this machine, or the
+/// IP address to which the client has connected or on which the server listens. The port of an
+/// address does not matter, because ports can be forwarded; DNS rebinding needs a name.
 bool IsOurs(const config::Web& web, const Request& request, const std::string& host) {
   const std::string name = NameOf(host);
   if (name.empty()) return false;
@@ -104,8 +106,8 @@ bool IsOurs(const config::Web& web, const Request& request, const std::string& h
   return name == "localhost" && IsLoopbackPeer(request.peer);
 }
 
-/// True for the navigation to the page itself, which any link may open, because the page contains
-/// no data.
+/// True if the browser opens the page itself. Any link is allowed to open the page, because it
+/// contains no data.
 bool OpensAPage(const Request& request) {
   return request.method == "GET" && request.Header("sec-fetch-mode") == "navigate" &&
          request.Header("sec-fetch-dest") == "document" && !request.path.starts_with("/api/") &&
@@ -119,7 +121,8 @@ bool IsSameOrigin(const std::string& origin, const std::string& host) {
   return false;
 }
 
-/// True if a trusted proxy reports that it received the request by TLS.
+/// True if a trusted proxy reports that it has received the request by TLS. Trusted are proxies on
+/// this machine and those that web.allow contains.
 bool CameByTls(const config::Web& web, const Request& request) {
   const bool proxy =
       IsLoopbackPeer(request.peer) || (!web.allow.empty() && IsAllowed(web, request.peer));
@@ -170,7 +173,7 @@ bool MayAcknowledge(const config::Web& web, const Request& request) {
 
 namespace {
 
-/// 128 random bits as hex.
+/// Returns 128 random bits in hex.
 std::string NewSession() {
   std::array<std::uint8_t, 16> bytes{};
   std::size_t have = 0;
@@ -183,7 +186,7 @@ std::string NewSession() {
   return text;
 }
 
-/// Compares two secrets in a time that does not depend on the place of a difference.
+/// Compares two secrets. The time does not depend on the position of the first difference.
 bool SameSecret(std::string_view a, std::string_view b) {
   unsigned different = a.size() == b.size() ? 0 : 1;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -194,7 +197,7 @@ bool SameSecret(std::string_view a, std::string_view b) {
   return different == 0;
 }
 
-/// The token of an Authorization header "Bearer abc"; empty for any other header.
+/// Returns the token of an Authorization header "Bearer abc"; nothing for any other header.
 std::optional<std::string> BearerOf(const Request& request) {
   const auto header = request.Header("authorization");
   if (!header || header->size() < 7 || Lower(header->substr(0, 7)) != "bearer ") {
@@ -299,7 +302,7 @@ bool IsPost(std::string_view path) {
   return path == kLogin || path == kLogout || path == Access::kAcknowledge;
 }
 
-/// Decodes a form value such as "a%20b+c".
+/// Decodes a value of an HTML form, e.g. "a%20b+c".
 std::string Unescaped(std::string_view text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -321,7 +324,7 @@ std::string Unescaped(std::string_view text) {
   return plain;
 }
 
-/// The token in a form or in JSON; empty: there is none.
+/// Returns the token in the request's body, which is a form or JSON; empty: there is no token.
 std::string TokenOf(const Request& request) {
   const Json json = Json::parse(request.body, nullptr, false);
   if (json.is_object()) {
@@ -377,7 +380,8 @@ std::optional<Response> Access::Refuse(const Request& request, Instant now) {
   return NeedsLogin(request, now);
 }
 
-/// The files of the page contain no data and are needed for the login, so they are open to all.
+/// Returns an error if the request needs a login that it does not have. The files of the page need
+/// no login, because they contain no data and are needed for the login.
 std::optional<Response> Access::NeedsLogin(const Request& request, Instant now) {
   const bool open =
       !request.path.starts_with("/api/") && request.path != "/metrics" && request.path != kLogout;
@@ -422,7 +426,7 @@ Response Access::Session(const Request& request, Instant now) {
   const bool events = events_ != nullptr && !events_->state().in_memory;
   const MutexLock lock(mutex_);
   json["gateway"] = gateway_;
-  json["version"] = in ? version_ : "";  // clients without login need no version
+  json["version"] = in ? version_ : "";  // clients that are not logged in do not need the version
   json["history"] = history_;
   json["events"] = events;
   return TextResponse(200, kJson, json.dump());

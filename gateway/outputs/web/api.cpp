@@ -33,7 +33,7 @@ Response JsonResponse(const Json& json) {
   return TextResponse(200, kJson, json.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
-/// Turns an answer of the control socket into an HTTP answer, with the status for its error.
+/// Converts an answer of the control socket to an HTTP answer. An error gets its HTTP status.
 Response ResponseOf(std::string answer) {
   if (!answer.starts_with(kError)) return TextResponse(200, kJson, std::move(answer));
   const Json json = Json::parse(answer, nullptr, false);
@@ -74,7 +74,8 @@ Response StreamResponse(std::shared_ptr<Stream> stream) {
   Response response;
   response.type = "text/event-stream";
   response.stream = std::move(stream);
-  response.headers.emplace_back("X-Accel-Buffering", "no");  // nginx would withhold the first 4 KB
+  // Else nginx would withhold the first 4 KB.
+  response.headers.emplace_back("X-Accel-Buffering", "no");
   return response;
 }
 
@@ -290,7 +291,7 @@ Json RowsJson(const history::Chart& chart) {
 
 }  // namespace
 
-/// A CSV table that is read page by page, as fast as the client takes it.
+/// A CSV table that is read from the disk page by page, as fast as the client receives it.
 class PastApi::Download final : public Stream, public std::enable_shared_from_this<Download> {
  public:
   Download(std::weak_ptr<PastApi*> api, asio::io_context& io, Json ask)
@@ -316,7 +317,8 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
   }
 
  private:
-  /// Runs on the past thread. A page that fails ends the table; the pages before it are valid.
+  /// Reads the next page, on PastApi's thread. A page that cannot be read ends the table; the pages
+  /// before it are valid.
   void ReadPage() {
     const auto api = api_.lock();
     const Json page =
@@ -341,7 +343,7 @@ class PastApi::Download final : public Stream, public std::enable_shared_from_th
 
   const std::weak_ptr<PastApi*> api_;
   asio::io_context& io_;
-  Json ask_;  // for the next page; on the past thread
+  Json ask_;  // request for the next page; only PastApi's thread uses it
   Mutex mutex_;
   std::string text_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t sent_ BAUDGATE_GUARDED_BY(mutex_) = 0;
@@ -398,7 +400,7 @@ Response PastApi::History(const Request& request, Now now) {
   if (query.since >= query.until || query.until - query.since > kMost || query.since < 0) {
     return Problem(400, "'since_ms' must be before 'until_ms', by at most twenty years");
   }
-  // The control socket's answer explains why a point has no history.
+  // The answer of the control socket contains the reason why a point has no history.
   const auto gateway = handler_.gateway();
   if (!gateway->info.history)
     return ResponseOf(Page({{"command", "history"}, {"point", query.point}}, now));

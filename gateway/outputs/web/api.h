@@ -1,6 +1,6 @@
-// Translates an HTTP request to a request of the control socket and its answer back, so that both
-// interfaces share one implementation (gateway/outputs/control). `LiveApi` answers from memory, and
-// `PastApi` from the disk.
+// `LiveApi` and `PastApi` translate an HTTP request to a request of the control socket, and its
+// answer back, so that HTTP and control socket share one implementation (gateway/outputs/control).
+// `LiveApi` answers from memory, and `PastApi` from the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,24 +18,26 @@
 
 namespace baudgate::web {
 
-/// A query parameter of the URL that becomes a member of the control request.
+/// A query parameter of the URL and the member of the control request that it becomes.
 struct Part {
   const char* query;
   bool number = false;
   const char* member = nullptr;  ///< name of the member; null: the same as in the URL
 };
 
-/// Makes the control request. The error names a value that is no number, or an unknown parameter.
+/// Returns the control request. The error contains a value that is no number, or an unknown
+/// parameter.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
 
-/// Refuses all writes, because HTTP cannot write points.
+/// Refuses all writes, because points cannot be written over HTTP.
 class NoWrites final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand) override { return false; }
 };
 
-// `LiveApi` answers from memory: states, values, alarms, streams, metrics. For one thread.
+// `LiveApi` answers from memory: states, values, alarms, streams, metrics. It is used by one
+// thread.
 class LiveApi {
  public:
   static constexpr std::size_t kMostTraces = 8;
@@ -44,25 +46,26 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// The YAML of the running configuration, without its secrets; empty: not available.
+    /// Returns the running configuration as YAML without its secrets; empty: it is not available.
     std::function<Result<std::string>()> configuration{};
-    /// Decodes the bytes of a trace; empty: only bytes are shown.
+    /// Finds the protocol that decodes the bytes of a trace; empty: bytes are not decoded.
     diagnosis::ProtocolFinder protocol{};
   };
-  /// All references must outlive this object; all functions are called on the thread of `io`.
+  /// All references must outlive this object. All functions must be called on the thread of `io`.
   LiveApi(const config::Config& config, Links links, asio::io_context& io);
 
-  /// False: the request is not for this part.
+  /// Answers a request. False: the request is not for LiveApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
-  /// Acknowledges the alarms that the request names, with "web:" and the client's address as the
-  /// person. `answered` may be called later.
+  /// Acknowledges the alarms that the request names. "web:" and the client's address are recorded
+  /// as the person. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
   /// To be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// To be called each LivePoints::kTick while there is a viewer; false: there is none.
+  /// Sends changes to viewers. To be called each LivePoints::kTick while there is a viewer. False:
+  /// there is no viewer.
   bool Tick(Now now);
-  /// Sends the heartbeat of traces; to be called each second.
+  /// Sends the heartbeat of traces. To be called each second.
   void Beat();
   void EndStreams();
 
@@ -97,19 +100,19 @@ class LiveApi {
   std::vector<std::weak_ptr<LiveTrace>> traces_;
 };
 
-// `PastApi` answers from the disk: events and history. It has a thread of its own, so that a slow
-// disk does not delay viewers of current data.
+// `PastApi` answers from the disk: events and history. It runs on another thread than LiveApi, so
+// that a slow disk does not delay viewers of current data.
 class PastApi {
  public:
-  /// All references must outlive this object; all functions but Apply are called on the thread of
-  /// `io`.
+  /// All references must outlive this object. All functions but Apply must be called on the thread
+  /// of `io`.
   PastApi(const config::Config& config, const bus::PointStore& store, lines::LineControl& lines,
           status::GatewayInfo info, asio::io_context& io);
 
-  /// False: the request is not for this part.
+  /// Answers a request. False: the request is not for PastApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
-  /// To be called at a reload; on any thread. A page that is being read is completed with the old
+  /// To be called at a reload; any thread may call it. A page that is being read still uses the old
   /// history.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history) {
@@ -128,7 +131,8 @@ class PastApi {
   asio::io_context& io_;
   NoWrites no_writes_;
   control::RequestHandler handler_;
-  std::shared_ptr<PastApi*> alive_ = std::make_shared<PastApi*>(this);  // for downloads
+  // Lets downloads detect that this object has ended.
+  std::shared_ptr<PastApi*> alive_ = std::make_shared<PastApi*>(this);
 };
 
 }  // namespace baudgate::web

@@ -74,14 +74,14 @@ void Exchange::Complete() {
   std::shared_ptr<Stream> ends;
   const MutexLock lock(mutex_);
   completed_ = true;
-  // Destroyed after the lock is released, because another thread may end the stream at the same
-  // time.
+  // The stream is destroyed after the lock is released, because another thread may end the stream
+  // at the same time.
   ends = std::move(stream_);
 }
 
 namespace {
 
-/// "10.0.0.7", also for an IPv4 address in its mapped IPv6 form.
+/// Returns e.g. "10.0.0.7", also for an IPv4 address in its mapped IPv6 form.
 std::string AddressText(const sockaddr* address) {
   std::array<char, INET6_ADDRSTRLEN> text{};
   if (address != nullptr && address->sa_family == AF_INET) {
@@ -108,7 +108,8 @@ std::string LocalAddress(int socket) {
 MHD_Result AddHeader(void* to, MHD_ValueKind, const char* key, const char* value) {
   auto& headers = *static_cast<std::map<std::string, std::string>*>(to);
   const auto [found, is_new] = headers.emplace(Lower(key), value == nullptr ? "" : value);
-  // Repeated headers are joined, so that neither value is accepted where only one is allowed.
+  // The values of repeated headers are joined. So a repeated header is refused where only one value
+  // is valid.
   if (!is_new) found->second += std::string(", ") + (value == nullptr ? "" : value);
   return MHD_YES;
 }
@@ -176,7 +177,7 @@ ssize_t ReadStream(void* kept, std::uint64_t, char* into, std::size_t most) {
 }
 void FreeStream(void* kept) { delete static_cast<Kept*>(kept); }
 
-/// Keeps the bytes of an answer alive, and counts them, until they have been sent.
+/// Holds the bytes of an answer, and counts them in `all`, until they have been sent.
 struct Owner {
   Owner(const Response& response, BytesUnderWay bytes)
       : held(response.owner), size(response.body.size()), all(std::move(bytes)) {
@@ -215,8 +216,8 @@ MHD_Response* Make(const Response& response, const Kept& exchange,
   return made;
 }
 
-/// Headers of every answer: the page may load nothing from other machines, and no other page may
-/// show it in a frame.
+/// Headers of every answer: the page must not load anything from other machines, and other pages
+/// must not show it in a frame.
 constexpr std::array<std::pair<const char*, const char*>, 6> kHeaders = {{
     {"Content-Security-Policy",
      "default-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'none'; "

@@ -1,7 +1,7 @@
 // `Exchange` is one HTTP request and its answer on a connection of libmicrohttpd. The server's
-// thread asks for the answer, or for the next bytes of a stream; any thread may supply them. The
-// connection is suspended until then, and only suspended connections are resumed. `RequestOf` reads
-// the request, and `Send` sends the answer.
+// thread requests the answer, or the next bytes of a stream; any thread can supply them. Until then
+// the connection is suspended; only suspended connections may be resumed. `RequestOf` reads the
+// request, and `Send` sends the answer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,26 +26,27 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   Exchange(MHD_Connection* connection, Request its_request)
       : request(std::move(its_request)), connection_(connection) {}
 
-  // For the server's thread only.
+  // Only the server's thread may use the following members.
 
   Request request;
   std::uint64_t connection_id = 0;
-  bool asked = false;  ///< true once the handler has received the request
-  /// Returns the answer. Empty: the connection is suspended until Answer or End is called.
+  bool asked = false;  ///< the handler has received the request
+  /// Returns the answer. If there is none yet, returns nothing and suspends the connection until
+  /// Answer or End is called.
   std::optional<Response> TakeOrSuspend();
-  /// Makes the exchange read its answer from `stream`, and receive the stream's wake calls.
+  /// From now on, the answer is read from `stream`, whose wake function wakes the exchange.
   void Attach(std::shared_ptr<Stream> stream);
-  /// Reads from the stream as Stream::Read does; if that returns 0, the connection is suspended.
+  /// Reads from the stream as Stream::Read does. If Read returns 0, suspends the connection.
   std::ptrdiff_t Read(std::span<char> into);
-  /// To be called when the answer is sent or the connection is gone.
+  /// To be called when the answer was sent or the connection has ended.
   void Complete();
 
-  // For any thread.
+  // Any thread may call the following functions.
 
   void Answer(Response response);
   /// To be called when the stream has bytes again.
   void Wake();
-  /// To be called when the server stops: the connection is not suspended after this.
+  /// To be called when the server stops. After this, the connection is not suspended any more.
   void End();
 
  private:
@@ -61,20 +62,20 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   bool completed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-/// The request without its content.
+/// Returns the request without its body.
 Request RequestOf(MHD_Connection* connection, const char* url, const char* method);
 
 int SocketOf(MHD_Connection* connection);
-/// "10.0.0.7"; empty: not known.
+/// Returns the client's address, e.g. "10.0.0.7"; empty: it is unknown.
 std::string PeerOf(MHD_Connection* connection);
 
-/// Decodes escapes in place ("%41" is A) and returns the new length. "%00" stays, because a zero
-/// would end the text for the library.
+/// Decodes escapes in place (e.g. "%41" becomes A) and returns the new length. "%00" is not
+/// decoded, because a zero byte would end the text for the library.
 std::size_t Unescape(void*, MHD_Connection*, char* text);
 
 using BytesUnderWay = std::shared_ptr<std::atomic<std::size_t>>;
 
-/// Sends an answer, with the headers that every answer has. `last`: the connection closes after it.
+/// Sends an answer, with the headers of every answer. `last`: the connection is closed after it.
 MHD_Result Send(MHD_Connection* connection, const Response& response,
                 const std::shared_ptr<Exchange>& exchange, const BytesUnderWay& bytes, bool last);
 

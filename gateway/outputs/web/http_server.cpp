@@ -54,7 +54,7 @@ bool Connections::Begin(Id id, Instant now) {
   }
   const bool fits =
       busy < limits_.connections && (IsLoopbackPeer(peer) || of_address < limits_.of_address);
-  found->second.state = Connection::State::answered;  // even if 503 is sent: that is an answer, too
+  found->second.state = Connection::State::answered;  // a refusal with 503 is an answer as well
   found->second.since = now;
   return fits;
 }
@@ -85,7 +85,7 @@ namespace {
 
 using Kept = std::shared_ptr<Exchange>;
 
-/// Limits the memory and the time that a client that does not read can take.
+/// Limits the memory and the time that a client can use up by not reading.
 void SetUp(int socket, const Limits& limits) {
   const int buffer = limits.send_buffer;
   const auto timeout = static_cast<unsigned>(limits.idle / 1ms);
@@ -93,8 +93,8 @@ void SetUp(int socket, const Limits& limits) {
   ::setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout));
 }
 
-/// Returns the answer that refuses the content of a request; empty: it can be taken. Content of
-/// unknown length is refused.
+/// Returns the answer that refuses the body of a request because its length is unknown or too
+/// great; nothing: the body is accepted.
 std::optional<Response> WrongContent(const Request& request, const Limits& limits) {
   if (request.Header("transfer-encoding")) {
     return Problem(411, "the content of a request needs a Content-Length");
@@ -159,8 +159,8 @@ class HttpServer::Impl : public std::enable_shared_from_this<HttpServer::Impl> {
 
 Status HttpServer::Impl::Start(transports::ListenSocket socket) {
   const int listening = socket.Release();
-  // Above the own limit, so that a client beyond it is answered 503 and does not wait without an
-  // answer.
+  // The library's limit is greater than at_all, so that a client beyond at_all gets 503 instead of
+  // waiting without an answer.
   const auto most = static_cast<unsigned>(limits_.at_all * 2);
   daemon_ = MHD_start_daemon(
       MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME | MHD_USE_ERROR_LOG, 0, nullptr,
@@ -184,7 +184,7 @@ void HttpServer::Impl::Stop() {
     stopping_ = true;
     open = exchanges_;
   }
-  // No connection may stay suspended, else libmicrohttpd cannot stop.
+  // No connection may stay suspended, because libmicrohttpd could not stop then.
   for (const auto& [raw, exchange] : open) exchange->End();
   MHD_stop_daemon(daemon_);
   if (listening >= 0) ::close(listening);
@@ -274,7 +274,8 @@ MHD_Result HttpServer::Impl::Begin(MHD_Connection* connection, const char* url, 
   return MHD_YES;
 }
 
-/// Sends an answer, or 503 if the answers that clients have not read yet fill too much memory.
+/// Sends an answer. Sends 503 instead if the answers that clients have not read yet use too much
+/// memory.
 MHD_Result HttpServer::Impl::Queue(MHD_Connection* connection, const Response& response,
                                    const Kept& exchange, bool last) {
   if (response.owner && *bytes_ > 0 && *bytes_ + response.body.size() > limits_.answers) {

@@ -1,8 +1,8 @@
-// `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. Requests go to a
-// handler, which may answer later and on any thread; the connection is suspended meanwhile. A slow
-// reader cannot delay others: the kernel's buffer for each connection is small, and a client that
-// takes no byte for five seconds is dropped. No lock is held while bytes are sent. `Connections`
-// decides which connections may stay.
+// `HttpServer` serves HTTP on one port: libmicrohttpd with one thread and epoll. Requests are
+// passed to a handler, which can answer later and on any thread; the connection is suspended
+// meanwhile. A slow reader cannot delay others: the kernel's buffer for each connection is small,
+// and a client that accepts no byte for five seconds is disconnected. No lock is held while bytes
+// are sent. `Connections` decides which connections may stay open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,25 +20,27 @@
 
 namespace baudgate::web {
 
-// The limits of the web server's connections. A connection without a request is closed if a new one
-// needs its place.
+// The limits of the web server's connections. If too many are open, a connection that waits for its
+// next request is closed to accept a new one.
 struct Limits {
-  std::size_t connections = 256;  ///< answered at the same time; beyond, 503
-  /// Connections of one client address that are answered at the same time; 127.0.0.1, where proxies
-  /// run, may use all.
+  /// Connections that are answered at the same time; further ones get 503.
+  std::size_t connections = 256;
+  /// Connections of one client address that are answered at the same time. 127.0.0.1 has only the
+  /// limit `connections`, because proxies run there.
   std::size_t of_address = 64;
-  /// Connections that are open at the same time; beyond, one without a request is closed.
+  /// Connections that are open at the same time. Beyond this number, the one that has waited
+  /// longest for its next request is closed.
   std::size_t at_all = 320;
-  Duration request = 10s;  ///< for a whole request to arrive
-  Duration idle = 5s;      ///< without a byte while bytes are to be sent or received
-  Duration answer = 1min;  ///< for an answer to be taken by the client; streams have no limit
-  /// Bytes of all answers that are being sent; beyond, 503.
+  Duration request = 10s;  ///< time in which a whole request must arrive
+  Duration idle = 5s;      ///< time without a byte while bytes are to be sent or received
+  Duration answer = 1min;  ///< time in which the client must read an answer; streams have no limit
+  /// Bytes of all answers that are being sent; beyond this number, requests get 503.
   std::size_t answers = 64 * 1024 * 1024;
-  std::size_t body = 4096;      ///< bytes of a request's content
-  std::size_t header = 8192;    ///< bytes of memory per connection, which limits the header
-  int send_buffer = 32 * 1024;  ///< bytes of the kernel's send buffer per connection
+  std::size_t body = 4096;      ///< longest body of a request in bytes
+  std::size_t header = 8192;    ///< memory per connection in bytes, which limits the header
+  int send_buffer = 32 * 1024;  ///< size of the kernel's send buffer per connection in bytes
 
-  /// Returns limits with as many connections as `descriptors` file descriptors allow.
+  /// Returns limits whose number of connections fits `descriptors` file descriptors.
   static Limits Of(std::size_t descriptors);
 };
 
@@ -48,18 +50,17 @@ class Connections {
 
   explicit Connections(const Limits& limits) : limits_(limits) {}
 
-  /// Adds a connection. If at_all is reached, returns the connection without a request to close in
-  /// its place.
+  /// Adds a connection. If at_all is reached, returns the connection to close: the one that has
+  /// waited longest for its next request.
   std::optional<Id> Open(Id id, const std::string& peer, Instant now);
   void Close(Id id) { all_.erase(id); }
-  /// To be called when a request has arrived. False: too many requests are being answered, or too
-  /// many of this address; answer 503.
+  /// To be called when a request has arrived. False: too many requests of all clients or of this
+  /// address are being answered, so the caller must answer 503.
   bool Begin(Id id, Instant now);
-  /// Marks the answer as a stream, which has no time limit.
   void Stream(Id id);
-  /// To be called when the answer has ended: the time for the next request begins.
+  /// To be called when the answer has ended. The time for the next request begins.
   void End(Id id, Instant now);
-  /// The connections that send their request or take their answer too slowly.
+  /// Returns the connections that send their request or read their answer too slowly.
   std::vector<Id> Overdue(Instant now) const;
 
   std::size_t size() const { return all_.size(); }
@@ -67,7 +68,7 @@ class Connections {
  private:
   struct Connection {
     std::string peer;
-    Instant since{};  ///< when the current state began
+    Instant since{};  ///< time when the current state began
     enum class State : std::uint8_t { waits, answered, streams } state = State::waits;
 
     bool busy() const { return state != State::waits; }
@@ -80,11 +81,11 @@ class Connections {
 class HttpHandler {
  public:
   virtual ~HttpHandler() = default;
-  /// Called on the server's thread when the header has arrived, before any content. Returns an
-  /// answer to refuse the request.
+  /// Called on the server's thread when the header has arrived, before the body. Returns an answer
+  /// to refuse the request; nothing: the request is accepted.
   virtual std::optional<Response> Refuse(const Request& request) = 0;
-  /// Called on the server's thread when the content has arrived. Must not wait; `answered` may be
-  /// called from within.
+  /// Called on the server's thread when the body has arrived. Must not wait. `answered` can be
+  /// called before Handle returns.
   virtual void Handle(const Request& request, Answered answered) = 0;
 };
 
@@ -95,9 +96,10 @@ class HttpServer {
                                                    HttpHandler& handler, const Limits& limits = {});
   ~HttpServer();  ///< calls Stop
 
-  /// Ends all answers and closes the port. Later answers are dropped. Further calls do nothing.
+  /// Ends all answers and closes the port. Answers that come later are dropped. Further calls do
+  /// nothing.
   void Stop();
-  /// To be called about once a second: closes connections that are too slow.
+  /// Closes connections that are too slow. To be called about once a second.
   void EndOverdue(Instant now);
   std::size_t connections() const;
 

@@ -137,7 +137,7 @@ bool LivePoints::Tick(Now now) {
     return false;
   }
   feed_->Drain(Instant{}, changes_);
-  // Sorted by device, so that each device is read once.
+  // The points are sorted by device, so that each device is read only once.
   std::ranges::stable_sort(changes_.points, {}, &bus::PointRef::device);
   std::string common;
   const AlarmCounts alarms = CountAlarms();
@@ -195,7 +195,7 @@ std::string LivePoints::Snapshot(Device only, Now now) {
          Event("beat", fmt::format("{{\"time_ms\":{}}}", InMilliseconds(now.wall)));
 }
 
-/// The frame of changed points; empty: nothing has changed.
+/// Returns the frame of changed points; empty: no point has changed.
 std::string LivePoints::Changed(Device only, Now now) {
   const PointNumbers numbers(store_);
   std::string rows;
@@ -223,7 +223,8 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// Sends the counts and the newest unacknowledged alarm; if there is none, the newest alarm.
+/// Returns the event with the numbers of alarms and the newest unacknowledged alarm; if all are
+/// acknowledged, the newest alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;
@@ -249,7 +250,7 @@ std::ptrdiff_t LiveTrace::Read(std::span<char> into) {
     const std::vector<records::TraceRecord> records = queue_->Take();
     for (const records::TraceRecord& record : records) Append(frames_.Take(ToText(record)));
     if (beat_.exchange(false)) {
-      // Bytes of one frame are never a whole beat apart, so a frame that still waits is complete.
+      // The pauses within a frame are shorter than a beat, so a frame that still waits is complete.
       if (records.empty() && frames_.waits()) Append(frames_.Flush());
       text_ += "event: beat\ndata: {}\n\n";
     }

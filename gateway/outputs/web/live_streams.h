@@ -1,7 +1,7 @@
-// `Frames` contains what is sent to all viewers of the same points: frames that are made once and
-// shared. Each viewer has the number of its next frame. A viewer that falls so far behind that its
-// frame is gone starts again with a snapshot; viewers have no queues. `LivePoints` streams points,
-// and `LiveTrace` the bytes of a line.
+// `Frames` contains the frames for all viewers of the same points; each frame is made once and
+// shared. Each viewer has the number of its next frame, and no queue. If a viewer is so slow that
+// its next frame was deleted, it gets a snapshot instead. `LivePoints` streams points, and
+// `LiveTrace` streams the bytes of a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,41 +31,41 @@ class Frames {
   static constexpr std::size_t kMostFrames = 25;
   static constexpr std::size_t kMostBytes = 4 * 1024 * 1024;
 
-  /// Adds a frame for all viewers that have sent the frames before it.
+  /// Adds a frame. Viewers get it after all earlier frames.
   void Push(std::string text);
-  /// Sets the current state, which includes all frames so far.
+  /// Sets the frame with the current state, which includes the changes of all frames so far.
   void SetSnapshot(std::string text);
   void End(std::string farewell);
   bool wants_snapshot() const;
 
   struct Next {
-    Text text{};  ///< null: no frame yet
+    Text text{};  ///< null: there is no new frame yet
     bool ended = false;
   };
-  /// Returns the viewer's next frame. `position` belongs to the viewer and begins with 0.
+  /// Returns a viewer's next frame. `position` belongs to the viewer; its first value is 0.
   Next Take(std::uint64_t& position);
 
  private:
   mutable Mutex mutex_;
   std::deque<Text> frames_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t bytes_ BAUDGATE_GUARDED_BY(mutex_) = 0;
-  std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of frames_.front()
+  std::uint64_t first_ BAUDGATE_GUARDED_BY(mutex_) = 1;  ///< number of the frame frames_.front()
   Text snapshot_ BAUDGATE_GUARDED_BY(mutex_);
-  /// The number of the frame that follows the snapshot.
+  /// The number of the first frame after the snapshot.
   std::uint64_t after_snapshot_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   bool wanted_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool ended_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// `LivePoints` streams points as server-sent events: first a snapshot, then changes, five times a
-// second at most, and a heartbeat each second. A frame is made once for all viewers of the same
-// points, and none is made without a viewer. For one thread; the streams that it returns may be
-// read on another.
+// `LivePoints` streams points as server-sent events: first a snapshot, then changes at most five
+// times a second, and a heartbeat each second. A frame is made once for all viewers of the same
+// points, and only if there is a viewer. One thread uses LivePoints; another thread can read the
+// streams.
 class LivePoints {
  public:
   static constexpr Duration kTick = 200ms;
   static constexpr Duration kBeat = 1s;
-  /// Channels: one for all points, and one for each device that is viewed.
+  /// The most channels: one for all points, and one for each device that is viewed.
   static constexpr std::size_t kMostKinds = 32;
 
   /// `store` and `events` must outlive this object. `events` null: there are no alarms.
@@ -73,12 +73,14 @@ class LivePoints {
       : store_(store), events_(events) {}
   ~LivePoints() { Drop(); }
 
-  /// Adds a viewer of all points or of one device's. Null: too many different devices are viewed.
+  /// Adds a viewer of all points, or of one device's points. Null: too many different devices are
+  /// viewed.
   std::shared_ptr<Stream> Join(std::optional<std::uint32_t> device, Now now);
-  /// To be called each kTick while there is a viewer. False: there is no viewer any more.
+  /// Sends changes and heartbeats. To be called each kTick while there is a viewer. False: there is
+  /// no viewer any more.
   bool Tick(Now now);
   bool watched() const { return !channels_.empty(); }
-  /// To be called at a reload, because points get other numbers: ends all streams.
+  /// Ends all streams. To be called at a reload, because points then get other numbers.
   void EndAll();
 
  private:
@@ -112,21 +114,21 @@ class LivePoints {
   std::uint64_t generation_ = 1;
 };
 
-// `LiveTrace` streams the bytes of a line: the frames of a trace as server-sent events.
+// `LiveTrace` streams the frames of a line's trace as server-sent events.
 class LiveTrace final : public Stream {
  public:
   explicit LiveTrace(diagnosis::Decoders decoders) : frames_(std::move(decoders)) {}
-  /// Sets the queue that the records come from; to be called before the first Read.
+  /// Sets the queue of the trace records. To be called before the first Read.
   void SetQueue(std::shared_ptr<records::TraceQueue> queue) { queue_ = std::move(queue); }
 
   std::ptrdiff_t Read(std::span<char> into) override;
   void SetWake(std::function<void()> wake) override;
 
-  // For any thread.
+  // Any thread may call the following functions.
 
   /// To be called when the queue has records.
   void Wake();
-  /// Sends a heartbeat, so that a client that has left is noticed.
+  /// Sends a heartbeat, so that a client that has left is detected.
   void Beat();
   void End();
 

@@ -14,8 +14,8 @@ namespace baudgate::web {
 
 namespace {
 
-// Names are a public contract (docs/metrics.md); the names for lines and devices are in the tables
-// of their counters.
+// The names of metrics are a public contract (docs/metrics.md). The names for lines and devices are
+// in the tables of their counters.
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
@@ -92,7 +92,7 @@ double ResidentBytes() {
 }  // namespace
 
 std::size_t SeriesOf(const config::Config& config) {
-  // Series of the gateway: version, clients, log, two for alarms, three for the process.
+  // 8 metrics of the gateway: version, clients, log, two for alarms, three for the process.
   std::size_t series = 8;
   if (config.dds.enabled) ++series;
   for (const config::Line& line : config.lines) {

@@ -1,5 +1,5 @@
-// `MetricsText` returns what Prometheus reads at /metrics: the store as text, in Prometheus' format
-// 0.0.4. It sends no request to a line.
+// `MetricsText` returns the text that Prometheus reads at /metrics: the point store in Prometheus'
+// text format 0.0.4. It sends no request to a line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,8 +12,9 @@
 
 namespace baudgate::web {
 
-/// The largest number of series while all points are good. Series of Modbus requests are not
-/// included, because a listener has one for every function and exception that it has answered.
+/// Returns the largest number of time series while all points are good. Those about Modbus requests
+/// are not included, because a listener has one for every function and exception that it has
+/// answered.
 std::size_t SeriesOf(const config::Config& config);
 
 std::string MetricsText(const config::Config& config, const bus::PointStore& store,

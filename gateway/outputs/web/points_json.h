@@ -1,5 +1,5 @@
-// Points of the store as JSON: their descriptions and current values. `MapJson` returns the Modbus
-// addresses of a device's points.
+// `PointsJson` returns points of the store as JSON: their descriptions and current values.
+// `MapJson` returns the Modbus addresses of a device's points.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +14,8 @@
 
 namespace baudgate::web {
 
-/// Gives each point of the store a number that does not change while the gateway runs. Devices that
-/// a reload adds get numbers behind the others.
+/// Numbers the points of the store. A point's number does not change while the gateway runs;
+/// devices that a reload adds get the next numbers.
 class PointNumbers {
  public:
   explicit PointNumbers(const bus::PointStore& store);
@@ -30,21 +30,23 @@ class PointNumbers {
 struct PointFilter {
   std::string line{};
   std::optional<std::uint32_t> device{};
-  std::string text{};  ///< a part of LINE.DEVICE.POINT or of the description; case is ignored
+  /// Part of LINE.DEVICE.POINT or of the description; upper and lower case are equal.
+  std::string text{};
 };
 
-/// {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}
+/// Returns {"time":…,"points":[{"id":0,"line":…,"device":…,"point":…,…}]}
 nlohmann::ordered_json PointsJson(const bus::PointStore& store, const PointFilter& filter, Now now);
 
-/// Appends "[id,value,quality,"text",read_at_ms],": one point in a stream.
+/// Appends "[id,value,quality,"text",read_at_ms],": the row of one point in a stream.
 void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out);
 
 /// Returns the text as a JSON string, with quotation marks.
 std::string JsonText(std::string_view text);
 
-/// {"unit":1,"registers":[{"point":"current_l1","table":"holding","address":0,"count":2,…}]}. The
-/// unit is null if the device has no Modbus unit.
+/// Returns
+/// {"unit":1,"registers":[{"point":"current_l1","table":"holding","address":0,"count":2,…}]}.
+/// "unit" is null if the device has no Modbus unit.
 nlohmann::ordered_json MapJson(const config::Device& device);
 
 }  // namespace baudgate::web

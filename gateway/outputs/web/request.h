@@ -1,5 +1,4 @@
-// `Request` and `Response` are an HTTP request and its answer: plain values, independent of the
-// HTTP library.
+// `Request` and `Response` are an HTTP request and its answer, independent of the HTTP library.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,15 +16,14 @@
 namespace baudgate::web {
 
 struct Request {
-  std::string method{};  ///< "GET", "POST", …; GET for a HEAD request
-  std::string path{};    ///< "/api/v1/status", without escapes
+  std::string method{};  ///< "GET", "POST", …; a HEAD request has "GET"
+  std::string path{};    ///< e.g. "/api/v1/status", without escapes
   std::map<std::string, std::string> query{};
   std::map<std::string, std::string> headers{};  ///< by name in lower case
   std::string body{};
-  std::string peer{};   ///< address of the client: "10.0.0.7"
-  std::string local{};  ///< address of this machine that the client has connected to
+  std::string peer{};   ///< address of the client, e.g. "10.0.0.7"
+  std::string local{};  ///< address of this machine to which the client has connected
 
-  /// Empty: the request has no such header.
   std::optional<std::string> Header(const std::string& name) const { return In(headers, name); }
   std::optional<std::string> Query(const std::string& name) const { return In(query, name); }
 
@@ -37,35 +35,36 @@ struct Request {
   }
 };
 
-/// An answer without an end. Read is called on one thread. SetWake is called before the first Read;
-/// the wake function may be called on any thread.
+/// An answer that is sent piece by piece. Read is called on one thread. SetWake is called before
+/// the first Read; the wake function may be called on any thread.
 class Stream {
  public:
   virtual ~Stream() = default;
   static constexpr std::ptrdiff_t kEnd = -1;
-  /// Writes bytes to `into` and returns how many; 0: there are none now, and `wake` will be called;
-  /// kEnd: the stream has ended.
+  /// Writes bytes to `into` and returns their number; 0: there are none now, and `wake` will be
+  /// called; kEnd: the stream has ended.
   virtual std::ptrdiff_t Read(std::span<char> into) = 0;
   virtual void SetWake(std::function<void()> wake) = 0;
 };
 
 struct Response {
   int status = 200;
-  std::string type{};  ///< empty: there is no content
+  std::string type{};  ///< content type; empty: the answer has no body
   std::vector<std::pair<std::string, std::string>> headers{};
   std::string_view body{};
-  /// Keeps the bytes of `body` alive; null: they are constant.
+  /// Keeps the bytes of `body` alive; null: the bytes are constants.
   std::shared_ptr<const void> owner{};
-  std::shared_ptr<Stream> stream{};  ///< in place of a body
+  std::shared_ptr<Stream> stream{};  ///< replaces the body
 };
 
-/// Receives the answer; is called once, on any thread.
+/// Takes the answer to a request. It is called once, on any thread.
 using Answered = std::function<void(Response)>;
 
 inline constexpr std::string_view kJson = "application/json";
 
 Response TextResponse(int status, std::string_view type, std::string text);
-/// application/problem+json: {"type":"about:blank","title":"Not Found","status":404,"detail":…}.
+/// Returns application/problem+json: {"type":"about:blank","title":"Not
+/// Found","status":404,"detail":…}.
 Response Problem(int status, std::string_view detail);
 std::string_view Title(int status);
 

@@ -1,4 +1,4 @@
-// `WebOutput` is the web server as an output of the gateway. A reload may start it, stop it, or
+// `WebOutput` is the web server as an output of the gateway. A reload can start it, stop it, or
 // move it to another address.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -20,7 +20,8 @@ namespace baudgate::web {
 
 class WebOutput final : public outputs::Output {
  public:
-  /// Descriptors for the page, if it is on: web::Limits::at_all, and some spare ones.
+  /// File descriptors that the web server needs if it is on: web::Limits::at_all, and some spare
+  /// ones.
   static constexpr std::size_t kDescriptors = 352;
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
@@ -30,10 +31,11 @@ class WebOutput final : public outputs::Output {
       : links_(std::move(links)), limits_(limits) {}
 
   std::string_view name() const override { return "web"; }
-  /// Opens the port; Begin starts serving.
+  /// Opens the port. Begin starts to serve.
   Status Open(const Configuration& config) override;
   Status Begin(const Configuration& config) override;
-  /// Adds to `settings` if the token file now contains another token than the one in use, or none.
+  /// Adds the token to `settings` if the token file contains another token than the one in use, or
+  /// no valid token.
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
@@ -42,7 +44,8 @@ class WebOutput final : public outputs::Output {
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;
   void StopRequests() override;
-  /// E.g. "web page on 127.0.0.1:8502". May be called on any thread.
+  /// Returns e.g. "web page on 127.0.0.1:8502"; empty: the web server is off. Any thread may call
+  /// it.
   std::string Summary() override;
 
  private:
@@ -55,8 +58,8 @@ class WebOutput final : public outputs::Output {
 
   web::LiveApi::Links links_;
   const web::Limits limits_;
-  config::Web web_;             // the settings that are served
-  std::unique_ptr<Port> port_;  // from Open until Begin
+  config::Web web_;             // the settings that are in use
+  std::unique_ptr<Port> port_;  // exists from Open to Begin
   std::optional<std::string> token_;
   std::unique_ptr<web::WebServer> server_;
   mutable Mutex mutex_;

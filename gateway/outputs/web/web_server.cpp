@@ -13,7 +13,8 @@
 namespace baudgate::web {
 namespace {
 
-constexpr std::size_t kTrailer = 8;  // the end of a gzip file: checksum and length of the content
+// Size of the end of a gzip file: checksum and length of the content.
+constexpr std::size_t kTrailer = 8;
 
 struct FileType {
   std::string_view ending;
@@ -36,7 +37,7 @@ std::string TagOf(std::string_view packed) {
   return tag + "\"";
 }
 
-/// Decompresses a file for the few programs that do not accept gzip.
+/// Decompresses a file, for the few clients that do not accept gzip.
 std::string Unpacked(std::string_view packed) {
   z_stream stream{};
   if (inflateInit2(&stream, 16 + MAX_WBITS) != Z_OK) return {};
@@ -94,7 +95,7 @@ std::optional<Response> AssetResponse(const Request& request) {
 namespace {
 
 constexpr Duration kLook = 1s;
-/// The number of requests that may wait for the two threads; beyond it, 503.
+/// The most requests that wait for the two threads; further requests get 503.
 constexpr std::size_t kMostWaiting = 256;
 
 }  // namespace
@@ -211,7 +212,7 @@ void WebServer::Ask(const Request& request, Answered answered) {
       });
 }
 
-/// Runs every kTick while there is a viewer.
+/// Sends changes to viewers; runs every kTick while there is a viewer.
 void WebServer::Tick() {
   if (ticking_) return;
   ticking_ = live_.Tick(ReadClocks());

@@ -1,5 +1,5 @@
 // `WebServer` serves the page, the JSON and the metrics of a gateway. Clients are checked on the
-// HTTP server's thread; answers are made on two other threads, one for current data and one for
+// HTTP server's thread. Two other threads create the answers: one from current data and one from
 // data on the disk. `AssetResponse` returns the files of the page.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -19,42 +19,43 @@
 
 namespace baudgate::web {
 
-// The files of the page (gateway/outputs/web/page) and the chart library are built into the
-// program, compressed by gzip.
+// AssetResponse returns the files of the page (gateway/outputs/web/page) and the chart library,
+// which are built into the program in gzip form.
 
 struct PackedFile {
-  std::string_view path;  ///< "/index.html"
-  const char* begin;      ///< gzip
+  std::string_view path;  ///< path in the URL, e.g. "/index.html"
+  const char* begin;      ///< first byte of the file in gzip form
   const char* end;
 };
 std::span<const PackedFile> PackedFiles();
 
-/// Empty: the page has no such file.
+/// Returns the file; nothing: the page has no file of this name.
 std::optional<Response> AssetResponse(const Request& request);
 
-/// "text/css; charset=utf-8" for "/style.css".
+/// Returns the content type by the end of the name, e.g. "text/css; charset=utf-8" for
+/// "/style.css".
 std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {
  public:
   struct Opened {
-    transports::ListenSocket socket{};   ///< not open: the port does not change
+    transports::ListenSocket socket{};   ///< not open: the server continues to use its port
     std::optional<std::string> token{};  ///< empty: no login is needed
   };
-  /// `at` must be an address of this machine, not a name.
+  /// Opens a listening socket. `at` must be an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
-  /// Reads the token and opens the port for `next`; these steps may fail, so they come before any
-  /// change. `now`: the settings of the server that runs, or null.
+  /// Reads the token and opens the port for `next`. These steps can fail, so a reload does them
+  /// before it changes anything. `now`: the settings of the server that runs; null: no server runs.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
-  /// Starts serving. The objects that `links` refers to without sharing must outlive the server.
+  /// Starts to serve. References in `links` must stay valid for the lifetime of the server.
   static Result<std::unique_ptr<WebServer>> Start(
       const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
       const Limits& limits = {});
   ~WebServer() override;  ///< calls Stop
 
-  /// Applies a reload; the new settings are in force when it returns. If `opened` contains a
-  /// socket, the server moves there. After an error it still serves the old port.
+  /// Applies a reload; when Apply returns, the new settings are in use. If `opened` contains a
+  /// socket, the server moves to its port. After an error the server still uses the old port.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,
@@ -80,7 +81,7 @@ class WebServer final : public HttpHandler {
   PastApi past_;
   asio::steady_timer tick_{live_loop_.io()};
   asio::steady_timer look_{live_loop_.io()};
-  bool ticking_ = false;  // a tick is pending; on the live loop
+  bool ticking_ = false;  // a call of Tick is scheduled; used on the live loop only
   std::atomic<std::size_t> waiting_ = 0;
   std::unique_ptr<HttpServer> http_;
 };

@@ -26,15 +26,14 @@ constexpr const char* kPointsOf =
 constexpr const char* kOldestOf =
     "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
     "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
-/// Room is made when a kind is one part in kSlack above its limit, so that many rows are deleted at
-/// once.
+/// Records are deleted when a kind exceeds its limit by one part in kSlack (1 %), so that many rows
+/// are deleted at once.
 constexpr std::int64_t kSlack = 100;
 
-/// A point and the number of its records.
 struct Share {
   std::array<std::string, 3> place;  // line, device, point
   std::int64_t rows = 0;
-  std::int64_t ended = 0;  // records that have ended; others are not deleted
+  std::int64_t ended = 0;  // records of ended writes; only these can be deleted
 
   std::int64_t Beyond(std::int64_t level) const {
     return std::min(ended, std::max<std::int64_t>(rows - level, 0));
@@ -47,7 +46,8 @@ std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
       [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
 }
 
-/// The lowest level beyond which there are no more than `rows` records.
+/// Returns the smallest number of records per point such that the records beyond it, of all points
+/// together, are at most `rows`.
 std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
   std::int64_t low = 0;
   std::int64_t high = 0;
@@ -168,9 +168,9 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
-/// Deletes `rows` records of a kind: the oldest of all points with more than one level of records,
-/// down to that level. The remainder is less than one record per point; the points with the oldest
-/// records give it.
+/// Deletes `rows` records of a kind. LevelFor gives the level: all points with more records than
+/// this level lose their oldest records down to it. The remainder is less than one record per
+/// point; some points lose one more record.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;
@@ -216,8 +216,8 @@ bool WriteTable::DropOld(WallTime now) {
 
 namespace {
 
-/// Only a day after the start, so that a clock that was wrong at the start is correct by then and
-/// drops nothing.
+/// Old records are deleted for the first time a day after the start, so that a clock that was wrong
+/// at the start deletes nothing.
 constexpr Duration kDropOldEvery = kDay;
 
 }  // namespace

@@ -1,6 +1,7 @@
-// `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the drafts
-// that the book has due, and reports failures. For one thread (gateway/records/audit/audit_log.h);
-// time is an argument. `WriteTable` handles the rows of the table `writes`.
+// `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the changed
+// records of AuditBook, and reports failures. Used by one thread
+// (gateway/records/audit/audit_log.h); it reads no clock. `WriteTable` handles the rows of the
+// table `writes`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,23 +23,23 @@
 namespace baudgate::audit {
 
 // `WriteTable` writes records to the table `writes` of events.db, in one transaction, and deletes
-// the oldest. For one thread; gateway/records/audit/audit_source.h reads the table in another
-// connection.
+// the oldest records. Used by one thread; gateway/records/audit/audit_source.h reads the table over
+// another connection.
 
-/// How many records of a kind are stored, and how long. Beyond `rows` the oldest record of the
-/// point with most records is deleted first, so a client that writes to one point without end
-/// displaces no record of other points.
+/// How many records of a kind are stored, and for how long. If there are more than `rows`, the
+/// oldest record of the point with most records is deleted first, so a client that writes to one
+/// point without end displaces no record of other points.
 struct Room {
   std::int64_t rows = 0;
   Duration age{};
 };
 inline constexpr Duration kDay = 24h;
-/// The limits by Kind: about 60 MB together.
+/// The limits of each Kind, in the order of the enumerators: about 60 MB together.
 inline constexpr std::array<Room, kKinds> kRooms = {
     Room{200'000, 5 * 366 * kDay}, Room{100'000, 400 * kDay}, Room{20'000, 400 * kDay},
     Room{20'000, 5 * 366 * kDay}};
 
-/// Line and bare name of a device.
+/// The names of a line and of a device on it.
 using Target = std::pair<std::string, std::string>;
 
 class WriteTable {
@@ -46,15 +47,16 @@ class WriteTable {
   /// `database` must come from OpenEvents, and outlive this object.
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// To be called once, before all other functions: writes that the last run began and did not end
-  /// become unknown. The devices of those to points are then in `unsettled()`.
+  /// To be called once, before all other functions. Writes that the last run began and did not end
+  /// get the result "unknown"; `unsettled()` then returns the devices of those that write to
+  /// points.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// Writes all records or none. Sets the seq of new records.
+  /// Writes all records or none, and sets the seq of new records. False: database.error() contains
+  /// the reason.
   bool Write(std::vector<Draft>& drafts);
-  /// Deletes records beyond the rows of their kind.
+  /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
-  /// Deletes records that are older than the limit of their kind.
   bool DropOld(WallTime now);
 
  private:
@@ -69,33 +71,32 @@ class WriteTable {
   records::Statement insert_;
   records::Statement update_;
   std::array<std::int64_t, kKinds> rows_{};
-  std::int64_t settled_ = 0;  // the last number that was given to a record that has ended
+  std::int64_t settled_ = 0;  // the last value of `settled` that was given to a record
   std::set<Target> unsettled_;
 };
 
 class AuditFile {
  public:
-  /// The arguments are those of EventsConnection.
   explicit AuditFile(std::filesystem::path path, std::string vfs = {},
                      const std::array<Room, kKinds>& rooms = kRooms,
                      std::shared_ptr<records::EventsWriter> writer = {});
 
   using Opened = records::EventsConnection::Opened;
-  /// Opens the file. Empty: it was open already.
+  /// Opens the file; returns nothing if it is already open.
   std::optional<Opened> Open();
-  /// The file must be open. Afterwards all drafts are on the disk, with their seq, or none is.
+  /// Writes all drafts to the disk and sets their seq, or writes none. The file must be open.
   Status Write(std::vector<Draft>& drafts);
-  /// The file must be open. To be called when a reader has found damage: the whole file is checked.
+  /// Checks the whole file, which must be open, because a reader has found damage.
   Status Check();
-  /// See PutAsideOf.
+  /// Returns the names of damaged files that were renamed and still exist.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
-  /// Deletes records beyond the limits. A failure is reported by the next write.
   void Tidy(Now now);
 
-  /// See WriteTable. The file must be open.
+  /// See WriteTable::unsettled. The file must be open.
   const std::set<Target>& unsettled() const { return table_->unsettled(); }
 
-  /// See ReadRequests. The file must be open.
+  /// Returns the latest writes of clients that number their requests; see ReadRequests. The file
+  /// must be open.
   Result<std::vector<bus::PastRequest>> PastRequestsAt(WallTime now) {
     return ReadRequests(connection_.database(), now);
   }

@@ -89,8 +89,8 @@ void AuditBook::NewFile() {
 
 namespace {
 
-/// Removes numbers, so that "40.1 is above the maximum, 40" and "41 is above the maximum, 40" are
-/// one reason.
+/// Returns the reason without its numbers, so that two refused values have the same reason.
+/// Example: "40.1 is above the maximum, 40" and "41 is above the maximum, 40".
 std::string ReasonOf(const WriteRecord& record) {
   std::string reason = record.reason;
   std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });
@@ -242,7 +242,7 @@ void AuditLog::Note(WriteRecord record, Instant asked) {
     repeats_.Add(std::move(record), now);
     due = book_.due();
   }
-  if (due) worker_.Wake();  // repeats wait for the next tick
+  if (due) worker_.Wake();  // a repeat makes nothing due: it is written at the next tick
 }
 
 WriteLog::Written AuditLog::WaitFor(Ticket ticket, Instant until) {
@@ -306,8 +306,7 @@ std::optional<bus::PastRequests> AuditLog::Past() const {
   if (options_.file.empty()) return bus::PastRequests();
   const MutexLock lock(mutex_);
   if (past_) return bus::PastRequests{*past_, true};
-  // With `require` nothing is written without a record, so requests may wait until the file is
-  // read.
+  // With `require`, no write is sent without a record, so requests can wait until the file is read.
   if (options_.require || !disk_.is_failing()) return std::nullopt;
   return bus::PastRequests{{}, false};
 }
@@ -332,7 +331,7 @@ Instant AuditLog::Round(bool last) {
   return look_at_;
 }
 
-/// A disk that fails is not tried again before the next look.
+/// True if records can be written now. A disk that has failed is not tried again before look_at_.
 bool AuditLog::IsTime(Instant now) const {
   if (disk_.is_opening() || now >= look_at_) return true;
   return book_.due() && !disk_.is_failing();
@@ -387,7 +386,6 @@ void AuditLog::SetPutAside() {
   disk_.SetPutAside(std::move(files));
 }
 
-/// Logs the first trouble of the disk and its end.
 void AuditLog::SetDisk(records::Disk disk, const std::string& trouble) {
   const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   if (news.begun) options_.warn(fmt::format("audit: {}; {}", trouble, Consequence()));

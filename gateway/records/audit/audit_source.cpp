@@ -13,7 +13,8 @@ namespace {
 constexpr std::string_view kColumns =
     "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
     "took, count, settled, request_client, request_seq, request FROM writes ";
-/// Above the number that a gateway remembers (gateway/bus/writes/request_book.h).
+/// The limits of the requests that ReadRequests returns: in all, and of one client. They are above
+/// the numbers that a running gateway remembers (gateway/bus/writes/request_book.h).
 constexpr int kRequests = 8192;
 constexpr int kRequestsOfAClient = 33;
 
@@ -27,7 +28,7 @@ Value ValueOf(Value value) {
   return value;
 }
 
-/// A number of 2^63 and above is stored as a text.
+/// Converts a request number. The database stores a number of 2^63 and above as a text.
 std::uint64_t SeqOf(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) {
     return ParseInteger<std::uint64_t>(*text).value_or(0);
@@ -50,7 +51,7 @@ WriteRecord RecordOf(const records::Statement& row) {
   record.before = ValueOf(row.At(8));
   record.first = ValueOf(row.At(9));
   record.value = ValueOf(row.At(10));
-  // An outcome that this program does not know must not count as a success.
+  // An unknown outcome must not count as a success.
   if (!row.IsNull(11)) record.end = EndNamed(row.Text(11)).value_or(WriteEnd::unknown);
   record.reason = text(12);
   record.took = DurationOf(row.Number(13));

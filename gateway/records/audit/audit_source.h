@@ -1,5 +1,5 @@
 // `AuditSource` is the audit for its readers, gateway/outputs/status and gateway/outputs/control.
-// May be used on any thread. `ReadPage` reads the records page by page.
+// Can be used on any thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,41 +15,43 @@
 
 namespace baudgate::audit {
 
-// ReadPage reads the records of the audit, page by page, for `baudgate writes`, in its own
-// connection, so it delays no writer. The file may contain anything; every field is checked.
+// `ReadPage` reads the records of the audit, page by page, for `baudgate writes`. It uses a
+// separate connection, so it delays no writer. The file can contain anything; every field is
+// checked.
 
-/// Records of one page: a line of the control socket with about 40 kB, 1 MB at most.
+/// The number of records of one page: a line of the control socket with about 40 kB, 1 MB at most.
 inline constexpr std::size_t kPage = 100;
 
 struct PageQuery {
-  /// seq: all records, in the order of the requests. settled: records that have ended, in the order
-  /// of their ends; no record appears later before one that was read already.
+  /// seq: all records, in the order of the requests. settled: only records of writes that have
+  /// ended, in the order in which they ended; a later page never contains a record that belongs
+  /// before a record already read.
   enum class Order : std::uint8_t { seq, settled } order = Order::seq;
-  std::int64_t after = 0;         ///< the number in that order after which the page begins
+  std::int64_t after = 0;         ///< the page begins after this number of the chosen order
   std::optional<WallTime> since;  ///< only writes requested at this time or later
 };
 
 struct Page {
   std::vector<WriteRecord> records;
-  std::int64_t next = 0;  ///< `after` of the next page
-  bool more = false;      ///< more records existed when the page was read
+  std::int64_t next = 0;
+  bool more = false;
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
 /// Returns the latest writes to points of each client that numbers its requests, the latest first.
 /// `now` is used to compute their age.
 Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
-/// Reads a page of the file; see ReadOnce.
+/// Opens the file and reads a page; see ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
 struct AuditState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;      ///< why the disk fails; empty: it does not
-  WallTime since{};         ///< since when `disk` has its value
-  bool require = false;     ///< writes are refused while the disk fails
+  std::string trouble;  ///< why the disk fails; empty: it works
+  WallTime since{};
+  bool require = false;     ///< true: writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
-  std::uint64_t lost = 0;   ///< records for which there was no room
+  std::uint64_t lost = 0;   ///< records that were lost because the memory was full
   std::string file;
   std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
 };
@@ -58,14 +60,16 @@ class AuditSource {
  public:
   virtual ~AuditSource() = default;
   virtual AuditState state() const = 0;
-  /// The page is empty while the file is being opened, which may take as long as reading the file.
+  /// Returns an empty page while the file is being opened, which can take as long as reading the
+  /// whole file.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// The requests of earlier runs. Not set: they are not known yet. Until then a request with a
-  /// number must not be carried out, because an earlier run may have done so.
+  /// Returns the numbered requests of earlier runs; empty: they are not known yet. Until they are
+  /// known, a request with a number must not be carried out, because an earlier run may have
+  /// carried it out.
   virtual std::optional<bus::PastRequests> Past() const = 0;
 };
 
-/// `source` null: no records are stored.
+/// `source` null: no writes are recorded, so there are no requests of earlier runs.
 inline std::optional<bus::PastRequests> PastOf(const AuditSource* source) {
   return source != nullptr ? source->Past() : bus::PastRequests();
 }

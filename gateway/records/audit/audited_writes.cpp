@@ -18,7 +18,7 @@ std::string_view Name(Kind kind) {
 std::string Clipped(std::string text) {
   if (text.size() <= kLongestText) return text;
   std::size_t end = kLongestText;
-  // Does not cut within a character of UTF-8.
+  // Must not cut within a character of UTF-8.
   while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0U) == 0x80U) --end;
   text.resize(end);
   return text + "…";
@@ -45,10 +45,10 @@ std::optional<Kind> KindNamed(std::string_view name) {
 
 namespace {
 
-/// Stands in place of a point's name.
+/// The record of a telegram has this text in place of a point's name.
 constexpr const char* kTelegramPoint = "telegram";
 
-/// The first point of the command stands for all.
+/// A command with several points is reported by its first point.
 bus::DeniedWrite NotTaken(const bus::WriteCommand& command, WriteEnd end) {
   bus::DeniedWrite denied{
       .client = command.client, .request = command.request, .device = command.device, .end = end};
@@ -73,11 +73,10 @@ AuditedWrites::AuditedWrites(const bus::PointStore& store, bus::CommandSink& inn
 
 bool AuditedWrites::Submit(bus::WriteCommand command) {
   const bool telegram = command.telegram() && !command.telegram()->reads;
-  // Commands that only read need no record.
   if (command.writes().empty() && !telegram) return inner_.Submit(std::move(command));
   const Now now = clocks_();
-  // The lock is held until the command is queued, so that records and commands have one order even
-  // if several threads submit.
+  // The lock is held until the command is queued, so that records and commands have the same order
+  // even if several threads submit.
   const MutexLock lock(mutex_);
   if (stop_) return false;
   if (waiting_.full()) {
@@ -242,7 +241,6 @@ std::string Range(std::string_view what, unsigned start, unsigned count) {
   return fmt::format("{} {}-{}", what, start, start + count - 1);
 }
 
-/// One value as a number, several as a text.
 template <typename ValueAt>
 Value ValuesOf(unsigned count, ValueAt value_at) {
   if (count == 1) return std::int64_t{value_at(0)};

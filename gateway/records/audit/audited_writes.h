@@ -1,7 +1,6 @@
 // The parts by which a write gets into the audit. `WriteRecord` is one record. `WriteLog` is the
-// interface that stores records: gateway/records/audit/audit_log.h saves them, tests remember them.
-// `AuditedWrites` is the sink before the lines. `BeginLoan` and `EndLoan` record the loan of a
-// port, and `Witness` records a routed write.
+// interface that stores records. `AuditedWrites` is the sink in front of the lines. `BeginLoan` and
+// `EndLoan` record the loan of a port, and `Witness` records a routed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,51 +30,53 @@ namespace baudgate::audit {
 // are in engineering units, as users see them, never bytes of a line. docs/audit.md describes the
 // fields for users.
 
-/// Each kind has its own limits in the file, so that a flood of one kind displaces no record of
-/// another.
+/// The kind of a record. The file limits each kind separately, so that a flood of one kind
+/// displaces no record of another.
 enum class Kind : std::uint8_t {
-  point,   ///< to a point: recorded before it is sent
-  route,   ///< passed on unchanged: recorded after its exchange
-  denied,  ///< refused by the gateway
-  loan,    ///< loan of a port over the network: its beginning and its end
+  point,   ///< a write to a point: recorded before it is sent
+  route,   ///< a request passed on unchanged: recorded after its exchange
+  denied,  ///< a write that the gateway refused
+  loan,
 };
 inline constexpr std::size_t kKinds = 4;
 
-std::string_view Name(Kind kind);  ///< "point"
+std::string_view Name(Kind kind);
 
 struct WriteRecord {
-  std::int64_t seq = 0;  ///< from 1 on without a gap, over restarts; 0: not in the file yet
+  /// Number of the record, from 1 on without a gap, over restarts; 0: not in the file yet.
+  std::int64_t seq = 0;
   Kind kind = Kind::point;
-  WallTime time{};              ///< time of the request; for repeats of the first
-  WallTime last{};              ///< for repeats time of the last; else as `time`
-  std::string client;           ///< "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::string line;             ///< name of the line, or of the remote server: "10.0.0.9:502"
-  std::string device;           ///< bare name of the device; for a route "unit 20"
-  std::string point;            ///< for a route its function and address: "06 holding 100"
-  Value before;                 ///< the point's value before; empty: not known
-  Value first;                  ///< for repeats the first value; else empty
-  Value value;                  ///< the value to write; for repeats the last
-  std::optional<WriteEnd> end;  ///< empty: the write is under way
-  std::string reason;           ///< one sentence; empty when ok
-  Duration took{};              ///< from the request to the end
-  std::uint64_t count = 1;      ///< number of repeats, the first write included
-  /// For repeats the first request's; empty: the request had no number.
+  WallTime time{};     ///< time of the request; for repeats, of the first request
+  WallTime last{};     ///< for repeats, time of the last request; else equal to `time`
+  std::string client;  ///< "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string line;    ///< name of the line, or of the remote server: "10.0.0.9:502"
+  std::string device;  ///< name of the device without its line; for a route "unit 20"
+  std::string point;  ///< name of the point; for a route its function and address: "06 holding 100"
+  Value before;       ///< the point's value before the write; empty: not known
+  Value first;        ///< for repeats, the first value; else empty
+  Value value;        ///< the value to write; for repeats, the last value
+  std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
+  std::string reason;           ///< why the write failed, as one sentence; empty: it succeeded
+  Duration took{};
+  std::uint64_t count = 1;  ///< number of repeats, the first write included
+  /// Client and number of the request; for repeats, of the first request. Empty: the request had no
+  /// number.
   std::optional<bus::RequestId> request{};
-  /// The record's number among those that have ended; empty: the write has not ended.
+  /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
 };
 
-/// Clipped cuts texts to this length, in bytes.
+/// Clipped cuts a text to this length, in bytes.
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
-/// The name of the outcome, in the file and for programs: "ok", "unknown", …; "pending" while the
-/// write is under way.
+/// Returns the name of the outcome, for the file and for programs: "ok", "unknown", …; "pending"
+/// while the write has not ended.
 std::string_view OutcomeOf(const WriteRecord& record);
 std::optional<WriteEnd> EndNamed(std::string_view name);
 std::optional<Kind> KindNamed(std::string_view name);
 
-using Ticket = std::uint64_t;  ///< from 1 on, in the order of Begin
+using Ticket = std::uint64_t;  ///< number of a record in the log, from 1 on, in the order of Begin
 
 struct Ending {
   WriteEnd end = WriteEnd::unknown;
@@ -87,11 +88,11 @@ struct Ending {
 struct Draft {
   Ticket ticket = 0;
   std::uint64_t version = 0;
-  bool ended = false;  ///< no change follows
-  WriteRecord record;  ///< seq 0: not in the file yet
+  bool ended = false;  ///< no change of the record follows
+  WriteRecord record;
 };
 
-/// All functions may be called on any thread. Only WaitFor waits.
+/// All functions can be called on any thread. Only WaitFor waits.
 class WriteLog {
  public:
   enum class Written : std::uint8_t {
@@ -100,22 +101,24 @@ class WriteLog {
     late,     ///< the disk did not answer in time
   };
   virtual ~WriteLog() = default;
-  /// Adds the record of a write that is about to be done. Empty: there is no room for it.
+  /// Adds the record of a write that is about to be sent. Empty: the log has no room for the
+  /// record.
   virtual std::optional<Ticket> Begin(WriteRecord record) = 0;
   virtual void End(Ticket ticket, const Ending& ending) = 0;
-  /// Waits until the record of this ticket, and all records before it, are on the disk.
+  /// Waits until the record of this ticket, and all records before it, are on the disk; no longer
+  /// than `until`.
   virtual Written WaitFor(Ticket ticket, Instant until) = 0;
-  /// Adds the record of a write that was done already, or denied; it was requested at `asked`.
-  /// Equal writes share a record.
+  /// Adds the record of a write that has ended, or was denied; it was requested at `asked`. Equal
+  /// writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
-  /// The last trouble of WaitFor, as a sentence; empty: there is none.
+  /// Why WaitFor fails now, as a sentence; empty: the disk works.
   virtual std::string Trouble() const = 0;
 };
 
-// `AuditedWrites` is the sink before the lines: each write to a point, and each manual telegram
-// that may write, waits until its record is on the disk, 500 ms at most, and then goes to the line;
-// its end completes the record. Writes do not overtake each other; commands that only read go to
-// the line at once.
+// `AuditedWrites` is the sink in front of the lines. Each write to a point, and each manual
+// telegram that may write, waits until its record is on the disk, 500 ms at most, and then goes to
+// the line; the end of the write completes the record. Writes do not overtake each other; commands
+// that only read go to the line at once.
 //
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
@@ -123,44 +126,45 @@ class WriteLog {
 //
 class AuditedWrites final : public bus::CommandSink {
  public:
-  /// The longest time that a command waits for its record. No line and no caller of Submit waits
-  /// with it.
+  /// The longest time that a command waits for its record. It waits in a queue, so neither the line
+  /// nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
-  /// The number of commands that may wait for their records.
+  /// The number of commands that can wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object; `log` must also outlive every command that was passed
-  /// to `inner`. `audit`: `require` denies a write without a record.
+  /// to `inner`. `audit`: with `require`, a write without a record is denied.
   AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                 config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
 
-  /// May be called on any thread; does not wait. A command may end on another thread than the
-  /// line's.
+  /// Can be called on any thread; does not wait. The command's result can be reported on another
+  /// thread than the line's.
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
-  /// Begins to pass commands on, on its own thread.
   void Start() { worker_.Start(); }
-  /// Passes on, or denies, the commands that still wait. Submit refuses commands from now on.
+  /// Passes on, or denies, the commands that still wait. From now on Submit refuses commands.
   void Stop();
 
-  /// Waits for the record of the next command and passes the command on. False: no command waits.
-  /// For tests, in place of Start.
+  /// Waits for the record of the next command, and passes the command on or denies it. False: no
+  /// command waits. Tests call this in place of Start.
   bool HandOn();
 
  private:
   struct Waiting {
     bus::WriteCommand command;
-    Ticket last = 0;       // its last record; the earlier ones are on the disk when this one is
-    bool has_room = true;  // the book had room for all its records
+    // Ticket of the command's last record; the earlier records are on the disk before it.
+    Ticket last = 0;
+    bool has_room = true;  // the log had room for all records of the command
     Instant until;
   };
 
   WriteRecord RecordOf(const bus::WriteCommand& command, const bus::PointWrite& write,
                        Now now) const;
   std::vector<WriteRecord> RecordsOf(const bus::WriteCommand& command, Now now) const;
-  /// Makes a record with the names of line, device and point; without a point it is for a telegram.
+  /// Makes a record with the names of line, device and point. `point` empty: the record is for a
+  /// telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
   void NoteBusy(const bus::WriteCommand& command, Now now);
 
@@ -175,21 +179,22 @@ class AuditedWrites final : public bus::CommandSink {
   Worker worker_;
 };
 
-// The two records of a loan of a port to a network client: its beginning and its end. The records
-// do not contain the bytes that the client sent.
+// A loan of a port to a network client has two records: its beginning and its end. The records do
+// not contain the bytes that the client sent.
 struct Loan {
   std::string line;
   std::string client;  ///< "10.0.0.7:40112"
   Now began{};
 };
 
-/// `how`: "at 127.0.0.1:4001, raw, for 30min".
+/// `how`: text of the record. Example: "at 127.0.0.1:4001, raw, for 30min".
 void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
-/// `how`: "it disconnected; 120 bytes to the port, 340 from it".
+/// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// A write that is routed to a slave unchanged. Its record is made after the exchange, and nothing
-// waits for it. Used by gateway/outputs/modbus/service for every routed request except reads.
+// A write that is routed to a slave unchanged. Its record is made after the exchange, and the
+// exchange does not wait for it. Used by gateway/outputs/modbus/service for every routed request
+// except reads.
 struct RoutedWrite {
   std::string client;
   std::string target;     ///< name of the line, or "10.0.0.9:502"
@@ -199,12 +204,13 @@ struct RoutedWrite {
   Now asked;
 };
 
-/// Function, address and at most 16 values: "06 holding 100", 7; "16 holding 100-101", "1 2". For
-/// functions other than 5, 6, 15, 16, 22 and 23 only the code.
+/// Makes the record of a routed write. Its point contains the function and the address, its value
+/// at most 16 values. Examples: "06 holding 100", 7; "16 holding 100-101", "1 2". For functions
+/// other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
 WriteRecord RecordOf(const RoutedWrite& write);
 
 /// `Witness` records one routed request: it reports once to the log how the request ended. If all
-/// copies of Watch's function are destroyed without a call, it reports that the result is not
+/// copies of the function of Watch are destroyed without a call, it reports that the result is not
 /// known.
 class Witness {
  public:
@@ -215,9 +221,8 @@ class Witness {
   Witness& operator=(const Witness&) = delete;
 
   using Done = std::function<void(bus::RoutedReply)>;
-  /// Returns `done`, which then also reports to the log.
+  /// Returns a function that reports the result to the log and then calls `done`.
   static Done Watch(std::shared_ptr<Witness> witness, Done done);
-  /// Reports that the gateway has denied the request.
   void Deny(WriteEnd end, const std::string& reason);
 
  private:

@@ -13,10 +13,10 @@
 namespace baudgate::records {
 namespace {
 
-/// A reader on this machine, such as the program sqlite3, may delay a commit for so long.
+/// A commit waits this long at most for a reader on this machine, such as the program sqlite3.
 constexpr int kBusyMs = 250;
 
-/// Null: the file or log is not open.
+/// Returns SQLite's handle of the file or of its log; null: it is not open.
 sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   const bool log = part == Database::Part::log;
   sqlite3_file* file = nullptr;
@@ -25,8 +25,8 @@ sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   return file != nullptr && file->pMethods != nullptr ? file : nullptr;
 }
 
-/// True if a table or column is missing. The gateway's own statements are right, so the file has
-/// lost tables that it had when it was opened.
+/// True if a table or column is missing. The gateway's own statements are correct, so another
+/// program has removed the table or column since the file was opened.
 bool NamesMissingTable(const std::string& error) {
   return error.starts_with("no such table: ") || error.starts_with("no such column: ") ||
          error.find(" has no column named ") != std::string::npos;
@@ -69,7 +69,7 @@ bool Database::Fail(int code) {
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
   std::ranges::replace(error_, '\n', ' ');  // a quoted schema may contain line breaks
   const int base = code & 0xFF;
-  // errno may have changed by now, so SQLite's copy is used.
+  // errno can have changed meanwhile, so SQLite's copy is used.
   const int system = handle_ ? sqlite3_system_errno(handle_.get()) : 0;
   const bool full = system == ENOSPC || system == EDQUOT;
   if (base == SQLITE_IOERR && IsTooLarge()) {
@@ -89,7 +89,7 @@ bool Database::Fail(int code) {
 }
 
 bool Database::IsTooLarge() const {
-  constexpr std::uint64_t kPage = 65536;  // the largest page that was to be written
+  constexpr std::uint64_t kPage = 65536;  // the largest possible page
   const auto most = MostFileBytes();
   if (!most || !handle_) return false;
   return std::max(SizeOf(Part::file).value_or(0), SizeOf(Part::log).value_or(0)) + kPage > *most;
@@ -176,7 +176,7 @@ void Statement::Bind(int place, std::int64_t number) {
 }
 
 void Statement::Bind(int place, std::string_view text) {
-  // A null pointer would bind NULL.
+  // SQLite would bind a null pointer as NULL.
   sqlite3_bind_text(handle_.get(), place, text.empty() ? "" : text.data(),
                     static_cast<int>(text.size()), SQLITE_TRANSIENT);
 }

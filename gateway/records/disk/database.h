@@ -1,6 +1,6 @@
-// `Database` and `Statement` are SQLite as the state folder uses it: a connection and a prepared
+// `Database` and `Statement` wrap SQLite for the state folder: a connection and a prepared
 // statement, without exceptions. Bound texts are copied; returned texts are valid until the next
-// step. `ReadOnce` reads a file in its own connection.
+// step. `ReadOnce` reads a file over a separate connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,43 +28,42 @@ class Database {
   enum class Mode : std::uint8_t { read, write };  ///< write: the file is made if it does not exist
 
   Database() = default;
-  /// `vfs`: the name of an SQLite VFS; empty: the files of this machine. After a failure is_open()
-  /// is false and error() contains the reason.
+  /// `vfs`: the name of an SQLite VFS; empty: the default VFS. After a failure is_open() is false
+  /// and error() contains the reason.
   Database(const std::string& path, Mode mode, const std::string& vfs = {});
 
   bool is_open() const { return handle_ != nullptr; }
-  /// The reason why the last call failed, in words for users.
   const std::string& error() const { return error_; }
   /// True if the last call failed because the file is no database, is damaged, or lacks tables that
-  /// it had (another program has changed them). Closing it then changes neither file nor log.
+  /// it had (another program has changed them). Closing the database then changes neither the file
+  /// nor its log.
   bool damaged() const { return damaged_; }
 
-  /// Executes one or several statements; returned rows are ignored.
   bool Execute(const std::string& sql);
-  /// Rolls back a transaction that has failed; error() stays.
+  /// Rolls back a transaction that has failed. error() does not change.
   void Rollback();
   /// Writes the whole write-ahead log to the file. False: a part is still in the log, because
-  /// another connection reads, or the disk fails.
+  /// another connection reads, or because the disk fails.
   bool EmptyLog();
-  /// Reads the whole file from the disk and returns what is damaged; empty: nothing, or the check
-  /// failed.
+  /// Reads the whole file from the disk and returns what is damaged. Empty: nothing is damaged, or
+  /// the check itself failed.
   std::optional<std::string> Damage();
-  /// Closing will change neither file nor log. To be called when another file has its name, or the
-  /// log is damaged.
+  /// From now on, closing the database changes neither the file nor its log. To be called when
+  /// another file has its name, or when the log is damaged.
   void Abandon();
 
-  /// Reads bytes as they are on the disk, by SQLite's own descriptors. A separate descriptor must
-  /// not be used: closing it would end all locks of this process on the file (fcntl), and the next
+  /// The part that is read, as it is on the disk. SQLite's own descriptors are used: closing a
+  /// separate descriptor would end all locks of this process on the file (fcntl), and the next
   /// program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
-  /// The size in bytes. Empty: it cannot be read.
+  /// Returns the size in bytes; empty: it cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
-  /// Reads `count` bytes from `at`; fewer if the file ends before. Empty: it cannot be read.
+  /// Reads `count` bytes from `at`, or fewer if the file ends before. Empty: they cannot be read.
   std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
-  /// The first bytes of the index of the log, which all connections share. Empty: there is no
-  /// index.
+  /// Returns the first bytes of the index of the write-ahead log, which all connections share.
+  /// Empty: there is no index.
   Bytes ReadIndex(std::size_t count) const;
-  /// The first column of the first row. Empty: there is no row, or the statement failed.
+  /// Returns the first column of the first row; empty: there is no row, or the statement failed.
   Value First(const std::string& sql);
 
  private:
@@ -85,24 +84,23 @@ class Statement {
   enum class Step : std::uint8_t { row, done, failed };
 
   Statement() = default;
-  /// `database` must outlive the statement and must not move. SQL that cannot be prepared fails at
-  /// Next.
+  /// `database` must outlive the statement and must not move. If `sql` cannot be prepared, Next
+  /// fails.
   Statement(Database& database, std::string_view sql);
 
-  /// Places count from 1. An unsigned value above 2^63 - 1 is bound as its text.
+  /// Binds a value to a place; places count from 1. An unsigned value above 2^63 - 1 is bound as a
+  /// text.
   void Bind(int place, std::int64_t number);
   void Bind(int place, std::string_view text);
   void Bind(int place, const std::string& text) { Bind(place, std::string_view(text)); }
   void Bind(int place, const Value& value);
   void Bind(int place, View bytes);
-  /// Binds microseconds since 1970.
   void Bind(int place, WallTime time) { Bind(place, std::int64_t{time.time_since_epoch() / 1us}); }
 
   template <typename Some>
   void Bind(int place, const std::optional<Some>& value) {
     if (value) Bind(place, *value);
   }
-  /// Binds the values to the places from 1 on.
   template <typename... Values>
   void BindAll(const Values&... values) {
     int place = 0;
@@ -118,16 +116,16 @@ class Statement {
   }
   void Reset();
 
-  /// Columns count from 0 and may have any type: a text that is read as a number is 0.
+  /// Columns count from 0 and can have any type. A text that is read as a number is 0.
   std::int64_t Number(int column) const;
   std::string_view Text(int column) const;
   double Real(int column) const;
   View Blob(int column) const;
-  /// A time from microseconds since 1970; a number out of range becomes a time that FormatWallTime
-  /// can print.
+  /// Returns a time from microseconds since 1970. A number out of range is changed to the nearest
+  /// time that FormatWallTime can print.
   WallTime Time(int column) const;
   bool IsNull(int column) const;
-  /// Empty, an integer, a number or a text; a blob is returned as empty.
+  /// Returns an integer, a real number or a text; empty for NULL and for a blob.
   Value At(int column) const;
 
  private:
@@ -140,8 +138,9 @@ class Statement {
   std::unique_ptr<sqlite3_stmt, Closer> handle_;
 };
 
-/// Calls `read` with a connection for this call only; all it reads is of one moment. `damaged` (may
-/// be null) is set if SQLite has found that the file is damaged.
+/// Opens the file, calls `read` with the connection, and closes it. All that `read` reads belongs
+/// to one moment. If `read` fails, `damaged` (can be null) is set to true if SQLite has found that
+/// the file is damaged, else to false.
 template <typename Read>
 auto ReadOnce(const std::filesystem::path& file, bool* damaged, Read read)
     -> decltype(read(std::declval<Database&>())) {

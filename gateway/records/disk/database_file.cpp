@@ -42,13 +42,13 @@ std::size_t ReadSome(std::istream& in, Bytes& bytes) {
   return static_cast<std::size_t>(in.gcount());
 }
 
-/// The first word of a write-ahead log whose checksums are over little-endian words; plus 1: over
-/// big-endian words.
+/// The first word of a write-ahead log whose checksums are over little-endian words. If the
+/// checksums are over big-endian words, the first word is kLogMagic + 1.
 constexpr std::uint32_t kLogMagic = 0x377F0682;
 constexpr std::size_t kLogHead = 32;
 constexpr std::size_t kFrameHead = 24;
 
-/// The running checksum of a log: two words, over pairs of words.
+/// Computes the running checksum of a write-ahead log: two sums over pairs of words.
 class LogSum {
  public:
   explicit LogSum(bool big) : big_(big) {}
@@ -58,7 +58,8 @@ class LogSum {
       second_ += Word(bytes + i + 4) + first_;
     }
   }
-  /// True if the checksum equals the stored one, whose words are always big-endian.
+  /// True if the checksum equals the 8 bytes at `at`. In the file, the words of a checksum are
+  /// always big-endian.
   bool Is(const std::uint8_t* at) const { return Big(at) == first_ && Big(at + 4) == second_; }
 
  private:
@@ -69,8 +70,8 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// Returns what is wrong with the first bytes of a database; SQLite reports some of these faults as
-/// "readonly" or "unsupported". Empty: the head is valid.
+/// Returns what is wrong with the first bytes of a database; empty: they are valid. SQLite reports
+/// some of these faults as "readonly" or "unsupported".
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -139,7 +140,7 @@ std::string WhyReadOnly(const fs::path& file) {
 namespace {
 
 /// Returns the number of committed changes in the log that SQLite does not reach because a frame
-/// before them is broken. `in` must be positioned behind the log's head.
+/// before them is broken. `in` must be positioned behind the log's head, `head` contains this head.
 std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
   Bytes frame(kFrameHead + page);
   const auto same_salts = [&] {
@@ -147,19 +148,21 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
   };
   bool broken = false;
   std::size_t commits = 0;
-  bool behind_a_commit = false;  // a frame follows one of these commits
+  bool behind_a_commit = false;  // a frame follows a commit that was counted
   while (ReadSome(in, frame) == frame.size()) {
     if (!broken) {
       sum.Add(frame.data(), 8);
       sum.Add(&frame[kFrameHead], page);
       broken = !same_salts() || !sum.Is(&frame[16]);
     }
-    // Frames with other salts are left over from the round of the log before the last checkpoint.
+    // Frames with other salts are left over from before the last checkpoint, after which SQLite
+    // writes the log from its beginning again.
     if (!broken || !same_salts()) continue;
     behind_a_commit = behind_a_commit || commits > 0;
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
-  // The single transaction that was being written when the power failed may be incomplete.
+  // A single lost commit at the end of the log is no damage: it was being written when the power
+  // failed.
   return commits == 1 && !behind_a_commit ? 0 : commits;
 }
 
@@ -168,7 +171,7 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
 std::optional<std::string> LogDamage(const fs::path& file) {
   std::ifstream in(file.string() + "-wal", std::ios::binary);
   Bytes head(kLogHead);
-  // There is no log, or it was never used.
+  // The file has no log, or the log was never used.
   if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;
   const std::uint32_t magic = Big(head.data());
   const std::uint32_t page = Big(&head[8]);
@@ -177,7 +180,8 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   const bool head_good =
       (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
   if (!head_good) {
-    // SQLite writes and syncs the head before the first frame, so without a frame nothing is lost.
+    // SQLite writes and syncs the head before the first frame, so a damaged head without a frame
+    // behind it loses nothing.
     Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
     const bool any = ReadSome(in, frame) == frame.size();
     return any ? std::optional<std::string>(
@@ -187,7 +191,8 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   }
   const std::size_t commits = LostCommits(in, head, page, sum);
   if (commits == 0) return std::nullopt;
-  // If another connection has begun a new round meanwhile, the result is not valid.
+  // Another connection may have begun to write the log from its beginning again. Then the count is
+  // not valid.
   Bytes now(kLogHead);
   in.clear();
   in.seekg(0);
@@ -207,19 +212,20 @@ std::uint32_t Big(const Bytes& bytes, std::size_t at) {
   return ByteReader(bytes).U32Be(at).value_or(0);
 }
 
-/// The index of the log, which all connections share: https://www.sqlite.org/walformat.html, 2.
+/// The first bytes of the index of the write-ahead log, which all connections share:
+/// https://www.sqlite.org/walformat.html, 2.
 struct LogIndex {
   static constexpr std::size_t kSize = 100;
-  static constexpr std::size_t kHead = 48;  // there are two copies of it
-  // Sizes in the log itself.
+  static constexpr std::size_t kHead = 48;  // size of the head, of which the index has two copies
+  // Sizes in the log file.
   static constexpr std::size_t kLogHead = 32;
   static constexpr std::size_t kFrameHead = 24;
-  // The last bit is the byte order of the checksums.
+  // The first word of the log file; its last bit is the byte order of the checksums.
   static constexpr std::uint32_t kMagic = 0x377F0683;
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
 
-  /// True if a log is in use, and no connection is changing it now.
+  /// True if a log is in use, and no connection is changing the index now.
   bool valid() const {
     return bytes.size() == kSize && bytes[12] == 1 && frames() > 0 &&
            std::equal(bytes.begin(), bytes.begin() + kHead, bytes.begin() + kHead);
@@ -235,7 +241,9 @@ struct LogIndex {
     return size == 1 ? 65536 : size;
   }
   std::uint32_t frames() const { return Word(16); }
-  std::uint32_t in_the_file() const { return Word(96); }  // number of frames that are in the file
+  std::uint32_t in_the_file() const {
+    return Word(96);
+  }  // number of the log's frames that were copied to the file
   View salt() const { return View(bytes).subspan(32, 8); }
 
   Bytes bytes;
@@ -271,10 +279,11 @@ void OpenFile::RemoveOwn(const char* part, const Id& id) const {
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (id_.inode == 0) return {};
   const Id id = IdOf();
-  // If the folder cannot be searched, the state is unknown. The open files still work.
+  // If stat fails for another reason, it is unknown whether the file exists. The open descriptors
+  // still work.
   if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
   if (id != id_) {
-    // SQLite would play the log of the old file over the new one.
+    // SQLite would copy the log of the old file into the new file.
     database.Abandon();
     RemoveOwn(kLog, log_);
     RemoveOwn(kIndex, index_);
@@ -289,9 +298,9 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   if (log_.inode == 0) log_ = log;
   if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
-  // The open log has lost its name, and still contains what was committed. A log that has its name
-  // now belongs to another database. If a reader prevents emptying the log, the next call tries
-  // again.
+  // The log that SQLite has open has lost its name, and still contains what was committed. A log
+  // that has the name now belongs to another database. If a reader prevents emptying the open log,
+  // the next call tries again.
   if (!database.EmptyLog()) return {};
   RemoveOwn(kLog, log);
   return {Found::stale,
@@ -300,8 +309,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Returns what is wrong with the head of the open file. A part of the head never changes; another
-/// part is 0 until the log is first written to the file.
+/// Returns what is wrong with the first bytes of the open file; empty: they are valid. Some of
+/// these bytes never change; others are 0 until the log is first copied to the file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;
   constexpr std::size_t kPages = 28;
@@ -318,8 +327,8 @@ std::string OpenFile::HeadTrouble(const Database& database) {
   }
   const std::uint64_t page = Big(head, 14) & 0xFFFFU;
   const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
-  // If a reader delays a checkpoint, the newest pages may be in the log only, although the head
-  // counts them already. The file becomes shorter only by damage.
+  // If a reader delays a checkpoint, the newest pages can be in the log only, although the number
+  // of pages in the head counts them already. Only damage makes the file shorter.
   longest_ = std::max(longest_, *size);
   if (*size >= whole || *size >= longest_) return {};
   return fmt::format("the file was truncated while it was in use: {} of {} bytes are left", *size,
@@ -350,8 +359,8 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
                         "no data was lost: the file already contains the content of the log; {}",
                         kAdvice)};
   }
-  // A checkpoint would write the rest of the log to the file and leave a mixture. A checkpoint that
-  // a reader has interrupted has done that already.
+  // A checkpoint would copy the rest of the log to the file and leave a mixture of old and new
+  // pages. If a checkpoint has copied some frames already, the file is such a mixture.
   database.Abandon();
   if (index.in_the_file() > 0) {
     return {
@@ -370,7 +379,7 @@ namespace fs = std::filesystem;
 
 constexpr int kMostPutAside = 99;
 
-/// The state of a file that is opened; failed: `database` contains the reason.
+/// The state of a file that was opened. failed: `why` contains the reason.
 enum class Look : std::uint8_t { fine, failed, damaged, newer };
 
 bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version) {
@@ -398,8 +407,8 @@ std::optional<std::int64_t> WholeNumber(Database& database, const char* sql) {
                                                      : std::nullopt;
 }
 
-/// Checks which program's file it is, and of which version; migrates it. `check`: the result of
-/// SQLite's check.
+/// Checks that the file belongs to the program `kind.application` and has a known version, and
+/// migrates its tables. `check`: the result of SQLite's quick_check.
 Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::string& check,
                    std::string& why) {
   const auto application = WholeNumber(database, "PRAGMA application_id");
@@ -428,15 +437,15 @@ Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::stri
   return Migrate(database, kind, *version) ? Look::fine : Broken(database, why);
 }
 
-/// Checks an open file. `head`: its first bytes exist, and are checked before SQLite reads them.
+/// Checks an open file. `head`: true if the first bytes of the file must be checked before SQLite
+/// reads them.
 Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string& why) {
   const auto bytes = head ? database.Read(Database::Part::file, 0, kDatabaseHead) : std::nullopt;
   if (const auto damage = bytes ? HeadDamage(*bytes) : std::nullopt) {
     why = *damage;
     return Look::damaged;
   }
-  // WAL is a property of the file, so it stays. If the file is being recovered, this statement
-  // waits.
+  // WAL mode is stored in the file. If SQLite is recovering the file, this statement waits.
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return Broken(database, why);
   if (baudgate::ToText(mode) != "wal") {
@@ -449,8 +458,8 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
   return LookAtVersion(database, kind, baudgate::ToText(check), why);
 }
 
-/// Renames the file with its log, which belongs to it. Returns the new name; empty: it cannot be
-/// renamed.
+/// Renames the file together with its log and index. Returns the new name; empty: the file cannot
+/// be renamed.
 fs::path PutAside(const fs::path& file) {
   fs::path to;
   std::error_code error;
@@ -471,7 +480,7 @@ std::string RenamedText(const fs::path& file, const std::string& why, const fs::
                      file.string(), why, to.filename().string());
 }
 
-/// True for an empty file. Some file systems leave an empty file after a power cut; a database of
+/// True for an empty file. A file system can leave an empty file after a power cut; a database of
 /// the gateway is never empty once it was opened.
 bool IsEmpty(const fs::path& file) {
   std::error_code none;
@@ -517,8 +526,8 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     }
     opened.error = fmt::format("{}: {}", file.string(), why);
     database.reset();
-    // A full disk: the file was made and not written. It is removed, so that it is not taken for a
-    // loss later.
+    // On a full disk the file was made but not written. It is removed, so that the next start does
+    // not take it for a lost database.
     if (!was_there && IsEmpty(file)) fs::remove(file, none);
     if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);

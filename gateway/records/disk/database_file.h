@@ -1,7 +1,8 @@
 // `OpenDatabase` opens a database file of the gateway: it checks the file, migrates its tables,
-// makes the file if it does not exist, and puts it aside if it is damaged. The owners define the
-// tables (gateway/records/disk/events_file.h, gateway/records/history). `LogDamage` checks a
-// write-ahead log by its bytes, and `OpenFile` detects when the disk has lost a file that is open.
+// makes the file if it does not exist, and puts it aside (renames it) if it is damaged. The owners
+// define the tables (gateway/records/disk/events_file.h, gateway/records/history). `LogDamage`
+// checks a write-ahead log by its bytes, and `OpenFile` detects when the disk has lost a file that
+// is open.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,39 +20,39 @@
 
 namespace baudgate::records {
 
-// Checks of a database by its bytes: whether it is a regular file, whether its head is valid, and
-// whether its write-ahead log has lost committed changes. Source:
+// These functions check a database by its bytes: whether it is a regular file, whether its head is
+// valid, and whether its write-ahead log has lost committed changes. Source:
 // https://www.sqlite.org/fileformat.html, sections 1.3 and 4.
 
 /// Returns why the file must not be opened: the file, its log or its index is a FIFO, a folder or a
-/// device, which might block without end. Empty: all are regular files, or do not exist.
+/// device, and opening it could block without end. Empty: all are regular files, or do not exist.
 std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
 
-/// Returns why this process may not read an existing file, and the remedy. Empty: it may.
+/// Returns why this process cannot read an existing file, and the remedy. Empty: it can.
 std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
-/// Returns why this process cannot write to an existing file, and the remedy.
 std::string WhyReadOnly(const std::filesystem::path& file);
 
-/// Returns which committed changes the log has lost. SQLite reads the log up to the first damaged
-/// frame and does not report the frames behind it. An incomplete last transaction is no loss,
-/// because it was never committed. Empty: nothing is lost.
+/// Returns which committed changes the write-ahead log has lost; empty: none. SQLite reads the log
+/// up to the first damaged frame and does not report the frames behind it. An incomplete last
+/// transaction is no loss, because it was never committed.
 std::optional<std::string> LogDamage(const std::filesystem::path& file);
 
 // `OpenFile` detects whether the disk still contains a database that is open. SQLite reports no
 // error at first when its file or log is removed, replaced, shortened or damaged, because it has
-// pages in memory; what it commits from then on is lost, or damages the rest.
+// pages in memory. Changes that SQLite commits from then on are lost, or damage the rest of the
+// file.
 class OpenFile {
  public:
   OpenFile() = default;
-  /// Remembers the state of the file as it is now. `vfs`: as in Database; if it is not empty,
-  /// LookAt always returns whole.
+  /// Remembers the present state of the file. `vfs`: as in Database; if it is not empty, LookAt
+  /// always returns `whole`.
   OpenFile(std::filesystem::path path, const std::string& vfs, Database& database);
 
   enum class Found : std::uint8_t {
     whole,
-    stale,  ///< the log was lost, but its contents are in the file: open it again
-    lost,   ///< a part of the log is lost; the file contains what came before: open it again
+    stale,  ///< the log was lost, but its contents are in the file: open the file again
+    lost,   ///< a part of the log is lost; the file contains the earlier changes: open it again
     /// The file was removed or replaced: open it again. The file that has its name now is not
     /// touched.
     gone,
@@ -62,12 +63,11 @@ class OpenFile {
     std::string why{};  ///< reason for users; empty: the file is whole
   };
   /// To be called periodically, and before each commit. `database` must be the open connection.
-  /// Takes a few reads; damage inside the pages is not detected.
+  /// Reads a few pages only; damage inside the other pages is not detected.
   Look LookAt(Database& database);
 
  private:
-  /// Identifies a file. Inode 0: there is no file, or it cannot be determined; errno contains the
-  /// reason.
+  /// Identifies a file. Inode 0: there is no file, or stat failed; errno contains the reason.
   struct Id {
     std::uint64_t device = 0;
     std::uint64_t inode = 0;
@@ -80,33 +80,33 @@ class OpenFile {
   Look LookAtLog(Database& database) const;
 
   std::filesystem::path path_;
-  Id id_;  // inode 0: no file of the operating system
-  // The log and its index; inode 0: not seen yet.
+  Id id_;  // inode 0: the file is not checked
+  // The log and its index; inode 0: the file was not seen yet.
   Id log_;
   Id index_;
-  std::uint64_t longest_ = 0;  // the largest size that was seen
+  std::uint64_t longest_ = 0;
   Bytes head_;
   std::int64_t application_ = 0;
 };
 
 struct DatabaseKind {
-  std::int64_t application = 0;  ///< written into the file, so that the file is recognised
-  /// SQL that leads from each version of the tables to the next. An entry never changes once it is
-  /// released: a file runs through all entries that it lacks.
+  std::int64_t application = 0;  ///< written into the file, so that the gateway recognises it
+  /// SQL statements: entry N leads from version N of the tables to the next. A released entry must
+  /// not change: an old file runs through all entries that it lacks.
   std::span<const char* const> migrations;
-  std::string_view pragmas;  ///< for each connection that writes
+  std::string_view pragmas;  ///< executed for each connection that writes
 
   std::int64_t version() const { return static_cast<std::int64_t>(migrations.size()); }
 };
 
 struct OpenedDatabase {
-  /// Null: `error` contains the reason, and nothing was changed.
+  /// Null: `error` contains the reason.
   std::unique_ptr<Database> database;
   std::string error{};
-  /// One line for the log: a damaged file was put aside and a new one was begun; empty: that did
-  /// not happen.
+  /// One line for the log: a damaged file was put aside and a new one was begun. Empty: the file
+  /// was not damaged.
   std::string put_aside{};
-  /// One line for the log: what the write-ahead log has lost. Empty: nothing.
+  /// One line for the log: what the write-ahead log has lost. Empty: nothing is lost.
   std::optional<std::string> lost{};
 };
 
@@ -117,7 +117,7 @@ struct OpenedDatabase {
 OpenedDatabase OpenDatabase(const std::filesystem::path& file, const DatabaseKind& kind,
                             const std::string& vfs = {}, const std::string& damage = {});
 
-/// The names of renamed files that still exist: "events.db.bad".
+/// Returns the names of renamed files that still exist. Example: "events.db.bad".
 std::vector<std::string> PutAsideOf(const std::filesystem::path& file);
 
 }  // namespace baudgate::records

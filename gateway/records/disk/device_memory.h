@@ -1,6 +1,7 @@
 // `DeviceMemory` stores what conversations need after a restart (Conversation::Memory), in one file
-// of the state folder. Lines set memories on their threads; one thread writes. A memory belongs to
-// line, device, protocol, address and profile: a change of one of these deletes it.
+// of the state folder. Lines set memories on their threads; one thread writes the file. A memory
+// belongs to the combination of line, device, protocol, address and profile: a change of one of
+// these deletes the memory.
 //
 //   {"version": 1,
 //    "devices": [{"line": "meters", "device": "incomer", "protocol": "set4tm", "address": "200",
@@ -22,30 +23,30 @@ namespace baudgate::records {
 
 class DeviceMemory {
  public:
-  /// A failed write is tried again after this time.
   static constexpr Duration kAgain = 10s;
 
   using Tell = std::function<void(const std::string&)>;
   /// Reads `file`, which need not exist. `warn` is called with one line if the file cannot be read.
-  /// `trouble` is called on the writing thread with the reason why the file cannot be written, or
-  /// an empty text when writing works again. The destructor writes what has changed.
+  /// `trouble` is called on the writing thread with the reason why the file cannot be written, and
+  /// with an empty text when it can be written again. The destructor writes the changes that are
+  /// left.
   DeviceMemory(std::filesystem::path file, const config::Config& config, Tell warn, Tell trouble);
 
-  /// Returns the memory of a device. Devices are numbered through all lines, in the order of the
-  /// file. Empty: there is no memory.
+  /// Returns the memory of a device; empty: it has none. Devices are numbered through all lines, in
+  /// the order of the configuration.
   std::string Of(std::uint32_t device) const;
-  /// Applies a reload. `config` contains the devices by their numbers; a device without a name was
-  /// removed.
+  /// Applies a reload. `config` contains the devices by their numbers; a removed device has an
+  /// empty name.
   void OnReload(const config::Config& config);
-  /// May be called on any thread; returns at once.
+  /// Can be called on any thread; returns at once. A memory longer than kLongestMemory is ignored.
   void Set(std::uint32_t device, std::string memory);
 
   enum class Kept : std::uint8_t {
     yes,
-    waits,  ///< waits for the writing thread
-    no,     ///< the last write failed
+    waits,  ///< changes wait for the writing thread
+    no,
   };
-  /// Whether all memories are on the disk. May be called on any thread.
+  /// Returns whether all memories are on the disk. Can be called on any thread.
   Kept kept() const;
 
  private:
@@ -57,7 +58,6 @@ class DeviceMemory {
   const std::filesystem::path file_;
   const Tell warn_;
   const Tell trouble_;
-  /// Identifies the device to which a memory belongs.
   struct Key {
     std::string line;
     std::string device;
@@ -71,7 +71,7 @@ class DeviceMemory {
 
   bool failing_ = false;  // for the writing thread only
   mutable Mutex mutex_;
-  std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // by device
+  std::vector<Key> keys_ BAUDGATE_GUARDED_BY(mutex_);              // index: number of the device
   std::vector<std::string> memories_ BAUDGATE_GUARDED_BY(mutex_);  // parallel to keys_
   bool changed_ BAUDGATE_GUARDED_BY(mutex_) = false;
   Kept kept_ BAUDGATE_GUARDED_BY(mutex_) = Kept::yes;

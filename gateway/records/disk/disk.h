@@ -1,6 +1,6 @@
 // The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
 // wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
-// that a disk may delay without end.
+// that a disk can delay without end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,15 +22,15 @@
 namespace baudgate::records {
 
 enum class Disk : std::uint8_t {
-  opening,  ///< the file is being checked
+  opening,
   fine,
-  stalled,  ///< it does not answer in time
+  stalled,  ///< the disk does not answer in time
   failing,
 };
 std::string_view Name(Disk disk);
 
-// `DiskCondition` stores what is wrong with the disk of a log, and since when. No lock, no clock:
-// the logs have them.
+// `DiskCondition` stores what is wrong with the disk of a log (audit, events or history), and since
+// when. No lock, no clock: the logs provide these.
 //
 //   Set(fine)                       nothing new
 //   Set(stalled, "does not answer") begun
@@ -41,17 +41,15 @@ class DiskCondition {
  public:
   explicit DiskCondition(WallTime since) : since_(since) {}
 
-  /// A trouble that has ended.
   struct Past {
     std::string trouble;
     WallTime since{};
   };
-  /// What changed by Set; the log writes a message about it.
   struct News {
     bool begun = false;
     std::optional<Past> ended{};
   };
-  /// `trouble`: the reason; empty: there is no trouble.
+  /// `trouble`: what is wrong; empty: nothing.
   News Set(Disk disk, std::string trouble, WallTime now) {
     const WallTime since = since_;
     if (std::exchange(disk_, disk) != disk) since_ = now;
@@ -65,14 +63,13 @@ class DiskCondition {
   bool is_opening() const { return disk_ == Disk::opening; }
   bool is_stalled() const { return disk_ == Disk::stalled; }
   bool is_failing() const { return disk_ == Disk::failing; }
-  /// True if records wait because they cannot be written.
   bool holds_up() const { return is_stalled() || is_failing(); }
   const std::string& trouble() const { return trouble_; }
 
   void SetPutAside(std::vector<std::string> files) { put_aside_ = std::move(files); }
   const std::vector<std::string>& put_aside() const { return put_aside_; }
 
-  /// Fills the fields of `State`, the state of a log that is shown to other parts.
+  /// Copies the condition to `State`, the state of a log that is shown to other parts.
   template <typename State>
   void Fill(State& state) const {
     state.disk = disk_;
@@ -83,22 +80,21 @@ class DiskCondition {
  private:
   Disk disk_ = Disk::opening;
   std::string trouble_;
-  WallTime since_;  // since when `disk_` has its value
+  WallTime since_;
   std::vector<std::string> put_aside_;
 };
 
 // `FileWatch` decides when the file of a log must be checked although nothing is written to it, and
-// when its disk does not answer in time. No thread, no lock, no clock: the owner calls Tick once a
+// when its disk does not answer in time. No thread, no lock, no clock: the log calls Tick once a
 // second.
 class FileWatch {
  public:
-  /// A disk does not answer in time if records wait for it at more than this number of ticks in a
-  /// row.
+  /// The disk does not answer in time if records wait, or a write is under way, at more than this
+  /// number of ticks in a row.
   static constexpr int kMostTicks = 3;
-  static constexpr int kLookEvery = 10;  ///< ticks
+  static constexpr int kLookEvery = 10;  ///< in ticks
 
-  /// `waits`: a record is to be written, and no trouble is known. Returns true if records have
-  /// waited too long.
+  /// `waits`: a record has to be written. Returns true if the disk does not answer in time.
   bool Tick(bool waits) {
     ++ticks_;
     look_ = look_ || ticks_ % kLookEvery == 0;
@@ -109,7 +105,7 @@ class FileWatch {
 
   struct Look {
     bool due = false;
-    bool whole = false;  ///< read the whole file
+    bool whole = false;  ///< true: read the whole file
   };
   Look TakeLook() {
     const Look look{look_, look_ && doubt_};
@@ -117,10 +113,11 @@ class FileWatch {
     look_ = false;
     return look;
   }
-  /// To be called when a reader has found that the file is damaged.
+  /// To be called when a reader has found that the file is damaged: the next look reads the whole
+  /// file.
   void Doubt() { doubt_ = true; }
 
-  /// Begin and End enclose a write; the writing thread may hang between them.
+  /// The writing thread calls Begin before a write and End after it; it can hang between them.
   void Begin() { writing_ = true; }
   void End() {
     writing_ = false;
@@ -135,7 +132,7 @@ class FileWatch {
   bool writing_ = false;
 };
 
-// `DiskCalls` makes calls that a disk may delay without end. They run in order on one separate
+// `DiskCalls` makes calls that a disk can delay without end. The calls run in order on one separate
 // thread, so that the caller waits for a limited time:
 //
 //   DiskCalls calls_{"configurations", 5s};
@@ -145,8 +142,8 @@ class DiskCalls {
  public:
   DiskCalls(std::string name, Duration patience);
 
-  /// Returns the result of `call`; empty: it has not come within the patience. The call still runs
-  /// to its end, so it must own what it uses.
+  /// Returns the result of `call`; empty: the result has not come within `patience`, or too many
+  /// calls wait. A call that has begun runs to its end after that, so it must own what it uses.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();
@@ -156,10 +153,11 @@ class DiskCalls {
     if (!begun || result.wait_for(patience_) != std::future_status::ready) return std::nullopt;
     return result.get();
   }
-  /// Runs `call` without waiting for it. False: another call is under way, and this one is dropped.
+  /// Runs `call` without waiting for it. False: the call was dropped, because another call waits or
+  /// runs.
   bool Offer(std::function<void()> call);
 
-  /// Returns when all calls have ended; later calls are dropped. May be called again.
+  /// Returns when all calls have ended; later calls are dropped. Stop can be called again.
   void Stop() { worker_.Stop(); }
 
  private:
@@ -169,7 +167,7 @@ class DiskCalls {
   bool Begin(Call call);
 
   const Duration patience_;
-  std::atomic<int> pending_ = 0;  // calls that wait or run
+  std::atomic<int> pending_ = 0;
   WorkQueue<Call> calls_{kMostWaiting};
   Worker worker_;
 };

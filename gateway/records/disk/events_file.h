@@ -1,7 +1,7 @@
-// `OpenEvents` opens events.db in the state folder: the permanent records of audit and events.
-// Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md and
-// docs/events.md describe its tables. `EventsWriter` is the only thread that writes, and
-// `EventsConnection` is a writing connection that handles removal and damage of the file.
+// `OpenEvents` opens events.db in the state folder, which contains the permanent records of audit
+// and events. Every commit is on the disk before it returns (WAL, synchronous=FULL). docs/audit.md
+// and docs/events.md describe the tables. `EventsWriter` is the only thread that writes events.db,
+// and `EventsConnection` is a writing connection that handles removal and damage of the file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,19 +18,19 @@
 
 namespace baudgate::records {
 
-// `EventsWriter` is the only thread that writes events.db. The audit and the events have a
-// connection each, and their workers take turns on this thread. So SQLite never reports to one of
-// them that the file is busy, and the audit waits for one commit of the events at most, however
-// many events are queued.
+// `EventsWriter` is the only thread that writes events.db. The audit and the events have one
+// connection each, and their workers take turns on this thread. So SQLite never reports that the
+// file is busy, and the audit waits for one commit of the events at most, however many events are
+// queued.
 struct EventsWriter {
-  /// Called before the file is opened: an error if its folder does not exist or is not locked by
-  /// this process. May be empty.
+  /// Called before the file is opened. Returns an error if the folder does not exist or is not
+  /// locked by this process. Can be empty.
   std::function<Status()> ready;
   // For the writing thread only:
-  std::uint64_t times_put_aside = 0;  ///< how often the file was put aside
-  std::size_t open = 0;               ///< number of open connections
-  /// All connections must be closed before one is opened, because they share an index of the log
-  /// that is wrong.
+  std::uint64_t times_put_aside = 0;
+  std::size_t open = 0;
+  /// The write-ahead log is damaged: all connections must be closed before a new one is opened,
+  /// because they share an index of the log that is wrong.
   struct Closing {
     std::string why{};
     bool lost = false;  ///< records that were in the log are lost
@@ -39,9 +39,9 @@ struct EventsWriter {
   WorkThread thread{"events.db"};
 };
 
-/// Written into the file, so that it is recognised: "BGev".
+/// Written into the file, so that the gateway recognises it: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
-/// The version of the tables; each change of them adds one.
+/// The version of the tables; each change of the tables adds one.
 inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;
@@ -50,12 +50,13 @@ OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vf
                         const std::string& damage = {});
 
 // `EventsConnection` is one writing connection to events.db: it is opened when needed, and opened
-// again after the file was damaged and put aside, or was removed. For one thread. The owner has its
-// own tables and statements, which must end before the connection does.
+// again after the file was damaged and put aside, or was removed. Used by one thread. The owner
+// defines its tables and statements; the statements must be destroyed before the connection is
+// closed.
 class EventsConnection {
  public:
-  /// `vfs`: as in Database. `writer` is shared by all connections to this file; null: there is no
-  /// other connection.
+  /// `vfs`: as in Database. `writer` is shared by all connections to this file; null: this is the
+  /// only connection.
   explicit EventsConnection(std::filesystem::path path, std::string vfs = {},
                             std::shared_ptr<EventsWriter> writer = {});
   ~EventsConnection() { Close(); }
@@ -65,18 +66,18 @@ class EventsConnection {
   struct Opened {
     bool ok = false;
     std::string error{};
-    std::string put_aside{};  ///< see OpenedEvents
+    std::string put_aside{};  ///< one line for the log; see OpenedDatabase
     std::optional<std::string> lost{};
-    bool new_file = false;  ///< the file lacks rows that were written before
+    bool new_file = false;  ///< true: rows that were written before are not in the file
   };
-  /// The connection must not be open.
+  /// Opens the file. The connection must not be open already.
   Opened Open();
-  /// Returns the error of the last statement. A damaged file is closed; the next Open puts it
-  /// aside.
+  /// Returns the error of the last statement. If the file is damaged, closes it; the next Open puts
+  /// the file aside.
   Error Failed();
-  /// To be called periodically, and before each commit: checks that the disk still contains the
-  /// open file. If not, closes the connection and returns an error. `whole`: the whole file is
-  /// read, because a reader has found damage.
+  /// Checks that the disk still contains the open file. If not, closes the connection and returns
+  /// an error. To be called periodically, and before each commit. `whole`: reads the whole file,
+  /// because a reader has found damage.
   Status Check(bool whole = false);
   void Close();
 
@@ -91,10 +92,11 @@ class EventsConnection {
   const std::string vfs_;
   const std::shared_ptr<EventsWriter> writer_;
   std::unique_ptr<Database> database_;
-  std::uint64_t times_put_aside_ = 0;  ///< value when this connection was opened last
-  std::string damage_;  ///< damage of the file that was open then; empty: it was whole
+  /// Value of EventsWriter::times_put_aside when this connection was opened last.
+  std::uint64_t times_put_aside_ = 0;
+  std::string damage_;  ///< why the file must be put aside at the next Open; empty: it was whole
   OpenFile open_;
-  bool gone_ = false;  ///< the last open file, or records in it, were lost
+  bool gone_ = false;  ///< true: the file that was open last, or records in it, were lost
 };
 
 }  // namespace baudgate::records

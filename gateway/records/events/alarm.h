@@ -1,4 +1,4 @@
-// An alarm after ISA 18.2: a person has to acknowledge it, even if its cause is over.
+// An alarm as in ISA 18.2: a person has to acknowledge it, even if its cause is over.
 // docs/events.md describes the states for users.
 //
 //   normal ─raise→ active ─acknowledge→ acknowledged ─clear→ normal
@@ -22,14 +22,14 @@
 
 namespace baudgate::events {
 
-/// The numbers are public: they are in the samples on DDS.
+/// The states of an alarm. The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
-  normal = 0,        ///< the alarm is deleted from the file
-  active = 1,        ///< active, not acknowledged yet
-  acknowledged = 2,  ///< active and acknowledged
-  returned = 3,      ///< no longer active, not acknowledged yet
+  normal = 0,  ///< no alarm: the alarm is deleted from the file
+  active = 1,  ///< active, not acknowledged yet
+  acknowledged = 2,
+  returned = 3,  ///< no longer active, not acknowledged yet
 };
-std::string_view Name(AlarmState state);  ///< "returned"
+std::string_view Name(AlarmState state);
 constexpr bool IsActive(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::acknowledged;
 }
@@ -37,24 +37,25 @@ constexpr bool IsUnacknowledged(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::returned;
 }
 
-/// What an event does to its alarm. The alarm's key is line, device and EventRecord::subject.
+/// The effect of an event on its alarm. The alarm's key is line, device and EventRecord::subject.
 struct AlarmMark {
   enum class Step : std::uint8_t {
     none,
     raise,
     clear,
-    pulse,  ///< raises and clears in one event, for an event without an end
+    pulse,  ///< raises and clears the alarm at once, for an event without an end
     acknowledge,
-    priority,  ///< changes the priority of an active alarm
+    priority,
   };
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// The first state known since the start. Such an event is dropped if the stored alarm already
-  /// has this state.
+  /// True: the event reports the first state that is known since the start. Such an event is
+  /// dropped if the stored alarm is already in this state.
   bool first = false;
-  std::string by{};      ///< the person who acknowledges
-  std::int64_t seq = 0;  ///< only the alarm that this event has raised; 0: any alarm
+  std::string by{};  ///< name of the person who acknowledges the alarm
+  /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.
+  std::int64_t seq = 0;
 };
 
 using AlarmKey = std::tuple<std::string, std::string, std::string>;
@@ -62,15 +63,15 @@ using AlarmKey = std::tuple<std::string, std::string, std::string>;
 struct Alarm {
   std::string line;
   std::string device;
-  std::string name;   ///< "current_l1 above 5"; for an event of the device "channel:code"
+  std::string name;  ///< "current_l1 above 5"; after an event that a device reports, "channel:code"
   std::string point;  ///< empty: the alarm concerns the whole device
   AlarmState state = AlarmState::normal;
   config::AlarmPriority priority = config::AlarmPriority::medium;
   std::int64_t seq = 0;  ///< number of the event that has raised the alarm
   WallTime raised{};     ///< device_time of the raising event
   WallTime changed{};    ///< last change of the state, by the gateway's clock
-  std::string text;      ///< text of the raising event
-  std::string by;        ///< the person who acknowledged the alarm last
+  std::string text;
+  std::string by;  ///< name of the person who acknowledged the alarm last
 
   AlarmKey key() const { return {line, device, name}; }
 };
@@ -81,13 +82,14 @@ std::string PlaceOf(const Alarm& alarm);
 struct EventRecord;
 
 struct AlarmChange {
-  bool counts = true;            ///< false: the event is dropped
-  std::optional<Alarm> alarm{};  ///< the changed alarm; empty: the alarm has not changed
+  bool counts = true;            ///< false: the event must be dropped
+  std::optional<Alarm> alarm{};  ///< the alarm after the change; empty: the alarm has not changed
 };
-/// Applies an event to its alarm. `before`: null if the alarm is normal. `event.seq` must be set.
+/// Returns the effect of an event on its alarm. `before`: the alarm; null: it is normal.
+/// `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
-// `AlarmBoard` holds the alarms as they are on the disk, so outputs need not wait for the disk.
+// `AlarmBoard` contains the alarms as they are on the disk, so outputs need not wait for the disk.
 // Each change gets a version number; an output passes the last version that it has read.
 // Thread-safe.
 //
@@ -96,16 +98,15 @@ AlarmChange Apply(const Alarm* before, const EventRecord& event);
 //   Take(2)   → a acknowledged
 class AlarmBoard {
  public:
-  /// Limit of the alarms; above it, the oldest normal alarm is removed.
+  /// The limit of the number of alarms. Above it, the oldest normal alarm is removed.
   static constexpr std::size_t kMost = 10'000;
 
   void Update(const Alarm& alarm);
 
   struct Change {
     std::uint64_t version = 0;
-    Alarm alarm{};  ///< may be normal
+    Alarm alarm{};  ///< state of the alarm; can be normal
   };
-  /// Returns alarms that have changed after version `after`, sorted by version.
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 
  private:

@@ -131,7 +131,7 @@ const Alarm* EventBook::Find(const AlarmKey& key) const {
   return kept == alarms_.end() ? nullptr : &kept->second;
 }
 
-/// Sets the number of an event and the new state of its alarm. Returns false if the event is
+/// Sets the number of an event and the new state of its alarm. Returns false if the event must be
 /// dropped.
 bool EventBook::Counts(EventRecord& event) {
   event.seq = after_.last + 1;

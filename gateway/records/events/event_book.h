@@ -1,20 +1,20 @@
-// `EventBook` holds events that are not on the disk yet. The writing thread takes them from here;
-// while the disk fails, they wait here. `EventBook` assigns the event numbers and detects a batch
-// that a device sends twice. It has no thread, no lock and no disk:
-// gateway/records/events/event_log.h provides these.
+// `EventBook` contains events that are not on the disk yet. The writing thread takes them from
+// here; while the disk fails, they wait here. `EventBook` assigns the event numbers and detects a
+// batch that a device sends twice. No thread, no lock, no disk: gateway/records/events/event_log.h
+// provides these.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
 //   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last stored batch of
 //                                        this source has the same text
 //   Kept()    → {"bay-1", "feeder-2"}    the device may be asked for more events
 //
-// The size is bounded: a source is not asked again before its batch is stored, so at most one batch
-// of each source waits. The gateway's own events have no source that could be made to wait. They
-// are limited by `Shares` for each kind, and by kMostOwn for all.
+// The number of events is limited: a device is not asked for more events before its batch is
+// stored, so at most one batch of each device waits. The gateway's own events cannot be delayed in
+// this way. They are limited by `Shares` for each kind, and by kMostOwn for all.
 //
-// Alarms have three states: `alarms_` are on the disk, `after_.alarms` are changes of the
+// Alarms exist in three versions: `alarms_` are on the disk, `after_.alarms` are changes of the
 // transaction that is being written, and `expected_` are changes of that transaction and of all
-// batches that wait. Outputs use AlarmBoard in gateway/records/events/alarm.h instead.
+// batches that wait. Outputs use AlarmBoard (gateway/records/events/alarm.h) instead.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,11 +33,12 @@
 
 namespace baudgate::events {
 
-// `Shares` limits how many events of one kind are stored, so that an input that flaps does not
-// crowd out other events. A kind is one code of one device, port or point. Twenty events are stored
-// at once, then one a minute. The others are left out, except the last event, so that the log ends
-// with the present state. The last event is stored when the next minute permits it, or when no
-// event of its kind has come for the settling time: 2 s at first, doubled each time up to a minute.
+// `Shares` limits how many events of one kind are stored, so that an input that changes all the
+// time does not displace other events. A kind is one code of one device, port or point. Twenty
+// events are stored at once, then one a minute. The others are left out, except the last event, so
+// that the log ends with the present state. The last event is stored when the next minute permits
+// it, or when no event of its kind has come for the settling time: 2 s at first, doubled each time
+// up to a minute.
 //
 //   61 x tripped, reset within seconds     20 of them are stored
 //   2 s later                              "40 events like the next left out", and the last event
@@ -47,27 +48,29 @@ class Shares {
   static constexpr Duration kEach = std::chrono::minutes(1);
   static constexpr Duration kSettles = std::chrono::seconds(2);
 
-  /// Returns false if the event is left out. `room`: the book has room for it.
+  /// Returns false if the event is left out. `room`: the book can accept another event.
   bool Take(const EventRecord& record, bool room, Instant now);
-  /// Call this when an accepted event is on the disk: the number of waiting events of a kind is
-  /// limited.
+  /// To be called when an accepted event is on the disk. At most kAtOnce events of a kind can wait
+  /// for the disk.
   void OnKept(const EventRecord& record);
-  /// Returns what may be stored now of the left-out events: for each kind an event with their
-  /// count, then the last left-out event. `all`: for all kinds, at the end of the program.
+  /// Returns what can be stored now for the left-out events: for each kind an event with their
+  /// number, then the last left-out event. `all`: for all kinds, at the end of the program.
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
-  /// Returns when TakeLeftOut may return events; empty: no event was left out.
+  /// Returns when TakeLeftOut can return events; empty: no event was left out.
   std::optional<Instant> NextAt() const;
 
-  std::uint64_t left_out() const { return left_out_; }  ///< since the start
+  std::uint64_t left_out() const {
+    return left_out_;
+  }  ///< number of left-out events since the start
 
  private:
   using Key = std::tuple<std::string, std::string, std::uint32_t, std::string>;
   struct Share {
     int left = kAtOnce;
     Instant filled{};  ///< when `left` last increased
-    int waiting = 0;   ///< events that wait for the disk
+    int waiting = 0;   ///< number of events that wait for the disk
     std::uint64_t left_out = 0;
-    WallTime since{};  ///< time of the first left-out event
+    WallTime since{};
     EventRecord last{};
     Instant last_at{};
     Duration settles = kSettles;
@@ -77,25 +80,26 @@ class Shares {
   static Key KeyOf(const EventRecord& record);
   static void Fill(Share& share, Instant now);
 
-  std::map<Key, Share> shares_;  // bounded by the configuration
+  std::map<Key, Share> shares_;
   std::uint64_t left_out_ = 0;
 };
 
 using Source = std::uint32_t;  ///< index of a device in the point store
 inline constexpr Source kGateway = ~Source{0};
 
-/// Line and device. Stored data refers to a source by this name, because a reload changes numbers.
+/// The names of line and device. Stored data refers to a source by these names, because a reload
+/// changes numbers.
 using SourceName = std::pair<std::string, std::string>;
-/// EventBatch::said of the last stored batch of each source.
+/// EventBatch::said of each source's last stored batch.
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {
-  Source source = 0;   ///< number at the time of Add; a reload may change it
-  std::string said{};  ///< see EventBatch::said
+  Source source = 0;   ///< number of the source at the time of Add; a reload can change it
+  std::string said{};  ///< the device's identification of the batch; see EventBatch::said
   bool again = false;
   std::vector<EventRecord> events{};
   std::vector<protocols::PastRecord> past{};
-  bool told = false;  ///< its alarms were reported before the commit
+  bool told = false;  ///< the alarms of the batch were reported before it was stored
   std::string line{};
   std::string device{};
 
@@ -104,59 +108,61 @@ struct Batch {
 
 class EventBook {
  public:
-  /// Limit of the gateway's own events that wait: some megabytes.
+  /// The limit of the gateway's own events that wait: some megabytes.
   static constexpr std::size_t kMostOwn = 10'000;
 
   void Add(Batch batch);
   /// Adds an event of the gateway, or leaves it out; see Shares.
   void Tell(EventRecord record, Instant now);
   void TellAlways(EventRecord record);
-  /// Adds an event of the gateway before all that wait. Must not be called between Prepare and
-  /// Kept.
+  /// Adds an event of the gateway before all events that wait. Must not be called between Prepare
+  /// and Kept.
   void TellFirst(EventRecord record);
-  /// See Shares::TakeLeftOut.
   void TellLeftOut(Now now, bool all = false);
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
-  /// Passes the content of the file. Data that the book already has takes precedence, because the
-  /// file may be a new one. `last`: its last event number.
+  /// Sets the content of the file. Data that the book already contains takes precedence, because
+  /// the file can be a new one. `last`: the number of the last event in the file.
   void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
-  /// Assigns numbers and new alarm states to all batches that wait, and returns them in the order
-  /// of Add. Call OnOpened first. Until Kept is called, returns the same batches again.
+  /// Assigns numbers and new alarm states to the events of all batches that wait, and returns these
+  /// batches in the order of Add. Call OnOpened first. Until Kept is called, Prepare returns the
+  /// same batches again.
   std::vector<Batch> Prepare();
-  /// As Prepare, but while the batches of the last Prepare are being written.
+  /// Does the same as Prepare, but can be called while the batches of the last Prepare are being
+  /// written.
   std::vector<Batch> Ahead();
   /// Copies the `told` flags of the first waiting batches to `batches`.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// The first `batches` that Prepare returned last are on the disk. Returns their sources in
-  /// order, without kGateway.
+  /// To be called when the first `batches` batches of the last Prepare are on the disk. Returns
+  /// their sources in order, without kGateway.
   std::vector<SourceName> Kept(std::size_t batches);
 
-  /// Marks the first `batches` waiting batches as `told`: their alarms were reported.
+  /// Marks the first `batches` waiting batches: their alarms were reported.
   void OnTold(std::size_t batches);
 
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
   /// Returns the text of the source's last stored batch; empty: none is stored.
   std::string said(const SourceName& source) const;
-  std::size_t waiting() const { return waiting_.size() - own_; }  ///< waiting batches of devices
+  std::size_t waiting() const {
+    return waiting_.size() - own_;
+  }  ///< number of waiting batches of devices
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
-  std::int64_t newest() const { return last_; }       ///< number of the newest event on the disk
-  std::uint64_t repeats() const { return repeats_; }  ///< events that a device sent twice
+  std::int64_t newest() const { return last_; }
+  std::uint64_t repeats() const { return repeats_; }
   /// Returns the alarms on the disk that are active or unacknowledged.
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
   /// Returns the alarms as they will be when all batches of the last Prepare or Ahead are stored.
   std::map<AlarmKey, Alarm> Expected() const;
-  /// Returns Expected() if `expected`, else alarms().
   std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;
 
  private:
   bool IsRepeat(const Batch& batch, const Said& said) const;
 
-  /// The state of the book after the next call of Kept.
+  /// The state of the book when the transaction is on the disk; Kept applies it.
   struct After {
     std::int64_t last = 0;
     Said said{};
@@ -167,7 +173,7 @@ class EventBook {
   const Alarm* Find(const AlarmKey& key) const;
 
   std::deque<Batch> waiting_;
-  std::size_t own_ = 0;  // waiting batches of the gateway
+  std::size_t own_ = 0;
   Shares shares_;
   Said said_;
   std::int64_t last_ = 0;
@@ -178,9 +184,8 @@ class EventBook {
   std::map<AlarmKey, Alarm> expected_;  // alarms that all waiting batches change
 };
 
-// `SourceNumbers` maps numbers of sources to names. A reload changes the numbers.
+// `SourceNumbers` maps the numbers of sources to names. A reload changes the numbers.
 
-/// Names of sources, indexed by number. A number without a source has empty names.
 using SourceNames = std::vector<SourceName>;
 
 class SourceNumbers {

@@ -1,10 +1,10 @@
 // `EventFeed` contains the newest events on the disk, for outputs that must never wait for the
 // disk: Modbus shows them (gateway/outputs/modbus/service), DDS takes them in order
-// (gateway/outputs/dds). The writing thread of gateway/records/events/event_log.h adds events after
-// each commit. A consumer that takes all events has a cursor; events that are no longer in memory
-// are read from the file by that thread. An output that only shows events misses these, and can
-// count them by their numbers. Events contain the name of their device; its number is looked up
-// when an event is taken.
+// (gateway/outputs/dds). After each commit, the writing thread of
+// gateway/records/events/event_log.h adds events. A consumer that takes all events has a cursor;
+// the writing thread reads events that are no longer in memory from the file for it. An output that
+// only shows events misses such events, and can count them by their numbers. An event contains the
+// name of its device; the device's number is looked up when the event is taken.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,13 +25,14 @@
 
 namespace baudgate::events {
 
-// `CursorBook` contains the position of each consumer that takes all events, by name. The file
-// stores the positions, so a consumer continues there after a restart. Thread-safe.
+// `CursorBook` contains the position of each consumer that takes all events, by the consumer's
+// name. The file stores the positions, so a consumer continues at its position after a restart.
+// Thread-safe.
 
 struct Cursor {
-  std::int64_t seq = 0;  ///< the consumer has received this event and all before
-  /// True if the consumer has confirmed these events. Else the last events may have been lost when
-  /// the gateway was killed.
+  std::int64_t seq = 0;  ///< the consumer has received the event of this number and all before
+  /// True if the consumer has confirmed these events. False: the last events may have been lost
+  /// when the gateway was killed.
   bool sure = false;
 
   bool operator==(const Cursor&) const = default;
@@ -41,24 +42,25 @@ using Cursors = std::map<std::string, Cursor>;
 
 class CursorBook {
  public:
-  /// `consumers`: their names. A cursor in the file with any other name is dropped.
+  /// `consumers`: the names of the consumers. A cursor in the file with any other name is dropped.
   explicit CursorBook(std::set<std::string> consumers = {}) : consumers_(std::move(consumers)) {}
 
-  /// Returns the cursor; empty: the consumer has never received an event, or is unknown.
+  /// Returns the position; empty: the consumer has never received an event, or is unknown.
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// Sets a cursor, which is on the disk after about a second. Returns true if the file now has to
-  /// be written, and had not before.
+  /// Sets a position, which is on the disk after about a second. Returns true if the positions in
+  /// the file were up to date before this call and are not now.
   bool Set(const std::string& consumer, Cursor cursor);
 
-  // The functions below are for the thread that writes the file.
+  // Only the thread that writes the file calls the functions below.
 
   /// `due` is called on any thread when the file must be written. Null: no thread writes the file.
-  /// When OnDue returns, the previous function is not called any more.
+  /// When OnDue has returned, the previous function is not called any more.
   void OnDue(std::function<void()> due);
-  /// Passes the cursors of the opened file. Cursors that are already set take precedence.
+  /// Sets the positions that the opened file contains. Positions that are already set take
+  /// precedence.
   void OnOpened(const Cursors& kept);
-  /// Returns all cursors if the file differs from them, else nothing. They replace all cursors in
-  /// the file.
+  /// Returns all positions if the file differs from them, else nothing. They replace all positions
+  /// in the file.
   std::optional<Cursors> Due() const;
   void OnKept(const Cursors& kept);
   Cursors all() const;
@@ -73,19 +75,20 @@ class CursorBook {
 };
 
 // `Backlog` passes events from the file to consumers that need older events than those in memory. A
-// consumer requests events by the last number that it has received; the writing thread reads them,
-// and the consumer takes them here. No lock, no disk.
+// consumer requests events by the last number that it has received; the writing thread reads them
+// and calls Supply, and the consumer takes them here. No lock, no disk.
 //
 //   Take(40)               → nothing: wanted() is 40
 //   Supply(40, {41 … 600})
 //   Take(40, 100)          → {41 … 140}, and so on with Take(140)
 class Backlog {
  public:
-  /// Limit of the pages; above it all are dropped, so a page that no consumer takes does not stay.
+  /// The limit of pages in memory. Above it all pages are dropped, so a page that no consumer takes
+  /// does not stay.
   static constexpr std::size_t kMostPages = 8;
 
-  /// Returns events after `after`. nullopt: they are now requested from the file. An empty list:
-  /// the file also contains no event after `after`.
+  /// Returns the events after number `after`. nullopt: they are not in memory, and are now
+  /// requested from the file. An empty list: the file contains no event after `after`.
   std::optional<std::vector<EventRecord>> Take(std::int64_t after, std::size_t most);
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
@@ -95,7 +98,7 @@ class Backlog {
   std::map<std::int64_t, std::vector<EventRecord>> pages_;  // key: number before the first event
 };
 
-// `RecentEvents` contains the newest events, the devices of the events before them, and for each
+// `RecentEvents` contains the newest events, then the devices of events before them, and for each
 // device the number of its newest event that is older still. No lock: EventFeed provides it.
 //
 //   number  1 … 60             61 … 80          81 … 90
@@ -107,17 +110,18 @@ struct GoneEvent {
 };
 
 struct FeedLimits {
-  std::size_t events = 4000;       ///< about 1 MB
-  std::size_t remembered = 16000;  ///< events before these whose device is in memory: 256 kB
+  std::size_t events = 4000;       ///< the newest events, whole: about 1 MB
+  std::size_t remembered = 16000;  ///< older events of which only the device is in memory: 256 kB
 };
 
-/// The contents of a file when it is opened, sorted by number.
+/// The contents of a file when it is opened; the lists are sorted by number.
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<EventRecord> events{};
   std::vector<Alarm> alarms{};
   std::vector<GoneEvent> gone{};
-  std::map<std::string, std::int64_t> older{};  ///< newest number of each device before `gone`
+  /// Number of each device's newest event before `gone`.
+  std::map<std::string, std::int64_t> older{};
 };
 
 class RecentEvents {
@@ -126,21 +130,25 @@ class RecentEvents {
 
   /// Sets the contents of the file. Must be called before Add.
   void Begin(FeedImage image);
-  /// Adds at least one event, sorted by number.
+  /// `events` must contain at least one event, and be sorted by number.
   void Add(std::vector<EventRecord> events);
 
   bool empty() const { return events_.empty(); }
-  std::int64_t newest() const { return newest_; }  ///< newest number of all devices; 0: none
+  std::int64_t newest() const {
+    return newest_;
+  }  ///< number of the newest event of all devices; 0: none
   std::int64_t oldest() const { return events_.front().seq; }
 
-  /// Returns the event number with these low 32 bits that is nearest to the newest number.
+  /// Returns the event number whose low 32 bits are `number` and that is nearest to the newest
+  /// number.
   std::int64_t Whole(std::uint32_t number) const;
-  /// Returns at most `most` events, sorted by number. `device` null: events of all devices.
+  /// Returns the newest events, at most `most`, sorted by number. `device` null: events of all
+  /// devices.
   std::vector<EventRecord> Newest(const std::string* device, std::size_t most) const;
   std::vector<EventRecord> From(std::int64_t first, const std::string* device,
                                 std::size_t most) const;
   /// Returns how many events from `first` on are no longer in memory. Events so old that their
-  /// device is not known count, unless `device` had none in this range.
+  /// device is not known are included, unless it is known that `device` had none from `first` on.
   std::uint64_t Lost(std::int64_t first, const std::string* device) const;
   /// True if the event after number `after` is no longer in memory.
   bool HasLeft(std::int64_t after) const { return !empty() && after + 1 < oldest(); }
@@ -165,13 +173,13 @@ class RecentEvents {
 class FeedListeners {
  public:
   using Listener = std::uint64_t;
-  /// `wake` is called on the thread that fills the feed; it must return at once.
+  /// `wake` is called on the thread that fills the feed, and must return at once.
   Listener Listen(std::function<void()> wake) {
     const MutexLock lock(mutex_);
     listeners_.emplace(next_, std::move(wake));
     return next_++;
   }
-  /// When Leave returns, `wake` of the listener is not called any more.
+  /// When Leave has returned, `wake` of the listener is not called any more.
   void Leave(Listener listener) {
     const MutexLock lock(mutex_);
     listeners_.erase(listener);
@@ -187,9 +195,10 @@ class FeedListeners {
   Listener next_ BAUDGATE_GUARDED_BY(mutex_) = 1;
 };
 
-/// An event, with the number that its device has at the time of Take.
+/// An event, and the number of its device at the time of Take.
 struct FedEvent {
-  Source source = kGateway;  ///< kGateway also if the device is no longer configured
+  Source source = kGateway;  ///< number of the device; kGateway: no device, or a device that is no
+                             ///< longer configured
   EventRecord record{};
 };
 
@@ -197,39 +206,40 @@ class EventFeed {
  public:
   explicit EventFeed(FeedLimits limits = {}) : recent_(limits) {}
 
-  /// Sets the contents of the opened file. Does nothing if the feed contains events: the file was
-  /// opened again.
+  /// Sets the contents of the opened file. Does nothing if the feed already contains events,
+  /// because the file was then opened again.
   void Begin(FeedImage image);
-  /// Adds events that are on the disk, sorted by number.
   void Add(std::vector<EventRecord> events);
-  /// Sets the numbers of the sources. Before the first call no device has a number.
+  /// Sets the numbers of the devices. Before the first call no device has a number.
   void Renumber(const SourceNames& sources);
   /// Returns the listeners, which are woken after Begin, Add and Supply.
   FeedListeners& listeners() { return listeners_; }
 
   struct Page {
-    std::int64_t newest = 0;  ///< newest number of all devices; 0: none
-    std::int64_t oldest = 0;  ///< oldest number in memory, of all devices
-    std::uint64_t lost = 0;   ///< events of `source` from `first` on that are no longer in memory
+    std::int64_t newest = 0;
+    std::int64_t oldest = 0;  ///< number of the oldest event in memory, of all devices
+    /// Events of the source, from `first` on, that are no longer in memory.
+    std::uint64_t lost = 0;
     std::vector<EventRecord> events{};  ///< at most `most`, sorted by number
   };
-  /// Returns events of one device or of all, from number `first` on (low 32 bits); 0: the newest.
-  /// Events so old that their device is not known count as lost, unless the device had none then.
+  /// Returns events of one device or of all, from number `first` on (low 32 bits of the number); 0:
+  /// the newest. Events so old that their device is not known count as lost, unless it is known
+  /// that the device had none from `first` on.
   Page Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
-  /// Returns events of all devices after number `after`. None if they must first be read from the
-  /// file; the listeners are woken when they are in memory.
+  /// Returns events of all devices after number `after`. Returns none if they must first be read
+  /// from the file; the listeners are woken when the events are in memory.
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
-  /// Returns the alarms, which are updated before the listeners are woken.
+  /// The alarms. They are updated before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// The functions below are for the writing thread. `asked` is called on any thread when events
-  /// are to be read from the file. Null: the file is not read. When ServeWith returns, the previous
-  /// function is not called any more.
+  /// Only the writing thread calls the functions below. `asked` is called on any thread when events
+  /// have to be read from the file. Null: the file is not read. When ServeWith has returned, the
+  /// previous function is not called any more.
   void ServeWith(std::function<void()> asked);
-  /// Returns the number after which events are to be read; empty: no request.
+  /// Returns the number after which events have to be read; empty: no events are requested.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
 

@@ -11,8 +11,8 @@
 namespace baudgate::events {
 namespace {
 
-/// Returns the state with this name. An unknown name gives `active`, because the file may contain
-/// anything and an alarm too many is better than an alarm that is lost.
+/// Returns the state with this name. An unknown name gives `active`: the file can contain anything,
+/// and a wrong alarm is better than a lost one.
 AlarmState AlarmStateNamed(std::string_view name) {
   for (const AlarmState state : {AlarmState::acknowledged, AlarmState::returned}) {
     if (Name(state) == name) return state;
@@ -77,13 +77,12 @@ constexpr const char* kInsertEvent =
 constexpr const char* kSaid =
     "INSERT INTO event_sources (line, device, said) VALUES (?,?,?) ON CONFLICT (line, device) DO "
     "UPDATE SET said=excluded.said";
-/// Deletes at most 1000 events at a time, so a file that exceeds the limit by far shrinks step by
-/// step.
 constexpr const char* kDropEvents =
     "DELETE FROM events WHERE seq IN (SELECT seq FROM events WHERE seq<=? ORDER BY seq LIMIT 1000)";
 constexpr const char* kCursor = "INSERT INTO event_cursors (name, seq, sure) VALUES (?,?,?)";
 constexpr const char* kGone = "SELECT seq, device FROM events WHERE seq>? AND seq<=? ORDER BY seq";
-/// Needs one index look-up for each device, however many events the file contains.
+/// Finds the newest event of each device. Needs one index look-up for each device, however many
+/// events the file contains.
 constexpr const char* kOlder =
     "WITH RECURSIVE its(device) AS (SELECT min(device) FROM events UNION ALL SELECT (SELECT "
     "min(device) FROM events WHERE device>its.device) FROM its WHERE its.device IS NOT NULL) "
@@ -206,7 +205,7 @@ bool EventTable::WriteAlarms(const std::vector<Alarm>& alarms) {
   return ok;
 }
 
-/// Inserts a batch, and deletes events beyond the limit: a few rows at a time, and never the
+/// Inserts a batch, and deletes events beyond the limit: at most 1000 at a time, and never the
 /// newest.
 bool EventTable::Insert(const Batch& batch) {
   for (const EventRecord& event : batch.events) {

@@ -21,7 +21,7 @@
 
 namespace baudgate::events {
 
-// `AlarmTable` is the table `alarms` of events.db: the alarms that are not normal. An alarm is
+// `AlarmTable` is the table `alarms` of events.db, with the alarms that are not normal. An alarm is
 // written in the transaction of the event that has changed it. Used by one thread.
 class AlarmTable {
  public:
@@ -29,7 +29,7 @@ class AlarmTable {
   explicit AlarmTable(records::Database& database);
 
   bool Read(std::vector<Alarm>& alarms);
-  /// Writes an alarm; removes it if its state is normal.
+  /// Writes an alarm to the table, or removes it from the table if its state is normal.
   bool Write(const Alarm& alarm);
 
  private:
@@ -38,16 +38,16 @@ class AlarmTable {
   records::Statement remove_;
 };
 
-// `EventTable` is the tables `events` and `event_sources` of events.db: it writes batches in one
-// transaction, and deletes the oldest events. Used by one thread;
+// `EventTable` handles the tables `events` and `event_sources` of events.db: it writes batches in
+// one transaction, and deletes the oldest events. Used by one thread;
 // gateway/records/events/event_source.h reads over another connection.
 
-/// Limit of the stored events: about 200 MB.
+/// The limit of the number of stored events: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
 class EventTable {
  public:
-  /// `database`: as OpenEvents has opened it; must outlive this object.
+  /// `database` must come from OpenEvents, and outlive this object.
   explicit EventTable(records::Database& database, std::int64_t most = kMostEvents);
 
   struct Contents {
@@ -61,14 +61,15 @@ class EventTable {
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// Writes all or nothing: events, the alarms that they have changed, and which of their records
-  /// are still to be read. `cursors`: replace those in the file; null: those stay.
+  /// Writes all or nothing: the events, the alarms that they have changed, the list of records that
+  /// are still to be read, and `records`. `cursors` replace the cursors in the file; null: these do
+  /// not change.
   bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
              const std::vector<KeptRecord>& records = {});
   bool WriteAlarms(const std::vector<Alarm>& alarms);
   /// Returns a page of the events after number `after`.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
-  /// Returns the oldest number; 0: the file contains no event.
+  /// Number of the oldest event; 0: the file contains no event.
   std::int64_t oldest() const { return oldest_; }
 
  private:
@@ -95,27 +96,27 @@ class EventTable {
 
 class EventFile {
  public:
-  /// Takes the arguments of EventsConnection.
   explicit EventFile(std::filesystem::path path, std::string vfs = {},
                      std::shared_ptr<records::EventsWriter> writer = {});
 
   struct Opened : records::EventsConnection::Opened {
     EventTable::Contents contents{};
   };
-  /// Opens and reads the file; returns nothing if it is already open.
+  /// Opens and reads the file. Returns nothing if the file is already open.
   std::optional<Opened> Open();
-  /// See EventTable. The file must be open; if it is damaged, it is closed.
+  /// Writes as EventTable::Write does. The file must be open; if it is damaged, it is closed.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
-  /// Checks the whole file, which must be open, because a reader has found damage.
+  /// Checks the whole file, because a reader has found damage. The file must be open.
   Status Check();
-  /// See PutAsideOf.
+  /// Returns the names of damaged files that were renamed and still exist.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
-  /// See EventTable. The file must be open.
+  /// Returns a page of the events after number `after`. The file must be open.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
-  /// True if the file was opened again and may be a new file without alarms: call WriteAlarms.
+  /// True if the file was opened again and can be a new file without alarms. WriteAlarms must then
+  /// be called.
   bool lacks_alarms() const { return lacks_alarms_; }
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 

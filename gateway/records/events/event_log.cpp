@@ -125,7 +125,7 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
       if (round.acks.empty()) round.acks = std::exchange(pending_.acks, {});
       timer_.Rest(now.instant + kTick);
     }
-    if (oldest > 0) pending_.oldest = oldest;  // also known while the disk is full
+    if (oldest > 0) pending_.oldest = oldest;  // known even if the write has failed
     SetDisk(status ? records::Disk::fine : records::Disk::failing,
             status ? std::string() : status.error());
   }
@@ -162,8 +162,7 @@ std::vector<std::string> EventRounds::LeftBehind() const {
   return lines;
 }
 
-/// Logs a disk trouble when it begins and when it ends. The end of a trouble is also stored as an
-/// event.
+/// Logs when a disk trouble begins and when it ends. The end is also stored as an event.
 void EventRounds::SetDisk(records::Disk disk, const std::string& trouble) {
   const Now now = options_.clocks();
   const records::DiskCondition::News news = pending_.disk.Set(disk, trouble, now.wall);
@@ -211,7 +210,7 @@ std::vector<Consumer> RoundWriter::Consumers(std::int64_t oldest) const {
   return consumers;
 }
 
-/// A commit that ends a disk trouble adds an event, so the last round may need another commit.
+/// In the last round, the commit that ends a disk trouble adds an event, so another commit follows.
 Instant RoundWriter::Run(bool last) {
   if (!last && !rounds_.Begin()) return rounds_.NextRound();
   do {
@@ -278,7 +277,7 @@ Status RoundWriter::Open() {
   return {};
 }
 
-/// Reads one page in each round, so that the audit, which uses the same thread, need not wait for
+/// Reads one page in each round, so that the audit, which uses the same thread, does not wait for
 /// all pages.
 void RoundWriter::ReadBacklog() {
   const auto after = feed_ != nullptr ? feed_->wanted() : std::nullopt;
@@ -308,7 +307,7 @@ void RoundWriter::Feed(const std::vector<Batch>& batches) {
   for (const Batch& batch : batches) {
     for (const EventRecord& event : batch.events) {
       fed.push_back(event);
-      fed.back().kept.reset();  // outputs do not use the values
+      fed.back().kept.reset();  // outputs do not use the record's values
     }
   }
   feed_->Add(std::move(fed));

@@ -1,7 +1,7 @@
 // `EventLog` stores events while the gateway runs: lines add batches, and the thread of events.db
 // writes them. If nothing else waits, a batch is written at once; batches that come during a commit
-// share the next commit. While the disk fails, batches wait in memory, and the disk is tried again
-// every second; their devices are not asked for more events and hold them. Without a file
+// share the next commit. While the disk fails, batches wait in memory, and writing is tried again
+// every second; the devices are not asked for more events and store them. Without a file
 // (in_memory), a batch counts as written at once.
 //
 //   EventLog       owns the parts and the thread
@@ -35,12 +35,13 @@ namespace baudgate::events {
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
-  /// Makes a round due at `at` or earlier.
+  /// Makes a round due at `at`, or earlier if an earlier round is already due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// No round is due before `until`, because the disk has failed.
+  /// Makes no round due before `until`, because the disk has failed.
   void Rest(Instant until) { rests_until_ = until; }
   void Begin() { look_at_.reset(); }
-  /// `idle`: nothing waits. `left_out_at`: when events that Shares has left out are to be added.
+  /// Returns when the next round is due. `fails`: the disk fails. `idle`: nothing waits.
+  /// `left_out_at`: when events that Shares has left out have to be added.
   Instant At(bool fails, bool idle, std::optional<Instant> left_out_at) const {
     if (fails) return rests_until_;
     if (!idle) return {};
@@ -52,9 +53,10 @@ class RoundTimer {
   Instant rests_until_{};
 };
 
-// `EventRounds` manages the rounds of the writing thread: when a round is due, which batches it
-// takes, and what follows from its result. Only this thread may call it, except for Watch, Look and
-// Doubt (any thread), and LeftBehind (after its end).
+// `EventRounds` manages the rounds of the writing thread (a round is one commit): when a round is
+// due, which batches it takes, and what follows from its result. Only this thread is allowed to
+// call it, except for Watch, Look and Doubt (any thread), and LeftBehind (after the end of the
+// thread).
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 class EventRounds {
@@ -62,40 +64,39 @@ class EventRounds {
   /// `options` and `pending` must outlive this object.
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
-  /// To be called once a second by any thread but the writing thread, which may hang. At every
+  /// To be called once a second by any thread but the writing thread, which can hang. At every
   /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
-  /// batches that wait; the caller must report the alarms of those that are not `told`.
+  /// batches that wait; the caller must report the alarms of each batch whose `told` is false.
   std::vector<Batch> Watch();
-  /// Makes a round due, `now` or in a second. Thread-safe.
+  /// Makes a round due: at once if `now`, else in a second. Thread-safe.
   void Look(bool now);
   /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
 
-  /// Begins a round; returns false if no round is due yet.
+  /// Begins a round. Returns false if no round is due yet.
   bool Begin();
   Instant NextRound() const;
   /// Returns true if the file was opened for the first time.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
-  /// The content of one commit, and the requests that wait for it.
+  /// The content of one commit, and the acknowledgements that wait for the commit.
   struct Round {
     records::FileWatch::Look look{};
     std::vector<Batch> batches{};
     std::vector<KeptRecord> records{};
     std::vector<WaitingAck> acks{};
-    bool ends_alarms = false;  ///< a reload ends alarms after this commit
+    bool ends_alarms = false;  ///< a reload ends or changes alarms after this commit
   };
   Round Take();
-  /// Ends the round, which is on the disk unless `status` is an error. `oldest`: number of the
-  /// first event in the file; 0: not known. Returns the sources that may be asked for more events.
+  /// Ends the round. If `status` is no error, the round is on the disk. `oldest`: number of the
+  /// first event in the file; 0: not known. Returns the sources that can be asked for more events.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
-  /// After a failure: returns the batches that wait, as Watch does.
+  /// To be called after a failure. Returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
-  /// True if more batches wait and the disk works.
   bool goes_on() const;
-  /// Returns a log line for each kind of event that is not on the disk. Call this after the thread
-  /// has ended.
+  /// Returns log lines about events that are not on the disk: one for devices, one for the gateway.
+  /// To be called after the thread has ended.
   std::vector<std::string> LeftBehind() const;
 
  private:
@@ -110,24 +111,25 @@ class EventRounds {
   RoundTimer timer_ BAUDGATE_GUARDED_BY(pending_.mutex);
 };
 
-// `RoundWriter` executes the rounds: it opens the file and writes what waits. Then it informs
-// outputs (by the feed), lines, receivers of alarms, and clients that wait. Used by the writing
-// thread, unless a comment states otherwise.
+// `RoundWriter` executes the rounds of the writing thread: it opens the file and writes what waits.
+// Then it informs outputs (by the feed), lines, receivers of alarms, and clients that wait for
+// acknowledgements. Used by the writing thread, unless a comment states otherwise.
 class RoundWriter {
  public:
   /// All references must outlive this object. `options.writer` must be set.
   RoundWriter(const LogOptions& options, const EventQueue& queue, EventRounds& rounds);
 
-  /// Executes a round if one is due; `last`: until nothing waits. Returns when the next round is
-  /// due.
+  /// Executes a round if one is due. `last`: executes rounds until nothing waits or the disk fails.
+  /// Returns when the next round is due.
   Instant Run(bool last);
-  /// Connects the feed and the cursors, so that outputs can make a round due. Call this first.
+  /// Connects the feed and the cursors, so that outputs can make a round due. Must be called first.
   void Serve();
-  /// Undoes Serve. Call this before the last round, on another thread.
+  /// Undoes Serve. To be called before the last round, on another thread.
   void StopServing();
-  /// Reports the alarms that have changed in batches that are not `told`. Thread-safe.
+  /// Reports the alarms that have changed in the batches whose `told` is false. Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
-  /// Returns the consumers with their positions. Thread-safe. `oldest`: first number in the file.
+  /// Returns the consumers with their positions. Thread-safe. `oldest`: number of the first event
+  /// in the file.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
 
  private:
@@ -142,21 +144,21 @@ class RoundWriter {
   const EventQueue& queue_;
   EventRounds& rounds_;
   EventFile file_;
-  EventFeed* const feed_;      ///< null: no feed
-  CursorBook* const cursors_;  ///< null: no consumers
+  EventFeed* const feed_;
+  CursorBook* const cursors_;
 };
 
 class EventLog final : public EventSource {
  public:
   using Options = LogOptions;
   explicit EventLog(Options options);
-  /// Writes the events that wait, however long the disk takes.
+  /// Writes the events that wait, however long the disk takes. Logs which events cannot be written.
   ~EventLog() override;
 
   EventQueue& queue() { return queue_; }
 
   /// To be called once a second by any thread but the writing thread. If the disk does not answer
-  /// in time, logs this, and reports the alarms that wait.
+  /// in time, logs this, and reports the alarms of the batches that wait.
   void Watch() { round_writer_.TellAlarms(rounds_.Watch()); }
 
   EventsState state() const override;
@@ -173,7 +175,7 @@ class EventLog final : public EventSource {
   PendingEvents pending_;
   EventQueue queue_;
   EventRounds rounds_;
-  RoundWriter round_writer_;  // used by the writing thread
+  RoundWriter round_writer_;
   Worker worker_;
 };
 

@@ -10,8 +10,8 @@
 namespace baudgate::events {
 namespace {
 
-/// Adds an event to the book for each unacknowledged alarm that the query selects. Returns the
-/// number of these alarms.
+/// Adds an event to the book for each unacknowledged alarm that `query` selects. Returns the number
+/// of these alarms.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;
@@ -37,7 +37,7 @@ Priority Alarming(config::AlarmPriority priority) {
   return priority == config::AlarmPriority::none ? std::nullopt : Priority(priority);
 }
 
-/// Returns the priority of the event that `name` ("2:17", channel and code) names.
+/// Returns the priority of the event with this name. Example: "2:17" is channel 2, code 17.
 Priority OfEvent(const config::Device& device, std::string_view name) {
   const auto parts = Split(name, ':');
   if (parts.size() != 2) return std::nullopt;
@@ -178,7 +178,7 @@ bool EventQueue::opened() const {
   return pending_.book.opened();
 }
 
-/// Events that were added before the reload may raise alarms of lines that have ended. Therefore
+/// Events that were added before the reload can raise alarms of lines that have ended. Therefore
 /// these events are written first, and the alarms are compared with the configuration after that.
 void EventQueue::Renumber(SourceNames sources, Watched watches) {
   const Now at = options_.clocks();

@@ -1,6 +1,5 @@
-// `EventQueue` accepts all events, and shows those that are not in the file yet. Any thread may
-// call it. No call waits for the disk, except End. gateway/records/events/event_log.h writes the
-// events.
+// `EventQueue` accepts all events, and shows the state of the event log. Thread-safe. No call waits
+// for the disk, except End. gateway/records/events/event_log.h writes the events.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,33 +29,32 @@
 namespace baudgate::events {
 
 // `WaitingAck` is an acknowledgement that waits for the disk. `done` is called when it is saved, or
-// with the reason why it is not.
+// with the reason why it is not saved.
 struct WaitingAck {
   std::size_t alarms = 0;
   WallTime at{};
   std::function<void(const Acknowledged&)> done;
 };
 
-/// Calls `done` of each acknowledgement; the caller must hold no lock. `trouble`: why they are not
-/// on the disk; empty: they are.
+/// Calls `done` of each acknowledgement; the caller must hold no lock. `trouble`: why the
+/// acknowledgements are not on the disk; empty: they are saved.
 void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble);
 
-// `WatchedAlarms` ends alarms that the configuration no longer contains, because they would be
-// active for ever, and updates priorities.
+// `WatchedAlarms` ends active alarms that the configuration no longer contains, because they would
+// be active for ever, and updates the priorities of active alarms.
 
-/// Returns nothing if the alarm can be neither raised nor ended any more.
+/// Returns the priority that `config` gives the alarm; nothing if `config` does not contain the
+/// alarm.
 std::optional<config::AlarmPriority> PriorityOf(const config::Config& config, const Alarm& alarm);
 
-/// Returns the priority of an alarm in the configuration; empty: the configuration no longer
-/// contains it. Without a function all alarms stay as they are.
+/// Returns the priority of an alarm in the configuration; nothing if the configuration no longer
+/// contains the alarm. If the function is empty, all alarms stay as they are.
 using Watched = std::function<std::optional<config::AlarmPriority>(const Alarm&)>;
 
-/// Has no lock: PendingEvents provides it.
 class WatchedAlarms {
  public:
   explicit WatchedAlarms(Watched watched) : watched_(std::move(watched)) {}
 
-  /// Sets the function of the new configuration after a reload.
   void Renew(Watched watched) {
     watched_ = std::move(watched);
     due_ = true;
@@ -66,8 +64,8 @@ class WatchedAlarms {
   bool TakeDue() { return std::exchange(due_, false); }
   void SetDue() { due_ = true; }
 
-  /// Adds events that end alarms which the configuration no longer contains, or that change
-  /// priorities.
+  /// Adds events that end the alarms which the configuration no longer contains, or that change the
+  /// priorities of alarms.
   void Follow(EventBook& book, WallTime at) const;
 
  private:
@@ -78,35 +76,35 @@ class WatchedAlarms {
 struct LogOptions {
   std::filesystem::path file;  ///< empty: no file; see `why_no_file` and `in_memory`
   std::string why_no_file{};
-  /// No file is used: events exist until the program ends.
+  /// True: no file is used, and events exist until the program ends.
   bool in_memory = false;
-  std::string vfs{};  ///< as in Database
-  /// The writing thread, shared with the audit. Null: EventLog makes one.
+  std::string vfs{};  ///< the SQLite VFS, as in Database
+  /// The writing thread of events.db, shared with the audit. Null: EventLog makes one.
   std::shared_ptr<records::EventsWriter> writer{};
   SourceNames sources;
   std::function<Now()> clocks;
   std::shared_ptr<EventFeed> feed{};  ///< receives events that are on the disk; null: no feed
-  /// The positions of consumers, stored in the file. Null: no consumers.
+  /// The positions of consumers, stored in the file. Null: there are no consumers.
   std::shared_ptr<CursorBook> cursors{};
-  bool tells_own = false;  ///< also store the gateway's own events
+  bool tells_own = false;  ///< true: the gateway's own events are stored as well
   Watched watches{};
-  /// Called on the writing thread when the last batches of these sources are on the disk, so the
-  /// sources may be asked for more.
+  /// Called on the writing thread when the last batches of these sources are on the disk, so that
+  /// the sources can be asked for more events.
   std::function<void(const std::vector<Source>& sources)> kept;
-  /// Called with events on the disk whose records are still to be read, on the writing thread: when
+  /// Called on the writing thread with events on the disk whose records are still to be read: when
   /// the file first opens, and after a commit, before `kept`. Empty: records are not read.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
   /// Called once for each change of an alarm, also while the disk fails, on the writing thread or
-  /// from Watch. `raised`: by this change. Empty: not called.
+  /// from Watch. `raised`: true if this change has raised the alarm. Can be empty.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
-  /// Called from any thread: `warn` when the disk begins to fail, `inform` when the disk works
-  /// again.
+  /// These receive one line for the log, on any thread: `warn` for example when the disk begins to
+  /// fail, `inform` when the disk works again.
   std::function<void(const std::string&)> warn;
   std::function<void(const std::string&)> inform;
 };
 
-// `PendingEvents` contains the events that wait for the disk, the clients that wait for these
-// events, and the condition of the disk. EventQueue (input) and EventRounds (output,
+// `PendingEvents` contains the events that wait for the disk, the acknowledgements that wait for
+// these events, and the condition of the disk. EventQueue (input) and EventRounds (output,
 // gateway/records/events/event_log.h) share it: both hold the mutex whenever they use it.
 struct PendingEvents {
   PendingEvents(const LogOptions& options, std::function<void()> wake_writer)
@@ -119,8 +117,8 @@ struct PendingEvents {
   bool IsIdle() const BAUDGATE_REQUIRES(mutex) {
     return !disk.is_opening() && book.empty() && records.empty() && !run.waits() && !watched.due();
   }
-  /// Returns the alarms as they are on the disk. While the disk is in trouble: as they will be
-  /// after the next commit.
+  /// Returns the alarms as they are on the disk. While the disk is in trouble, returns them as they
+  /// will be after the next commit.
   std::vector<Alarm> Alarms() const BAUDGATE_REQUIRES(mutex) {
     return book.Alarms(disk.holds_up());
   }
@@ -147,33 +145,35 @@ class EventQueue {
 
   /// Adds a batch of a device; `line` and `device` of the batch must be set.
   void Add(Batch batch);
-  /// Adds an event of the gateway, unless too many of its kind came; see Shares.
+  /// Adds an event of the gateway. If too many events of its kind have come, leaves it out; see
+  /// Shares.
   void Tell(EventRecord record);
-  /// Stores a record, with all its values in one commit. A record that is already in the file is
-  /// not written again.
+  /// Stores a record with all its values in one commit. A record that is already in the file is not
+  /// written again. If too many records wait for the disk, the record is lost.
   void Keep(KeptRecord record);
-  /// Adds the event for the start of the gateway. This event comes before all others, and its text
-  /// contains how the previous run ended. Without a start event, the run has no end event.
+  /// Adds the event for the start of the gateway, if own events are stored. It comes before all
+  /// other events, and its text contains how the previous run ended. Without a start event, the run
+  /// has no end event.
   void Started(const std::string& version);
-  /// Adds the event for the end of this run; a second call adds none.
+  /// Adds the event for the end of this run, and what was left out. A second call adds no end
+  /// event.
   void TellEnd();
-  /// As TellEnd, but waits so that outputs see this event: returns when it is on the disk, when the
-  /// disk is in trouble, or after `most`.
+  /// Adds the event for the end as TellEnd does, and waits so that outputs can see it. Returns when
+  /// nothing waits for the disk, when the disk is in trouble, or after `most`.
   void End(Duration most);
-  /// See EventSource.
   std::size_t Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done);
-  /// Calls `opened` once when the file is open: at once, or on the writing thread.
+  /// Calls `opened` once when the file is open: at once, or later on the writing thread.
   void WhenOpened(std::function<void()> opened);
   bool opened() const;
-  /// Applies a reload: gives all sources their new numbers. Stored data of a source stays with its
-  /// names, also during a commit. Alarms for which `watches` returns nothing end.
+  /// Applies a reload: gives all sources their new numbers. Stored data refers to the names of a
+  /// source, so it stays with the source, also during a commit. Active alarms for which `watches`
+  /// returns nothing end.
   void Renumber(SourceNames sources, Watched watches);
 
   /// Returns the text (EventBatch::said) of the source's last batch in the file. Valid when the
   /// file is open.
   std::string said(Source source) const;
   EventsState state() const;
-  /// See PendingEvents::Alarms.
   std::vector<Alarm> Alarms() const;
 
  private:

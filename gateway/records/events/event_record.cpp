@@ -7,7 +7,7 @@
 namespace baudgate::events {
 namespace {
 
-/// Returns the last moment up to `until` at which a clock shows `said`.
+/// Returns the last moment, not after `until`, at which the device's clock shows `said`.
 WallTime LastUpTo(WallTime until, const protocols::SaidTime& said) {
   const Duration since = until.time_since_epoch() - said.time;
   Duration beyond = since % said.period;
@@ -51,8 +51,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
       continue;
     }
     placed[i] = PlaceOne(*said[i], until, received, oldest);
-    // The tolerance keeps an event whose reported time is slightly later than its successor's from
-    // being placed a minute earlier.
+    // Without the tolerance, an event whose reported time is slightly later than that of its
+    // successor would be placed a minute earlier.
     const bool fits = placed[i].quality != ClockQuality::out_of_step;
     if (fits) until = std::min(until, placed[i].time + kClockTolerance);
   }
@@ -68,8 +68,8 @@ std::string TextOf(const config::EventText* known, const std::string& said) {
   return text;
 }
 
-/// An alarm of a device is named "channel:code", after the event that raises it. An event that ends
-/// the alarm gets the same name.
+/// Sets the alarm of a device's event. The alarm is named "channel:code" after the event that
+/// raises it; an event that ends the alarm gets the same name.
 void MarkAlarm(const config::Device& device, EventRecord& record) {
   const auto& table = device.event_texts;
   const auto name = [&](std::uint32_t code) {

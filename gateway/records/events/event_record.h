@@ -1,6 +1,6 @@
-// `EventRecord` is one event as stored in events.db. docs/events.md describes the fields. On its
-// way, an event is a DeviceEvent in an EventBatch (protocols), then in ReportedEvents (poll), an
-// EventRecord in a Batch (here), and a FedEvent for outputs.
+// `EventRecord` is one event as stored in events.db. docs/events.md describes its fields. An event
+// first is a DeviceEvent in an EventBatch (protocols), then in ReportedEvents (poll), then an
+// EventRecord in a Batch (here), and last a FedEvent for outputs.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,27 +18,27 @@
 
 namespace baudgate::events {
 
-// The time of an event. A device may report only a part of the time ("12.345" seconds of a minute).
-// The gateway adds when it received the event, and the greatest age that the event can have
-// (`oldest`). `Place` computes the full time and its quality from these. `Place` reads no clock,
-// and steps of the wall clock do not matter. All events of this table are received at 10:00:00.300:
+// `Place` computes the full time of an event and the quality of this time. A device may report only
+// a part of the time ("12.345" seconds of a minute). The gateway adds when it received the event,
+// and the greatest age that the event can have (`oldest`). `Place` reads no clock, so steps of the
+// wall clock do not matter. All events of this table are received at 10:00:00.300:
 //
 //   reported 59.900, oldest 1 s    09:59:59.900  device
 //   reported 59.900, oldest 5 min  09:59:59.900  minute_guessed: 09:58:59.900 would fit as well
 //   reported 30.000, oldest 1 s    09:59:30.000  out_of_step: older than `oldest` allows
 //   no time reported               10:00:00.300  none
 
-/// The clock of a time, and the quality of that clock. The numbers are public: in the file, in
-/// JSON, on Modbus and DDS; new ones are appended.
+/// The clock of a time, and the quality of that clock. The numbers are public (file, JSON, Modbus,
+/// DDS), so new ones are appended.
 enum class ClockQuality : std::uint16_t {
-  none = 0,     ///< the device reported no time: the time is when the gateway received the event
-  gateway = 1,  ///< the gateway's clock
-  device = 2,   ///< the device's clock; the time is complete, or only one minute fits
-  minute_guessed = 3,  ///< the device's clock; the last of several minutes that fit
+  none = 0,  ///< the device reported no time: the time is when the gateway received the event
+  gateway = 1,
+  device = 2,  ///< the device's clock; the reported time is complete, or only one minute fits
+  minute_guessed = 3,  ///< the device's clock; several minutes fit, and the last is taken
   out_of_step = 4,     ///< the device's clock; no minute agrees with the gateway's clock
 };
 inline constexpr std::size_t kClockQualities = 5;
-std::string_view Name(ClockQuality quality);       ///< "minute guessed"
+std::string_view Name(ClockQuality quality);
 ClockQuality ClockQualityOf(std::int64_t number);  ///< `none` if the number is unknown
 
 /// Tolerated difference between a device's clock and the gateway's, in both directions.
@@ -49,32 +49,34 @@ struct PlacedTime {
   ClockQuality quality = ClockQuality::none;
 };
 
-/// Returns the times of one batch, in the order of its events. No event is older than the event
-/// before it, as far as the device's clock allows. `oldest`: the greatest age that an event can
-/// have at `received`; empty: not known.
+/// Returns the times of the events of one batch, in their order. No event gets an earlier time than
+/// the event before it, as far as the device's clock allows. `oldest`: the greatest age that an
+/// event can have at `received`; empty: not known.
 std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTime>>& said,
                               WallTime received, std::optional<Duration> oldest);
 
-// Values that are saved and read as a unit: what a relay has recorded of a trip, the billing values
-// of a month, the content of a transponder. docs/events.md describes the fields for users.
+// A record contains values that are saved and read as a unit: what a relay has recorded of a trip,
+// the billing values of a month, the content of a transponder. docs/events.md describes the fields
+// for users.
 //
 //   kind event, seq 7: event 413, "trip", read 12:00:03: trip_phases 4, record1_current_l1 5.2, …
 //   kind billing, seq 31: meter-1, "month", device_time 2026-11-01: energy_t1 812.4 kWh, …
 //
 // A record is never stored in part: if some of its values are missing, it counts as not read.
 
-/// The kinds are public: in the file and in JSON. Each kind has a number sequence.
+/// The kinds of records. The names are public (file, JSON). Each kind has its own number sequence.
 inline constexpr std::string_view kEventRecord = "event";  ///< values that are read after an event
 inline constexpr std::string_view kBillingRecord = "billing";
-inline constexpr std::string_view kTagRecord = "tag";  ///< of a transponder, without an event
+/// Content of a transponder; it belongs to no event.
+inline constexpr std::string_view kTagRecord = "tag";
 
 enum class RecordState : std::uint8_t {
   read,
-  not_read,    ///< reading was given up; `text` contains the reason
+  not_read,    ///< reading has failed for good; `text` contains the reason
   superseded,  ///< a later event with the same record came before the values were read
 };
 inline constexpr std::size_t kRecordStates = 3;
-std::string_view Name(RecordState state);  ///< "not read"
+std::string_view Name(RecordState state);
 
 struct RecordValue {
   std::string name;
@@ -88,9 +90,9 @@ struct KeptRecord {
   std::int64_t seq = 0;  ///< number within the kind, from 1 without gaps; 0: not in the file yet
   std::string line{};
   std::string device{};
-  std::string name{};      ///< "trip", "month"
-  std::int64_t event = 0;  ///< number of the event that the record belongs to; 0: none
-  WallTime device_time{};  ///< time of the values, by the clock that `clock` names
+  std::string name{};      ///< name of the record: "trip", "month"
+  std::int64_t event = 0;  ///< number of the event that the record belongs to; 0: no event
+  WallTime device_time{};  ///< time of the values; `clock` tells by which clock
   ClockQuality clock = ClockQuality::none;
   WallTime read{};  ///< when the values were read, by the gateway's clock
   RecordState state = RecordState::read;
@@ -98,18 +100,20 @@ struct KeptRecord {
   std::vector<RecordValue> values{};
 };
 
-/// An event whose record is still to be read, also after a restart.
+/// An event whose record is still to be read. It is stored, so that the record is read after a
+/// restart too.
 struct OwedRecord {
   std::int64_t event = 0;
   std::string line{};
   std::string device{};
   std::string name{};
-  WallTime device_time{};  ///< time of the event, by the clock that `clock` names
+  WallTime device_time{};  ///< time of the event; `clock` tells by which clock
   ClockQuality clock = ClockQuality::none;
 };
 
 struct EventRecord {
-  std::int64_t seq = 0;  ///< from 1 without gaps, also over restarts; 0: not in the file yet
+  /// Number of the event, from 1 without gaps, also over restarts; 0: not in the file yet.
+  std::int64_t seq = 0;
   WallTime received{};
   WallTime device_time{};
   ClockQuality clock = ClockQuality::none;
@@ -119,21 +123,21 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// The name of the alarm. In an event of the gateway: the part of the device, such as "current_l1
-  /// above 5". Not in the file.
+  /// The name of the alarm. In an event of the gateway, the part of the device, such as "current_l1
+  /// above 5". Not stored in the file.
   std::string subject{};
   AlarmMark mark{};
-  /// The name of the record that belongs to the event. Its values are in `kept`, or are still to be
-  /// read. Empty: no record.
+  /// The name of the record that belongs to the event, empty: none. Its values are in `kept`, or
+  /// are still to be read.
   std::string record{};
-  std::optional<KeptRecord> kept{};  ///< values of `record`, written in the event's transaction
-  std::optional<Alarm> alarm{};      ///< alarm after this event; empty: unchanged, or no alarm
+  std::optional<KeptRecord> kept{};  ///< the values of `record`, written in the event's transaction
+  std::optional<Alarm> alarm{};      ///< the alarm after this event; empty: unchanged, or no alarm
 };
 
-/// Limit of EventRecord::text and Alarm::text in bytes; `Shorten` cuts longer texts.
+/// The limit of EventRecord::text and Alarm::text, in bytes.
 inline constexpr std::size_t kLongestText = 128;
 
-/// Cuts a UTF-8 text to kLongestText bytes, at the end of a character.
+/// Cuts a UTF-8 text to kLongestText bytes or less, at the end of a character.
 void Shorten(std::string& text);
 
 /// Makes an EventRecord of each event of a batch, with the texts of the device's profile. `oldest`:

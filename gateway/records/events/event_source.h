@@ -18,63 +18,66 @@
 namespace baudgate::events {
 
 // `ReadPage` reads stored events page by page, for `baudgate events`. It uses a separate
-// connection, so nothing waits for it. The file may contain anything, so every field is checked.
+// connection, so no writer waits for it. The file can contain anything, so every field is checked.
 
-/// Limit of the records of one page: about 40 kB of the control socket.
+/// The limit of events in one page: about 40 kB on the control socket.
 inline constexpr std::size_t kPage = 200;
 
 struct PageQuery {
-  std::int64_t after = 0;           ///< only events with a greater number
+  std::int64_t after = 0;           ///< returns only events with a greater number
   std::string line{};               ///< empty: all lines
-  std::string device{};             ///< bare name of the device; empty: all devices
-  std::optional<WallTime> since{};  ///< only events received at this time or later
+  std::string device{};             ///< name of the device without its line; empty: all devices
+  std::optional<WallTime> since{};  ///< returns only events received at this time or later
 };
 
 struct Page {
   std::vector<EventRecord> records;  ///< sorted by number
-  std::int64_t next = 0;             ///< `after` of the next page
+  std::int64_t next = 0;             ///< value of `after` for the next page
   bool more = false;                 ///< the file contained more events at that time
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// Reads a page with the records of the events; see ReadOnce. A page with many values is shorter.
+/// Reads a page of the events with their records; see ReadOnce. A page with many values contains
+/// fewer events.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
-/// An output that takes all events; its position is stored in the file.
+/// An output that takes all events. The file stores its position.
 struct Consumer {
   std::string name;
-  std::int64_t seq = 0;   ///< the consumer has received this event and all before
-  std::int64_t lost = 0;  ///< events deleted before the consumer received them
+  std::int64_t seq = 0;   ///< the consumer has received the event of this number and all before
+  std::int64_t lost = 0;  ///< number of events that were deleted before the consumer received them
 };
 
 struct EventsState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;      ///< why the disk fails; empty: no trouble
-  WallTime since{};         ///< when `disk` last changed
-  std::size_t waiting = 0;  ///< batches of devices that are not on the disk
-  std::int64_t newest = 0;  ///< number of the newest stored event; 0: none
-  std::int64_t oldest = 0;  ///< number of the oldest stored event; 0: none
+  std::string trouble;  ///< why the disk fails; empty: it works
+  WallTime since{};
+  std::size_t waiting = 0;  ///< number of batches of devices that are not on the disk
+  std::int64_t newest = 0;
+  std::int64_t oldest = 0;
   std::vector<Consumer> consumers{};
-  std::uint64_t repeats = 0;   ///< events that devices sent twice, since the start
-  std::uint64_t left_out = 0;  ///< events of the gateway left out (see Shares), since the start
+  std::uint64_t repeats = 0;  ///< number of events that devices sent twice, since the start
+  /// Number of the gateway's events that were left out (see Shares), since the start.
+  std::uint64_t left_out = 0;
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
   std::string file;
   std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
-  bool in_memory = false;                ///< no file exists; only the gateway's own alarms
+  bool in_memory = false;  ///< true: there is no file, only the gateway's own alarms in memory
 };
 
 /// Selects the alarms that a person acknowledges, and names the person.
 struct AckQuery {
   std::string line{};
   std::string device{};
-  std::string point{};   ///< empty: the alarms of the device and of all its points
-  std::int64_t seq = 0;  ///< not 0: only the alarm that this event has raised, of any device
-  /// Only the alarm that was raised by an event whose number has these low 32 bits.
+  std::string point{};  ///< empty: the alarms of the device and of all its points
+  /// Not 0: only the alarm that the event of this number has raised, of any device.
+  std::int64_t seq = 0;
+  /// Only an alarm that was raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
-  bool all = false;  ///< alarms of all lines and devices
-  std::string by{};  ///< "user:anna"
+  bool all = false;  ///< true: alarms of all lines and devices
+  std::string by{};  ///< the person: "user:anna"
 
   bool Means(const Alarm& alarm) const {
     if (seq != 0) return alarm.seq == seq;
@@ -85,9 +88,9 @@ struct AckQuery {
 };
 
 struct Acknowledged {
-  std::size_t alarms = 0;  ///< acknowledged alarms
-  std::string trouble{};   ///< why the acknowledgement is not on the disk; empty: it is
-  WallTime at{};           ///< time of the request
+  std::size_t alarms = 0;
+  std::string trouble{};  ///< why the acknowledgement is not on the disk; empty: it is saved
+  WallTime at{};
 };
 
 class EventSource {
@@ -97,7 +100,7 @@ class EventSource {
   /// Returns the alarms that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
   /// Acknowledges the selected alarms and returns their number. `done` is called once, when the
-  /// acknowledgement is on the disk or the disk fails: from any thread, also within this call.
+  /// acknowledgement is on the disk or the disk fails: on any thread, also within this call.
   virtual std::size_t Acknowledge(const AckQuery& query,
                                   std::function<void(const Acknowledged&)> done) = 0;
   /// Returns an empty page while the file is being opened.

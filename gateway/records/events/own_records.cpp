@@ -71,7 +71,6 @@ Words WordsOf(OwnCode code) {
   return {};
 }
 
-/// False for facts that happen at one moment.
 bool HasEnd(OwnCode code) { return WordsOf(code).over != nullptr; }
 
 }  // namespace
@@ -178,7 +177,7 @@ bool LastingFacts::IsNews(const Fact& fact, bool first) {
   if (!HasEnd(fact.code)) return true;
   const Key key{fact.code, fact.line, fact.device};
   if (fact.over) return lasting_.erase(key) > 0 || !first;
-  // A wrong device may be replaced by another wrong device, which is news again.
+  // A wrong device can be replaced by another wrong device, which makes another event.
   return lasting_.insert(key).second || fact.code == OwnCode::wrong_device;
 }
 

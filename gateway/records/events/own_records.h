@@ -20,14 +20,15 @@
 
 namespace baudgate::events {
 
-// The codes of the gateway's own events. The numbers are public (docs/events.md): new ones are
-// appended, and none is used again. Device events cannot have these codes: the event table of a
-// profile ends at 999999.
+// The codes of the gateway's own events. The numbers are public (docs/events.md): new numbers are
+// appended, and no number is used again. Events of devices cannot have these codes: the event table
+// of a profile ends at 999999.
 enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
-  left_out = 1'000'003,      ///< events of one kind that came too often were left out; see Shares
-  disk_trouble = 1'000'004,  ///< trouble of events.db, reported when it is over
+  left_out = 1'000'003,  ///< too many events of one kind came, and some were left out; see Shares
+  /// The file events.db could not be written; reported when it can be written again.
+  disk_trouble = 1'000'004,
   port_down = 1'000'005,
   port_lent = 1'000'006,
   collisions = 1'000'007,
@@ -40,54 +41,53 @@ enum class OwnCode : std::uint32_t {
   point_above = 1'000'014,
   point_below = 1'000'015,
   acknowledged = 1'000'016,
-  not_watched = 1'000'017,  ///< the configuration no longer contains an alarm
+  not_watched = 1'000'017,  ///< an alarm ends because the configuration no longer contains it
   reloaded = 1'000'018,
-  taken_back = 1'000'019,       ///< a configuration that was not confirmed was taken back
-  clock_corrected = 1'000'020,  ///< the gateway has corrected the clock of a device
-  clock_left = 1'000'021,       ///< the clock of a device could not be corrected
-  own_alarm = 1'000'022,        ///< alarm of a line, a device, a route or a disk (see Trouble)
-  port_served = 1'000'023,      ///< a client uses the port of a line that is not polled
-  priority = 1'000'024,         ///< the configuration has changed the priority of an active alarm
+  taken_back = 1'000'019,  ///< a configuration that was not confirmed was rolled back
+  clock_corrected = 1'000'020,
+  clock_left = 1'000'021,   ///< the gateway could not correct the clock of a device
+  own_alarm = 1'000'022,    ///< an alarm of a line, a device, a route or a disk (see Trouble)
+  port_served = 1'000'023,  ///< a network client uses the port of a line that is not polled
+  priority = 1'000'024,     ///< the configuration has changed the priority of an active alarm
 };
 
 constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>(code); }
 
 struct LastRun {
   enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
-  WallTime last{};  ///< time of the last event of that run
+  WallTime last{};  ///< time of the last event of the previous run
 };
 
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at);
 EventRecord EndRecord(WallTime at);
-/// Returns the event for a disk trouble that is over. `trouble` may begin with the name of the
+/// Returns the event for a disk trouble that is over. `trouble` can begin with the name of the
 /// file.
 EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble, WallTime since,
                               WallTime at);
-/// Returns the event for `events` left-out events like `last`, from `since` on. The event has the
-/// line and device of `last`, and no alarm.
+/// Returns the event for `events` left-out events like `last`, the first of them at `since`. The
+/// event has the line and device of `last`, and no alarm.
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at);
-/// Returns the event that ends an alarm that the configuration no longer contains.
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
-/// Returns the event that changes the priority of an alarm to that of the configuration.
 EventRecord PriorityRecord(const Alarm& alarm, config::AlarmPriority priority, WallTime at);
 EventRecord OwnAlarmRecord(Trouble trouble, const std::string& line, const std::string& device,
                            AlarmMark mark, std::string text, WallTime at);
 EventRecord AckRecord(const Alarm& alarm, const AckQuery& query, WallTime at);
 
 struct Fact {
-  OwnCode code = OwnCode::no_answer;  ///< port_down … replaced, port_served, or a clock code
+  /// A code from port_down to replaced, port_served, or a code about a clock.
+  OwnCode code = OwnCode::no_answer;
   bool over = false;
   std::string line{};
-  std::string device{};  ///< empty: the fact concerns the line
+  std::string device{};  ///< empty: the fact is about the line
   std::string why{};
-  bool unknown = false;  ///< with `over`: the fact is no longer watched, so it may not be over
+  bool unknown = false;  ///< with `over`: nothing reports the fact any more, so it may not be over
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
 
-// `OwnRun` makes one event for the start and one for the end of the gateway. The start event
-// contains how the previous run ended. No clock and no lock: gateway/records/events/event_queue.h
-// provides these.
+// `OwnRun` makes one event for the start and one for the end of the gateway. The text of the start
+// event contains how the previous run ended. No clock, no lock:
+// gateway/records/events/event_queue.h provides these.
 class OwnRun {
  public:
   void OnStarted(std::string version, WallTime at) {
@@ -97,7 +97,7 @@ class OwnRun {
   void OnOpened(const LastRun& before) { before_ = before; }
 
   bool waits() const { return start_.has_value(); }
-  /// Returns the start event once. Call OnOpened first.
+  /// Returns the start event; a second call returns nothing. Call OnOpened first.
   std::optional<EventRecord> TakeStart() {
     const auto start = std::exchange(start_, std::nullopt);
     if (!start) return std::nullopt;
@@ -113,14 +113,14 @@ class OwnRun {
     std::string version;
     WallTime at{};
   };
-  std::optional<Start> start_;  // the event was not taken yet
-  bool ends_ = false;           // the event was not taken yet
+  std::optional<Start> start_;  // empty: there is no start event, or TakeStart has returned it
+  bool ends_ = false;           // true: TakeEnd has not returned the end event yet
   LastRun before_{};
 };
 
 // `LastingFacts` contains the facts about lines and devices that have begun and have not ended, by
-// name. A reload that restarts a line gives it new numbers, but the end of a fact belongs to its
-// beginning.
+// name. A reload that restarts a line gives new numbers to its devices; by the names, the end of a
+// fact still belongs to its beginning.
 //
 //   port_down of bay-1 … bay-1 is restarted … over   the end is an event, although the new line
 //                                                    has not reported the beginning
@@ -132,10 +132,12 @@ class LastingFacts {
   /// Devices that the configuration disables are out of use from the start.
   explicit LastingFacts(const config::Config& config);
 
-  /// Records the fact. Returns false if it is not worth an event. `first`: the line reports an end
-  /// without having reported the beginning.
+  /// Records the fact. Returns true if an event is to be made: at a beginning that was not recorded
+  /// yet, at the end of a recorded beginning, and for each fact without an end. `first`: the line
+  /// reports an end without having reported the beginning.
   bool IsNews(const Fact& fact, bool first);
-  /// Applies a reload and returns the facts that it ends. `begun`: lines that are new or restarted.
+  /// Applies a reload and returns the facts that end with it. `begun`: lines that are new or
+  /// restarted.
   std::vector<Fact> Renew(const config::Config& config, const std::set<std::string>& begun);
 
  private:

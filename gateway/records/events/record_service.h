@@ -1,8 +1,8 @@
-// `RecordService` reads the record that belongs to an event once after the event, such as the
+// `RecordService` reads the record that belongs to an event once, after the event. Example: the
 // values that a relay has recorded of a trip. The points of the record are read like the reads that
 // a user requests (WriteCommand::reads), and are stored as one record
-// (gateway/records/events/event_record.h). The left column shows what happens; "drained" is a call
-// of OnDrained: the device has no more events.
+// (gateway/records/events/event_record.h). In this table, the left column shows what happens;
+// "drained" is a call of OnDrained: the device has no more events.
 //
 //   event 412 is on the disk, needs "trip"  waits until the relay is drained, at most 5 s
 //   drained                                 the points of the record are requested
@@ -13,8 +13,8 @@
 //   restart in between                      all begins again: the file lists events without record
 //   its line is reloaded                    all begins again: the device has another number
 //
-// While the device does not answer, nothing is requested; its records are read when it answers
-// again.
+// While the device does not answer, nothing is requested from it. Its records are read when it
+// answers again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,17 +39,18 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// If a device with events is not drained for this time after its values were read, the values
-  /// are stored as uncertain: they may belong to a later event.
+  /// If the device is not drained for this time after its values were read, the values are stored
+  /// with quality "uncertain", because they may belong to a later event.
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {
     std::function<Now()> clocks;
-    std::function<bool(bus::WriteCommand command)> ask;  ///< see CommandSink::Submit
+    /// Requests the reads of a record; see CommandSink::Submit.
+    std::function<bool(bus::WriteCommand command)> ask;
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` must outlive this object. All requested reads must be answered before this object
-  /// ends.
+  /// `store` must outlive this object. All requested reads must be answered before this object is
+  /// destroyed.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
   /// Adds the devices of a line; they get the next device numbers.
@@ -58,13 +59,13 @@ class RecordService {
   /// Permits requests to lines from now on.
   void Start();
 
-  /// After a reload: records still to be read of removed devices pass to new devices of the same
-  /// names.
+  /// To be called after a reload: records of removed devices that are still to be read are assigned
+  /// to new devices of the same names.
   void TakeOver();
 
   /// Adds events that are on the disk and whose records are still to be read.
   void Owe(const std::vector<events::OwedRecord>& owed);
-  /// See PollerListener.
+  /// See the functions of PollerListener with these names.
   void OnDrained(std::uint32_t device, Instant asked);
   void OnRead(std::uint32_t device, Instant at);
 
@@ -72,16 +73,16 @@ class RecordService {
   struct Debt {
     std::uint32_t device = 0;
     std::shared_ptr<const config::Record> record;  ///< null: the device was removed by a reload
-    std::optional<events::OwedRecord> event{};     ///< the latest event that needs the record
+    std::optional<events::OwedRecord> event{};     ///< the latest event whose record is to be read
     bool asking = false;
     bool waits = false;  ///< reading waits until the device has no more events
     bool stale = false;  ///< values being read may belong to the previous event
     int tries = 0;
-    Instant again{};  ///< no further try before this time
+    Instant again{};
     std::optional<events::KeptRecord> got{};
     Instant got_at{};
   };
-  /// Calls to make after the lock is released.
+  /// A read to request after the lock is released.
   struct Asking {
     Debt* debt = nullptr;
     std::shared_ptr<const config::Record> record;
@@ -94,9 +95,9 @@ class RecordService {
   Debt* Find(const events::OwedRecord& owed) BAUDGATE_REQUIRES(mutex_);
   void OnAnswer(Debt& debt, Instant asked, const WriteResult& result);
   struct Found {
-    bool away = false;  ///< the device is offline, or another device is in its place
+    bool away = false;  ///< true: the device is offline, or another device is in its place
     std::optional<events::KeptRecord> record{};
-    Instant read_at{};  ///< time of the latest value
+    Instant read_at{};  ///< when the latest of the values was read
   };
   Found Look(std::uint32_t device, const config::Record& record, Instant asked, Now now) const;
   static void Settle(Debt& debt, const events::KeptRecord& record, Steps& steps);
@@ -105,10 +106,10 @@ class RecordService {
 
   const bus::PointStore& store_;
   const Ends ends_;
-  std::atomic<std::size_t> owing_ = 0;  // events whose records are to be read
+  std::atomic<std::size_t> owing_ = 0;
   mutable Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // by device
+  std::vector<std::vector<Debt>> debts_ BAUDGATE_GUARDED_BY(mutex_);  // index: number of the device
 };
 
 }  // namespace baudgate::events

@@ -1,5 +1,6 @@
-// `RecordTable` writes the tables `records`, `record_values` and `owed_records` of events.db. Each
-// call is part of the caller's transaction. Used by one thread.
+// `RecordTable` writes the tables `records`, `record_values` and `owed_records` (events whose
+// records are still to be read) of events.db. Each call is part of the caller's transaction. Used
+// by one thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,19 +22,19 @@ namespace baudgate::events {
 
 class RecordTable {
  public:
-  /// Limit of the stored records of one kind. Records of events are deleted with their events
-  /// instead.
+  /// The limit of the stored records of one kind. It does not apply to records of events, which are
+  /// deleted with their events.
   static constexpr std::int64_t kMost = 1'000'000;
 
-  /// `database`: as OpenEvents has opened it; must outlive this object.
+  /// `database` must come from OpenEvents, and outlive this object.
   explicit RecordTable(records::Database& database, std::int64_t most = kMost);
 
   /// Writes a record with the next number of its kind, and removes its event from `owed_records`.
   /// If the file already contains a record with the same kind, line, device, name, device_time and
-  /// event, that record stays.
+  /// event, the record is not written again.
   bool Insert(const KeptRecord& record);
   bool Owe(const OwedRecord& owed);
-  /// Deletes the records of events up to this number.
+  /// Deletes the records of events up to this event number.
   bool Drop(std::int64_t event);
 
   bool ReadOwed(std::vector<OwedRecord>& owed);
@@ -55,46 +56,46 @@ class RecordTable {
   records::Statement drop_owed_;
 };
 
-// Selects stored records for ReadRecords. The file may contain anything, so every field is checked.
+// Selects stored records for ReadRecords. The file can contain anything, so every field is checked.
 struct RecordQuery {
   std::string kind{};
-  std::int64_t after = 0;           ///< only records of that kind with a greater number
-  std::string line{};               ///< empty: all
-  std::string device{};             ///< bare name of the device; empty: all
-  std::string name{};               ///< empty: all
-  std::optional<WallTime> since{};  ///< only records with this device_time or later
-  std::optional<WallTime> until{};  ///< only records with an earlier device_time
+  std::int64_t after = 0;           ///< returns only records of this kind with a greater number
+  std::string line{};               ///< empty: all lines
+  std::string device{};             ///< name of the device without its line; empty: all devices
+  std::string name{};               ///< empty: all names
+  std::optional<WallTime> since{};  ///< returns only records with this device_time or later
+  std::optional<WallTime> until{};  ///< returns only records with an earlier device_time
 };
 
 struct RecordPage {
   std::vector<KeptRecord> records;  ///< sorted by number, each with all its values
-  std::int64_t next = 0;            ///< `after` of the next page
+  std::int64_t next = 0;            ///< value of `after` for the next page
   bool more = false;                ///< the file contained more records at that time
 };
 
-/// A page ends after this many records, or after the record that brings it to this many values.
+/// A page ends after kRecordPage records, or after the record with which the number of values
+/// reaches kPageValues.
 inline constexpr std::size_t kRecordPage = 100;
 inline constexpr std::size_t kPageValues = 1000;
 
 Result<RecordPage> ReadRecords(records::Database& database, const RecordQuery& query);
-/// See ReadOnce.
 Result<RecordPage> ReadRecords(const std::filesystem::path& file, const RecordQuery& query);
 
-/// Returns the records of events `first` to `last`, sorted by event.
 Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::int64_t first,
                                               std::int64_t last);
 
 // `PastTable` writes the tables `past` and `past_points` of events.db: values that devices have
 // measured and stored themselves, such as the load profiles of meters. Each value is a numbered row
-// with the device's time, which may be days ago. Each call is part of the caller's transaction.
+// with the device's time, which can be days ago. Each call is part of the caller's transaction.
 // Used by one thread; `ReadPast` reads over another connection.
 
 class PastTable {
  public:
-  /// Limit of the stored values: about 270 MB, 70 years of one meter by half hours.
+  /// The limit of the number of stored values: about 270 MB, or 70 years of half-hour values of one
+  /// meter.
   static constexpr std::int64_t kMost = 5'000'000;
 
-  /// `database`: as OpenEvents has opened it; must outlive this object.
+  /// `database` must come from OpenEvents, and outlive this object.
   explicit PastTable(records::Database& database, std::int64_t most = kMost);
 
   /// Writes the values of a device. A record without values is written as a gap in all points of
@@ -118,10 +119,11 @@ class PastTable {
   records::Statement drop_;
 };
 
-// `ReadPast` reads values that devices have measured themselves, page by page, for `baudgate
-// history`. It uses a separate connection, so nothing waits for it. The file may contain anything.
+// `ReadPast` reads values that devices have measured and stored themselves, page by page, for
+// `baudgate history`. It uses a separate connection, so no writer waits for it. The file can
+// contain anything.
 
-/// The position at which a page ended. A device may report a time twice, so the row number is
+/// The position at which a page ended. A device can report a time twice, so the row number is
 /// needed as well.
 struct PastCursor {
   std::int64_t seq = 0;
@@ -131,13 +133,13 @@ struct PastCursor {
 struct PastQuery {
   std::string line{};
   std::string device{};
-  std::string name{};  ///< "load_1.active_import"
+  std::string name{};  ///< series and value: "load_1.active_import"
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
   PastCursor after{};
 };
 
-/// A value of the time span that begins at `time`. Without a quality, the value is lost.
+/// A value of the time span that begins at `time`. If `quality` is empty, the value is lost.
 struct PastRow {
   WallTime time{};
   Duration span{};
@@ -149,11 +151,10 @@ struct PastPage {
   std::vector<PastRow> rows{};  ///< sorted by time
   PastCursor next{};
   bool more = false;
-  bool known = false;  ///< the file contains a series of that name
+  bool known = false;  ///< true: the file contains a series of that name
 };
 
 Result<PastPage> ReadPast(records::Database& database, const PastQuery& query);
-/// See ReadOnce.
 Result<PastPage> ReadPast(const std::filesystem::path& file, const PastQuery& query,
                           bool* damaged = nullptr);
 

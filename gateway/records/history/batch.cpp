@@ -6,8 +6,9 @@
 namespace baudgate::history {
 namespace {
 
-/// Scale of the sums, so that they do not overflow: the milliseconds of an hour, times twice the
-/// largest double, times this scale, fit into a double. A power of two loses no digits.
+/// The sums are scaled by this factor, so that they do not overflow: the milliseconds of an hour,
+/// times twice the largest double, times this factor, fit into a double. A power of two loses no
+/// digits.
 constexpr double kSmall = 0x1p-24;
 
 double Within(double mean, const Trend& trend) {
@@ -48,7 +49,7 @@ void Rollup::Advance(Millis time, std::vector<Trend>& out) {
     Hold(now_, end);
     now_ = end;
     Close(out);
-    // Skips all spans without a good value in one step.
+    // Without a value, skips all spans up to `time` in one step.
     span_.begin = value_ ? end : FloorTo(time, width_);
     if (!value_) now_ = time;
   }

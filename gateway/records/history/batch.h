@@ -1,10 +1,10 @@
-// `Batch` is what the recorder passes to the files: entries, time spans that have ended, and the
-// runs that they belong to.
+// `Batch` is what the recorder passes to the files: value changes (entries), means over time spans
+// that have ended (trends), and the runs that they belong to.
 //
-// A run is a stretch of time in which the history contains every change. A new run begins when the
-// gateway starts, after values were dropped, when the clock of the machine was set, and after a
-// standstill of the process. The time between two runs is a gap. Within a run the times of a point
-// rise. The numbers of runs always rise, whatever the clock shows.
+// A run is a period in which the history contains every change. A new run begins when the gateway
+// starts, after values were dropped, when the clock of the machine was set, and after a standstill
+// of the process. The time between two runs is a gap. Within a run the times of a point increase.
+// The numbers of runs always increase, whatever the clock shows.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -40,7 +40,7 @@ inline constexpr Millis kMinute = 60 * kSecond;
 inline constexpr Millis kHour = 60 * kMinute;
 inline constexpr Millis kDay = 24 * kHour;
 
-/// Returns the begin of the span of `width` ms that contains `time`. Spans are aligned to 1970.
+/// Returns the beginning of the span of `width` ms that contains `time`. Spans are aligned to 1970.
 constexpr Millis FloorTo(Millis time, Millis width) {
   const Millis rest = time % width;
   return time - (rest < 0 ? rest + width : rest);
@@ -54,10 +54,10 @@ struct Entry {
   bool operator==(const Entry&) const = default;
 };
 
-// `Trend` contains mean and bounds of one point over a span of fixed width (a minute, an hour),
-// aligned to 1970. It is computed from every reading, also from readings that are not stored. A
-// value counts from its reading until the next reading; the mean is over the time in which the
-// value was good.
+// `Trend` contains mean and bounds of one point over a time span of fixed width (a minute, an
+// hour), aligned to 1970. It is computed from every reading, also from readings that are not
+// stored. A value is valid from its reading until the next reading; the mean is over the time in
+// which the value was good.
 //
 //   width 60 s, readings at 0 s: 10, at 30 s: 20, at 90 s: bad
 //     span from 0 s:  mean 15, min 10, max 20, first 10, last 20, count 2, good 60 s
@@ -67,28 +67,29 @@ struct Trend {
   double mean = 0;
   double min = 0;
   double max = 0;
-  double first = 0;  ///< first good value in the span; may have been read before the span
+  double first = 0;  ///< the first good value in the span; can have been read before the span
   double last = 0;
-  std::int64_t count = 0;  ///< good readings within the span
-  Millis good = 0;         ///< time with good quality, in ms; never 0
+  std::int64_t count = 0;
+  Millis good = 0;  ///< time with good quality, in ms; in a finished trend never 0
 
   bool operator==(const Trend&) const = default;
 };
 
-/// Adds `later` to `trend`: parts of the same span, one after the other.
+/// Merges two parts of the same span. `later` directly follows `trend`, which receives the result.
 void Merge(Trend& trend, const Trend& later);
 
-/// Computes Trends of one point and one width. Times must not decrease between two calls of Forget.
+/// Computes the trends of one point for one width. Times must not decrease between two calls of
+/// Forget.
 class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
 
-  /// Sets the value from `time` on; empty: not good. `reading`: read at this time. Spans that have
-  /// ended are added to `out`, except spans without good time.
+  /// Sets the value from `time` on; empty: the value is not good. `reading`: the value was read at
+  /// this time. Appends the spans that have ended to `out`, except spans without good time.
   void Set(Millis time, std::optional<double> value, bool reading, std::vector<Trend>& out);
-  /// Continues the present value until `time`.
+  /// Continues the present value until `time`, and appends the spans that have ended to `out`.
   void Advance(Millis time, std::vector<Trend>& out);
-  /// Advances to `time`, adds the incomplete span to `out`, and clears the value.
+  /// Advances to `time`, appends the incomplete span to `out`, and clears the value.
   void Forget(Millis time, std::vector<Trend>& out);
 
  private:
@@ -99,7 +100,7 @@ class Rollup {
   Millis now_ = 0;
   std::optional<double> value_;
   double sum_ = 0;  // sum of (value - first) * milliseconds, scaled by kSmall
-  Trend span_{};    // present span; `good` is 0: no good value in the span yet
+  Trend span_{};    // the present span; `good` is 0: no good value in the span yet
   bool begun_ = false;
 };
 
@@ -109,7 +110,8 @@ inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropp
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  std::int64_t number = 0;  ///< from 1; the recorder counts from the start of the gateway
+  /// Number of the run, from 1; the recorder counts from the start of the gateway.
+  std::int64_t number = 0;
   Millis began = 0;
   Millis until = 0;  ///< the history is complete until this time
   RunBegin why = RunBegin::started;
@@ -131,12 +133,11 @@ struct TrendRow {
 };
 
 struct Batch {
-  std::vector<Run> runs;  ///< sorted by number; the present state of each run
+  std::vector<Run> runs;  ///< sorted by number; each with its present state
   std::vector<Sample> samples;
   std::vector<TrendRow> trends;
 
   bool empty() const { return runs.empty() && samples.empty() && trends.empty(); }
-  /// Adds a run, or replaces the last run if its number is the same.
   void SetRun(const Run& run);
   void Append(Batch&& later);
 };
@@ -146,16 +147,17 @@ struct PointName {
   config::Type type = config::Type::float32;
 };
 
-// `BatchQueue` is a bounded queue of batches that wait while the disk is slow, full or failing. It
-// has no lock: gateway/records/history/history_log.h provides it.
+// `BatchQueue` is a queue of limited size for batches that wait while the disk is slow, full or
+// failing. No lock: gateway/records/history/history_log.h provides it.
 class BatchQueue {
  public:
-  /// `most`: limit of the samples, and limit of the spans.
+  /// `most`: the limit of samples, and also the limit of trends.
   explicit BatchQueue(std::size_t most) : most_(most) {}
 
   std::size_t Room() const { return most_ - std::min(most_, waiting_.samples.size()); }
-  /// Adds a batch with at most Room() samples. Returns how many spans were dropped: spans have a
-  /// separate limit, because they are few and worth more.
+  /// Adds a batch with at most Room() samples. If there are too many trends, drops those of the
+  /// batch and returns their number. Trends have a separate limit, because they are few and more
+  /// valuable than samples.
   std::size_t Add(Batch&& batch) {
     std::size_t dropped = 0;
     if (waiting_.trends.size() + batch.trends.size() > most_) {
@@ -173,21 +175,21 @@ class BatchQueue {
   Batch waiting_;
 };
 
-// `PendingValues` contains the values that wait to be written, with the run numbers of the files.
-// The run numbers of the recorder begin at 1 with each start of the gateway.
+// `PendingValues` contains the values that wait to be written, and changes their run numbers: the
+// recorder counts runs from 1 at each start of the gateway, the files count on.
 //
 //   Begin(40), Add(run 1)   → run 41
 //   CutRun()                → run 42: the file with the beginning of run 41 is lost
 //   Add(run 1)              → run 42, which begins with the first value that waits
 class PendingValues {
  public:
-  /// Sets the last run number in the files. Call this before the first Add.
+  /// Sets the last run number in the files. Must be called before the first Add.
   void Begin(std::int64_t last_run) { runs_before_ = last_run; }
   bool has_begun() const { return runs_before_.has_value(); }
 
   void Add(Batch&& batch);
-  /// The file with stored values is lost: the values that wait begin a new run, because the time
-  /// range of the lost values is unknown.
+  /// To be called when a file with stored values is lost. The values that wait begin a new run,
+  /// because the time range of the lost values is unknown.
   void CutRun();
   /// True if CutRun was called since the last call of TakeLost.
   bool TakeLost() { return std::exchange(lost_, false); }
@@ -200,7 +202,7 @@ class PendingValues {
 
   Batch batch_;
   std::optional<std::int64_t> runs_before_;
-  std::optional<Run> cut_;  // begun in the middle of a run of the recorder
+  std::optional<Run> cut_;  // the new run of the last CutRun
   bool lost_ = false;
 };
 

@@ -51,7 +51,8 @@ namespace {
 
 constexpr std::array<double, 7> kPowers = {1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 constexpr std::array<double, 7> kScales = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6};
-/// Above this limit, a double cannot represent every tenth.
+/// Above this limit, a double cannot represent every tenth, so the forms `divided` and `scaled` are
+/// not used.
 constexpr double kMostWhole = 1e15;
 
 bool IsSame(double a, double b) {
@@ -64,7 +65,8 @@ double Number(ValueForm form, std::int64_t whole) {
                                          : number * kScales[form.decimals];
 }
 
-/// Returns `number` as a whole number of this form; empty: the form does not restore it exactly.
+/// Returns `number` as a whole number of this form; empty: the whole number would not restore
+/// `number` exactly.
 std::optional<std::int64_t> WholeOf(ValueForm form, double number) {
   const double whole = number * kPowers[form.decimals];
   if (!(std::abs(whole) < kMostWhole)) return std::nullopt;
@@ -101,7 +103,8 @@ ValueCode CodeOf(const Value& value) {
   return kCodes[value.index()];
 }
 
-/// Returns the value as the number whose differences are written. Must not be called for texts.
+/// Returns the number that represents the value in its column, where only differences are written.
+/// Must not be called for texts.
 std::int64_t BitsOf(ValueForm form, const Value& value) {
   switch (form.code) {
     case ValueCode::flag:
@@ -162,7 +165,6 @@ void WriteValues(ValueForm form, std::span<const Value> values, ColumnWriter& to
   }
 }
 
-/// Reads `count` values, or fewer if `from` fails.
 std::vector<Value> ReadValues(ValueForm form, std::size_t count, ColumnReader& from) {
   std::vector<Value> values;
   if (count > 0 && !IsKnown(form)) from.Fail();
@@ -199,11 +201,13 @@ namespace {
 
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kHead = 3;
-/// Room for kMostInChunk texts of kLongestText, and more.
+/// The limit of a chunk's size before compression, in bytes: more than kMostInChunk texts of
+/// kLongestText.
 constexpr std::size_t kMostBytes = 8'000'000;
-constexpr Millis kLastTime = 7'300'000'000'000;  // in 2201; FormatWallTime can format it
+constexpr Millis kLastTime = 7'300'000'000'000;  // in the year 2201; FormatWallTime can print it
 
-/// Writes runs of entries for which `of` is equal: (count, x), (count, x), …
+/// Writes the property `of` of all entries as runs of equal values: (count, value), (count, value),
+/// …
 template <typename Of>
 void WriteRuns(std::span<const Entry> entries, ColumnWriter& to, Of of) {
   for (std::size_t i = 0; i < entries.size();) {

@@ -25,8 +25,8 @@
 
 namespace baudgate::history {
 
-// Numbers of variable length, for the columns of a chunk. Reading never goes beyond the given
-// bytes.
+// `ColumnWriter` and `ColumnReader` write and read numbers of variable length, for the columns of a
+// chunk.
 
 /// Maps 0, -1, 1, -2 … to 0, 1, 2, 3 …, so that small numbers of either sign are short.
 constexpr std::uint64_t ZigZag(std::int64_t number) {
@@ -35,7 +35,7 @@ constexpr std::uint64_t ZigZag(std::int64_t number) {
 constexpr std::int64_t UnZigZag(std::uint64_t code) {
   return static_cast<std::int64_t>(code >> 1U ^ (~(code & 1U) + 1U));
 }
-/// Subtracts with wrap-around. WrapAdd of the difference restores `a` for all values.
+/// Subtracts with wrap-around: WrapAdd(WrapSub(a, b), b) is `a` for all values.
 constexpr std::int64_t WrapSub(std::int64_t a, std::int64_t b) {
   return static_cast<std::int64_t>(static_cast<std::uint64_t>(a) - static_cast<std::uint64_t>(b));
 }
@@ -54,8 +54,8 @@ class ColumnWriter {
   Bytes bytes_;
 };
 
-/// Reads numbers and texts. After the first failure all reads return 0 or an empty text, and ok()
-/// is false.
+/// Reads numbers and texts, and never reads beyond the given bytes. After the first failure all
+/// reads return 0 or an empty text, and ok() is false.
 class ColumnReader {
  public:
   explicit ColumnReader(View bytes) : rest_(bytes) {}
@@ -72,8 +72,8 @@ class ColumnReader {
   bool ok_ = true;
 };
 
-// The encoding of the values of a chunk, by their type. The numbers are in the files
-// (docs/history.md); new ones are appended.
+// The encoding of the values of a chunk, by their type. The numbers are stored in the files
+// (docs/history.md), so new ones are appended.
 enum class ValueCode : std::uint8_t {
   none = 0,     ///< the chunk contains no values
   whole = 1,    ///< signed: difference to the previous value
@@ -92,16 +92,16 @@ struct ValueForm {
   std::uint8_t decimals = 0;
 };
 
-/// Returns the shortest form that restores exactly these values. No value may be empty.
+/// Returns the shortest form that restores exactly these values. `values` must not contain an empty
+/// value.
 ValueForm FormOf(std::span<const Value> values);
 
-/// Limit of the entries in one chunk.
 inline constexpr std::size_t kMostInChunk = 20'000;
-/// Limit of texts in bytes; callers cut longer texts.
+/// The limit of texts, in bytes. Callers of EncodeChunk cut longer texts.
 inline constexpr std::size_t kLongestText = 250;
 
-/// Encodes at most kMostInChunk entries; their times must be positive and rise. Returns no bytes if
-/// memory is short.
+/// Encodes at most kMostInChunk entries; their times must be positive and increase. Returns no
+/// bytes if memory is short.
 Bytes EncodeChunk(std::span<const Entry> entries);
 /// Returns exactly the encoded entries; nullopt if the bytes are no valid chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);

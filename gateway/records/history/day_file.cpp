@@ -135,8 +135,8 @@ CREATE TABLE chunks (
 );
 CREATE INDEX chunks_point ON chunks (point, run, first);
 )sql"};
-/// synchronous=FULL: a commit is on the disk at once. With NORMAL the system could hold commits
-/// back for up to half a minute.
+/// synchronous=FULL: each commit is on the disk when it returns. With NORMAL, the system could
+/// delay commits by up to half a minute.
 constexpr records::DatabaseKind kValues = {
     kValuesApplication, kValueMigrations,
     "PRAGMA synchronous=FULL; PRAGMA journal_size_limit=1048576; "
@@ -240,7 +240,7 @@ DayFile::Opened DayFile::Open(const std::string& damage) {
   return opened;
 }
 
-/// Reads the points of the file, and updates the types that the configuration has changed.
+/// Reads the points of the file, and changes the types that differ from the configuration.
 bool DayFile::UpdateTypes() {
   std::vector<PointNumber> changed;
   const auto note = [&](PointNumber point, const records::Statement& row) {
@@ -266,7 +266,8 @@ std::int64_t DayFile::IdOf(PointNumber point) {
 
 bool DayFile::Write(const std::vector<Sample>& samples, const std::vector<Run>& runs) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  std::vector<std::pair<PointNumber, std::int64_t>> fresh;  // valid only after the commit
+  // Points and their numbers in the file; valid only after the commit.
+  std::vector<std::pair<PointNumber, std::int64_t>> fresh;
   records::Statement& insert = insert_[table_];
   bool ok = true;
   for (const Sample& sample : samples) {
@@ -327,7 +328,7 @@ bool DayFile::WriteChunks(const char* table) {
   return ok || Fail();
 }
 
-/// Packs the rows that an earlier run of the gateway has left, also rows of points that are no
+/// Makes chunks of the rows that an earlier run of the gateway has left, also of points that are no
 /// longer stored.
 bool DayFile::PackLeftovers(const char* table) {
   std::vector<PointNumber> known;
@@ -349,8 +350,8 @@ bool DayFile::PackLeftovers(const char* table) {
                                           : config::Type::float64;
       const auto quality = static_cast<std::uint16_t>(rows.Number(4));
       if (known.empty() || known.back() != point) known.push_back(static_cast<PointNumber>(point));
-      // `left` uses the index in `known` as point number, because the numbers in the file may be
-      // anything.
+      // The number of a point in the file can be anything, so its index in `known` is used as point
+      // number in `left`.
       left.Add({static_cast<PointNumber>(known.size() - 1),
                 rows.Number(1),
                 {rows.Number(2), AsType(rows.At(3), type), Quality::OfWord(quality)}});

@@ -67,8 +67,8 @@ TrendFile::Opened TrendFile::Open(const std::string& damage) {
   return opened;
 }
 
-/// Computes hours from their minutes. A gateway that was killed has written the minutes of its last
-/// hour, but not the hour.
+/// Computes missing hours from their minutes. A gateway that was killed has written the minutes of
+/// its last hour, but not the hour.
 bool TrendFile::MendHours() {
   Run run;
   {
@@ -95,7 +95,7 @@ bool TrendFile::MendHours() {
   return database_->Execute("COMMIT") || Fail();
 }
 
-/// Only the last two hours of the run may be missing.
+/// Computes the missing hours of a point. Only the last two hours of the run can be missing.
 bool TrendFile::MendHours(std::int64_t point, const Run& run) {
   std::map<Millis, Trend> hours;
   {
@@ -149,7 +149,7 @@ bool TrendFile::Insert(const TrendRow& row, std::optional<Millis> sure) {
 bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                       std::optional<Millis> sure) {
   if (!database_->Execute("BEGIN IMMEDIATE")) return Fail();
-  std::vector<PointNumber> fresh;  // valid only after the commit
+  std::vector<PointNumber> fresh;  // points whose number in the file is valid only after the commit
   bool ok = true;
   for (const TrendRow& row : trends) {
     if (ids_[row.point] == 0) {
@@ -167,7 +167,8 @@ bool TrendFile::Write(const std::vector<TrendRow>& trends, const std::vector<Run
 
 namespace {
 
-/// A reading may come this much later than its time, so it may belong to the previous hour.
+/// A reading can come this much later than its time, so a reading can still come for the previous
+/// hour.
 constexpr Millis kLate = 5 * kSecond;
 
 }  // namespace
@@ -249,7 +250,8 @@ Status HistoryFiles::WriteTrends(const std::vector<TrendRow>& trends, const std:
   return {};
 }
 
-/// Returns true if the file must be closed. A damaged file is reported later, when it is put aside.
+/// Logs what the check has found. Returns true if the file must be closed. A damaged file is logged
+/// later, when it is put aside.
 bool HistoryFiles::NoteLook(const records::OpenFile::Look& look,
                             const std::filesystem::path& path) {
   using Found = records::OpenFile::Found;
@@ -294,7 +296,7 @@ Status HistoryFiles::Pack(Millis now, const StoreLimits& limits) {
     }
     if (file.packing() && !file.Pack(limits.pack_each)) return Failed(file);
     if (past && !file.packing() && file.open_rows() == 0) {
-      at = days_.erase(at);  // closing merges the write-ahead log into the file
+      at = days_.erase(at);  // closing copies the write-ahead log to the file
     } else {
       ++at;
     }

@@ -1,5 +1,5 @@
-// `HistoryFiles` manages the open files of the history. A damaged file is closed, and is put aside
-// when it is opened again.
+// `HistoryFiles` manages the open files of the history. A damaged file is closed, and put aside
+// (renamed) when the day is opened again.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,17 +25,18 @@ namespace baudgate::history {
 struct StoreLimits {
   std::uint64_t bytes = 1000 * config::kMegabyte;
   Millis keep = 365 * kDay;
-  /// If a day's file has this many rows, they become chunks before the hour is over.
+  /// If a day's file has this many rows, they become chunks before their hour is over.
   std::size_t open_rows = 1'500'000;
-  std::size_t pack_each = 40'000;  ///< entries that one call of Pack packs
+  std::size_t pack_each = 40'000;  ///< how many entries one call of Pack packs
 };
 
-// `TrendFile` is trends.db: minutes and hours of each point. docs/history.md has the tables.
+// `TrendFile` is trends.db: the means of each point over minutes and hours. docs/history.md
+// describes the tables.
 
 inline constexpr std::int64_t kTrendsApplication = 0x42477472;
 inline constexpr const char* kTrendsFile = "trends.db";
 
-/// Minutes and hours older than these limits are deleted, when an hour of the point is written.
+/// Minutes and hours older than these limits are deleted when an hour of the same point is written.
 inline constexpr Millis kKeepMinutes = 14 * kDay;
 inline constexpr Millis kKeepHours = 3660 * kDay;
 
@@ -45,10 +46,12 @@ class TrendFile final : public PointFile {
   TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: found while the file was in use; the file is then put aside.
+  /// `damage`: damage that was found while the file was in use; if not empty, the file is put
+  /// aside.
   Opened Open(const std::string& damage = {});
-  /// Writes all or nothing. Writing the same rows again changes nothing. `sure`: see SureTime;
-  /// spans are deleted if they are too old both for `sure` and for the new rows.
+  /// Writes all rows or none. Writing the same rows again changes nothing. `sure`: see SureTime;
+  /// minutes and hours are deleted only if they are too old by `sure` and by the time of the new
+  /// rows.
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
              std::optional<Millis> sure);
 
@@ -66,7 +69,6 @@ class TrendFile final : public PointFile {
   records::Statement drop_hours_;
 };
 
-/// One line for the log.
 struct News {
   std::string text;
   bool trouble = true;
@@ -74,35 +76,33 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `vfs`: as in Database. `news` must outlive this object; it gets messages about files that were
-  /// put aside, or removed by another program.
+  /// `vfs`: as in Database. `news` must outlive this object; it receives messages about files that
+  /// were put aside, or removed by another program.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
-  /// Opens trends.db; does nothing if it is open.
   Status OpenTrends();
-  /// Opens the files of these days; only that of `today` stays open. Returns the last run number in
-  /// them.
+  /// Opens the files of these days and returns the last run number in them. Only the file of
+  /// `today` stays open.
   Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
-  /// Opens the file if necessary; see TakeLost. The pointer is valid until the day's file is
-  /// closed.
+  /// Returns the file of the day, and opens it if necessary. The pointer is valid until the day's
+  /// file is closed.
   Result<DayFile*> Day(Millis day);
-  /// Returns why the last call of `file` failed, and closes the file if it is damaged.
+  /// Returns why the last call of `file` failed. Closes the file if it is damaged.
   Error Failed(DayFile& file);
-  /// Writes to trends.db, which must be open. `sure`: see SureTime.
   Status WriteTrends(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                      std::optional<Millis> sure);
-  /// Returns the latest run number in trends.db.
   std::int64_t last_run() const { return last_run_; }
 
   /// Checks that all open files still exist and are undamaged; closes the others.
   void Look();
-  /// Checks the whole content of those of these files that are open: readers have found damage.
+  /// Checks the whole content of the named files that are open, because readers have found damage.
   void Check(const std::set<std::string>& files);
-  /// True if, since the last call, a file with values of the present run was lost.
+  /// True if a file with values of the present run was lost since the last call.
   bool TakeLost() { return std::exchange(lost_, false); }
 
-  /// Performs one step: rows of past hours become chunks, and files of past days are closed.
+  /// Performs one step of packing: rows of past hours become chunks, and files of past days are
+  /// closed.
   Status Pack(Millis now, const StoreLimits& limits);
   void CloseDay(Millis day) { days_.erase(day); }
 
@@ -117,7 +117,7 @@ class HistoryFiles {
   std::map<Millis, std::unique_ptr<DayFile>> days_;
   std::unique_ptr<TrendFile> trends_;
   std::map<Millis, std::string> damaged_days_;
-  std::string damaged_trends_;  // empty: no damage was found
+  std::string damaged_trends_;  // damage of trends.db; empty: none was found
   std::int64_t last_run_ = 0;
   bool lost_ = false;
 };

@@ -8,8 +8,8 @@
 namespace baudgate::history {
 namespace {
 
-/// Interval at which the runs are extended if no values are written. It is long, because writing
-/// wears disks.
+/// The interval at which the end of the present run is written if no values are written. It is
+/// long, because each write wears the disk.
 constexpr Millis kMark = 10 * kSecond;
 constexpr Millis kLookEvery = 10 * kSecond;
 
@@ -33,7 +33,8 @@ Status ValueStore::Open(Now clocks) {
                                                  : std::optional(folder_files_.days.back().day);
   std::vector<Millis> looked = {today};
   if (newest && *newest != today) looked.push_back(*newest);
-  // The newest file may contain runs that trends.db has lost.
+  // Runs in the newest day's file may be missing in trends.db, so the last run number is taken from
+  // both.
   const auto last = files_.OpenDays(looked, today);
   if (!last) return Error{last.error()};
   pending_.Begin(std::max(files_.last_run(), *last));
@@ -64,7 +65,8 @@ Status ValueStore::WriteDays(Millis now, bool last) {
   Batch& batch = pending_.batch();
   const bool due = last || batch.runs.size() > 1 || Apart(now, marked_) >= kMark;
   const bool mark = due && !batch.runs.empty();
-  // Without samples, the runs are written alone, to store that they go on.
+  // If there are no samples, the runs alone are written, so that the file shows that the present
+  // run goes on.
   while (!batch.samples.empty() || (mark && marked_ != now)) {
     const bool marks = batch.samples.empty();
     const Millis day = marks ? today : FloorTo(batch.samples.front().entry.time, kDay);
@@ -99,13 +101,14 @@ Status ValueStore::WriteTrends(Millis now) {
     if (Status status = files_.WriteTrends(batch.trends, batch.runs, sure_); !status) return status;
   }
   batch.trends.clear();
-  // Ended runs are now in all files and can be dropped; the last run is written again with the next
-  // batch.
+  // Ended runs are now in all files, so they are dropped here. The present run is written again
+  // with the next batch.
   if (marked_ == now || batch.runs.size() > 1) batch.runs.clear();
   return {};
 }
 
-/// Deletes files so that the size stays below the limit.
+/// Deletes files that are too old, or that exceed the size limit. Lists the folder only every
+/// kLookEvery, or at each call if the size is near the limit.
 Status ValueStore::Clear(Millis now) {
   if (!lists_) return {};
   const Millis today = FloorTo(now, kDay);
@@ -172,7 +175,7 @@ HistoryLog::HistoryLog(Options options)
       writing_("history files",
                [this](bool last) {
                  WriteOnce(last);
-                 if (last) WriteOnce(last);  // batches that came during the first call
+                 if (last) WriteOnce(last);  // writes batches that came during the first call
                  return options_.clocks().instant + kCommit;
                }),
       recording_("history", [this](bool last) { return Record(last); }) {
@@ -202,7 +205,8 @@ HistoryLog::~HistoryLog() {
 
 // ---------------------------------------------------------------- the recording thread
 
-/// Waits for changes of the point store until the next tick.
+/// Waits for changes of the point store until the next tick, and puts what must be stored into the
+/// queue.
 Instant HistoryLog::Record(bool last) {
   recorder_.Wait(last);
   std::size_t room = 0;
@@ -216,7 +220,7 @@ Instant HistoryLog::Record(bool last) {
   Batch batch = recorder_.Take(now, room, anew, last);
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
-  // Opening does not count as stalled, because it reads the whole file.
+  // While files are opened, the disk does not count as stalled, because opening reads whole files.
   if (!disk_.is_opening() && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
     SetDisk(records::Disk::stalled, kTooSlow);
   }
@@ -242,8 +246,8 @@ bool HistoryLog::AreTaken(Instant now) {
   return true;
 }
 
-/// Writes the rest of an earlier batch first. Until it is written, the queue is not read and fills
-/// up.
+/// Writes the rest of an earlier batch, then the queue. Until the rest is written, the queue is not
+/// read and fills up.
 void HistoryLog::WriteOnce(bool last) {
   if (options_.folder.empty()) {
     const MutexLock lock(mutex_);
@@ -294,7 +298,6 @@ void HistoryLog::ShowFiles() {
   });
 }
 
-/// Logs a disk trouble when it begins and when it ends.
 void HistoryLog::SetDisk(records::Disk disk, const std::string& trouble) {
   const records::DiskCondition::News news = disk_.Set(disk, trouble, options_.clocks().wall);
   view_->Update([its = disk_](HistoryState& state) { its.Fill(state); });

@@ -1,7 +1,7 @@
 // `HistoryLog` stores the history while the gateway runs. One thread reads the changes of the point
 // store and decides which values are stored; another thread writes them once a second. Lines wait
-// for neither. While the disk is slow, full or failing, entries wait in a bounded queue. When it is
-// full, entries are dropped and counted, and the history has a gap.
+// for neither. While the disk is slow, full or failing, entries wait in a queue of limited size.
+// When the queue is full, entries are dropped and counted, and the history has a gap.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,23 +26,22 @@
 
 namespace baudgate::history {
 
-// `ValueStore` writes values to the files. It decides which value goes to which file, when rows
-// become chunks, and which files are deleted. Used by one thread; it reads no clock.
+// `ValueStore` writes values to the files. It decides to which file a value goes, when rows become
+// chunks, and which files are deleted. Used by one thread; it reads no clock.
 class ValueStore {
  public:
-  /// `vfs`: as in Database; if it is not empty, files are neither listed nor deleted.
+  /// `vfs`: as in Database. If it is not empty, files are neither listed nor deleted.
   ValueStore(std::filesystem::path folder, std::vector<PointName> names, StoreLimits limits,
              std::string vfs = {});
   ValueStore(const ValueStore&) = delete;
   ValueStore& operator=(const ValueStore&) = delete;
 
-  /// Opens the files that are needed now. Call this before the first batch, and again after a
+  /// Opens the files that are needed now. To be called before the first batch, and again after a
   /// failure.
   Status Open(Now clocks);
-  /// Takes over the batch, and writes as much of it as possible. The rest waits for the next call.
-  /// `last`: this is the last call.
+  /// Adds the batch to the values that wait, and writes as many of them as possible. The others
+  /// wait for the next call. `last`: this is the last call.
   Status Write(Batch&& batch, Now clocks, bool last = false);
-  /// See HistoryFiles::Check.
   void Check(const std::set<std::string>& files) { files_.Check(files); }
   bool waits() const {
     return !pending_.batch().samples.empty() || !pending_.batch().trends.empty();
@@ -50,10 +49,11 @@ class ValueStore {
 
   std::size_t waiting() const { return pending_.batch().samples.size(); }
 
-  /// Returns messages about files that were put aside, removed by another program, or deleted.
+  /// Returns the messages since the last call, about files that were put aside, removed by another
+  /// program, or deleted.
   std::vector<News> TakeNews() { return std::exchange(news_, {}); }
-  /// See HistoryFiles::TakeLost. Later values belong to another run, in which points are unknown
-  /// until they change.
+  /// True if a file with values of the present run was lost since the last call. Later values
+  /// belong to a new run, in which a point is unknown until it changes.
   bool TakeLost() { return pending_.TakeLost(); }
   const FolderFiles& folder_files() const { return folder_files_; }
 
@@ -71,7 +71,7 @@ class ValueStore {
   HistoryFiles files_;
   PendingValues pending_;
   Millis marked_ = 0;  // when the runs were last written to today's file
-  Millis looked_ = 0;  // when the folder was last listed
+  Millis looked_ = 0;
   SureTime sure_time_;
   std::optional<Millis> sure_;
   FolderFiles folder_files_;
@@ -79,37 +79,37 @@ class ValueStore {
 
 class HistoryLog {
  public:
-  /// Interval of commits: a power cut loses at most the values of this time.
+  /// The interval of commits. A power cut loses at most the values of this time.
   static constexpr Duration kCommit = 1s;
-  /// Changes within this time are read together.
+  /// Changes that come within this time are read together.
   static constexpr Duration kLook = 20ms;
-  /// Interval at which files that could not be read are checked again.
+  /// The interval at which files that could not be read are tried again.
   static constexpr Duration kLookAgain = 10s;
-  /// A write that takes longer counts as a stalled disk.
+  /// A write that takes longer than this counts as a stalled disk.
   static constexpr Duration kLongestWrite = 3s;
 
   struct Options {
     const config::Config* config = nullptr;
-    bus::PointStore* store = nullptr;  ///< point store; the lines must not have started yet
-    std::filesystem::path folder;      ///< empty: no folder; see `why_no_folder`
+    bus::PointStore* store = nullptr;  ///< the lines must not have started yet
+    std::filesystem::path folder;      ///< empty: there is no folder; see `why_no_folder`
     std::string why_no_folder{};
-    /// Checks that the folder exists and belongs to the gateway; called before its files are
-    /// opened. Empty: no check.
+    /// Checks that the folder exists and belongs to the gateway; called before files are opened.
+    /// Empty: no check.
     std::function<Status()> ready{};
-    /// Returns true while an earlier log still writes to the files. Empty: no earlier log.
+    /// Returns true while an earlier log still writes to the files. Empty: there is no earlier log.
     std::function<bool()> taken{};
-    std::string vfs{};  ///< as in Database
+    std::string vfs{};  ///< the SQLite VFS, as in Database
     std::function<Now()> clocks;
-    /// Called from any thread: `warn` when the disk begins to fail, `inform` when the disk works
-    /// again.
+    /// These receive one line for the log, on any thread: `warn` for example when the disk begins
+    /// to fail, `inform` when the disk works again.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
   };
   explicit HistoryLog(Options options);
-  /// Writes all values that wait, so it blocks for as long as the disk takes.
+  /// Writes all values that wait, however long the disk takes.
   ~HistoryLog();
 
-  /// Returns the view, which may outlive this object.
+  /// The values and state of this history. The view can be used after this object is destroyed.
   std::shared_ptr<const HistorySource> view() const { return view_; }
 
  private:
@@ -123,14 +123,15 @@ class HistoryLog {
   const Options options_;
   const std::shared_ptr<HistoryView> view_;
   ChangeRecorder recorder_;  // used by the recording thread
-  // Used by the writing thread.
+  // For the writing thread only.
   ValueStore files_;
   Instant look_at_{};
-  std::optional<Instant> waits_since_;  // waiting for another log to end
+  std::optional<Instant> waits_since_;  // since when this log waits for an earlier log to end
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;  // stored values of the run are lost
+  // Stored values of the present run are lost.
+  bool begin_anew_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> writing_since_ BAUDGATE_GUARDED_BY(mutex_);
   Worker writing_;
   Worker recording_;

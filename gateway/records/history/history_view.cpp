@@ -28,7 +28,6 @@ RunBegin RunBeginNamed(std::string_view name) {
                                    : static_cast<RunBegin>(found - kRunBegins.begin());
 }
 
-/// Reads one point from one day's file.
 class DayReader {
  public:
   DayReader(const fs::path& folder, Millis day, const std::string& point)
@@ -49,7 +48,7 @@ class DayReader {
   }
 
   bool ok() const { return ok_; }
-  /// True if the file has no tables: it is being created.
+  /// True if the file has no tables yet, because the gateway is creating it.
   bool is_new() const { return is_new_; }
   const std::string& error() const { return database_.error(); }
   bool damaged() const { return database_.damaged(); }
@@ -68,7 +67,8 @@ class DayReader {
     return step == records::Statement::Step::done;
   }
 
-  /// Adds about `most` entries of one run after time `after` to `out`, oldest first.
+  /// Adds about `most` entries of one run to `out`, oldest first. The entries are later than
+  /// `after`.
   bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
                    std::vector<Entry>& out) {
     if (!knows()) return true;
@@ -76,7 +76,8 @@ class DayReader {
       const Millis last = out.empty() ? after : std::max(after, out.back().time);
       if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
     };
-    // One transaction: an entry that becomes a chunk meanwhile is read once.
+    // Rows and chunks are read in one transaction, so an entry that becomes a chunk meanwhile is
+    // read only once.
     if (!database_.Execute("BEGIN")) return false;
     records::Statement chunks(
         database_,
@@ -86,7 +87,7 @@ class DayReader {
     records::Statement::Step step = chunks.Next();
     for (; step == records::Statement::Step::row && out.size() < most; step = chunks.Next()) {
       auto entries = DecodeChunk(chunks.Blob(0));
-      if (!entries) {  // the other chunks are not affected
+      if (!entries) {  // the other chunks are still readable
         damaged_chunk_ = true;
         continue;
       }
@@ -149,7 +150,8 @@ class PageReader {
         if (!is_latest) NoteUnread(*reader, "the file is empty: its content is lost");
         continue;
       }
-      // A damaged file does not hide other files. A file that is being removed is not reported.
+      // After a damaged file, the other files are still read. A file that is being removed is not
+      // reported.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;
         if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
@@ -232,7 +234,7 @@ struct Part {
 constexpr const char* kColumns =
     "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
 
-/// Returns the span of a row; empty: the row is not valid.
+/// Returns the trend of a row; empty: the row is not valid.
 std::optional<Part> PartOf(const records::Statement& row) {
   Part part{row.Number(0),
             {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),
@@ -271,7 +273,7 @@ class TrendReader {
   }
 
  private:
-  /// Adds the minutes of the current run for the hour that is not over.
+  /// Adds the minutes of the current hour of the last run, because this hour has no row yet.
   bool AddOpenHour() {
     records::Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
     const records::Statement::Step step = run.Next();
@@ -292,7 +294,7 @@ class TrendReader {
                                            " WHERE point=? AND begin>=? AND begin<?" + where +
                                            " ORDER BY begin, run");
     rows.BindAll(point_, since, query_.until);
-    // A page has at most kPage spans; clients request the next page.
+    // A page contains at most kPage spans. The client requests the next page.
     std::size_t spans = 0;
     Millis span = std::numeric_limits<Millis>::min();
     records::Statement::Step step = rows.Next();
@@ -343,9 +345,9 @@ class TrendReader {
 
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged) {
-  TrendQuery whole = query;  // a span is never cut
+  TrendQuery whole = query;  // begins at the beginning of a span
   whole.since = FloorTo(query.since, query.every);
-  // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted once.
+  // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted only once.
   return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {
     return TrendReader(database, whole).Read();
   });
@@ -386,7 +388,8 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Logs each file once. A file that is damaged while the gateway runs is found by its first reader.
+/// Logs that a file could not be read, once for each file. A damaged file is reported to the
+/// writing thread.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
@@ -431,15 +434,16 @@ void HistoryView::LookAgain() {
 
 namespace {
 
-/// Unchanged values are mostly stored again after this time (max_gap), so the first value is
-/// searched this far back.
+/// The value at the beginning of a chart is searched this far back, because an unchanged value is
+/// usually stored again within this time (max_gap).
 constexpr Millis kLookBack = kHour;
-constexpr std::size_t kMostPages = 200;  // above this limit, minutes are used instead
+// Above this number of pages, minutes are used instead of values.
+constexpr std::size_t kMostPages = 200;
 
 constexpr std::array<Millis, 8> kSteps = {1 * kSecond,  2 * kSecond,  5 * kSecond,  10 * kSecond,
                                           15 * kSecond, 20 * kSecond, 30 * kSecond, kMinute};
 
-/// Returns a round step that is at least the time of one pixel.
+/// Returns the smallest round step that is not shorter than the time of one pixel.
 Millis StepOf(const ChartQuery& query) {
   const Millis pixels = std::clamp<Millis>(query.pixels, 1, kMostPixels);
   const Millis least = (query.until - query.since + pixels - 1) / pixels;
@@ -454,7 +458,8 @@ std::optional<double> GoodValue(const Entry& entry) {
   return ToDouble(entry.value);
 }
 
-/// Sorts rows by time and merges rows of the same step. Runs overlap if the clock was set back.
+/// Sorts rows by time and merges rows of the same step, because runs overlap if the clock was set
+/// back.
 void Tidy(std::vector<Trend>& rows, Millis since) {
   std::erase_if(rows, [since](const Trend& row) { return row.begin < since; });
   std::ranges::stable_sort(rows, {}, &Trend::begin);
@@ -469,7 +474,7 @@ void Tidy(std::vector<Trend>& rows, Millis since) {
   rows = std::move(tidy);
 }
 
-/// Returns nothing if the range contains too many values.
+/// Computes a chart from stored values. Returns nothing if the range contains too many values.
 Result<std::optional<Chart>> FromValues(const HistorySource& source, const ChartQuery& query,
                                         Millis step) {
   Chart chart{.step = step};

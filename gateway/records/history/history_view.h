@@ -1,5 +1,5 @@
 // `HistoryView` is the history for outputs: its state and its values. A read that hangs on a slow
-// disk holds a reference to the view, so the view outlives a log that a reload has ended.
+// disk holds a reference to the view, so the view can outlive a log that a reload has ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,10 +20,10 @@
 namespace baudgate::history {
 
 // `ReadPage` reads the history page by page, for `baudgate history`. It uses separate connections,
-// so nothing waits for it. The files may contain anything, so every field is checked. `UnreadFiles`
-// lists files that could not be read.
+// so no writer waits for it. The files can contain anything, so every field is checked.
+// `UnreadFiles` lists files that could not be read.
 
-/// Limit of the records of one page: about 100 kB of the control socket.
+/// The limit of records in one page: about 100 kB on the control socket.
 inline constexpr std::size_t kPage = 1000;
 
 struct Gap {
@@ -32,39 +32,40 @@ struct Gap {
 };
 
 struct HistoryRecord {
-  Entry entry{};             ///< for a gap only its begin
-  std::optional<Gap> gap{};  ///< set: the history of the point has a gap from entry.time on
+  Entry entry{};  ///< for a gap, only `time` is set: the beginning of the gap
+  /// Set: the history of the point has a gap from entry.time to gap->until.
+  std::optional<Gap> gap{};
 };
 
-/// The position at which a page ended: after this time of this run.
+/// The position at which a page ended: after `time` in the run `run`.
 struct Cursor {
   std::int64_t run = 0;
   Millis time = std::numeric_limits<Millis>::min();
 };
 
 struct PageQuery {
-  std::string point{};                                ///< LINE.DEVICE.POINT
-  Millis since = 0;                                   ///< only records at this time or later
-  Millis until = std::numeric_limits<Millis>::max();  ///< only records before this time
+  std::string point{};  ///< LINE.DEVICE.POINT
+  Millis since = 0;     ///< returns only records at this time or later
+  Millis until = std::numeric_limits<Millis>::max();  ///< returns only records before this time
   Cursor after{};
 };
 
-/// A file that could not be read completely; its content is missing in a page.
+/// A file that could not be read completely, so a page lacks values of the file.
 struct UnreadFile {
   Millis day = 0;
-  std::string text{};    ///< "values-20261123.db: file is not a database"
-  bool damaged = false;  ///< SQLite has found damage
+  std::string text{};  ///< name and reason: "values-20261123.db: file is not a database"
+  bool damaged = false;
 
   bool operator==(const UnreadFile&) const = default;
 };
 
 struct Page {
-  /// Sorted by run, and within a run by time. This is the real order, even if the clock was set
-  /// back.
+  /// Sorted by run, and within a run by time. This is the order of recording, even if the clock was
+  /// set back.
   std::vector<HistoryRecord> records{};
   Cursor next{};
   bool more = false;
-  bool known = false;  ///< a file contains the point
+  bool known = false;  ///< true: a file contains the point
   std::vector<UnreadFile> unread{};
 };
 
@@ -78,29 +79,29 @@ struct TrendQuery {
 };
 
 struct TrendPage {
-  std::vector<Trend> spans{};  ///< sorted by time; all runs together
-  Millis next = 0;             ///< `since` of the next page
+  std::vector<Trend> spans{};  ///< sorted by time, without regard to runs
+  Millis next = 0;             ///< value of `since` for the next page
   bool more = false;
   bool known = false;
 };
 
-/// Reads spans of one point. The last span may be incomplete: it ends with the last full minute.
+/// Reads trends of one point. The last span can be incomplete: it ends with the last full minute.
 /// `damaged`: see ReadOnce.
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged = nullptr);
 
-// `UnreadFiles` lists files of days that could not be read completely. Each is read again from time
-// to time, and removed when that works: the file was mended or removed, or file descriptors are
-// available again. No lock: HistoryView provides it.
+// `UnreadFiles` lists files of days that could not be read completely. Each file is read again from
+// time to time, and removed from the list when reading works: the file was repaired or removed, or
+// file descriptors are available again. No lock: HistoryView provides it.
 class UnreadFiles {
  public:
   static constexpr std::size_t kMost = 16;
 
   struct Entry {
     UnreadFile file{};
-    PageQuery query{};  ///< query limited to this day
+    PageQuery query{};  ///< the query that failed, limited to this day
   };
-  /// Adds a file; returns true if it is new. Files beyond kMost are ignored.
+  /// Adds a file. Returns true if the file is not in the list yet. Files beyond kMost are ignored.
   bool Note(const UnreadFile& file, const PageQuery& query);
   void Forget(const UnreadFile& file);
   const std::vector<Entry>& entries() const { return entries_; }
@@ -111,19 +112,19 @@ class UnreadFiles {
   std::vector<Entry> entries_;
 };
 
-// `HistoryState` and `HistorySource` are the interface for gateway/outputs/status and
-// gateway/outputs/control. Thread-safe.
+// `HistoryState` and `HistorySource` are the interface to the history for gateway/outputs/status
+// and gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;               ///< why the disk fails; empty: no trouble
-  WallTime since{};                  ///< when `disk` last changed
-  std::size_t points = 0;            ///< points whose values are stored
+  std::string trouble;  ///< why the disk fails; empty: it works
+  WallTime since{};
+  std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start
-  std::uint64_t trends_dropped = 0;  ///< spans dropped since the start
-  std::size_t waiting = 0;           ///< entries that are not on the disk yet
-  std::uint64_t bytes = 0;           ///< size of all files at the last check
+  std::uint64_t trends_dropped = 0;  ///< trends that were dropped since the start
+  std::size_t waiting = 0;
+  std::uint64_t bytes = 0;  ///< size of all files when they were last listed
   std::uint64_t limit = 0;
-  WallTime oldest{};  ///< begin of the oldest stored day; the epoch: none
+  WallTime oldest{};  ///< beginning of the oldest stored day; the epoch: no day is stored
   std::string folder;
   std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
   std::vector<std::string> unread{};     ///< files that cannot be read completely, and why
@@ -141,9 +142,9 @@ class HistorySource {
 class HistoryView final : public HistorySource {
  public:
   struct Options {
-    std::filesystem::path folder{};  ///< empty: no folder; see `why_no_folder`
+    std::filesystem::path folder{};  ///< empty: there is no folder; see `why_no_folder`
     std::string why_no_folder{};
-    /// Called with one line for the log, from any thread.
+    /// These receive one line for the log, on any thread.
     std::function<void(const std::string&)> warn{};
     std::function<void(const std::string&)> inform{};
   };
@@ -153,7 +154,7 @@ class HistoryView final : public HistorySource {
   Result<Page> Read(const PageQuery& query) const override;
   Result<TrendPage> ReadTrends(const TrendQuery& query) const override;
 
-  // ---- for HistoryLog only
+  // The functions below are for HistoryLog only.
   template <typename Change>
   void Update(Change change) {
     const MutexLock lock(mutex_);
@@ -161,8 +162,8 @@ class HistoryView final : public HistorySource {
   }
   /// Returns the names of files in which readers have found damage since the last call.
   std::set<std::string> TakeDoubts();
-  /// Reads the files again that could not be read. Blocks for as long as the disk takes. To be
-  /// called from time to time.
+  /// Reads the files again that could not be read before, however long the disk takes. To be called
+  /// from time to time.
   void LookAgain();
 
  private:
@@ -175,9 +176,9 @@ class HistoryView final : public HistorySource {
   mutable std::set<std::string> doubts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// `ReadChart` reduces the history of a point to what a chart of `pixels` pixels can show: minimum,
-// mean and maximum of each step. Short time ranges are computed from all stored values, long ones
-// from minutes and hours.
+// `ReadChart` reduces the history of a point to the values that a chart of `pixels` pixels can
+// show: minimum, mean and maximum of each step. Short time ranges are computed from all stored
+// values, long ranges from minutes and hours.
 
 inline constexpr std::int64_t kMostPixels = 4096;
 
@@ -190,8 +191,8 @@ struct ChartQuery {
 
 struct Chart {
   Millis step = 0;
-  std::vector<Trend> rows{};  ///< sorted by time; steps without a good value are left out
-  bool known = false;         ///< a file contains the point
+  std::vector<Trend> rows{};  ///< sorted by time; a step without a good value has no row
+  bool known = false;         ///< true: a file contains the point
 };
 
 Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query);

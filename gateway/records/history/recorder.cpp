@@ -31,7 +31,8 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now) {
 
 namespace {
 
-/// Returns the value as it is stored: empty under a bad quality and for NaN; long texts are cut.
+/// Returns the value as it is stored: empty if the quality is bad or the value is NaN; a long text
+/// is cut.
 Value Cleaned(Value value, Quality quality) {
   if (IsBad(quality)) return {};
   if (auto* text = std::get_if<std::string>(&value); text != nullptr) {
@@ -42,7 +43,6 @@ Value Cleaned(Value value, Quality quality) {
   return value;
 }
 
-/// Returns the value as a number; empty: the value is not good, or not a number.
 std::optional<double> NumberOf(const Entry& entry) {
   if (!IsGood(entry.quality) || !HasValue(entry.value)) return std::nullopt;
   if (std::holds_alternative<std::string>(entry.value)) return std::nullopt;
@@ -91,7 +91,8 @@ void Recorder::Take(const bus::Changes& changes, Now now, std::size_t room, Batc
     seen_.clear();
     std::size_t end = i;
     while (end < changes.points.size() && changes.points[end].device == device) ++end;
-    if (device >= numbers_.size()) {  // added by a reload, which will replace this recorder
+    // A reload has added the device, and will replace this recorder.
+    if (device >= numbers_.size()) {
       i = end;
       continue;
     }
@@ -154,7 +155,7 @@ void Recorder::Keep(PointNumber number, const Entry& entry, Batch& out) {
   points_[number].kept = entry;
 }
 
-/// Checks the clock, and begins a new run if the queue has room again.
+/// Checks both clocks, and begins a new run if the clock was set, or if the queue has room again.
 void Recorder::Look(Now now, std::size_t room, Batch& out) {
   room_ = room;
   const Duration passed = now.instant - last_.instant;
@@ -168,7 +169,8 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
-/// Stores all present values again, so a reader need not look at earlier runs.
+/// Begins a run and stores all present values again, so that a reader of the run needs no earlier
+/// run.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
@@ -192,8 +194,8 @@ void Recorder::ForgetSpans(Millis time, Batch& out) {
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
 }
 
-/// Ends a standstill, which is a gap. Points start again with their present values in the store,
-/// because the last known values may be too old.
+/// Handles a standstill of the process, which makes a gap. Points start again with their present
+/// values in the store, because the last values that the recorder has can be too old.
 void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
   ForgetSpans(old_time, out);
   if (recording_) run_.until = std::max(run_.until, old_time);

@@ -17,14 +17,14 @@
 namespace baudgate::records {
 namespace {
 
-constexpr std::size_t kMostText = 256;  // bytes of a reason or note
-constexpr std::size_t kMostNotes = 32;  // of an exchange, beyond its pieces
+constexpr std::size_t kMostText = 256;  // limit of the bytes of a reason or note
+// Limit of the notes of an exchange, in addition to kMostItems.
+constexpr std::size_t kMostNotes = 32;
 
 char Shown(std::uint8_t byte) {
   return byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '.';
 }
 
-/// True for each byte of the request that is secret.
 std::vector<bool> MaskOf(const protocols::Request& request) {
   std::vector<bool> mask(request.bytes.size());
   for (const auto& [at, count] : request.expect.secrets) {
@@ -136,7 +136,7 @@ void LineRecorder::Add(const Item& item, std::string_view text) {
   const View content(reinterpret_cast<const std::uint8_t*>(text.data()),
                      std::min(text.size(), kMostText));
   if (!readers_.empty()) Tell(Show(item, content, {}));
-  // On a line without exchanges notes must not accumulate.
+  // The number of notes is limited, because a line without exchanges never begins a new exchange.
   Exchange& exchange = Current();
   if (exchange.items.size() < kMostItems + kMostNotes) exchange.Keep(item, content);
 }
@@ -239,7 +239,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".trace";
 
-/// E.g. "20261121T040506Z".
+/// Returns a time for file names. Example: "20261121T040506Z".
 std::string StampOf(WallTime at) {
   const auto day = std::chrono::floor<std::chrono::days>(at);
   const std::chrono::year_month_day date(day);
@@ -256,8 +256,8 @@ bool IsStamp(std::string_view text) {
   });
 }
 
-/// Replaces all characters that could be special in a file name. Configured names contain none
-/// today.
+/// Replaces each character that could be special in a file name. Configured names contain no such
+/// character today.
 std::string Safe(std::string name) {
   for (char& c : name) {
     const bool plain = (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
@@ -325,7 +325,8 @@ void Recordings::WriteAll() {
 void Recordings::Write(const File& file) {
   std::error_code error;
   fs::create_directories(folder_, error);
-  // One temporary name per line, so what a crash leaves is overwritten by the next write.
+  // Each line has one temporary file name, so a file that a crash has left is overwritten by the
+  // next write.
   const fs::path part = folder_ / ("." + file.line + kEnding.data() + ".part");
   errno = 0;
   std::ofstream out(part, std::ios::binary | std::ios::trunc);
@@ -358,7 +359,7 @@ void Recordings::DropOldest(const std::string& line) const {
     if (rest.size() > 17 && IsStamp(rest.substr(1, 16)) && rest[17] == '-') names.push_back(name);
   }
   if (names.size() <= kFilesPerLine) return;
-  // Sorted by time, because the stamp follows the line's name.
+  // The names are sorted by time, because the time follows the line's name.
   std::sort(names.begin(), names.end());
   names.resize(names.size() - kFilesPerLine);
   for (const std::string& name : names) fs::remove(folder_ / name, error);

@@ -63,7 +63,7 @@ std::vector<TraceRecord> TraceQueue::Take() {
                                  std::make_move_iterator(records_.end()));
   records_.clear();
   if (dropped_ > 0) {
-    // The queue was full until now, so the dropped records came after all others.
+    // The queue was full until now, so the dropped records were newer than all records in it.
     TraceRecord note;
     note.at = taken.back().at;
     note.text =
@@ -81,7 +81,7 @@ constexpr std::string_view kProfile = "profile ";
 constexpr std::string_view kSet = "set ";
 constexpr std::string_view kBetween = ", ";
 
-/// A value that would not be read back unchanged is left out of the head.
+/// True if `text` can be read back unchanged. Other texts are left out of the head.
 bool FitsHead(const std::string& text) {
   return text.find(kBetween) == std::string::npos &&
          std::ranges::none_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; });

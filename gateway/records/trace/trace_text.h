@@ -1,7 +1,7 @@
-// `TraceRecord` is a piece of a line's traffic as users see it: direction, microseconds, secrets
-// masked; ToText makes one line of text of it, which `baudgate decode` reads back. Records come
-// from gateway/records/trace/line_recorder.h and go to gateway/outputs/control and the files of the
-// flight recorder. `TraceHead` describes the line at the top of a trace.
+// `TraceRecord` is a piece of a line's traffic as users see it: direction, time in microseconds,
+// bytes with secrets masked. ToText makes one line of text of it, which `baudgate decode` reads.
+// gateway/records/trace/line_recorder.h makes the records; they go to gateway/outputs/control and
+// to the files of the flight recorder. `TraceHead` describes the line at the top of a trace.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,12 +29,13 @@ struct TraceRecord {
   };
   Kind kind = Kind::note;
   WallTime at{};
-  std::string device;  ///< the device's name; empty: none
+  std::string device;  ///< name of the device; empty: the record is about the line
   std::string hex;     ///< for sent and received: "3E 31 ** **", secret bytes as **
-  /// The bytes as characters, with dots for those that cannot be shown; or the note.
+  /// For sent and received, the bytes as characters, with dots for bytes that cannot be shown; else
+  /// the text of the note.
   std::string text;
-  Outcome outcome = Outcome::none;  ///< for end
-  Duration round_trip{};            ///< for end
+  Outcome outcome = Outcome::none;  ///< for `end`
+  Duration round_trip{};            ///< for `end`
 };
 
 /// One line without its end:
@@ -45,14 +46,14 @@ struct TraceRecord {
 /// `baudgate decode` reads the lines with > and <; times are UTC.
 std::string ToText(const TraceRecord& record);
 
-/// Queues records between a line's thread and a slow reader. It is bounded; records that do not fit
-/// are dropped, and a note says how many.
+/// Queues records between a line's thread and a slow reader. Records beyond kMostRecords are
+/// dropped, and a note tells how many.
 class TraceQueue {
  public:
   static constexpr std::size_t kMostRecords = 4096;
   explicit TraceQueue(std::function<void()> wake) : wake_(std::move(wake)) {}
   void Push(const TraceRecord& record);
-  /// Returns all records, oldest first; never waits.
+  /// Returns all records, oldest first. Does not wait.
   std::vector<TraceRecord> Take();
 
  private:
@@ -62,8 +63,8 @@ class TraceQueue {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-// What `decode` must know about a line to interpret its bytes: comments at the top of a trace and
-// of a recording. Written by the gateway, read back by gateway/tools/cli/offline.
+// `TraceHead` and `ReadTracedDevice` write and read comments at the top of a trace or recording.
+// They tell `baudgate decode` what it needs to know about a line to interpret its bytes.
 //
 //   # line bay-1, port /dev/ttyUSB0 9600 7E1, protocol spabus
 //   # device feeder-1, protocol spabus, profile spaj140c, set checksum=off
@@ -72,13 +73,13 @@ struct TracedDevice {
   std::string name{};
   std::string protocol{};
   std::string profile{};           ///< empty: no profile
-  std::vector<std::string> set{};  ///< options that were configured, "key=value"; never a secret
+  std::vector<std::string> set{};  ///< configured options, "key=value"; never a secret
   bool operator==(const TracedDevice&) const = default;
 };
 
-/// Returns the comments for a line: first the line, then each device.
+/// Returns the comments for a line: one for the line, then one for each device.
 std::vector<std::string> TraceHead(const config::Line& line);
-/// Reads the comment of a device; empty if `line` is not one.
+/// Reads the comment of a device; empty: `line` is no such comment.
 std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
 
 }  // namespace baudgate::records

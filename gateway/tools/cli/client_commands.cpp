@@ -24,7 +24,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// Adds an option that takes a time. `target` must live as long as the command.
+/// Adds an option that takes a time. `target` must stay valid as long as the command.
 void AddTime(CLI::App& command, const std::string& name, std::optional<WallTime>& target) {
   command.add_option_function<std::string>(
       name,

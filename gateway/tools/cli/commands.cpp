@@ -28,14 +28,13 @@ bool IsNumber(std::string_view word) {
   return !word.empty() && word.find_first_not_of("0123456789") == std::string_view::npos;
 }
 
-/// True for a serial format such as "8E1".
 bool IsFormat(std::string_view word) {
   constexpr std::string_view kParities = "NEOneo";
   return word.size() == 3 && word[0] >= '5' && word[0] <= '8' &&
          kParities.find(word[1]) != std::string_view::npos && (word[2] == '1' || word[2] == '2');
 }
 
-/// The innermost subcommand that was parsed, with its full name: "baudgate certs dds".
+/// The innermost subcommand that was parsed, with its full name. Example: "baudgate certs dds".
 struct Command {
   const CLI::App* app;
   std::string name;
@@ -188,7 +187,7 @@ void AddMap(CLI::App& app, Action& action) {
 }
 
 void AddWatch(CLI::App& app, Action& action) {
-  // All words behind "watch" are passed on to baudgate-dds, which parses them.
+  // All words behind "watch" are passed to baudgate-dds, which parses them.
   auto* command =
       app.add_subcommand("watch", "Show values, events and alarms that gateways publish on DDS");
   command->set_help_flag();

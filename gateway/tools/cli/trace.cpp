@@ -16,7 +16,8 @@ namespace {
 using Json = ControlClient::Json;
 using Got = ControlClient::Got;
 
-/// Prints decoded frames, or the records with `bytes`. Flushes each line, for use in pipes.
+/// Prints decoded frames; with the option `bytes`, the undecoded records. Flushes each line, for
+/// use in pipes.
 class TracePrinter {
  public:
   TracePrinter(const TraceOptions& options, const Json& answer, const config::Catalog& catalog,
@@ -66,7 +67,8 @@ int PrintRecorded(const Json& answer, const TraceOptions& options, TracePrinter&
   return 0;
 }
 
-/// Returns when to look again: at the end, or when a pause has completed the waiting bytes' frame.
+/// Returns how long to wait for the next record: until the end, or until a pause completes the
+/// frame whose bytes have come so far.
 std::optional<Instant> NextLook(std::optional<Instant> until, const TracePrinter& printer) {
   if (!printer.waits()) return until;
   const Instant soon = ReadClocks().instant + 2 * diagnosis::kApart;
@@ -99,7 +101,7 @@ int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::o
     const Json json = Json::parse(line, nullptr, false);
     if (json.contains("end")) why = json.value("end", why);
     if (json.contains("record")) printer.Print(json.value("record", ""));
-    if (!out) return 0;  // the reader of the output has closed it
+    if (!out) return 0;  // the program that reads the output has closed it
   }
   err << "baudgate: the trace has ended: " << why << '\n';
   return kNoDaemon;

@@ -13,15 +13,15 @@ namespace baudgate::tools {
 
 struct TraceOptions {
   std::string line{};
-  std::string device{};               ///< only records of this device; empty: all
-  bool last = false;                  ///< the recorded frames instead of new ones
-  bool bytes = false;                 ///< each arrival of bytes separately, not decoded
-  std::optional<Duration> seconds{};  ///< end after this time; empty: at SIGINT or SIGTERM
+  std::string device{};  ///< name of the device to print; empty: all devices
+  bool last = false;     ///< true: print the frames of the flight recorder, not new frames
+  bool bytes = false;    ///< true: print each arrival of bytes separately, not decoded
+  std::optional<Duration> seconds{};  ///< ends after this time; empty: ends at SIGINT or SIGTERM
   std::string socket{};               ///< empty: the gateway in the default places
 };
 
-/// Flushes each record, for use in pipes. Exit codes: 0, also when the gateway stops; 2 unknown
-/// line or device; 4 no gateway answers.
+/// Flushes the output after each record, for use in pipes. Exit codes: 0, also when the gateway
+/// stops; 2 unknown line or device; 4 no gateway answers.
 int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err);
 

@@ -26,7 +26,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// Returns the strongest verdict of the frames in `bytes`; empty: no frame proves anything.
+/// Returns the strongest verdict about the frames in `bytes`; empty: no frame gives a verdict.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;
@@ -45,8 +45,8 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   return verdict;
 }
 
-/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 is no parity, or is never
-/// set.
+/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 is no parity bit, or is
+/// never set.
 std::optional<config::Parity> ParityOfEighths(View bytes) {
   if (std::ranges::none_of(bytes, [](auto byte) { return (byte & kParityBit) != 0; })) return {};
   const auto odd = static_cast<std::size_t>(
@@ -102,7 +102,7 @@ Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gather
   const bool back = BeginsWith(heard, request);
   if (back && MayMirror(tongue, mode, request) &&
       !FromFrames(tongue, mode, request, heard.subspan(request.size()))) {
-    // A reply may be equal to its request; bytes that follow do not belong to it.
+    // A reply can be equal to its request. Bytes that follow do not belong to it.
     auto alike = FromFrames(tongue, mode, request, heard.first(request.size()));
     if (alike && alike->what == Verdict::What::maybe) return *alike;
   }
@@ -137,7 +137,7 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
     if (seven) format.parity = *parity;
     for (const Tongue& tongue : tongues) {
       if (tongue.protocol->recognise == nullptr) continue;
-      // `recognise` needs an own request; any request will do, because none has been sent.
+      // `recognise` needs a request of this program. Nothing was sent yet, so any request will do.
       const Bytes own = tongue.rule().ask(tongue.rule().last_address, 0, 0);
       const auto found = tongue.protocol->recognise(own, bytes, tongue.options[0]);
       if (!found || found->what != protocols::Recognised::What::other_master) continue;
@@ -151,7 +151,7 @@ Talk WhoTalks(const std::vector<Tongue>& tongues, View heard,
 
 namespace {
 
-/// Longest label of a host name (RFC 1035).
+/// The limit of a label in a host name (RFC 1035).
 constexpr std::size_t kLongestName = 63;
 
 std::string FormatOf(const config::SerialSettings& serial) {
@@ -159,7 +159,7 @@ std::string FormatOf(const config::SerialSettings& serial) {
   return text.substr(text.find(' ') + 1);
 }
 
-/// Returns the most frequent value of `key`; of several, the first.
+/// Returns the most frequent value of `key`; of equally frequent values, the first.
 template <typename Key>
 auto MostFrequent(const std::vector<Found>& found, Key key) {
   auto best = key(found.front());
@@ -175,7 +175,6 @@ auto MostFrequent(const std::vector<Found>& found, Key key) {
   return best;
 }
 
-/// Returns a text as a YAML comment line.
 std::string Comment(std::string_view text) { return "# " + Printable(ToBytes(text)); }
 
 std::string NameOf(const Found& device, const std::vector<std::string>& taken) {

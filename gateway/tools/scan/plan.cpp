@@ -9,13 +9,13 @@
 namespace baudgate::scan {
 namespace {
 
-/// Last address of the quick sweeps: devices are usually numbered from 1 on, and few buses have
-/// more.
+/// The last address of the likely sweeps: devices are usually numbered from 1 on, and few buses
+/// have more devices.
 constexpr unsigned kLastLikely = 32;
-/// Additional timeout for the way through network and serial server.
+/// Additional timeout for the way through the network and a serial server.
 constexpr Duration kNetwork = 150ms;
-/// Part of the minute of a quick scan that is planned for sweeps; the rest is for devices that
-/// answer.
+/// How much of the minute of a quick scan is planned for sweeps. The rest is needed for devices
+/// that answer.
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 
@@ -27,7 +27,8 @@ std::optional<Addresses> Within(const Addresses& wanted, unsigned first, unsigne
   return both;
 }
 
-/// Returns all addresses of the wish, else of the rule.
+/// Returns the addresses that the user has given, as far as the rule permits them; else all
+/// addresses of the rule.
 std::optional<Addresses> AllOf(const protocols::ScanRule& rule, const Wish& wish) {
   if (wish.addresses) return Within(*wish.addresses, rule.first_address, rule.last_address);
   return Addresses{rule.first_address, rule.last_address};
@@ -52,7 +53,7 @@ Sweep Quick(const Wish& wish, std::size_t tongue, std::size_t setting, const Add
           .patience = rule.usual + (wish.network ? kNetwork : Duration())};
 }
 
-/// Returns the part of the sweep that fits into the time `left`; empty: not one address fits.
+/// Returns the part of the sweep that fits into the time `left`; empty: no address fits.
 std::optional<Sweep> Cut(Sweep sweep, Duration left, const Wish& wish) {
   const unsigned count = sweep.addresses.last - sweep.addresses.first + 1;
   const Duration each = TimeOf(sweep, wish) / count;
@@ -74,7 +75,7 @@ std::vector<Sweep> CutAll(const std::vector<Sweep>& sweeps, Duration limit, cons
   return kept;
 }
 
-/// Adds the addresses after kLastLikely, if the user has given no range.
+/// Adds sweeps over the addresses after kLastLikely, if the user has given no range.
 void AddRest(const Wish& wish, std::vector<Sweep>& sweeps) {
   if (wish.addresses) return;
   for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
@@ -158,7 +159,7 @@ std::vector<Sweep> ThoroughSweeps(const Wish& wish,
   const auto has_answered = [&](const config::SerialSettings& serial) {
     return std::ranges::any_of(answered, [&](const auto& one) { return SameWire(one, serial); });
   };
-  // The settings at which devices have answered come first.
+  // First the settings at which devices have answered, then the others.
   for (const bool first : {true, false}) {
     for (std::size_t i = 0; i < wish.tongues.size(); ++i) {
       const protocols::ScanRule& rule = wish.tongues[i].rule();
@@ -212,7 +213,7 @@ std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& s
       others.push_back(other);
     }
   }
-  // A pty does not distinguish 7E1 from 8E1, so formats that devices of the protocol have come
+  // A pty accepts 7E1 and 8E1 alike, so the formats that devices of the protocol usually have come
   // first.
   std::stable_partition(others.begin(), others.end(), is_listed);
   return others;

@@ -1,5 +1,5 @@
-// The plan of a scan: a list of sweeps, the most likely first. Pure functions: a `Wish` of the user
-// goes in, and gateway/tools/scan/scanner.h executes the sweeps.
+// The plan of a scan is a list of sweeps, the most likely first. These functions make it from a
+// `Wish` of the user; gateway/tools/scan/scanner.h executes the sweeps. No I/O, no clock.
 //
 //   spabus 9600 7E1 1…32, dcon 9600 8N1 1…32, set4tm 9600 8O1 1…32, …, spabus 4800 7E1 1…32, …
 // SPDX-License-Identifier: Apache-2.0
@@ -20,11 +20,12 @@ namespace baudgate::scan {
 /// A protocol that the scan looks for.
 struct Tongue {
   const protocols::Protocol* protocol = nullptr;
-  std::vector<protocols::ParsedOptions> options{};  ///< options for each mode of the ScanRule
+  /// The protocol's options for each mode of the ScanRule.
+  std::vector<protocols::ParsedOptions> options{};
 
   const protocols::ScanRule& rule() const { return *protocol->scan; }
 };
-/// `protocol` must have a ScanRule.
+/// Returns the protocol with its options. `protocol` must have a ScanRule.
 Tongue TongueOf(const protocols::Protocol& protocol);
 
 struct Addresses {
@@ -37,33 +38,32 @@ Result<Addresses> ParseAddresses(std::string_view text);
 
 struct Wish {
   std::vector<Tongue> tongues{};
-  std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all
-  bool quick = false;                    ///< limit the scan to less than a minute
-  bool network = false;  ///< the port is a serial server that has the serial settings
+  std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all addresses
+  bool quick = false;                    ///< true: the scan takes less than a minute
+  bool network = false;  ///< true: the port is a serial server, which has the serial settings
 };
 
-/// Addresses of one protocol with one setting of the port.
+/// A range of addresses of one protocol, with one setting of the port.
 struct Sweep {
   std::size_t tongue = 0;
   config::SerialSettings serial{};
   Addresses addresses{};
-  std::size_t modes = 1;    ///< number of modes to try, from the first of the rule
-  std::uint32_t finds = 1;  ///< bit mask of the questions of the rule to ask
+  std::size_t modes = 1;    ///< how many modes of the rule to try, from the first
+  std::uint32_t finds = 1;  ///< bit mask: which questions of the rule are sent
   Duration patience{};      ///< timeout until the first byte of a reply
 };
 
-/// Returns how long sweeps take if no device answers.
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 
 /// Returns sweeps over the most likely settings and addresses, with short timeouts.
 std::vector<Sweep> LikelySweeps(const Wish& wish);
 /// Returns sweeps over all addresses, with longer timeouts: with the settings at which devices have
-/// answered, and with the first setting of each protocol. Empty for a quick scan.
+/// answered, and with the first setting of each protocol. Returns none for a quick scan.
 std::vector<Sweep> ThoroughSweeps(const Wish& wish,
                                   std::span<const config::SerialSettings> answered);
 
-/// Settings to listen with before anything is sent, and how long.
+/// Port settings to listen with before anything is sent, and how long to listen.
 struct Listening {
   config::SerialSettings serial{};
   Duration time{};
@@ -75,7 +75,8 @@ inline constexpr Duration kQuickLimit = 57s;
 /// True if bit rate and character format are equal.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
 /// Returns the other character formats at the same bit rate that can carry the protocol's
-/// characters; formats that its devices usually have come first. `protocol` must have a ScanRule.
+/// characters. Formats that devices of the protocol usually have come first. `protocol` must have a
+/// ScanRule.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const protocols::Protocol& protocol);
 

@@ -6,11 +6,12 @@
 namespace baudgate::scan {
 namespace {
 
-/// How often a found device is asked again: two devices at one address do not always collide.
+/// How often a found device is asked again. Two devices with one address do not always collide.
 constexpr int kRepeats = 3;
-/// Tries of a question if another master is active, because replies are then lost now and then.
+/// How often a question is tried if another master is active, because replies are then lost now and
+/// then.
 constexpr int kTriesInTraffic = 4;
-/// Fewer bytes are a glitch of the line.
+/// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
 constexpr const char* kTwo = "two devices may have this address";
 
@@ -37,7 +38,8 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// Returns false if the port does not support the settings; the scan goes on without them.
+/// Applies serial settings. Returns false if the port does not support them; the scan then goes on
+/// without them.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -45,7 +47,7 @@ bool Scanner::Set(const config::SerialSettings& serial) {
   return set.ok();
 }
 
-/// Restores settings that the port had before. A failure ends the scan.
+/// Applies serial settings that the port had before. A failure ends the scan.
 void Scanner::SetBack(const config::SerialSettings& serial) {
   if (wish_.network) return;
   const Status set = wire_.Apply(serial);
@@ -110,8 +112,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// True if the device was found already, also in a protocol in which this protocol's questions are
-/// writes (never_at).
+/// True if the device was found already: in this protocol, or in a protocol for whose devices the
+/// questions of this protocol are writes (never_at).
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -119,7 +121,7 @@ bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
 }
 
 void Scanner::Look(Asked asked, std::uint32_t finds) {
-  bool proof = false;  // true after a reply that is equal to its echo: the next question decides
+  bool proof = false;  // true: the reply could be an echo, so the next question decides
   for (std::size_t question = 0; question < TongueAt(asked).rule().questions; ++question) {
     if ((finds >> question & 1U) == 0 && !proof) continue;
     asked.question = question;
@@ -130,7 +132,7 @@ void Scanner::Look(Asked asked, std::uint32_t finds) {
   }
 }
 
-/// Repeats an unclear exchange if another master is active.
+/// Sends a question. If another master is active, repeats it while the reply is unclear.
 Verdict Scanner::Exchange(const Asked& asked) {
   Verdict verdict = ExchangeOnce(asked);
   for (int tries = 1; traffic_ && tries < kTriesInTraffic && !is_over(); ++tries) {
@@ -171,8 +173,8 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Bytes have come without a request, or in the name of another device: they may be a late reply to
-/// `late`, which is asked again with a longer timeout.
+/// Called after bytes that came without a request or from another device than the asked one. They
+/// may be a late reply to `late`, so `late` is asked again with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -212,8 +214,8 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   }
 }
 
-/// The device accepts any parity, and its reply shows its format: asks it in that format, and
-/// stores the format if that works.
+/// The device accepts any parity, and its reply shows its real character format. Asks it in that
+/// format, and records the format if the device answers.
 void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
@@ -228,7 +230,6 @@ void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   if (!is_over()) SetBack(before.serial);
 }
 
-/// Tries other formats at the same bit rate. Returns true if the device is found.
 bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   if (wish_.network || traffic_) return false;
   bool found = false;
@@ -247,8 +248,8 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   return found;
 }
 
-/// Repeats the question. If all replies are damaged, tries other formats; if that fails, records
-/// that two devices may have this address.
+/// Repeats a question whose reply was damaged. If all replies are damaged, tries other formats; if
+/// that fails, records that two devices may have this address.
 void Scanner::OnGarbled(const Asked& asked) {
   if (traffic_ || checking_late_) return;
   for (int repeat = 0; repeat < 2; ++repeat) {
@@ -307,8 +308,8 @@ void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
   Keep(std::move(found));
 }
 
-/// Asks a found device again. Returns true if replies differ or are damaged, so that two devices
-/// share the address.
+/// Asks a found device again. Returns true if its replies differ or are damaged, which means that
+/// two devices have this address.
 bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) {
   for (int repeat = 0; repeat < kRepeats && !is_over(); ++repeat) {
     const Verdict verdict = ExchangeOnce(asked);
@@ -327,7 +328,8 @@ bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) 
 void Scanner::AskName(const Asked& asked, protocols::Sighting& sighting) {
   Asked more = asked;
   const protocols::ScanRule& rule = TongueAt(asked).rule();
-  // No retry after a missing reply: the device mostly does not support that question.
+  // A missing reply is not tried again, because most devices without a name do not support the
+  // question.
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if (!sighting.identity.empty()) return;
     more.question = question;
@@ -350,8 +352,8 @@ void Scanner::Keep(Found found) {
   report_.found.push_back(std::move(found));
 }
 
-/// Drops damaged replies from addresses at which another protocol has found a device, which sent
-/// them.
+/// Drops damaged replies from an address at which another protocol has found a device, because this
+/// device has sent them.
 void Scanner::Finish() {
   for (Found& doubtful : doubtful_) {
     const bool explained = std::ranges::any_of(

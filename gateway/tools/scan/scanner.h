@@ -1,6 +1,7 @@
 // `Scanner` executes a scan: it listens, sends the questions of the plan (plan.h), judges the
-// replies (judge.h), and asks again if a reply is not clear. It sends only what the ScanRule of
-// each protocol lists. The caller provides the wire and the clock, and receives what was found.
+// replies (judge.h), and repeats a question if its reply is not clear. It sends only what the
+// ScanRule of each protocol lists. The caller provides the port and the clock (`Wire`), and
+// receives what was found (`Watcher`).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,14 +24,15 @@ class Wire {
   virtual ~Wire() = default;
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual Result<Gathered> Listen(Duration time) = 0;
-  /// Waits until the line is quiet, sends `request`, and gathers bytes: waits `patience` after the
-  /// last character of the request for the first byte, then until nothing has come for `gap`.
+  /// Waits until the line is quiet, sends `request`, and returns the received bytes: waits
+  /// `patience` after the last character of the request for the first byte, then until no byte has
+  /// come for `gap`.
   virtual Result<Gathered> Ask(View request, Duration patience, Duration gap) = 0;
   virtual Instant Now() = 0;
 };
 
 struct Progress {
-  std::string doing{};  ///< "spabus 9600 7E1, address 12"
+  std::string doing{};  ///< present step: "spabus 9600 7E1, address 12"
   std::size_t found = 0;
   Duration left{};
 };
@@ -40,22 +42,22 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// Asks whether to send although another master is active. `who`: a sentence without its full
-  /// stop.
+  /// Returns whether the scan is allowed to send although another master is active. `who`: a
+  /// sentence about the master, without a full stop.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 
 class Scanner {
  public:
-  /// The references must outlive this object.
+  /// All references must outlive this object.
   Scanner(const Wish& wish, const ProfileNames& profiles, Wire& wire, Watcher& watcher);
 
-  /// Executes the scan; to be called once. The report contains what was found, also after an error.
+  /// Executes the scan; must be called only once. The report contains what was found, also after an
+  /// error.
   Status Run();
   const Report& report() const { return report_; }
 
  private:
-  /// One question to one address.
   struct Asked {
     std::size_t tongue = 0;
     config::SerialSettings serial{};
@@ -94,13 +96,14 @@ class Scanner {
   Watcher& watcher_;
   Report report_;
   Status status_;
-  bool traffic_ = false;           ///< another master is active, and the user has agreed to send
-  std::set<std::string> refused_;  ///< settings that the port does not support
+  /// True: another master is active, and the user has allowed the scan to send.
+  bool traffic_ = false;
+  std::set<std::string> refused_;  ///< serial settings that the port does not support
   std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address of found devices
   std::vector<Found> doubtful_;  ///< addresses from which only damaged replies came
   std::vector<config::SerialSettings> answered_;
   std::optional<Asked> last_;
-  std::optional<Asked> previous_;  ///< last question to another address than last_
+  std::optional<Asked> previous_;  ///< the last question to another address than that of last_
   bool checking_late_ = false;
   Instant limit_{};
 };

@@ -75,7 +75,7 @@ std::optional<std::string> ServerOf(const std::string& link, const std::string& 
   if (!number || stat(target.c_str(), &made) != 0 || lstat(link.c_str(), &linked) != 0) {
     return std::nullopt;
   }
-  // Reading and writing do not alter the change time of a pty, so it is the time of creation.
+  // Reading and writing a pty do not change its change time, so this is the time of its creation.
   if (IsLater(made.st_ctim, linked.st_mtim)) return std::nullopt;
   return HolderOf(*number);
 }
@@ -144,7 +144,7 @@ Status Pty::MakeLink(const std::string& link) {
     return Error{link + " is a link to " + target + ", which is served by " + *server +
                  "; end this program first, or choose another path"};
   }
-  // The link is replaced by rename, so a reader always finds the old link or the new link.
+  // The link is replaced by rename, so that a reader always finds either the old or the new link.
   const std::string fresh = link + ".new-" + std::to_string(getpid());
   (void)unlink(fresh.c_str());
   if (symlink(slave_path_.c_str(), fresh.c_str()) != 0) {
@@ -162,8 +162,8 @@ Status Pty::MakeLink(const std::string& link) {
 int Pty::TakeMaster() { return std::exchange(master_, -1); }
 
 void Pty::Unplug() {
-  // While this slave is open, its number cannot be reused, so an equal target proves that it is
-  // this link.
+  // While this object has the slave open, the number of the slave cannot be reused, so a link with
+  // this target is the link of this object.
   if (!link_.empty() && LinkTarget(link_) == slave_path_) (void)unlink(link_.c_str());
   link_.clear();
   CloseAndForget(slave_);

@@ -1,5 +1,5 @@
-// `Pty` is a pseudo terminal that acts as the far end of a serial cable, for twins, the demo and
-// tests: bytes that a twin writes to the master arrive at a reader of the linked path.
+// `Pty` is a pseudo terminal that replaces a serial cable, for twins, the demo and tests: bytes
+// that a twin writes to the master arrive at the program that reads the linked path.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,38 +11,38 @@
 namespace baudgate::tools {
 
 // `ServerOf` finds the program that serves the pty of a symbolic link, so that a second simulator
-// does not take the link of a running twin.
+// does not take over the link of a running twin.
 //
 //   link -> /dev/pts/7, no /dev/pts/7                           not served: its program has ended
 //   link -> /dev/pts/7, which was created after the link        not served: the number was reused
 //   link -> /dev/pts/7, which was created before the link       served
 
-/// Returns "socat (pid 4711)", or "another program" if it cannot be read; empty: not served.
-/// `target`: the target of `link`, "/dev/pts/7".
+/// Returns the program, such as "socat (pid 4711)", or "another program" if it cannot be
+/// determined; empty: no program serves the pty. `target`: the target of `link`, "/dev/pts/7".
 std::optional<std::string> ServerOf(const std::string& link, const std::string& target);
 
 class Pty {
  public:
-  /// Creates a raw pair. With `link`, also a symbolic link to the slave, in place of an older link
-  /// whose pty is not served any more; anything else at this path is left alone, and is an error.
+  /// Creates a pty in raw mode. With `link`, also makes a symbolic link to its slave. An older link
+  /// whose pty is not served any more is replaced; any other file at this path is an error.
   static Result<Pty> Create(const std::string& link = {});
 
   Pty(Pty&& other) noexcept;
   Pty& operator=(Pty&& other) noexcept;
   ~Pty() { Unplug(); }
 
-  /// Returns the master (non-blocking, close-on-exec); -1 after Unplug or TakeMaster. The Pty owns
-  /// it.
+  /// Returns the master (non-blocking, close-on-exec); -1 after Unplug or TakeMaster. The Pty still
+  /// owns the master.
   int master() const { return master_; }
-  /// Passes ownership of the master to the caller (an asio stream_descriptor closes it).
+  /// Passes the ownership of the master to the caller, for example for an asio stream_descriptor.
   int TakeMaster();
-  /// Returns "/dev/pts/7".
+  /// Returns the path of the slave. Example: "/dev/pts/7".
   const std::string& slave_path() const { return slave_path_; }
-  /// Returns the path that a reader opens: the link, or the slave if there is no link.
+  /// Returns the path that a reader opens: the link, or the slave's path if there is no link.
   const std::string& path() const { return link_.empty() ? slave_path_ : link_; }
 
-  /// Pulls the cable: removes the link, if it still points to this pty, and closes both sides.
-  /// Programs with an open slave get a hang-up. A master from TakeMaster stays open.
+  /// Removes the link, if it still points to this pty, and closes both sides. Programs that have
+  /// the slave open get a hang-up. A master from TakeMaster stays open.
   void Unplug();
 
  private:
@@ -51,7 +51,7 @@ class Pty {
   Status MakeLink(const std::string& link);
 
   int master_ = -1;
-  /// The slave stays open here, so that a reader that closes it does not hang up the twin.
+  /// The slave stays open here, so that the twin gets no hang-up when a reader closes it.
   int slave_ = -1;
   std::string slave_path_;
   std::string link_;

@@ -138,7 +138,7 @@ bool Residents::speaks_unasked() const {
   });
 }
 
-/// `seed`: of the first twin; each further twin gets the next number.
+/// Makes the twins. `seed`: the seed of the first twin; each further twin gets the next number.
 Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
                                       std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;
@@ -153,7 +153,6 @@ Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
   return twins;
 }
 
-/// Returns the reply of the first twin that answers.
 Residents::Reply Residents::ReplyOf(const Twins& twins, View request, Instant now) {
   for (const auto& one : twins) {
     Bytes bytes = one->twin->Answer(request, now);
@@ -179,7 +178,7 @@ Residents::Answer Residents::Hear(View request, Instant end) {
   }
   if (faults_) {
     answer.heard = faults_->Deliver(request, answer.reply, end);
-  } else if (!answer.reply.empty()) {  // without a reply, pieces being sent continue
+  } else if (!answer.reply.empty()) {  // without a reply, pieces of earlier replies are still sent
     answer.interrupts = true;
     TwinWire wire = wire_;
     wire.serial = answer.serial;
@@ -227,7 +226,7 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Makes copies of the twins with different values that all reply under one address that no twin
+/// Makes copies of the twins with different values. All copies reply under one address that no twin
 /// has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;

@@ -1,6 +1,6 @@
-// `Residents` contains the twins of one protocol on a bus, and their faults. Complete requests go
-// in; replies with their times come out. Sans-I/O: gateway/tools/simulate/twin_port.h carries the
-// bytes over a pty or a connection.
+// `Residents` contains the twins (simulated devices) of one protocol on a bus, and their faults.
+// Complete requests go in; replies with their times come out. No I/O:
+// gateway/tools/simulate/twin_port.h carries the bytes over a pty or a connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,10 +24,11 @@
 namespace baudgate::tools {
 
 /// The values that a twin measures: each point follows its `simulate:` entry, a slow wave or a
-/// fixed value.
+/// fixed value. A value that was written stays.
 class SimulatedValues final : public protocols::TwinValues {
  public:
-  /// `points` must outlive this object. `seed` shifts the waves of the twin, so that twins differ.
+  /// `points` must outlive this object. `seed` shifts the waves, so that twins have different
+  /// values.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
@@ -38,12 +39,12 @@ class SimulatedValues final : public protocols::TwinValues {
   std::vector<Value> written_;
 };
 
-// Events that a twin raises by itself, as the user writes them: "every:5s", "every:1s,count=3". The
-// twin raises the on and off events of its profile's table in turn. Sans-I/O.
+// `EventSchedule` tells when a twin raises events by itself, as the user writes it: "every:5s",
+// "every:1s,count=3". The twin raises the on and off events of its profile's table in turn. No I/O.
 struct EventSchedule {
   Duration every{};
-  std::size_t count = 1;  ///< events raised at a time
-  /// The text of each event is its number, from 1, so that a test can find missing events.
+  std::size_t count = 1;  ///< how many events are raised at a time
+  /// True: the text of each event is its number, from 1, so that a test can find missing events.
   bool numbered = false;
 };
 
@@ -55,11 +56,13 @@ class TwinEvents {
   TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
 
   /// Raises all events that are due. To be called before the twin answers a request. `device`: the
-  /// device of the twin.
+  /// twin's device.
   void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
-  std::uint64_t refused() const { return refused_; }  ///< events that the twin refused
+  std::uint64_t refused() const {
+    return refused_;
+  }  ///< number of events that the twin has refused
 
  private:
   protocols::DeviceEvent Next(const config::Device& device) const;
@@ -71,22 +74,22 @@ class TwinEvents {
   std::uint64_t refused_ = 0;
 };
 
-/// Returns the lowest number that is an address of this protocol and not used by `devices`: 3 for
-/// devices 1 and 2. Empty if addresses of the protocol are not numbers.
+/// Returns the lowest number that is an address of this protocol and that no device of `devices`
+/// has. Example: 3 for devices 1 and 2. Empty: addresses of the protocol are not numbers.
 std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices);
 
 class Residents {
  public:
   struct Answer {
-    Bytes reply;                    ///< reply of a twin; empty: no twin answers
-    std::vector<TimedPiece> heard;  ///< bytes that reach the master, after faults
-    /// True if pieces of earlier replies that are still being sent must be dropped.
+    Bytes reply;                    ///< reply of the twin; empty: no twin answers
+    std::vector<TimedPiece> heard;  ///< bytes that the master receives, after faults
+    /// True: pieces of earlier replies that were not sent yet must be dropped.
     bool interrupts = false;
-    config::SerialSettings serial;  ///< settings of the twin that answers
+    config::SerialSettings serial;  ///< serial settings of the twin that answers
   };
 
-  /// `devices` must not be empty. `wire` applies to devices without serial settings.
+  /// `devices` must not be empty. `wire` applies to devices that have no serial settings.
   Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
             const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;
@@ -94,16 +97,17 @@ class Residents {
 
   const protocols::Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
-  /// Returns the options of the first device, which determine how requests are cut from the bytes.
+  /// Returns the options of the first device. They determine how received bytes are divided into
+  /// requests.
   const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 
-  /// Returns the result of one request. `end`: time of the last character of the request.
+  /// Returns the reply to one request. `end`: time of the last character of the request.
   Answer Hear(View request, Instant end);
-  /// Returns the next message that a twin sends unasked; empty: none now.
+  /// Returns the next message that a twin sends unasked; empty: there is none now.
   Bytes Say(Now now);
 
-  /// Replaces all faults. Counts and schedules start again.
+  /// Replaces all faults. Their counts and schedules start again.
   void SetFaults(const std::vector<Fault>& faults, Instant now);
   std::vector<FaultCount> fault_counts() const;
   /// Returns the numbers of raised and of refused events.
@@ -134,7 +138,7 @@ class Residents {
   const TwinWire wire_;
   const protocols::ParsedOptions options_;
   Twins twins_;
-  Twins strangers_;  // devices that answer in place of the twins, for the fault wrong_address
+  Twins strangers_;  // these devices answer in place of the twins, for the fault wrong_address
   std::optional<TwinFaults> faults_;
   bool was_dead_ = false;
 };

@@ -11,7 +11,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// Limit of the connections; above it the oldest connection is closed.
+/// The limit of connections. If it is exceeded, the oldest connection is closed.
 constexpr std::size_t kMostConnections = 16;
 
 std::shared_ptr<TwinBus> MakeBusOf(std::vector<TwinGroup> groups, const SimulatorOptions& options) {
@@ -158,9 +158,10 @@ void Simulator::SetFaults(const std::vector<Fault>& faults) {
 
 namespace {
 
-/// True if one frame rule finds the requests to devices with options `a` and to devices with
-/// options `b`. Example: false for two DCON modules of which one has its checksum on. Descriptions
-/// of telegrams are compared by their options, because each parse makes frame forms of its own.
+/// True if requests to devices with the options `a` and with the options `b` are divided by the
+/// same frame rule. Example: false for two DCON modules of which one has its checksum on. If the
+/// options are equal, the rules are not compared, because descriptions of telegrams make a new
+/// frame rule at each parse.
 bool AreCutAlike(const protocols::Protocol& protocol, const config::Options& a,
                  const config::Options& b) {
   return a == b || protocol.expect({}, ParseOptions(protocol, a)) ==
@@ -176,8 +177,8 @@ Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const conf
   for (const config::Device& device : line.devices) {
     const protocols::Protocol* protocol = catalog.FindProtocol(device.protocol);
     if (protocol == nullptr) return Error{"protocol " + device.protocol + " is not installed"};
-    // A group receives only requests that the options of its first device can cut, so devices with
-    // other options get a separate group.
+    // A group receives only requests that fit the options of its first device, so devices with
+    // other options need a separate group.
     const auto same = std::ranges::find_if(groups, [&](const TwinGroup& group) {
       return group.protocol == protocol &&
              AreCutAlike(*protocol, group.devices.front().options, device.options);

@@ -1,6 +1,6 @@
-// `Simulator` serves twins on a pty or behind a TCP server. It answers requests as the real devices
-// would, at a real bit rate if one is given. Used by `baudgate simulate`, the demo, system tests
-// and benchmarks.
+// `Simulator` serves twins (simulated devices) on a pty or behind a TCP server. It answers requests
+// as the real devices would, at a real bit rate if one is given. Used by `baudgate simulate`, the
+// demo, system tests and benchmarks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,34 +23,35 @@
 
 namespace baudgate::tools {
 
-/// Devices of one bus with the same protocol. The options of the first device determine how
-/// requests are cut from the bytes, for all devices of the group.
+/// Devices of one bus with the same protocol. The options of the first device determine for the
+/// whole group how received bytes are divided into requests.
 struct TwinGroup {
   const protocols::Protocol* protocol = nullptr;
   std::vector<config::Device> devices;
 };
 
 struct SimulatorOptions {
-  std::string link;  ///< path of the link to the pty; empty: no link
-  /// Address of a TCP server that is used instead of a pty; port 0: any free port.
+  std::string link;  ///< path of the symbolic link to the pty; empty: no link
+  /// The address of a TCP server, in place of a pty; port 0: any free port.
   std::optional<config::HostPort> listen;
-  /// Settings that determine the time of each character on the wire; empty: no delay.
+  /// Serial settings that determine how long each character takes on the wire; empty: characters
+  /// take no time.
   std::optional<config::SerialSettings> pace;
-  /// If true, a reader that has set the pty to another bit rate or format receives what a UART
-  /// would receive.
+  /// True: if a reader has set the pty to another bit rate or format, bytes are converted to what a
+  /// UART with these settings would receive.
   bool strict = false;
-  Duration think_time = 5ms;            ///< end of request to first byte of the reply
-  std::vector<Fault> faults;            ///< their schedules begin when the simulator is created
-  std::optional<EventSchedule> events;  ///< schedule of each twin
-  /// Called with every request, the reply of the twins (empty: none), and the bytes that are sent,
-  /// which include late replies and an echo. Called from the thread of the io_context.
+  Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
+  std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
+  std::optional<EventSchedule> events;  ///< schedule of the events of each twin
+  /// Called with each request, the reply of the twins (empty: none), and the bytes that are sent,
+  /// which include late replies and an echo. Called on the thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
 };
 
 class Simulator {
  public:
-  /// Creates one bus with these devices; without devices, nothing answers. `io` must outlive the
-  /// simulator.
+  /// Creates one bus with these devices; without devices, no request is answered. `io` must outlive
+  /// this object.
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
                                                    std::vector<TwinGroup> groups,
                                                    const SimulatorOptions& options);
@@ -60,18 +61,18 @@ class Simulator {
                                                    const SimulatorOptions& options);
   ~Simulator();
 
-  /// Returns the value for a line's `port:`, such as a path or "tcp://127.0.0.1:4001".
+  /// Returns the value for `port:` of a line: a path, or for example "tcp://127.0.0.1:4001".
   const std::string& path() const;
-  /// Return the number of answered requests, and of the characters of these exchanges, in both
-  /// directions. Thread-safe.
+  /// The number of answered requests, and of the characters of these exchanges in both directions.
+  /// Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
-  /// Returns how often each fault has struck. To be called from the thread of the io_context.
+  /// Returns how often each fault has struck. To be called on the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
-  /// Returns the numbers of raised and of refused events. To be called from the thread of the
+  /// Returns the numbers of raised and of refused events. To be called on the thread of the
   /// io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// Replaces all faults. Counts and schedules start again. To be called from the thread of the
+  /// Replaces all faults. Their counts and schedules start again. To be called on the thread of the
   /// io_context.
   void SetFaults(const std::vector<Fault>& faults);
 
@@ -81,11 +82,11 @@ class Simulator {
   std::shared_ptr<Impl> impl_;
 };
 
-// `SimulateLine` makes the twins of a whole line of a configuration, which may have several
+// `SimulateLine` makes the twins of a whole line of a configuration, which can have several
 // protocols and serial settings. Used by `baudgate simulate -c` and the demo.
 
-/// `options` contains the place and the faults. The line determines the pace and the settings that
-/// a reader must use.
+/// Takes the place (link or listen) and the faults from `options`. The line determines the pace,
+/// and the serial settings that a reader must use.
 Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
                                                 const config::Catalog& catalog,
                                                 SimulatorOptions options);

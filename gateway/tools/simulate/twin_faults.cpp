@@ -16,22 +16,21 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// The byte that the transport delivers for a character with a wrong parity
+/// The byte that the transport delivers in place of a character with a wrong parity
 /// (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
-// These functions are used in place of the distributions of the standard library, whose results
-// differ between implementations.
+// These functions replace the distributions of the standard library, because their results differ
+// between implementations.
 
 std::size_t Below(std::mt19937_64& random, std::size_t limit) {
   return static_cast<std::size_t>(random() % limit);
 }
 
-/// Returns a number 0 <= x < 1, in steps of 2^-53.
 double Share(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1.0p-53; }
 
-/// The seed depends on the kind, so that two faults with the same seed do not strike the same
-/// replies.
+/// Returns the seed of a fault. It depends on the kind, so that two faults with the same `seed` do
+/// not strike the same replies.
 std::uint64_t SeedOf(const Fault& fault) {
   constexpr std::uint64_t kSpread = 0x9E37'79B9'7F4A'7C15;
   return fault.seed + kSpread * (static_cast<std::uint64_t>(fault.kind) + 1);
@@ -150,7 +149,7 @@ bool TwinFaults::Apply(Active& active, Utterance& said) {
   return false;
 }
 
-/// Inserts the silence after a random character, but not after the last.
+/// Inserts a silence behind a random character, but not behind the last.
 bool TwinFaults::Stall(Active& active, Speech& speech) {
   if (speech.empty() || speech.back().bytes.size() < 2) return false;
   Bytes& whole = speech.back().bytes;
@@ -173,8 +172,8 @@ bool TwinFaults::Dribble(Active& active, Speech& speech) {
   return !speech.empty();
 }
 
-/// Flips bits of the characters on the wire, including parity bits. A character with an odd number
-/// of flipped bits arrives as a parity error.
+/// Flips random bits of the characters on the wire, including parity bits. A character with an odd
+/// number of flipped bits arrives as kParityError if there is a parity.
 bool TwinFaults::FlipBits(Active& active, Speech& speech) const {
   if (speech.empty() || speech.front().bytes.empty()) return false;
   Bytes& bytes = speech.front().bytes;
@@ -206,7 +205,7 @@ Bytes TwinFaults::Garbage(Active& active) const {
   return bytes;
 }
 
-/// Returns the late replies that are due with this request.
+/// Returns the delayed replies that are due with this request.
 TwinFaults::Speech TwinFaults::TakeHeld() {
   Speech due;
   for (Held& held : held_) {
@@ -231,12 +230,12 @@ constexpr std::size_t kMostCount = 1024;
 constexpr std::size_t kMostExchanges = 16;
 constexpr Duration kLongestPause = 10min;
 
-/// The keys of one fault kind beside the common keys, and their default values.
+/// The keys that one kind of fault has in addition to the common keys, and their default values.
 struct KindKeys {
   Kind kind;
-  std::string_view count;  ///< name of the key that fills Fault::count; empty: none
+  std::string_view count;  ///< name of the key for Fault::count; empty: the kind has none
   std::size_t count_default;
-  std::string_view pause;  ///< name of the key that fills Fault::pause; empty: none
+  std::string_view pause;  ///< name of the key for Fault::pause; empty: the kind has none
   Duration pause_default;
 };
 
@@ -265,7 +264,7 @@ std::vector<std::string_view> KeysOf(const KindKeys& keys) {
   if (!keys.count.empty()) names.push_back(keys.count);
   if (!keys.pause.empty()) names.push_back(keys.pause);
   if (keys.kind == Kind::late) names.push_back("exchanges");
-  if (keys.kind != Kind::death) {  // death depends on its schedule only
+  if (keys.kind != Kind::death) {  // `death` depends only on its schedule
     names.push_back("rate");
     names.push_back("seed");
   }
@@ -284,7 +283,7 @@ Status ReadWhole(std::string_view value, T least, T most, T& target) {
   return {};
 }
 
-/// Parses a share; also accepts "1e-9" for rare faults, which ParseDecimal rejects.
+/// Parses the share of replies. Also accepts "1e-9" for rare faults, which ParseDecimal rejects.
 std::optional<double> ParseShare(std::string_view value) {
   const auto mark = value.find_first_of("eE");
   const auto number = ParseDecimal(value.substr(0, mark));
@@ -296,7 +295,7 @@ std::optional<double> ParseShare(std::string_view value) {
 
 Status ReadRate(std::string_view value, double& target) {
   const auto number = ParseShare(value);
-  if (!number || !(*number >= 0 && *number <= 1)) {  // 0e999 is not a number
+  if (!number || !(*number >= 0 && *number <= 1)) {  // 0e999 gives NaN
     return Error{"write a number from 0 (never) to 1 (always)"};
   }
   target = *number;
@@ -313,7 +312,7 @@ Status ReadTime(std::string_view value, Duration least, Duration most, Duration&
   return {};
 }
 
-/// `key` must be one of KeysOf(keys).
+/// Sets the member of a key. `key` must be in KeysOf(keys).
 Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::string_view value) {
   constexpr Duration kLongest = 24h * 365;
   if (key == keys.count) return ReadWhole<std::size_t>(value, 1, kMostCount, fault.count);
@@ -328,7 +327,7 @@ Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::str
   return ReadTime(value, 1ms, kLongest, key == "for" ? fault.lasts : fault.every);
 }
 
-/// Reads one setting such as "rate=0.1". `given`: the keys read so far.
+/// Reads one setting such as "rate=0.1". `given`: the keys that were read so far.
 Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
                    std::set<std::string_view>& given) {
   const auto equals = setting.find('=');

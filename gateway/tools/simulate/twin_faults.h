@@ -1,6 +1,6 @@
 // `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
-// may be lost, damaged, torn, late or foreign. Sans-I/O: gateway/tools/simulate/simulator.h sends
-// the pieces on a pty, tests on a virtual line.
+// can be lost, damaged, torn, late or from another device. No I/O:
+// gateway/tools/simulate/simulator.h sends the pieces on a pty, tests on a virtual line.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,32 +24,32 @@ struct TimedPiece {
 };
 
 struct Fault {
-  /// If several faults strike one reply, they are applied in this order.
+  /// The kinds of faults. If several faults strike one reply, they are applied in this order.
   enum class Kind : std::uint8_t {
     death,          ///< the device receives nothing and sends nothing
     wrong_address,  ///< another device answers in its place
     loss,
     bits,     ///< bits of the reply are flipped
-    stall,    ///< a silence inside the reply
+    stall,    ///< a silence within the reply
     dribble,  ///< the reply comes byte by byte
     doubled,
     garbage_before,
     garbage_after,
     late,  ///< the reply comes later, or with the reply to a later request
-    echo,  ///< the request comes back
+    echo,  ///< the request comes back before the reply
   };
   Kind kind = Kind::loss;
-  double rate = 1;            ///< share of the replies that the fault strikes, 0…1
-  std::uint64_t seed = 1;     ///< the same seed strikes the same exchanges in the same way
-  Duration after{};           ///< from the start to the first occurrence
-  Duration lasts{};           ///< duration of an occurrence; zero: to the end
-  Duration every{};           ///< from one occurrence to the next; zero: only once
-  std::size_t count = 1;      ///< bits: number of flipped bits; garbage: number of bytes
-  Duration pause{};           ///< stall, dribble, doubled: the silence; late: the delay
-  std::size_t exchanges = 0;  ///< late: delay in further requests; zero: delay by `pause`
-  std::string text;           ///< as the user wrote it
+  double rate = 1;         ///< share of the replies that the fault strikes, 0…1
+  std::uint64_t seed = 1;  ///< faults with the same seed strike the same exchanges in the same way
+  Duration after{};        ///< from the start to the first occurrence
+  Duration lasts{};        ///< duration of an occurrence; zero: to the end
+  Duration every{};        ///< from one occurrence to the next; zero: only once
+  std::size_t count = 1;   ///< bits: number of flipped bits; garbage: number of bytes
+  Duration pause{};        ///< stall, dribble, doubled: length of the silence; late: the delay
+  std::size_t exchanges = 0;  ///< late: delay in number of requests; zero: delay by `pause`
+  std::string text;           ///< the fault as the user wrote it
 
-  /// True if the fault may strike at this time after the start.
+  /// True if the fault can strike at this time after the start.
   bool IsDue(Duration since_start) const;
 };
 
@@ -58,7 +58,7 @@ std::string_view Name(Fault::Kind kind);
 /// How characters travel between the twin and the master.
 struct TwinWire {
   config::SerialSettings serial;
-  bool paced = false;    ///< true: each character takes its time; false: no time
+  bool paced = false;    ///< true: each character takes the time of its bit rate; false: no time
   Duration think = 5ms;  ///< from the end of the request to the first byte of the reply
 
   Duration TimeOf(std::size_t characters) const {
@@ -70,33 +70,34 @@ struct TwinWire {
 struct FaultCount {
   std::string fault;            ///< Fault::text
   std::uint64_t struck = 0;     ///< how often the fault has struck
-  std::uint64_t exchanges = 0;  ///< exchanges that it could have struck
+  std::uint64_t exchanges = 0;  ///< number of exchanges that the fault could have struck
 };
 
 class TwinFaults {
  public:
-  /// Returns the reply of another device to `request`, under that device's address. It is called
-  /// for every request that the twin answers, so the sessions of that device stay valid.
+  /// Returns the reply of another device to `request`, with the address of this other device. It is
+  /// called for each request that the twin answers, so that the sessions of the other device stay
+  /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// Without a stranger, wrong_address never strikes. Schedules begin at `start`.
+  /// `stranger` empty: wrong_address never strikes. The schedules begin at `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
-  /// True while the fault death is active. When the fault ends, the caller must create a new twin,
-  /// so that its sessions are lost.
+  /// True while the fault `death` is active. When it ends, the caller must create a new twin,
+  /// because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
-  /// Returns the bytes that reach the master after `request`, sorted by time. An empty `reply`: the
+  /// Returns the bytes that the master receives after `request`, sorted by time. `reply` empty: the
   /// request was not for this twin. Pieces of earlier replies that are still on the wire come
   /// first.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
-  /// Returns the counts in the order of the faults given.
+  /// Returns the counts of the faults, in the order of the constructor's argument.
   std::vector<FaultCount> Counts() const;
 
  private:
-  /// A silence, then bytes without a pause.
+  /// A pause, then bytes without a pause between them.
   struct Part {
     Duration pause{};
     Bytes bytes;
@@ -109,7 +110,7 @@ class TwinFaults {
     FaultCount count;
   };
   struct Held {
-    std::size_t exchanges = 0;  // further requests until the reply is sent
+    std::size_t exchanges = 0;  // number of further requests until the reply is sent
     Speech speech;
   };
 
@@ -117,14 +118,14 @@ class TwinFaults {
   struct Utterance {
     View request;
     Speech speech;
-    Bytes foreign;  // reply of the stranger
+    Bytes foreign;  // reply of another device, for wrong_address
     Bytes echo;
     Duration delay{};
   };
 
-  /// True if the fault is to strike this reply. Counts the exchange.
+  /// True if the fault strikes this reply. Counts the exchange.
   bool IsChosen(Active& active, Instant now);
-  /// Applies a fault; returns false if there was nothing to strike.
+  /// Applies a fault. Returns false if there was nothing that it could change.
   bool Apply(Active& active, Utterance& said);
   static bool Stall(Active& active, Speech& speech);
   static bool Dribble(Active& active, Speech& speech);
@@ -137,13 +138,13 @@ class TwinFaults {
   Instant start_;
   Stranger stranger_;
   std::vector<Held> held_;
-  Instant said_until_{};  // end of the last character of the twin
+  Instant said_until_{};  // end of the last character that the twin has sent
 };
 
-// `ParseFault` reads a fault as the user writes it for `simulate --fault`:
-// "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists kinds and keys.
+// `ParseFault` reads a fault as the user writes it for `simulate --fault`. Example:
+// "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists the kinds and keys.
 
-/// Parses a fault. The error text contains the fault, the key and the permitted values.
+/// The error contains the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);
 
 }  // namespace baudgate::tools

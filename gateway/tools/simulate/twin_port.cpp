@@ -15,7 +15,8 @@ namespace {
 using config::Parity;
 using config::SerialSettings;
 
-/// Difference of bit rates up to which a receiver still samples every bit of a character.
+/// The largest difference of bit rates, in per mille, at which a receiver still samples every bit
+/// of a character correctly.
 constexpr long kTolerancePerMille = 30;
 
 bool ParityBit(unsigned data, Parity parity) {
@@ -28,7 +29,7 @@ unsigned DataOf(std::uint8_t byte, const SerialSettings& serial) {
   return serial.data_bits == 7 ? byte & 0x7FU : byte;
 }
 
-/// Returns one entry for each bit; the wire is idle (1) before and after.
+/// Returns the level of the wire for each bit. The wire is idle (1) before and after.
 std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   std::vector<bool> bits = {true};
   for (const std::uint8_t byte : sent) {
@@ -41,8 +42,8 @@ std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   return bits;
 }
 
-/// The level of the wire over time. The unit of time is 1 / (sender's bit rate * receiver's bit
-/// rate) seconds, so that bits of the sender and of the receiver last whole numbers of units.
+/// The level of a wire over time. One unit of time is 1 / (sender's bit rate * receiver's bit rate)
+/// seconds, so that a bit of the sender and a bit of the receiver last whole numbers of units.
 class Wire {
  public:
   Wire(std::vector<bool> bits, std::int64_t bit) : bits_(std::move(bits)), bit_(bit) {}
@@ -51,7 +52,7 @@ class Wire {
     const auto index = static_cast<std::size_t>(time / bit_);
     return index >= bits_.size() || bits_[index];
   }
-  /// Returns the first time from `time` on at which the wire has `level`; negative: never.
+  /// Returns the first time, not before `time`, at which the wire has `level`; negative: never.
   std::int64_t Next(bool level, std::int64_t time) const {
     if (At(time) == level) return time;
     for (std::int64_t index = time / bit_ + 1; index <= Size(); ++index) {
@@ -107,12 +108,12 @@ bool Understand(const SerialSettings& a, const SerialSettings& b) {
 
 namespace {
 
-/// Duration of the pieces in which a paced reply is sent, as from the FIFO of a UART.
+/// A paced reply is sent in pieces of this duration, as a UART with a FIFO would send it.
 constexpr Duration kPiece = 2ms;
 /// A request has ended when the line was silent for this time and for this many characters.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
-/// Interval at which twins that send unasked are polled.
+/// The interval at which twins are asked for messages that they send unasked.
 constexpr Duration kSpeech = 2ms;
 
 }  // namespace
@@ -125,7 +126,7 @@ TwinPort::TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus
       silence_(io),
       speech_(io) {
   asio::error_code ignored;
-  descriptor_.non_blocking(true, ignored);  // a write must not block if no reader is there
+  descriptor_.non_blocking(true, ignored);  // a write must not block if no program reads
   for (const auto& residents : bus_->residents) {
     const protocols::Protocol& protocol = residents->protocol();
     assemblers_.emplace_back().Begin(protocol.request_rule,
@@ -166,9 +167,9 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// Returns the bytes as the twins' UART receives them, if no character is damaged. Otherwise
-/// returns the bytes unchanged, so that twins answer and a reader with other settings receives
-/// something.
+/// Returns the bytes as the twins' UART receives them, if no character is damaged and the bit rates
+/// are equal. Otherwise returns the bytes unchanged, so that twins answer and a reader with other
+/// settings receives some bytes.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
@@ -190,8 +191,9 @@ void TwinPort::OnRequestBytes(View bytes) {
   AwaitSilence();
 }
 
-/// Returns the next request. A request that only silence ends is taken at once if it is all that
-/// the assembler holds. Otherwise more bytes may follow, and the assembler stays as it is.
+/// Returns the next request. If only a silence can end a request, it is returned at once if the
+/// assembler contains nothing else. Otherwise more bytes may follow, and the assembler stays
+/// unchanged.
 std::optional<Bytes> TwinPort::NextRequest(protocols::Assembler& assembler) {
   if (auto frame = assembler.Next(false)) return frame;
   protocols::Assembler after_silence = assembler;
@@ -209,7 +211,7 @@ void TwinPort::AwaitSilence() {
   silence_.async_wait([weak = weak_from_this()](const asio::error_code& error) {
     const auto self = weak.lock();
     if (error || !self) return;
-    // A wait that has already ended cannot be cancelled.
+    // A timer that has already expired cannot be cancelled, so its handler checks the time.
     if (self->silence_.expiry() <= std::chrono::steady_clock::now()) self->OnSilence();
   });
 }
@@ -218,7 +220,8 @@ void TwinPort::OnSilence() {
   asio::posix::stream_descriptor::bytes_readable waiting(true);
   asio::error_code error;
   descriptor_.io_control(waiting, error);
-  if (!error && waiting.get() > 0) return;  // this program was late: read these bytes first
+  // This program was late, so these bytes must be read first.
+  if (!error && waiting.get() > 0) return;
   for (std::size_t i = 0; i < assemblers_.size(); ++i) {
     while (const auto frame = assemblers_[i].Next(true)) OnRequest(*bus_->residents[i], *frame);
   }
@@ -251,8 +254,8 @@ Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) co
   return {bytes.begin(), bytes.end()};
 }
 
-/// Adds `bytes` to the pieces to send. `until`: the end of the last character. Returns the bytes as
-/// the reader receives them.
+/// Adds `bytes` to the pieces to send. `until`: when their last character is sent. Returns the
+/// bytes as the reader receives them.
 Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& speaker) {
   const Bytes heard = AsReceived(bytes, speaker);
   View rest = heard;
@@ -269,10 +272,10 @@ Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& s
   return heard;
 }
 
-/// Sends the next piece at the end of its last character. The wire carries one character at a time,
-/// whichever twin sends.
+/// Waits until the last character of the next piece would be sent, and sends the piece. The wire
+/// carries one character at a time, whichever twin sends.
 void TwinPort::SendNext() {
-  // A wait that has already ended cannot be cancelled, and its piece may not be the next any more.
+  // A timer that has already expired cannot be cancelled, so its handler checks `number`.
   const std::uint64_t number = ++waits_;
   timer_.cancel();
   if (leaving_.empty()) return;
@@ -284,13 +287,13 @@ void TwinPort::SendNext() {
     if (error || !self || number != self->waits_) return;
     const auto piece = self->leaving_.extract(self->leaving_.begin());
     self->said_until_ = at;
-    asio::error_code ignored;  // a full or closed pty loses bytes, as a wire does
+    asio::error_code ignored;  // a full or closed pty loses bytes, like a wire
     asio::write(self->descriptor_, asio::buffer(piece.mapped()), ignored);
     self->SendNext();
   });
 }
 
-/// Polls twins that send unasked for messages, and repeats this after kSpeech.
+/// Asks the twins for messages that they send unasked, and repeats this every kSpeech.
 void TwinPort::Speak() {
   const Now now = ReadClocks();
   bool spoke = false;

@@ -1,6 +1,6 @@
-// `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It cuts received
-// bytes into requests, and sends each piece of a reply at the time when its last character would
-// have been transmitted.
+// `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It divides
+// received bytes into requests, and sends each piece of a reply at the time at which a serial line
+// would have transmitted its last character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,28 +22,27 @@
 
 namespace baudgate::tools {
 
-// `ReceiveAs` computes what a UART receives of characters that were sent with other settings: it
-// samples the bits of the wire at the receiver's bit rate, and reads them in the receiver's format.
-// Pure function.
+// `ReceiveAs` computes which bytes a UART receives if characters were sent with other serial
+// settings: it samples the bits of the wire at the receiver's bit rate, and reads them in the
+// receiver's format. No I/O, no clock.
 struct Received {
   Bytes bytes;              ///< a damaged character is 0, as a tty delivers it
   std::size_t damaged = 0;  ///< characters with a wrong parity or stop bit
 };
 
-/// `sent`: characters without pauses, on a wire that is idle before and after.
+/// `sent`: characters without pauses, on a wire that is idle before and after them.
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 
-/// True if every character arrives as it was sent.
+/// True if each character arrives unchanged.
 bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
 /// The twins of one bus, grouped by protocol, and their counters.
 struct TwinBus {
   TwinWire wire;
-  /// See SimulatorOptions.
   bool strict = false;
   std::vector<std::unique_ptr<Residents>> residents{};
-  /// See SimulatorOptions.
+  /// See SimulatorOptions::observer.
   std::function<void(View request, View reply, View delivered)> observer{};
   std::atomic<std::uint64_t> answered = 0;
   std::atomic<std::uint64_t> characters = 0;
@@ -51,12 +50,12 @@ struct TwinBus {
 
 class TwinPort : public std::enable_shared_from_this<TwinPort> {
  public:
-  /// Takes over the descriptor. Handlers that run after this object is destroyed do nothing,
-  /// because they hold only a weak reference.
+  /// Takes over the descriptor. Handlers hold only a weak reference, so they do nothing after this
+  /// object is destroyed.
   TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus);
 
   void Start();
-  /// True if the other side has closed the connection, or after Close.
+  /// True if the other side has closed the connection, or Close was called.
   bool is_over() const { return over_; }
   void Close();
 
@@ -75,17 +74,17 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   void Speak();
 
   const std::shared_ptr<TwinBus> bus_;
-  const int fd_;  // the descriptor, for reading the settings of a pty
+  const int fd_;  // the descriptor of descriptor_, for reading the settings of a pty
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
-  asio::steady_timer silence_;                    // runs while part of a request is in an assembler
-  asio::steady_timer speech_;                     // for twins that send unasked
+  asio::steady_timer silence_;  // runs while an assembler contains a part of a request
+  asio::steady_timer speech_;   // for twins that send unasked
   std::vector<protocols::Assembler> assemblers_;  // one for each of bus_->residents
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;
   Instant request_began_{};
   Instant request_heard_{};                // when the last bytes came
-  std::multimap<Instant, Bytes> leaving_;  // key: end of the last character
+  std::multimap<Instant, Bytes> leaving_;  // key: when the last character of the piece is sent
   Instant said_until_{};                   // end of the last piece that was sent
   std::uint64_t waits_ = 0;
 };

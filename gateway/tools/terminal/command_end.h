@@ -1,6 +1,6 @@
 // `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, for commands that run until
-// they are stopped or their terminal is closed. Commands that draw on a terminal also get SIGWINCH,
-// which reports a new size.
+// they are stopped or their terminal is closed. Commands that draw on a terminal can also get
+// SIGWINCH, which reports a new size.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,7 +16,8 @@
 
 namespace baudgate::tools {
 
-/// Blocks the signals during its lifetime. A signal that came in this time is discarded at the end.
+/// Blocks the signals during its lifetime. Signals that were not read are discarded by the
+/// destructor.
 class StopSignals {
  public:
   enum class And : std::uint8_t { nothing, resize };
@@ -24,7 +25,7 @@ class StopSignals {
     sigemptyset(&set_);
     sigaddset(&set_, SIGINT);
     sigaddset(&set_, SIGTERM);
-    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // nohup has set it to be ignored
+    if (!IsIgnored(SIGHUP)) sigaddset(&set_, SIGHUP);  // ignored if the command runs under nohup
     if (also == And::resize) sigaddset(&set_, SIGWINCH);
     pthread_sigmask(SIG_BLOCK, &set_, &before_);
     descriptor_ = ::signalfd(-1, &set_, SFD_CLOEXEC | SFD_NONBLOCK);
@@ -38,15 +39,15 @@ class StopSignals {
   }
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
-  /// Readable when a signal has come.
+  /// The descriptor is readable when a signal has come.
   int descriptor() const { return descriptor_; }
-  /// Waits; returns true if any signal comes within `time`.
+  /// Returns true if a signal comes within `time`.
   bool Wait(Duration time) const {
     pollfd waited{descriptor_, POLLIN, 0};
     const auto whole = std::chrono::ceil<std::chrono::milliseconds>(time).count();
     return ::poll(&waited, 1, static_cast<int>(std::clamp<std::int64_t>(whole, 0, 1'000'000))) == 1;
   }
-  /// True if a signal to stop has come since the last call. SIGWINCH does not count.
+  /// True if a signal to stop has come since the last call. SIGWINCH is no signal to stop.
   bool Came() const {
     bool stop = false;
     signalfd_siginfo info{};
@@ -65,9 +66,9 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
-/// Returns the exit code of a command whose result is `code`. If the output cannot be written, for
-/// example to a full disk, returns 4 instead of success. A reader that has closed its end is no
-/// error.
+/// Returns the exit code of a command. If the output cannot be written, for example to a full disk,
+/// returns 4 in place of a successful `code`. If the program that reads the output has closed it,
+/// this is no error.
 int AfterOutput(int code);
 
 }  // namespace baudgate::tools

@@ -63,7 +63,7 @@ namespace {
 constexpr std::string_view kEllipsis = "\xE2\x80\xA6";
 constexpr std::string_view kGap = "  ";
 
-/// Minimum width of a column that is cut because lines are too wide.
+/// The minimum width of a column that is cut because the lines are too wide.
 constexpr std::size_t kLeastText = 12;
 
 std::string Cut(std::string_view text, std::size_t width) {
@@ -171,7 +171,7 @@ Tone ToneOf(const PointRow& row) {
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view) {
   std::size_t shown = rows.size();
-  // One line is for the head, and one for the count of rows that are left out.
+  // One line is needed for the head, and one for the number of rows that are left out.
   if (view.height > 0 && rows.size() + 1 > view.height) {
     shown = view.height > 2 ? view.height - 2 : 0;
   }

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t kLeastWidth = 20;  // minimum width of wrapped lines, also with an indent
 
-/// Returns the number of bytes of the first `width` characters.
+/// Returns how many bytes the first `width` characters have.
 std::size_t BytesOf(std::string_view text, std::size_t width) {
   std::size_t at = 0;
   for (std::size_t seen = 0; at < text.size(); ++at) {
@@ -21,7 +21,7 @@ std::size_t BytesOf(std::string_view text, std::size_t width) {
   return at;
 }
 
-/// Takes one line from the front of `text`, and the blanks after it.
+/// Removes one line, and the blanks behind it, from the front of `text`, and returns the line.
 std::string TakeLine(std::string_view& text, std::size_t width) {
   std::size_t end = BytesOf(text, width);
   if (end < text.size() && text[end] != ' ') {
@@ -61,7 +61,7 @@ std::string WrapSentence(std::string_view text, std::size_t width, std::size_t i
 namespace {
 
 constexpr std::size_t kColumnGap = 2;
-constexpr std::size_t kFoldIndent = 4;  // indent of further lines
+constexpr std::size_t kFoldIndent = 4;  // indent of the further lines of a row
 constexpr std::size_t kLeastLast = 20;  // minimum width of a wrapped last column
 
 void Put(std::string& line, std::size_t at, const std::string& text) {

@@ -1,4 +1,5 @@
-// `WidthOf` returns how wide a text is in a terminal: in characters, not bytes. "°C" is two wide.
+// Functions for the width of text in a terminal, and for tables. `WidthOf` returns the width in
+// characters, not bytes: "°C" has width 2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,7 +12,7 @@
 
 namespace baudgate::tools {
 
-/// True for a byte of a UTF-8 character that is not its first byte.
+/// True for a byte of a UTF-8 character that is not the character's first byte.
 inline bool ContinuesCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 inline std::size_t WidthOf(std::string_view text) {
@@ -19,17 +20,17 @@ inline std::size_t WidthOf(std::string_view text) {
       std::ranges::count_if(text, [](char c) { return !ContinuesCharacter(c); }));
 }
 
-/// Breaks text at blanks into lines of at most `width` characters. A longer word is broken at the
-/// end of its line. Returns at least one line. Width 0: no limit.
+/// Breaks a text at blanks into lines of at most `width` characters; 0: no limit. A longer word is
+/// broken at the end of its line. Returns at least one line.
 std::vector<std::string> WrapLines(std::string_view text, std::size_t width);
 
-/// Returns the lines as text: each line ends in '\n', and each line but the first begins with
-/// `indent` blanks.
+/// Breaks a text as WrapLines does, and returns the lines as one text: each line ends in '
+/// ', and each line but the first begins with `indent` blanks.
 std::string WrapSentence(std::string_view text, std::size_t width, std::size_t indent = 2);
 
 // `ColumnLayout` places the cells of a table row in a terminal. Cells are side by side if they fit
-// its width. Otherwise later columns go to further, indented lines, and the last column is wrapped
-// at words.
+// the width of the terminal. Otherwise later columns go to further, indented lines, and the last
+// column is wrapped at words.
 //
 //   time                      client      point
 //       old -> new  outcome   reason that goes
@@ -41,22 +42,22 @@ struct ColumnShape {
 
 class ColumnLayout {
  public:
-  /// `limit`: characters in a line; 0: no limit.
+  /// `limit`: number of characters in a line; 0: no limit.
   ColumnLayout(std::vector<ColumnShape> columns, std::size_t limit);
 
-  /// Returns the lines of one row, which end in '\n'. `cells` must have as many elements as there
-  /// are columns. Lines without content are left out, except the first.
+  /// Returns the lines of one row, each ending in '
+  /// '. `cells` must have one element for each column. Empty lines are left out, except the first.
   std::string Row(const std::vector<std::string>& cells) const;
 
  private:
   struct CellPosition {
     std::size_t line = 0;
-    std::size_t at = 0;  // characters from the left
+    std::size_t at = 0;  // position in the line, in characters
   };
 
   const std::vector<ColumnShape> columns_;
   const std::size_t limit_;
-  std::size_t last_ = 0;  // index of the last column that is shown
+  std::size_t last_ = 0;  // index of the last column that is not left out
   std::vector<CellPosition> places_;
 };
 
@@ -64,21 +65,21 @@ class ColumnLayout {
 
 namespace baudgate::tools {
 
-// `TextTable` prints a table in one of three forms: aligned columns for people, Markdown for docs,
-// CSV for spreadsheets.
+// `TextTable` prints a table in one of three forms: aligned columns for terminals, Markdown for
+// documents, CSV for spreadsheets.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : header_(std::move(header)) {}
 
-  /// Adds a row; it must have as many cells as the header.
+  /// Adds a row. It must have as many cells as the header.
   void Add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   bool empty() const { return rows_.empty(); }
 
-  /// Prints columns two blanks apart; columns without content are left out. Rows wider than `limit`
-  /// characters (0: no limit) are folded.
+  /// Prints columns with two blanks between them. Leaves out columns without content. Rows wider
+  /// than `limit` characters (0: no limit) are folded into several lines.
   void PrintAligned(std::ostream& out, const std::string& indent = "", std::size_t limit = 0) const;
   void PrintMarkdown(std::ostream& out) const;
-  /// Prints CSV after RFC 4180, with a header.
+  /// Prints CSV as in RFC 4180, with a header.
   void PrintCsv(std::ostream& out) const;
 
  private:
@@ -90,29 +91,30 @@ class TextTable {
 
 namespace baudgate::tools {
 
-// `StreamTable` prints an aligned table whose rows come one after the other. Columns only grow;
-// when a column grows after the header was printed, the header is printed again above the new rows:
+// `StreamTable` prints an aligned table whose rows come one after the other. Columns never get
+// narrower. When a column gets wider after the header was printed, the header is printed again
+// above the new rows:
 //
 //   point                 outcome
 //   bay-1.feeder-1.group  ok
 //   point                         outcome
 //   bay-1.feeder-1.setting_group  ok
 //
-// In a terminal, rows that are too wide are folded.
+// In a terminal, rows that are too wide are folded into several lines.
 class StreamTable {
  public:
   struct Column {
     std::string title{};
-    std::size_t width = 0;  ///< initial width if lines have no limit; at least the title's width
-    bool right = false;     ///< right-aligned, for numbers
+    /// Initial width if lines have no limit; not less than the width of the title.
+    std::size_t width = 0;
+    bool right = false;  ///< right-aligned, for numbers
   };
   using Row = std::vector<std::string>;
 
-  /// `limit`: characters in a line; 0: no limit.
+  /// `limit`: number of characters in a line; 0: no limit.
   explicit StreamTable(std::vector<Column> columns, std::size_t limit = 0);
 
-  /// Prints rows. Each row must have as many cells as there are columns; the last cell may have any
-  /// length.
+  /// Prints rows. Each row must have one cell for each column. The last cell can have any length.
   void Print(const std::vector<Row>& rows, std::ostream& out);
 
  private:

@@ -1,5 +1,5 @@
-// baudgate-dds is the process that handles DDS for a gateway. It is started by the daemon, with a
-// descriptor of the link, or by systemd, with the path of the daemon's socket.
+// baudgate-dds is the process that handles DDS for a gateway. Either the daemon starts it with a
+// descriptor of the link, or systemd starts it with the path of the daemon's socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 #include <poll.h>
@@ -35,7 +35,7 @@ using namespace baudgate;
 using namespace baudgate::dds;
 
 constexpr std::uint64_t kMostWatchMemory = 2ULL << 30;
-constexpr int kMostArenas = 2;  // 64 MiB each; one per thread would exceed the memory limit
+constexpr int kMostArenas = 2;  // 64 MiB each; one arena per thread would exceed the memory limit
 constexpr auto kConnectAgain = 500ms;
 
 struct Options {
@@ -49,19 +49,21 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Feeds the watchdog of this process: SIGALRM ends it if Live is not called again within `most`,
-/// by default later than the gateway would end it. If the gateway is dead, no other program would
-/// end a process that hangs, and subscribers would take its last samples for valid.
+/// Feeds the watchdog of this process: SIGALRM ends the process if Live is not called again within
+/// `most`. The default is later than the time at which the gateway would end the process. The
+/// watchdog is needed because no other program ends a process that hangs if the gateway is dead,
+/// and subscribers would take its last samples for valid.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
-/// Stops the watchdog of Live in its destructor. It is declared first and so destroyed last: the
-/// watchdog covers the other destructors.
+/// Stops the watchdog of Live in its destructor. It must be declared first, and so destroyed last,
+/// so that the watchdog covers the other destructors.
 struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
 
-/// Extends the watchdog of Live and that of systemd while the DDS library opens, which feeds
-/// neither. The destructor restores the time of systemd; the next call of Live restores its own.
+/// Extends the watchdog of Live and that of systemd while the DDS library opens, because neither is
+/// fed in this time. The destructor restores systemd's time; the next call of Live restores the
+/// other.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
@@ -77,7 +79,7 @@ class SlowWhile {
     if (watched_) sd_notifyf(0, "WATCHDOG_USEC=%" PRId64 "\nWATCHDOG=1", most);
   }
 
-  std::uint64_t usual_ = 0;  // microseconds
+  std::uint64_t usual_ = 0;  // systemd's time, in microseconds
   const bool watched_;
 };
 
@@ -109,8 +111,8 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop
   return Serve(link, server, wake, stop.descriptor(), alive);
 }
 
-/// Limits the memory and the system calls of this process. `memory`: address space in bytes; 0: no
-/// limit.
+/// Limits the memory and the system calls of this process. `memory`: limit of the address space in
+/// bytes; 0: no limit.
 Status Confine(std::uint64_t memory) {
   if (kSanitized) return {};
   if (memory != 0) {
@@ -119,7 +121,7 @@ Status Confine(std::uint64_t memory) {
   return DenyCalls();
 }
 
-/// Serves one link, as a child of the daemon. An error ends the process.
+/// Serves one link, as a child process of the daemon. An error ends the process.
 int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
@@ -132,7 +134,7 @@ int ServeParent(const Options& options, const tools::StopSignals& stop) {
   return kExitCanNot;
 }
 
-/// Serves gateways one after the other at the socket, as a systemd service.
+/// Serves one gateway after the other at the socket, as a service of systemd.
 int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   sd_notify(0, "READY=1");
   bool told = false;
@@ -154,8 +156,8 @@ int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   }
 }
 
-/// Runs `baudgate watch` in a child process, so that a datagram that crashes the library does not
-/// end it. The child checks that its output was written.
+/// Runs `baudgate watch` in a child process, so that a datagram that crashes the DDS library does
+/// not end this process. The child checks that its output was written.
 int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
   if (tools::LiveScreen::Possible(STDOUT_FILENO))
@@ -177,7 +179,8 @@ int Watch(tools::WatchOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // `baudgate watch` starts this program with argv[0] = "baudgate".
+  // `baudgate watch` starts this program with argv[0] = "baudgate", so that messages contain this
+  // name.
   const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
   CLI::App app("baudgate-dds: the process that speaks DDS for baudgate",
                as_baudgate ? "baudgate" : "baudgate-dds");
@@ -208,6 +211,7 @@ int main(int argc, char** argv) {
   }
   signal(SIGPIPE, SIG_IGN);
   signal(SIGHUP, SIG_IGN);
-  const tools::StopSignals stop;  // before any other thread, which inherits the mask
+  // Must exist before any thread, which inherits the blocked signals.
+  const tools::StopSignals stop;
   return options.socket.empty() ? ServeParent(options, stop) : ServeSocket(options, stop);
 }

@@ -46,13 +46,13 @@ std::optional<std::string> Listening::Look(Instant now) {
 
 Status PointFeed::Open() {
   Close();
-  mailbox_.TakeAll();  // the publishers of these samples may have left meanwhile
+  mailbox_.TakeAll();  // the publishers of these samples may have ended meanwhile
   return MakeAnew(subscriber_, mailbox_, [this] {
     return dds::DdsSubscriber::Create({.participant = participant_}, Callbacks());
   });
 }
 
-/// The mailbox is closed first, for the same reason as in MakeAnew.
+/// The mailbox is closed first, because a thread of the subscriber may wait in Put.
 void PointFeed::Close() {
   mailbox_.Close();
   refused_before_ = refused();
@@ -87,10 +87,11 @@ dds::SubscriberCallbacks PointFeed::Callbacks() {
 
 namespace {
 
-/// The loop of `watch --events` and `--alarms`, which prints a line for each item.
+/// The parameters of RunLineLoop, which prints a line for each item of `watch --events` and
+/// `--alarms`.
 struct LineLoop {
   const StopSignals& signals;
-  std::optional<Duration> seconds;  ///< end after this time; empty: no limit
+  std::optional<Duration> seconds;  ///< ends after this time; empty: no limit
   int mailbox = -1;                 ///< readable when `print` has something to print
   std::function<void()> print;
 };
@@ -129,8 +130,8 @@ bool Matches(const dds::AlarmSample& alarm, const WatchOptions& options) {
          Is(options.point, alarm.point);
 }
 
-/// Returns the name of a number of the contract; for an unknown number of a newer gateway the
-/// number.
+/// Returns the name of a number of the contract (the published types). For an unknown number, which
+/// a newer gateway sends, returns the number as text.
 std::string NameOf(std::span<const std::string_view> names, std::uint16_t number) {
   return number < names.size() ? std::string(names[number]) : std::to_string(number);
 }
@@ -146,9 +147,9 @@ std::string PriorityOf(const dds::AlarmSample& alarm) {
   return NameOf(kNames, alarm.priority);
 }
 
-/// `Unseen` selects events that were not printed yet, because a gateway that starts may publish
-/// some events again. It compares the event number, and the time of reception in case the gateway's
-/// file is new and numbers begin at 1 again.
+/// `Unseen` selects events that were not printed yet, because a gateway that starts can publish
+/// events again. It compares the event number, and also the time of reception, because the numbers
+/// begin at 1 again if the gateway's file is new.
 class Unseen {
  public:
   bool Take(const dds::EventSample& event) {
@@ -157,7 +158,7 @@ class Unseen {
     last = {event.seq, event.receive_time_ns};
     return true;
   }
-  bool Take(const dds::AlarmSample&) { return true; }  // print each change
+  bool Take(const dds::AlarmSample&) { return true; }  // each change of an alarm is printed
 
  private:
   struct Last {
@@ -177,7 +178,7 @@ std::string PlainLine(const dds::EventSample& event) {
                   "  code " + std::to_string(event.code) + "  " + event.text);
 }
 
-/// Uses the words of `baudgate alarms --json`.
+/// The members have the words of `baudgate alarms --json`.
 std::string JsonLine(const dds::AlarmSample& alarm) {
   return Dump(JsonOf(alarm, [&alarm](std::string_view field, Json& line) {
     if (field == "state") {
@@ -205,7 +206,8 @@ std::string PlainLine(const dds::AlarmSample& alarm) {
 
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err) {
   using Sample = std::variant<dds::EventSample, dds::AlarmSample>;
-  const StopSignals signals;  // must be before the library's threads, which inherit the mask
+  // Must exist before the library's threads, which inherit the blocked signals.
+  const StopSignals signals;
   Mailbox<Sample> mailbox;
   const auto put = [&](const auto& sample, const dds::Origin&) {
     if (Matches(sample, options)) mailbox.Put(sample);

@@ -1,5 +1,5 @@
 // `PointFeed` is the subscriber of `watch`: it passes points, and starts and ends of gateways, from
-// the library's threads to the thread that shows them.
+// the threads of the DDS library to the thread that shows them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,9 +30,9 @@
 
 namespace baudgate::tools {
 
-// `Mailbox` passes items from the DDS library's threads to the thread that prints. While the
-// printing thread is blocked (by a pager), Put blocks, and the library holds only the latest sample
-// of each instance, so memory stays bounded.
+// `Mailbox` passes items from the threads of the DDS library to the thread that prints. While the
+// printing thread is blocked (by a pager), Put blocks, and the library stores only the latest
+// sample of each instance, so the memory is limited.
 template <typename Item>
 class Mailbox {
  public:
@@ -49,7 +49,7 @@ class Mailbox {
       while (!closed_ && items_.size() >= kMost) lock.Wait(room_);
       if (closed_) return;
       items_.push_back(std::move(item));
-      if (items_.size() > 1) return;  // the reader was already woken
+      if (items_.size() > 1) return;  // the reader was woken for an earlier item
     }
     const std::uint64_t one = 1;
     [[maybe_unused]] const auto written = ::write(wake_, &one, sizeof one);
@@ -61,7 +61,7 @@ class Mailbox {
     room_.notify_all();
     return std::exchange(items_, {});
   }
-  /// Ends all calls of Put that wait. Until Reopen, Put drops its items.
+  /// Ends all calls of Put that wait. Put drops items until Reopen is called.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;
@@ -71,7 +71,7 @@ class Mailbox {
     const MutexLock lock(mutex_);
     closed_ = false;
   }
-  /// Readable when the mailbox contains an item.
+  /// The descriptor is readable when the mailbox contains an item.
   int descriptor() const { return wake_; }
 
  private:
@@ -85,23 +85,22 @@ class Mailbox {
 };
 
 // `Listening` restarts a subscriber that no longer receives: if a network interface was deleted and
-// created again, the library receives nothing more.
+// created again, the DDS library receives no more samples.
 class Listening {
  public:
   using Open = std::function<Status()>;
   using Find = std::function<dds::OwnAddresses()>;
 
-  /// `open` ends the subscriber, if one exists, and creates a new one. `interfaces`: the interfaces
-  /// of its participant.
+  /// `open` ends the subscriber, if there is one, and creates a new one. `interfaces`: the network
+  /// interfaces of the subscriber.
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
-  /// Creates the first subscriber.
   Status Start();
-  /// Checks the interfaces once a second. If the subscriber was restarted or cannot be created,
-  /// returns a message for the user. After a failure, creation is tried again each second.
+  /// Checks the interfaces once a second. Returns a message for the user if the subscriber was
+  /// restarted or cannot be created. After a failure, tries again each second.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
-  /// Returns why no subscriber exists; empty: a subscriber exists.
+  /// Returns why there is no subscriber; empty: there is one.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:
@@ -113,8 +112,9 @@ class Listening {
   Instant next_look_{};
 };
 
-/// Replaces the subscriber; for `open` of Listening. The mailbox is closed while the old subscriber
-/// ends, because one of its threads may wait in Put, and no thread takes items out.
+/// Replaces the subscriber; called by `open` of Listening. While the old subscriber ends, the
+/// mailbox is closed, because a thread of the subscriber may wait in Put and no thread takes items
+/// out.
 template <typename Subscriber, typename Item, typename Make>
 Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
   mailbox.Close();
@@ -130,7 +130,7 @@ struct GatewayStart {
   dds::GatewaySample sample;
   dds::PublisherId publisher;
 };
-/// A point, the start of a gateway, or the id of a publisher that has left.
+/// A point, the start of a gateway, or the id of a publisher that has ended.
 using HeardEvent = std::variant<PointEvent, GatewayStart, dds::PublisherId>;
 
 class PointFeed {
@@ -140,7 +140,7 @@ class PointFeed {
   PointFeed(const PointFeed&) = delete;
   PointFeed& operator=(const PointFeed&) = delete;
 
-  /// Creates the subscriber; replaces an existing one.
+  /// Creates the subscriber, or replaces it.
   Status Open();
   void Close();
 
@@ -157,21 +157,21 @@ class PointFeed {
 
   const dds::ParticipantOptions participant_;
   Mailbox<HeardEvent> mailbox_;
-  std::atomic<std::uint64_t> rejected_ = 0;  ///< samples that the present subscriber has rejected
+  std::atomic<std::uint64_t> rejected_ = 0;  // samples that the present subscriber has rejected
   std::uint64_t rejected_before_ = 0;
   std::uint64_t refused_before_ = 0;
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
 };
 
-// `RunWatchEvents` is `baudgate watch --events` and `--alarms`: it prints one line for each event
-// or change of an alarm, of all gateways.
+// `RunWatchEvents` is `baudgate watch --events` and `--alarms`: it prints one line for each event,
+// or for each change of an alarm, of all gateways.
 
 std::string JsonLine(const dds::EventSample& event);
 std::string PlainLine(const dds::EventSample& event);
 std::string JsonLine(const dds::AlarmSample& alarm);
 std::string PlainLine(const dds::AlarmSample& alarm);
 
-/// See RunWatch.
+/// Returns the exit codes of RunWatch.
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

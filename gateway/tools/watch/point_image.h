@@ -1,5 +1,5 @@
 // `PointImage` contains the present state of all points, and returns them in the order in which
-// they are shown. It gets events from gateway/tools/watch/watch.h and makes rows for the table.
+// they are shown. gateway/tools/watch/watch.h passes events to it and shows its rows in a table.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,10 +20,10 @@
 
 namespace baudgate::tools {
 
-// `PointOrder` sorts the points of a device in the order of its profile. A sample does not name the
-// profile, so the profile that contains most of the device's points is used. The profiles are read
+// `PointOrder` sorts the points of a device in the order of its profile. A sample does not contain
+// the profile, so the profile that contains most of the device's points is used. The profiles come
 // from a file that `baudgate watch` makes of the installed profiles: each line contains the names
-// of a profile's points; a '-' marks points that can only be written.
+// of a profile's points; '-' marks a point that can only be written.
 //
 //   current_l1 current_l2 current_l3 -reset
 class PointOrder {
@@ -31,15 +31,16 @@ class PointOrder {
   PointOrder() = default;
   explicit PointOrder(std::istream& profiles);
 
-  /// Sorts points: first those of the profile in its order, then the others by name, with input_2
-  /// before input_10.
+  /// Sorts points: first the points of the profile in its order, then the others by name, and
+  /// numbers in names by value, so that input_2 comes before input_10.
   void Sort(std::vector<std::string>& points) const;
-  /// True if the point is write-only in every profile that contains this name. Such a point never
-  /// has a value.
+  /// True if the point is write-only in every profile that contains this name. A write-only point
+  /// never has a value.
   bool IsWriteOnly(const std::string& point) const { return write_only_.contains(point); }
 
  private:
-  using Places = std::map<std::string, std::size_t>;  // positions of points in one profile
+  // Key: point, value: its position in the profile.
+  using Places = std::map<std::string, std::size_t>;
 
   const Places* ProfileOf(const std::vector<std::string>& points) const;
 
@@ -47,9 +48,9 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// How much of an event is new to the image, in rising order.
+/// How much of an event is new to the image. A later enumerator includes the earlier ones.
 enum class News : std::uint8_t {
-  nothing,  ///< the same reading, sent again
+  nothing,  ///< the last reading, sent again
   reading,  ///< a new reading with the same value and quality
   value,
   point,  ///< the first event of this point
@@ -63,8 +64,8 @@ class PointImage {
   bool empty() const { return image_.empty(); }
   const PointOrder& order() const { return order_; }
 
-  /// Returns the events sorted by gateway and device, with the points of each device in the order
-  /// of its profile.
+  /// Returns the latest event of each point, sorted by gateway and device; the points of a device
+  /// are in the order of its profile.
   std::vector<const PointEvent*> Ordered() const;
   std::vector<PointRow> Rows(WallTime now) const;
 
@@ -75,27 +76,28 @@ class PointImage {
   std::map<Key, PointEvent> image_;
 };
 
-// `Publishers` tracks the publishers of each gateway and detects false ones. Two signs reveal a
-// false publisher: two live publishers publish the same point, or the numbers of readings decrease.
-// Samples and ends come from the subscriber; remarks go to the user.
+// `Publishers` tracks the publishers of each gateway, and detects a false publisher by two signs:
+// two live publishers publish the same point, or the numbers of readings decrease. The subscriber
+// reports samples and ends; remarks are shown to the user.
 
 struct Remark {
   enum class Weight : std::uint8_t { note, change, alarm };
   Weight weight = Weight::note;
-  std::string text;  ///< contains text from the network; pass it through Harmless to show it
+  /// Contains text from the network; must be passed through Harmless before it is shown.
+  std::string text;
 };
 
 class Publishers {
  public:
-  /// A gateway that was killed and started again has two publishers until the lease of the first
-  /// publisher ends, so two publishers are tolerated for this time.
+  /// Two publishers of one gateway are tolerated for this time: a gateway that was killed and
+  /// started again has two until the lease of the first publisher ends.
   static constexpr Duration kRivalsMayGo = config::kUsualLease + 1s;
 
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);
   void OnLeft(const dds::PublisherId& publisher);
-  /// Nothing was received for a while, so publishers may have left unnoticed: forgets which are
-  /// live.
+  /// Nothing was received for a while, so publishers may have ended unnoticed. Forgets which
+  /// publishers are live.
   void OnDeaf();
   void Tick(Instant now);
 
@@ -103,7 +105,7 @@ class Publishers {
   std::vector<std::string> Alarms() const;
 
  private:
-  /// Two publishers of one point, while the first has not left.
+  /// Two publishers of one point, as long as the first has not ended.
   struct Rivals {
     dds::PublisherId first;
     dds::PublisherId second;
@@ -114,10 +116,12 @@ class Publishers {
   };
   struct Gateway {
     std::optional<dds::PublisherId> current;
-    std::map<dds::PublisherId, WallTime> live;  ///< time of the last sample of each live publisher
+    /// The live publishers, each with the time of its last sample.
+    std::map<dds::PublisherId, WallTime> live;
     std::map<dds::PublisherId, std::int64_t> starts;
     std::optional<Rivals> rivals;
-    std::string counted_back;  ///< alarm text about decreasing numbers; empty: none
+    /// Alarm text: the numbers of readings decreased; empty: they did not.
+    std::string counted_back;
   };
   struct Point {
     dds::PublisherId publisher;

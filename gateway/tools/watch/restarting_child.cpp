@@ -19,8 +19,8 @@ namespace {
 
 constexpr int kEndedBySignal = 128;
 
-/// `PassedSignals` blocks the signals that are passed on, and delivers them by a descriptor. The
-/// child restores the former mask.
+/// `PassedSignals` blocks the signals that are passed to the child, and delivers them by a
+/// descriptor. The child restores the former signal mask.
 class PassedSignals {
  public:
   PassedSignals() {
@@ -38,10 +38,10 @@ class PassedSignals {
 
   void Restore() const { sigprocmask(SIG_SETMASK, &before_, nullptr); }
   struct Signal {
-    int number = 0;         ///< 0: none
-    bool from_key = false;  ///< by Ctrl-C: the child has received the signal as well
+    int number = 0;         ///< 0: no signal
+    bool from_key = false;  ///< true: by Ctrl-C, so the child has received the signal as well
   };
-  /// Returns the next signal, or none after the timeout.
+  /// Returns the next signal; number 0: none came in time.
   Signal Next(int milliseconds) const {
     pollfd waited{descriptor_, POLLIN, 0};
     ::poll(&waited, 1, milliseconds);
@@ -66,8 +66,8 @@ pid_t StartChild(const std::function<int()>& run, const PassedSignals& signals) 
   ::_exit(run());
 }
 
-/// Waits for the end of the child and passes signals to it. Sets `stopped` if a signal to stop
-/// came. Returns the wait status.
+/// Waits for the end of the child, and passes signals to it. Sets `stopped` if a signal to stop
+/// came. Returns the wait status of the child.
 int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {
@@ -79,7 +79,7 @@ int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   return status;
 }
 
-/// Waits; returns false if a signal to stop came.
+/// Waits for `time`. Returns false at once if a signal to stop comes.
 bool Sleep(Duration time, const PassedSignals& signals) {
   const int number = signals.Next(static_cast<int>(time / 1ms)).number;
   return number == 0 || number == SIGCHLD;

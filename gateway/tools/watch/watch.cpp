@@ -19,7 +19,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// Returns why `address` is not the address of a machine; empty: it is.
+/// Returns why `address` is not the IPv4 address of a machine; empty: it is one.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
   return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";
@@ -63,7 +63,7 @@ CLI::App* AddWatch(CLI::App& app, WatchOptions& options) {
   command->add_option("--gateway", options.gateway, "Show this gateway only");
   command->add_option("--device", options.device, "Show this device only");
   auto* point = command->add_option("--point", options.point, "Show this point only");
-  command->add_option("--point-order", options.point_order, "")->group("");  // not for users
+  command->add_option("--point-order", options.point_order, "")->group("");  // hidden from users
   auto* events = command
                      ->add_flag("--events", options.events,
                                 "Show events of devices: the newest events, then each new event")
@@ -105,7 +105,7 @@ class Watch {
         }) {}
 
   int Run() {
-    // Must be before the library's threads, which inherit the mask.
+    // Must exist before the library's threads, which inherit the blocked signals.
     const StopSignals signals(Live() ? StopSignals::And::resize : StopSignals::And::nothing);
     if (const Status status = listening_.Start(); !status) {
       err_ << "watch: " << status.error() << '\n';
@@ -148,7 +148,7 @@ class Watch {
       if (options_.seconds && now - started_ >= *options_.seconds) return AtEnd();
       if (Live() && now >= next_draw_) Draw(now);
       out_.flush();
-      // A closed reader of the output ends the command, as SIGPIPE would.
+      // If the program that reads the output has closed it, the command ends, as by SIGPIPE.
       if (!out_) return kExitDone;
     }
   }
@@ -172,8 +172,8 @@ class Watch {
   }
 
   void Take(const PointEvent& event, Instant now) {
-    // A write-only point never has a value, so people need no row for it; JSON contains all that is
-    // published.
+    // A write-only point never has a value, so a table or text shows no row for it. JSON contains
+    // all that is published.
     const bool never_read = event.sample.seq == 0 && image_.order().IsWriteOnly(event.sample.point);
     if (!options_.json && never_read) return;
     if (!Matches(event.sample)) {
@@ -187,8 +187,8 @@ class Watch {
     if (is_shown && !options_.once && !Live()) Print(event);
   }
 
-  /// Prints a remark. The live table shows alarms at its foot instead. Notes are printed with plain
-  /// lines only.
+  /// Prints a remark as a line. A note is printed only among text lines. While a live table is
+  /// shown, nothing is printed; the table shows alarms below its rows.
   void Tell(const Remark& remark) {
     const bool streams_text = !options_.once && !options_.json;
     if (remark.weight == Remark::Weight::note && !streams_text) return;
@@ -227,7 +227,7 @@ class Watch {
   void Draw(Instant now) {
     next_draw_ = now + kRedraw;
     TableView view = *options_.terminal;
-    // The terminal may have been resized.
+    // The terminal may have been resized since the last call.
     if (const auto current = TerminalView(STDOUT_FILENO)) view = *current;
     const std::size_t height = view.height;
     const std::string foot = Foot(view);
@@ -253,8 +253,8 @@ class Watch {
     return text;
   }
 
-  /// Returns when `once` gives up: early after a sample that the filter has dropped, because that
-  /// proves that the network works, and late if nothing came.
+  /// Returns when `once` gives up. If only samples that the filter drops have come, it gives up
+  /// early, because the network works; if no sample has come, it gives up late.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;
@@ -282,7 +282,7 @@ class Watch {
     return text.empty() ? "all interfaces" : text;
   }
 
-  /// Returns the milliseconds until the loop must run without a new sample.
+  /// Returns how many milliseconds the loop can wait for a new sample.
   int PollTime() const {
     const Instant now = Clock();
     Instant until = now + kRedraw;

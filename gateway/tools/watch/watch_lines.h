@@ -18,7 +18,7 @@
 namespace baudgate::tools {
 
 // `JsonOf` makes JSON of a sample: the fields of the contract
-// (gateway/outputs/dds/published_types.h) under their names, in their order.
+// (gateway/outputs/dds/published_types.h), with their names and in their order.
 //
 //   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"
 //   source_time_ns 0                      "source_time":null
@@ -48,7 +48,7 @@ void PutField(std::string_view name, const Value& value, Json& to) {
   made = value;
 }
 
-/// `special` is called with the name of each field. If it returns true, it has added the field
+/// `special` is called with the name of each field. It returns true if it has added the field
 /// itself.
 template <typename Sample, typename Special>
 Json JsonOf(const Sample& sample, const Special& special) {
@@ -72,7 +72,8 @@ Json KeyOf(const Sample& sample) {
   return json;
 }
 
-/// A sample, or the end of a point. At the end, only the key fields of the sample are valid.
+/// A sample of a point, or the end of the point. At the end, only the key fields of the sample are
+/// valid.
 struct PointEvent {
   dds::PointSample sample;
   dds::Origin origin;
@@ -83,10 +84,9 @@ WallTime SourceTime(const dds::PointSample& sample);
 Quality QualityOf(const dds::PointSample& sample);
 std::string ValueText(const dds::PointSample& sample);
 
-/// True if `now` is the same reading, sent again by the heartbeat.
+/// True if `now` is the reading of `before`, sent again by the heartbeat.
 bool IsSameReading(const PointEvent& before, const PointEvent& now);
-/// True if value, unit and quality are equal, and the point has ended in both samples or in
-/// neither.
+/// True if value, unit and quality are equal, and the point has ended in both events or in neither.
 bool LooksAlike(const PointEvent& before, const PointEvent& now);
 
 std::string JsonLine(const PointEvent& event);

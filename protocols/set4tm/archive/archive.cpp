@@ -14,17 +14,18 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Memory numbers of profiles 1, 2, 3 (reference, chapter 11).
+/// The memory numbers of load profiles 1, 2 and 3 in a request (reference, chapter 11).
 constexpr std::array<std::uint8_t, 3> kMemoryOf = {0x03, 0x08, 0x09};
 constexpr std::uint8_t kPointer = 0x04;
 constexpr std::uint8_t kInterval = 0x06;
-/// Bytes of memory in one reply. Old meters send up to 16 bytes of data, all others up to 93
-/// (reference, chapter 3), which hold 11 records.
+/// How many bytes of memory one reply can have. Old meters (kShortTypes) send up to 16 bytes of
+/// data, all others up to 93 (reference, chapter 3), which hold 11 records of 8 bytes.
 constexpr std::size_t kShortReply = 16;
 constexpr std::size_t kLongReply = 88;
 constexpr std::array<std::uint8_t, 4> kShortTypes = {0, 2, 4, 9};
 
-/// Omits the number of the first profile, because all meters support that form.
+/// Returns the request for a parameter of a load profile. The number of profile 1 is left out,
+/// because all meters support this form.
 Bytes Ask(std::uint8_t parameter, unsigned profile) {
   Bytes pdu = {kRead, parameter};
   if (profile > 1) pdu.push_back(static_cast<std::uint8_t>(profile - 1));
@@ -48,8 +49,6 @@ std::optional<Instant> LoadSession::NextDue() const {
   }
   return soonest;
 }
-
-// ---------------------------------------------------------------- stored state
 
 std::string LoadSession::Said(const State& instead, const LoadPlace& place) const {
   KeptParts kept{.meter = meter_.serial()};
@@ -92,8 +91,6 @@ void LoadSession::OnType(std::optional<std::uint8_t> type) {
   most_ = is_short ? kShortReply : kLongReply;
 }
 
-// ---------------------------------------------------------------- exchanges
-
 Bytes LoadSession::NextPdu() {
   const auto first = std::ranges::min_element(
       states_, {}, [](const State& state) { return std::pair(state.refused, state.due); });
@@ -124,7 +121,8 @@ Answer LoadSession::TakeData(View data, const Scale& scale) {
       more = !blind_ && reader.OnPointer(data, manner());
       break;
     case LoadReader::Step::memory: {
-      // SET-4TM.03 may send two more bytes after the id (reference, chapter 11).
+      // SET-4TM.03 can send two more bytes after the id (reference, chapter 11), so the last bytes
+      // count.
       const std::size_t count = reader.stretch().count;
       if (data.size() < count) break;
       LoadReader::Taken taken = reader.OnMemory(data.last(count), scale, manner());
@@ -140,7 +138,8 @@ Answer LoadSession::TakeData(View data, const Scale& scale) {
   return answer;
 }
 
-/// If the meter refuses 0C, memory is read by 06. Otherwise it does not have this profile.
+/// Takes a refusal. If the meter refuses memory reads by 0C, memory is read by 06 from now on. Any
+/// other refusal means that the meter does not have this profile.
 Answer LoadSession::Refused(Answer answer) {
   State& state = states_[asked_];
   state.due = latest();
@@ -201,7 +200,7 @@ using std::chrono::local_days;
 using std::chrono::months;
 using std::chrono::year_month_day;
 
-/// Array numbers of 0A (reference, 8.4).
+/// Array numbers in requests of code 0A (reference, 8.4).
 constexpr std::uint8_t kOfMonth = 0x83;
 constexpr std::uint8_t kOfToday = 0x84;
 constexpr std::uint8_t kOfDay = 0x86;
@@ -210,7 +209,8 @@ constexpr std::size_t kRegisters = 4;
 constexpr std::array<const char*, kRegisters> kNames = {"active_import", "active_export",
                                                         "reactive_import", "reactive_export"};
 constexpr months kMostMonths(11);
-/// Days are numbered within the month, so 27 days back every number is still unique.
+/// How many days back readings are read. Days are numbered within the month, so up to 27 days back
+/// every number is unique.
 constexpr days kMostDays(27);
 
 const Bytes kAskClock = {kJournal, 0x00};
@@ -237,7 +237,7 @@ local_days FirstOfMonth(local_days day) {
   return local_days(date.year() / date.month() / 1);
 }
 
-/// True if the registers were never written: all zeros, or all ones.
+/// True if the meter has never written the registers: all bytes are 00, or all are FF.
 bool IsBlank(View registers) {
   const auto all = [registers](std::uint8_t value) {
     return std::ranges::all_of(registers, [value](std::uint8_t byte) { return byte == value; });
@@ -280,9 +280,8 @@ std::string BillingSession::Said(BillingPeriod kind, Day day) const {
   return text;
 }
 
-// ---------------------------------------------------------------- requests
-
-/// Returns the oldest reading that the meter may have and that is not stored yet.
+/// Returns the beginning of the oldest day or month whose reading the meter may have and that is
+/// not stored yet. Empty: all readings are stored, or the period is paused or refused.
 std::optional<BillingSession::Day> BillingSession::NextOf(const Period& period) const {
   if (period.refused || period.rests_until > latest()) return std::nullopt;
   const bool by_day = period.kind == BillingPeriod::day;
@@ -322,8 +321,6 @@ Bytes BillingSession::RegisterRequest() const {
 }
 
 Bytes BillingSession::NextPdu() { return reads_registers() ? RegisterRequest() : kAskClock; }
-
-// ---------------------------------------------------------------- replies
 
 Answer BillingSession::TakeData(View data, const Scale& scale) {
   due_ = latest();
@@ -396,7 +393,8 @@ Answer BillingSession::Finish(const Scale& scale) {
   return answer;
 }
 
-/// The meter does not have this tariff, or no calendar days, or no readings at all.
+/// Takes a refusal: the meter does not have this tariff, or no calendar days, or no readings at
+/// all.
 Answer BillingSession::Refused(Answer answer) {
   due_ = latest();
   if (!today_ || !pass_) {
@@ -449,7 +447,8 @@ std::string BillingSession::Shown() const {
 
 namespace {
 
-/// All values of load profiles and billing readings are counts of energy.
+/// All values of load profiles and billing readings are counts of energy, so their conversion needs
+/// the same constants as a point with this field.
 const Match kCount = {kNoPoint, Field{{}, Decoder::energy, 0, 0}};
 
 constexpr std::size_t PartOf(std::size_t job) { return job + 1; }
@@ -504,7 +503,8 @@ Answer MeterArchive::TakeNoRecord(Answer answer, Instant now) {
   return kept_.With(KeptTexts::kJournals, journals_.TakeRefusal(std::move(answer), now));
 }
 
-/// The type is asked as well, because it decides how long replies may be.
+/// Returns the question to ask before a background task. The type is asked as well, because it
+/// decides how long replies can be.
 std::optional<Bytes> MeterArchive::Question() {
   identification_.WantType();
   return identification_.Question({&kCount, 1});

@@ -1,7 +1,6 @@
-// MeterArchive reads what a meter stores itself: journals, which are events, and load profiles
-// (LoadSession) and billing readings (BillingSession), which are read in the background. It runs
-// the three jobs and joins their stored states in one text (KeptTexts).
-// SPDX-License-Identifier: Apache-2.0
+// MeterArchive reads the records that a meter stores: journals, which become events, and load
+// profiles (LoadSession) and billing readings (BillingSession), which are read in the background.
+// It runs these three jobs and joins their stored states in one text (KeptTexts).
 #pragma once
 
 #include <array>
@@ -28,7 +27,7 @@ namespace baudgate::protocols::set4tm {
 
 class LoadSession final : public BackgroundJob {
  public:
-  /// Pause between two looks for new records.
+  /// Pause between two requests for new records.
   static constexpr Duration kLook = std::chrono::minutes(5);
 
   explicit LoadSession(const Settings& settings);
@@ -39,7 +38,7 @@ class LoadSession final : public BackgroundJob {
   void OnFailure(Instant now) override;
   void OnReconnect() override;
   void ForgetRefusals() override;
-  /// Example: "load_1 read to 2026-11-23T10:30:00.000Z".
+  /// Returns a text for the status: "load_1 read to 2026-11-23T10:30:00.000Z".
   std::string Shown() const override;
 
  private:
@@ -47,7 +46,7 @@ class LoadSession final : public BackgroundJob {
     LoadReader reader;
     Instant due{};
     bool refused = false;
-    std::string kept{};  // the place that is stored on the disk
+    std::string kept{};  // text of the place (LoadPlace) that is stored on the disk
   };
 
   std::optional<Instant> NextDue() const override;
@@ -62,8 +61,8 @@ class LoadSession final : public BackgroundJob {
   std::vector<State> states_;
   KeptMeter meter_;
   std::size_t most_ = 16;
-  bool tagged_ = true;  // the meter supports 0C, or that is unknown
-  bool blind_ = false;  // the meter's constants are unknown
+  bool tagged_ = true;  // true: memory is read by 0C; false: the meter has refused 0C
+  bool blind_ = false;  // true: the meter's constants are unknown, so records cannot be converted
   std::uint8_t id_ = 0;
   std::size_t asked_ = 0;
 };
@@ -77,8 +76,8 @@ class LoadSession final : public BackgroundJob {
 //
 //   month 2026-11-01;day 2026-11-23        the stored state: the newest reading of each
 //
-// If the meter is replaced, the new meter continues after the last stored reading: its older
-// readings belong to another site.
+// If the meter is replaced, readings of the new meter continue after the last stored reading: its
+// older readings belong to another site.
 
 class BillingSession final : public BackgroundJob {
  public:
@@ -100,13 +99,15 @@ class BillingSession final : public BackgroundJob {
     std::optional<Day> kept{};   // the newest reading that is stored on the disk
     std::optional<Day> empty{};  // the meter has no readings up to this day
     bool refused = false;
-    Instant rests_until{};  // pause: a reading of a period that has just begun may not exist yet
+    // End of a pause: the reading of a period that has just begun may not exist yet.
+    Instant rests_until{};
   };
-  /// A reading under way: date, registers of all tariffs forwards, then backwards, and date again.
+  /// A billing reading under way. Its steps: date, registers of all tariffs forwards, registers
+  /// backwards, date.
   struct Pass {
     std::size_t period = 0;
     Day begin{};
-    std::vector<Bytes> registers{};  // by tariff; empty: the meter does not have the tariff
+    std::vector<Bytes> registers{};  // index: tariff; empty: the meter does not have the tariff
     std::size_t step = 0;
     bool differs = false;
   };
@@ -133,19 +134,19 @@ class BillingSession final : public BackgroundJob {
   const CivilZone zone_;
   const std::size_t tariffs_;
   std::vector<Period> periods_;
-  std::optional<Day> today_;  // the meter's date, since the beginning of this look
+  std::optional<Day> today_;  // the meter's date, as read at the beginning of this look
   std::optional<Pass> pass_;
   Instant due_{};
 };
 
-// KeptTexts joins the stored texts of the three jobs in EventBatch::said, "journals|load
+// KeptTexts joins the stored texts of the three jobs in EventBatch::said: "journals|load
 // profiles|billing readings". A batch changes one part and repeats the others.
 class KeptTexts {
  public:
   static constexpr std::size_t kJournals = 0;
   static constexpr std::size_t kParts = 3;
 
-  /// Takes the stored text. Returns which parts have changed; at the first call all.
+  /// Takes the stored text. Returns which parts have changed; at the first call, all parts have.
   std::array<bool, kParts> OnKept(std::string_view said) {
     const bool first = !std::exchange(recalled_, true);
     std::array<bool, kParts> changed{};
@@ -160,7 +161,8 @@ class KeptTexts {
   }
   const std::string& part(std::size_t part) const { return parts_[part]; }
 
-  /// Returns `answer` with all parts in its batch, which contains only the text of `part`.
+  /// Returns `answer` with the texts of all jobs in its batch. Before, the batch contains only the
+  /// text of the job `part`.
   Answer With(std::size_t part, Answer answer) const {
     if (!answer.batch) return answer;
     std::array<std::string, kParts> parts = parts_;
@@ -179,33 +181,32 @@ class KeptTexts {
 
 class MeterArchive {
  public:
-  /// `events`: the configuration asks for them. The references must outlive this object.
+  /// `events`: true if the configuration asks for events. The references must outlive this object.
   MeterArchive(bool events, const Settings& settings, Identification& identification);
 
   bool has_events() const { return journals_.has_events(); }
-  /// True if the stored state contains the meter's serial number, so that it must be asked.
+  /// True if the stored state contains the meter's serial number, so the meter must be asked for
+  /// it.
   bool wants_serial() const { return has_events() || loads_.wanted(); }
-  /// Returns when a background task is due. Empty: none is.
   std::optional<Instant> due() const;
   bool IsDue(Instant now) const;
-  /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
   void OnMeter(std::uint32_t serial);
   void OnReconnect();
-  /// Lets refused requests be sent again. `journals`: those of journals as well. Automatic retries
-  /// leave journals out, because a meter may never have a journal that it has refused.
+  /// Forgets which requests the meter has refused, so that they are sent again. `journals`: true to
+  /// include the requests of journals. Automatic retries leave them out, because a meter may never
+  /// have a journal that it has refused.
   void ForgetRefusals(bool journals);
 
-  // For tasks of events: the next PDU, its data, its refusal, and its failure.
+  // The next four functions are for tasks of events: the PDU to send, its data, its refusal, and
+  // its failure.
 
   Bytes NextRecord(Instant now) { return journals_.Next(now); }
   Answer TakeRecord(View data, Instant now);
   Answer TakeNoRecord(Answer answer, Instant now);
   void OnNoRecord(Outcome outcome, Instant now) { journals_.OnFailure(outcome, now); }
 
-  // For background tasks.
-
-  /// Returns what must be asked before NextInBackground. Empty: nothing.
+  /// Returns the question that must be asked before NextInBackground. Empty: nothing must be asked.
   std::optional<Bytes> Question();
   Bytes NextInBackground(Instant now);
   Answer TakeInBackground(View data, Instant now);
@@ -214,7 +215,7 @@ class MeterArchive {
   }
   void OnFailure(Instant now) { job().OnFailure(now); }
 
-  /// Describes what was learned, for the status. Empty: nothing.
+  /// Returns a text for the status: what was learned about the archive. Empty: nothing was learned.
   std::string Learned() const;
 
  private:

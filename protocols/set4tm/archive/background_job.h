@@ -8,8 +8,7 @@
 //   Take(data, …)           a batch of records, and the text with which a restart continues
 //   OnKept("9020001 1:…")   the batch is stored
 //
-// KeptParts is that text: how far each part was read.
-// SPDX-License-Identifier: Apache-2.0
+// KeptParts is the parsed form of this text: how far each part was read.
 #pragma once
 
 #include <cstdint>
@@ -23,8 +22,8 @@
 
 namespace baudgate::protocols::set4tm {
 
-// KeptParts is the stored state of one job: the meter's serial number, and for each part how far it
-// was read. Number 0: unknown.
+// KeptParts is the stored state of one job: the meter's serial number (0: unknown), and for each
+// part how far it was read.
 //
 //   9020001 1:0658:1414080200023437:30;2:0000:1314080200023337:2      load profiles 1 and 2
 //   9020001 01:31301501….-;07:-.-                                     journals 01 and 07
@@ -37,7 +36,7 @@ struct KeptParts {
   std::vector<Part> parts{};
 
   std::string Text() const;
-  /// Returns nothing if `said` is no such text.
+  /// Parses a stored text. Returns nothing if `said` has another form.
   static std::optional<KeptParts> Parse(std::string_view said);
 };
 
@@ -45,16 +44,18 @@ struct KeptParts {
 /// is not used.
 class KeptMeter {
  public:
-  /// Call with the meter of the stored parts; 0: unknown. Returns true if another meter answers.
+  /// Call it with the serial number in the stored parts; 0: the number is unknown. Returns true if
+  /// it is another meter than the meter that answers.
   bool OnKept(std::uint32_t meter);
-  /// Call if no valid text is stored.
   void Forget() { kept_.reset(); }
-  /// Call with the number of the meter that answers. True: the stored parts are another meter's.
+  /// Call it with the serial number of the meter that answers. Returns true if the stored parts
+  /// belong to another meter.
   bool OnMeter(std::uint32_t serial);
 
-  /// The meter that answers; 0: unknown.
+  /// Returns the serial number of the meter that answers; 0: the number is unknown.
   std::uint32_t serial() const { return serial_.value_or(0); }
-  /// True if the stored parts may be another meter's: the present number is not known yet.
+  /// True if the stored parts may belong to another meter, because the number of the meter that
+  /// answers is not known yet.
   bool is_open() const { return kept_ && !serial_; }
 
  private:
@@ -68,30 +69,31 @@ class BackgroundJob {
   static constexpr Duration kRest = std::chrono::seconds(30);
 
   virtual ~BackgroundJob() = default;
-  /// True if the configuration asks for this job.
   virtual bool wanted() const = 0;
-  /// Returns when a task is due. Empty: none is, or the stored state is not known yet.
+  /// Returns when the next task is due. Empty: no task is due, or the stored state is not known
+  /// yet.
   std::optional<Instant> due() const { return recalled_ ? NextDue() : std::nullopt; }
-  /// Call with this job's text in the latest stored batch; see Conversation::OnEventsKept.
+  /// Call it with this job's text in the latest stored batch; see Conversation::OnEventsKept.
   void OnKept(std::string_view said) {
     recalled_ = true;
     Recall(said);
   }
   virtual void OnMeter(std::uint32_t /*serial*/) {}
-  /// Call with the type of the meter; empty: unknown.
+  /// Call it with the type of the meter; empty: the type is unknown.
   virtual void OnType(std::optional<std::uint8_t> /*type*/) {}
 
-  /// Returns the PDU to send next. Call only when due().
+  /// Returns the PDU to send next. Call it only when a task is due.
   Bytes Next(Instant now) {
     latest_ = now;
     return NextPdu();
   }
-  /// Takes the reply to the PDU of Next. A batch in the answer contains only the text of this job.
+  /// Takes the reply to the PDU that Next returned. A batch in the answer contains only the text of
+  /// this job.
   Answer Take(View data, const Scale& scale, Instant now) {
     latest_ = now;
     return TakeData(data, scale);
   }
-  /// Takes the refusal of the PDU of Next; `answer` contains the reason.
+  /// Takes the refusal of the PDU that Next returned; `answer` contains the reason.
   Answer TakeRefusal(Answer answer, Instant now) {
     latest_ = now;
     answer.readings.clear();
@@ -100,7 +102,7 @@ class BackgroundJob {
   virtual void OnFailure(Instant now) = 0;
   virtual void OnReconnect() = 0;
   virtual void ForgetRefusals() = 0;
-  /// Describes the progress, for the status. Empty: nothing to report.
+  /// Returns a text for the status: how far the job is. Empty: there is nothing to report.
   virtual std::string Shown() const = 0;
 
  protected:

@@ -18,7 +18,8 @@ namespace {
 using Kind = Journal::Kind;
 
 constexpr std::size_t kStatusWord = 9;
-/// The short form has four bits each for journal and record.
+/// Requests in the short form (04) have four bits for the journal and four for the record, so this
+/// is the last journal that they can name.
 constexpr std::uint8_t kLastOfShortForm = 0x0A;
 constexpr std::size_t kShortRecords = 16;
 
@@ -114,7 +115,7 @@ std::vector<DeviceEvent> JournalReader::EventsOf(const Journal& journal, View re
 
 namespace {
 
-/// The most readings of a journal until two agree. They differ if replies are late.
+/// How often a journal is read until two readings agree. Readings differ if replies are late.
 constexpr int kMostTimes = 6;
 constexpr Duration kRest = std::chrono::minutes(1);
 
@@ -145,7 +146,7 @@ std::optional<Records> ReadRecords(std::string_view text) {
   return records;
 }
 
-/// Returns the last place with a record.
+/// Returns the index of the last record that is not empty, or nothing if all records are empty.
 std::optional<std::size_t> Newest(const Records& records) {
   for (std::size_t i = records.size(); i-- > 0;) {
     if (!IsEmpty(records[i])) return i;
@@ -153,8 +154,9 @@ std::optional<std::size_t> Newest(const Records& records) {
   return std::nullopt;
 }
 
-/// Calls `report` for each of `records` that is not in `kept`, in order, with the kept record that
-/// has ended as this one, or with an empty record. Returns how many of `kept` are left.
+/// Calls `report` in order for each of `records` that is not in `kept`, the records of the last
+/// stored state. The second argument of `report` is the open interval in `kept` whose end has been
+/// recorded now, or an empty record. Returns how many records of `kept` no longer occur.
 template <typename Report>
 std::size_t Compare(const Records& records, Records kept, const Report& report) {
   std::erase_if(kept, [](const Bytes& record) { return IsEmpty(record); });
@@ -197,8 +199,6 @@ bool JournalSession::has_refused() const {
   return std::ranges::all_of(states_, [](const State& state) { return state.refused; });
 }
 
-// ---------------------------------------------------------------- stored state
-
 std::string JournalSession::Said(const State& instead, const Records& records) const {
   KeptParts kept{.meter = meter_.serial()};
   for (const State& state : states_) {
@@ -232,14 +232,12 @@ void JournalSession::OnMeter(std::uint32_t serial) {
   }
 }
 
-// ---------------------------------------------------------------- requests
-
 bool JournalSession::MayAsk(const State& state, Instant now) const {
   return !state.refused && state.rests_until <= now;
 }
 
-/// Starts a reading of all records: of a journal that was never read, else of the one whose last
-/// reading is oldest. Returns false if none is due.
+/// Starts to read all records of a journal: of one that was never read, else of the one that was
+/// read longest ago. Returns false if no journal is due.
 bool JournalSession::Begin(Instant now) {
   std::optional<std::size_t> first;
   const auto rank = [this](std::size_t i) {
@@ -255,7 +253,8 @@ bool JournalSession::Begin(Instant now) {
   return first.has_value();
 }
 
-/// Chooses the next urgent (or other) journal to look at. Returns false if none can be read.
+/// Chooses the next journal at whose newest record the task looks, among the urgent or the other
+/// journals. Returns false if none of them can be read now.
 bool JournalSession::LookAt(bool urgent, Instant now) {
   std::size_t& turn = urgent ? urgent_turn_ : other_turn_;
   for (std::size_t i = 0; i < states_.size(); ++i) {
@@ -268,8 +267,8 @@ bool JournalSession::LookAt(bool urgent, Instant now) {
   return false;
 }
 
-/// Chooses the journal of a task, once per task. While one journal is read whole, every other task
-/// looks at another one.
+/// Chooses the journal of a task, once per task. While all records of a journal are read, every
+/// other task looks at another journal.
 void JournalSession::Choose(Instant now) {
   chosen_ = true;
   if (pass_ && !MayAsk(states_[pass_->state], now)) pass_.reset();
@@ -283,7 +282,7 @@ void JournalSession::Choose(Instant now) {
   }
   if (looks_) return;
   if (!pass_) {
-    // All journals are paused: take the one whose pause ends first.
+    // All journals are paused: the task takes the journal whose pause ends first.
     const auto rests = [](const State& state) {
       return std::pair(state.refused, state.rests_until);
     };
@@ -293,8 +292,8 @@ void JournalSession::Choose(Instant now) {
   asked_ = pass_->state;
 }
 
-/// Returns the place where a new record appears: the last place of a full journal; otherwise, in
-/// turn, the newest record and the place after it.
+/// Returns the place where a new record appears. In a full journal this is the last place;
+/// otherwise, alternately, the place of the newest record and the place after it.
 std::size_t JournalSession::PlaceToLook(const State& state) {
   const std::size_t last = state.records - 1;
   const auto newest = state.kept ? Newest(*state.kept) : std::nullopt;
@@ -314,8 +313,6 @@ Bytes JournalSession::Next(Instant now) {
   }
   return JournalRequest(*state.journal, place_);
 }
-
-// ---------------------------------------------------------------- replies
 
 Answer JournalSession::GoOn() {
   if (exchanges_ >= (pass_ && pass_->soon ? kMostExchanges : 1)) return End();
@@ -376,8 +373,8 @@ Answer JournalSession::OnWhole(State& state, Records records, const JournalReade
   return End();
 }
 
-/// Returns the events of the new records. They count as reported when OnKept confirms them; until
-/// then state.kept is unchanged, so a later look finds the new records again.
+/// Returns the events of the new records. They count as reported when OnKept confirms that they are
+/// stored. Until then state.kept is unchanged, so the new records are found again.
 Answer JournalSession::Report(State& state, Records records, const JournalReader& reader,
                               Instant now) {
   EventBatch batch;
@@ -410,7 +407,7 @@ Answer JournalSession::Report(State& state, Records records, const JournalReader
   return End(std::move(answer));
 }
 
-/// A refusal may mean that the journal has fewer records than expected.
+/// Takes a refusal, which can mean that the journal has fewer records than expected.
 Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   ++exchanges_;
   State& state = states_[asked_];
@@ -419,7 +416,7 @@ Answer JournalSession::TakeRefusal(Answer answer, Instant now) {
   looks_ = false;
   pass_.reset();
   if (place_ == 0) {
-    // A journal that was read before exists, so this refusal counts as a failure.
+    // The journal exists, because it was read before, so this refusal counts as a failure.
     if (state.kept) {
       OnFailure(answer.outcome, now);
       return End(std::move(answer));

@@ -1,12 +1,11 @@
 // The journals of a meter: their numbers, the layout of their records, and the events in them
-// (reference, 8.2). Times are the meter's local ones, without a zone.
+// (reference, 8.2). Times are local times of the meter, without a zone.
 //
-//   journal 07, 31 30 15 01 02 09 02 · 00 00 00 00 00 00 00    E71 2002-09-02T15:30:31, not over
-//   yet … 31 30 15 01 02 09 02 · 12 32 15 01 02 09 02              E71, E72 2002-09-02T15:32:12 …
-//   99 30 15 …                                               E0, the bytes in hex
+//   journal 07, 31 30 15 01 02 09 02 · 00 00 00 00 00 00 00    E71 2002-09-02T15:30:31, still open
+//            … 31 30 15 01 02 09 02 · 12 32 15 01 02 09 02     E71, E72 2002-09-02T15:32:12
+//            … 99 30 15 …                                      E0, the bytes in hex
 //
 // JournalSession reads the journals.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -25,37 +24,41 @@ namespace baudgate::protocols::set4tm {
 
 struct Journal {
   enum class Kind : std::uint8_t {
-    interval,    ///< times of begin and end
-    correction,  ///< clock times before and after a correction
-    moment,      ///< one time
-    status,      ///< a time, two reserved bytes, the status word
+    interval,    ///< a record has the times of begin and end
+    correction,  ///< a record has the clock times before and after a correction
+    moment,      ///< a record has a single time
+    status,      ///< a record has a time, two reserved bytes, and the status word
   };
   std::uint8_t number = 0;
   Kind kind = Kind::interval;
-  bool urgent = false;  ///< read more often than other journals
+  bool urgent = false;  ///< true: the journal is read more often than others
   std::string_view name{};
 };
 
 /// Returns the journals whose records the reference describes; the urgent ones first.
 std::span<const Journal> Journals();
 
-/// Event codes: 10 · journal + 1 for a begin or a single event, + 2 for an end.
+/// The event codes of a journal: 10 · journal + 1 for the begin of an interval or a single event,
+/// 10 · journal + 2 for an end.
 constexpr std::uint32_t BeginCode(const Journal& journal) { return journal.number * 10U + 1; }
 constexpr std::uint32_t EndCode(const Journal& journal) { return journal.number * 10U + 2; }
-/// Event code for a gap: records may be missing.
+/// The code of the event that records may be missing.
 constexpr std::uint32_t GapCode(const Journal& journal) { return journal.number * 10U + 9; }
 
-/// Returns the PDU that asks for one record (0: the oldest). It uses 04 if possible, else 09.
+/// Returns the PDU that asks for a record (0: the oldest). It uses code 04 if possible, else 09.
 Bytes JournalRequest(const Journal& journal, std::size_t record);
-/// True if the record was never written: all zeros, or all ones (inferred).
+/// True if the meter has never written the record: all bytes are 00, or all are FF (inferred).
 bool IsEmpty(View record);
-/// True if `record` is the interval `before`, which was open and now has an end.
+/// True if `record` is the interval `before`, which had no end and now has one.
 bool HasEnded(View before, View record);
 
 struct JournalReader {
-  std::optional<CivilZone> zone{};  ///< empty: events have civil times, in their texts only
-  bool knows_status = false;  ///< the bits of the status word have the meaning in the reference
-  /// Returns the events in `record`. `before`: the record as last reported; empty: never reported.
+  /// Zone of the meter's clock; empty: events have civil times, only in their texts.
+  std::optional<CivilZone> zone{};
+  /// True: the bits of the status word have the meaning that the reference gives.
+  bool knows_status = false;
+  /// Returns the events in `record`. `before`: the same record as it was last reported; empty: it
+  /// was never reported.
   std::vector<DeviceEvent> EventsOf(const Journal& journal, View record, View before) const;
 
  private:
@@ -68,7 +71,7 @@ struct JournalReader {
 //
 //   9020001 01:31301501….-;07:-.-
 //
-// The reading rules:
+// The order of reading:
 //
 //   a journal without stored state, after a reconnect, once an hour    all its records
 //   otherwise in turn, every other time an urgent journal              its newest record; if it has
@@ -83,23 +86,26 @@ struct JournalReader {
 // another order of the records does not matter.
 class JournalSession {
  public:
-  /// The most exchanges of a task of events if a journal has a new record; otherwise one.
+  /// The maximum number of exchanges in a task of events if a journal has a new record; without a
+  /// new record a task has one exchange.
   static constexpr int kMostExchanges = 4;
   static constexpr Duration kWholeEvery = std::chrono::hours(1);
-  /// After this many failures in a row a journal is paused.
+  /// After this many failures in a row no records of a journal are requested for a while.
   static constexpr int kMostFailures = 3;
 
-  /// `wanted`: the configuration asks for events. `records`: number of records in each journal.
+  /// `wanted`: true if the configuration asks for events. `records`: number of records in each
+  /// journal.
   JournalSession(bool wanted, std::size_t records);
 
-  /// True if the stored state is known, and the meter has not refused all journals.
+  /// True if events are wanted, the stored state is known, and the meter has not refused all
+  /// journals.
   bool has_events() const;
   bool has_refused() const;
-  /// See Conversation::OnEventsKept.
   void OnKept(std::string_view said);
   void OnMeter(std::uint32_t serial);
 
-  /// Returns the PDU to send next, until it is answered or has failed. Call only if has_events().
+  /// Returns the PDU to send next. Repeated calls return the same PDU until it is answered or has
+  /// failed. Call it only if has_events() is true.
   Bytes Next(Instant now);
   Answer Take(View record, const JournalReader& reader, Instant now);
   Answer TakeRefusal(Answer answer, Instant now);
@@ -112,22 +118,25 @@ class JournalSession {
 
   struct State {
     const Journal* journal = nullptr;
-    std::optional<Records> kept;  // the stored records; empty: the journal was never read
-    std::size_t records = 0;      // number of records in the journal
+    // The records in the stored state; empty: the journal was never read.
+    std::optional<Records> kept;
+    std::size_t records = 0;
     bool refused = false;
-    bool due = true;  // all records are to be read
+    bool due = true;  // true: all records must be read
     Instant read_at{};
     int failures = 0;
     Instant rests_until{};
-    bool beyond = true;  // look after the newest record next, else at it
+    // True: the next look is at the place after the newest record; false: at the newest record.
+    bool beyond = true;
   };
-  /// A reading of all records of a journal.
+  /// The reading of all records of a journal, under way.
   struct Pass {
     std::size_t state = 0;
-    Records records{};  // records of the present reading so far
+    Records records{};  // the records that were read so far in the present direction
     bool backwards = false;
-    bool soon = false;                // a new record was found: read on without pause
-    std::optional<Records> before{};  // records of the previous reading, in the other direction
+    bool soon = false;  // true: a new record was found, so the reading goes on without a pause
+    // The records as read in the previous direction; empty: this is the first direction.
+    std::optional<Records> before{};
     int times = 0;
   };
 
@@ -149,11 +158,11 @@ class JournalSession {
   KeptMeter meter_;
   std::vector<State> states_;
   std::optional<Pass> pass_;
-  std::size_t asked_ = 0;  // journal of the latest request
-  std::size_t place_ = 0;  // place of the requested record
-  bool looks_ = false;     // the request is a look at one record, not part of pass_
-  bool chosen_ = false;    // the task under way has chosen its journal
-  int exchanges_ = 0;      // answered exchanges of the task under way
+  std::size_t asked_ = 0;
+  std::size_t place_ = 0;
+  bool looks_ = false;   // true: the request looks at one record and is not part of pass_
+  bool chosen_ = false;  // true: the journal of the task under way is chosen
+  int exchanges_ = 0;    // number of answered exchanges in the task under way
   unsigned turn_ = 0;
   std::size_t urgent_turn_ = 0;
   std::size_t other_turn_ = 0;

@@ -51,7 +51,7 @@ std::uint8_t SumOf(View header) {
   return static_cast<std::uint8_t>(std::accumulate(summed.begin(), summed.end(), 0U));
 }
 
-/// Parses hour, day, month and year; the minute is 0.
+/// Parses the four bytes hour, day, month and year; the minute is set to 0.
 std::optional<CivilZone::Civil> HourOf(View bytes) {
   return CivilOf(Bytes{0, 0, bytes[0], 0, bytes[1], bytes[2], bytes[3]});
 }
@@ -141,8 +141,6 @@ PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slic
   return record;
 }
 
-// ---------------------------------------------------------------- stored place
-
 std::string LoadPlace::Text() const {
   std::string text = fmt::format("{:04X}:", address);
   for (const std::uint8_t byte : header) text += HexByte(byte);
@@ -177,7 +175,8 @@ void LoadReader::OnKept(std::optional<LoadPlace> place, bool another) {
   if (another) Lose();
 }
 
-/// Drops the place: reading continues with the oldest hour in the ring.
+/// Drops the stored place, because its hour is no longer in the ring. Reading continues with the
+/// oldest hour in the ring.
 void LoadReader::Lose() {
   floor_ = EndOf(*place_);
   place_.reset();
@@ -195,8 +194,6 @@ void LoadReader::BreakOff() {
   scan_.reset();
   read_.reset();
 }
-
-// ---------------------------------------------------------------- requests
 
 LoadReader::Step LoadReader::step() const {
   if (!knows_interval_) return Step::interval;
@@ -259,21 +256,22 @@ bool LoadReader::Reaches(std::size_t from, std::size_t current) const {
   return true;
 }
 
-/// True unless the hour at `address` is the one that the pointer names and `header` does not belong
-/// to it: until its header is written, an hour of an earlier round is there, or no header.
+/// True if the header at `address` is valid. Only that of the hour that is being written can be
+/// invalid: until the meter writes it, the place has the header of an hour of an earlier round, or
+/// none.
 bool LoadReader::IsWritten(std::size_t address, const std::optional<LoadHeader>& header) const {
   return current_->address != address || (header && header->begin == pointer_->hour);
 }
 
-/// Plans the search for a header, which may be at any record. If the memory has wrapped, the search
-/// starts at the oldest hour, which is the next one to be overwritten.
+/// Plans the next part of the search for a header, which can be at any record. If the memory has
+/// wrapped, the search starts at the oldest hour, which is overwritten next.
 bool LoadReader::PlanScan(const Manner& manner) {
   const std::size_t current = current_->address;
   const std::size_t end = current + (current_->finished > 0 ? kLoadRecord : 0);
   if (!scan_) scan_ = pointer_->wrapped ? ring_.Next(current) : 0;
   if (*scan_ + kLoadRecord > ring_.bytes) scan_ = 0;
   if (*scan_ == end) {
-    scan_ = current;  // the header may have been written at the next look
+    scan_ = current;  // the header may be written until the next look
     if (scanned_ && !waits_) {
       scan_.reset();
       trouble_ = fmt::format("no hour was found in its memory before its pointer (08 04: {:04X})",
@@ -310,7 +308,8 @@ bool LoadReader::PlanHours(const Manner& manner) {
     read_.emplace(std::vector{MemoryRead::Stretch{place, total}}, manner.most, manner.twice);
     return true;
   }
-  // One piece cannot contain the last header and the next hour, so they are read separately.
+  // One piece cannot contain the header of the last hour and the next hour, so they are read
+  // separately.
   blocks_[0].slices = 0;
   std::vector<MemoryRead::Stretch> stretches = {{place, kLoadRecord}};
   if (place == current) {
@@ -324,8 +323,6 @@ bool LoadReader::PlanHours(const Manner& manner) {
   read_.emplace(stretches, manner.most, manner.twice);
   return true;
 }
-
-// ---------------------------------------------------------------- replies
 
 LoadReader::Taken LoadReader::OnMemory(View bytes, const Scale& scale, const Manner& manner) {
   Taken taken;
@@ -363,7 +360,7 @@ void LoadReader::TakeScan(View bytes) {
   scanned_ = true;
 }
 
-/// Returns false if nothing new was read.
+/// Adds the records of the hours that were read. Returns false if there was nothing new.
 bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   LoadPlace place = *place_;
   bool moved = false;
@@ -398,7 +395,8 @@ bool LoadReader::TakeHours(View bytes, const Scale& scale, Taken& taken) {
   return moved;
 }
 
-/// Skips a record that was reported before. A gap becomes a record without values.
+/// Adds a record, unless it was reported before. A gap between the last reported record and this
+/// one becomes a record without values.
 void LoadReader::Add(PastRecord record, std::vector<PastRecord>& records) const {
   if (floor_) {
     const Duration floor = floor_->time_since_epoch();

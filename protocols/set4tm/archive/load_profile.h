@@ -1,12 +1,12 @@
 // The load profile of a meter is a ring of 8-byte records: for each hour a header and 60/T slices
-// (reference, chapter 11). A slice contains the counts of T minutes; its time is their beginning.
+// (reference, chapter 11). A slice contains the counts of T minutes; its time is the beginning of
+// these minutes.
 //
 //   14 14 08 02 00 02 34 37    header: 14 h of 2002-08-14, summer, slices of 2 min, sum 34, spare
 //   00 64 00 00 80 0A 00 00    slice: P+ 100, P- 0, Q+ 10 (incomplete), Q- 0
 //   35 11 08 09 99 06 58       pointer: the slice of 11:35, 2099-09-08, will be written at 0658
 //
 // MemoryRead reads a range of memory in pieces, and LoadReader decides which ranges are read.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <array>
@@ -34,14 +34,13 @@ class MemoryRead {
     std::size_t address = 0;
     std::size_t count = 0;
   };
-  /// `most`: bytes of the longest piece. `twice`: read all pieces twice.
   MemoryRead(const std::vector<Stretch>& stretches, std::size_t most, bool twice);
 
-  /// Returns the next piece to read. Call only while not done().
+  /// Returns the next piece to read. Call it only while done() is false.
   Stretch Next() const;
   void OnPiece(View bytes);
   bool done() const { return done_; }
-  /// Returns the bytes of all ranges, when done(). Empty: the two readings differ.
+  /// Returns the bytes of all ranges. Call it when done() is true. Empty: the two readings differ.
   const Bytes& bytes() const { return bytes_; }
 
  private:
@@ -57,25 +56,26 @@ class MemoryRead {
 inline constexpr std::size_t kLoadRecord = 8;
 
 struct LoadHeader {
-  CivilZone::Civil begin{};  ///< begin of the hour, in the meter's local time
+  CivilZone::Civil begin{};  ///< begin of the hour, in local time of the meter
   bool summer = false;
-  unsigned minutes = 30;  ///< length of a slice
+  unsigned minutes = 30;  ///< length of a slice in minutes
 
   std::size_t slices() const { return 60 / minutes; }
 };
-/// `record` has kLoadRecord bytes. Returns nothing if it is no header: a wrong sum, an impossible
-/// hour, or slices that do not fill an hour. Eight zeros have a correct sum, but no valid date.
+/// Parses a header; `record` has kLoadRecord bytes. Returns nothing if it is no header: a wrong
+/// sum, an impossible hour, or slices that do not fill an hour. Eight zeros have a correct sum, but
+/// no valid date.
 std::optional<LoadHeader> ParseLoadHeader(View record);
 Bytes BytesOf(const LoadHeader& header);
 
-/// Returns the hour as UTC. The season tells which of two equal hours in autumn it is.
+/// Returns the begin of the hour in UTC. The season in the header decides which of the two equal
+/// hours in autumn it is.
 CivilZone::Utc UtcOf(const LoadHeader& header, const CivilZone& zone);
 
-/// The counts of one slice: P+, P-, Q+, Q-.
 struct LoadSlice {
   struct Count {
     std::uint16_t pulses = 0;
-    bool incomplete = false;  ///< the meter did not measure during the whole slice
+    bool incomplete = false;  ///< true: the meter did not measure during the whole slice
   };
   std::array<Count, 4> counts{};
 };
@@ -83,14 +83,14 @@ LoadSlice ParseLoadSlice(View record);
 
 struct LoadPointer {
   CivilZone::Civil hour{};
-  unsigned minute = 0;  ///< minute in the hour, at the beginning of the current slice or within it
+  unsigned minute = 0;
   bool wrapped = false;
-  std::size_t address = 0;  ///< address of the current slice
+  std::size_t address = 0;
 };
 std::optional<LoadPointer> ParseLoadPointer(View data);
 
-/// Addresses of hours in a ring of `bytes` bytes. An hour that does not fit before the end of the
-/// ring is written at 0 (reference, chapter 11).
+/// Computes the addresses of hours in a ring of `bytes` bytes. An hour that does not fit before the
+/// end of the ring is written at address 0 (reference, chapter 11).
 struct LoadRing {
   std::size_t bytes = 65536;
   unsigned minutes = 30;
@@ -100,36 +100,37 @@ struct LoadRing {
   std::size_t Next(std::size_t address) const {
     return address + 2 * block() > bytes ? 0 : address + block();
   }
-  /// The hour that is being written: address of its header, and number of finished slices.
+  /// An hour that is being written: the address of its header, and the number of its finished
+  /// slices.
   struct Hour {
     std::size_t address = 0;
     std::size_t finished = 0;
   };
   /// Returns the hour that is being written, if the pointer names the place of a slice in that
-  /// hour. Empty: no slice can be at that address.
+  /// hour. Empty: a slice cannot be at that address.
   std::optional<Hour> HourOf(const LoadPointer& pointer) const;
   /// Returns the hour that is being written, if the pointer names the place after the last record
   /// because the header of the hour is not written yet.
   std::optional<Hour> HourBehind(const LoadPointer& pointer) const;
 };
 
-/// Returns "load_1" for profile 1.
 std::string NameOfLoad(unsigned profile);
-/// Returns mean powers in kW and kvar: N / (2 A) · 60 / T · Kn · Kt. An incomplete slice is
-/// uncertain. `scale` must contain the factor of energy.
+/// Returns a record with the mean powers of a slice in kW and kvar: N / (2 A) · 60 / T · Kn · Kt.
+/// The values of an incomplete slice are uncertain. `scale` must contain the factor of energy.
 PastRecord RecordOf(unsigned profile, const LoadHeader& header, std::size_t slice,
                     const LoadSlice& counts, const CivilZone& zone, const Scale& scale);
 
-// LoadReader reads one load profile from where its stored history ends. It decides which bytes of
-// the ring are read, and turns them into records. Each reading starts with the header of the hour
-// that was read last. If that header is unchanged, the hours after it are the next ones, because
-// the ring would overwrite it first. If it has changed, the ring has wrapped or was cleared, and
-// reading continues with the oldest hour in the ring.
+// LoadReader reads one load profile from the place where its stored history ends. It decides which
+// bytes of the ring are read, and turns them into records. Each reading starts with the header of
+// the hour that was read last. If that header is unchanged, the hours after it are the next ones,
+// because the ring would overwrite this header before them. If it has changed, the ring has wrapped
+// or was cleared, and reading continues with the oldest hour in the ring.
 //
 //   place 0658, header 14 14 08 02 …, 2 taken     read 24 bytes there and 24 at 0670: two records
 //                                                 of 15 h; place 0670, …, 2
 
-/// The hour that was read last, and how many of its slices were read: "0658:1414080200023437:30".
+/// A place in the ring: the hour that was read last, and how many of its slices were read. As text:
+/// "0658:1414080200023437:30".
 struct LoadPlace {
   std::size_t address = 0;
   Bytes header{};
@@ -141,7 +142,8 @@ struct LoadPlace {
 
 class LoadReader {
  public:
-  /// How this meter's memory is read: bytes in a reply, and whether all is read twice.
+  /// How the memory of this meter is read: the maximum number of bytes in a reply, and whether all
+  /// pieces are read twice.
   struct Manner {
     std::size_t most = 16;
     bool twice = true;
@@ -154,44 +156,48 @@ class LoadReader {
   }
 
   unsigned profile() const { return profile_; }
-  /// `place`: where the stored history ends; empty: no history. If it is of `another` meter, only
-  /// its time counts: the history continues with later records.
+  /// Call it with the place where the stored history ends; empty: nothing is stored. `another`: the
+  /// place belongs to another meter, so only its time is used: the history continues with later
+  /// records.
   void OnKept(std::optional<LoadPlace> place, bool another);
-  /// Call if another meter may be connected, or the interval may have changed.
+  /// Call it if another meter may be connected, or the interval may have changed.
   void OnReconnect();
   /// Cancels the reading under way. The next reading starts with the pointer.
   void BreakOff();
 
   Step step() const;
-  /// The piece that Step::memory reads.
+  /// Returns the piece of memory to read when step() is Step::memory.
   MemoryRead::Stretch stretch() const { return read_->Next(); }
-  /// Returns false if `minutes` is no valid interval.
+  /// Takes the interval, the length of a slice. Returns false if `minutes` is no valid interval.
   bool OnInterval(unsigned minutes);
-  /// Returns false if there is nothing to read now; the next step is then the pointer again.
+  /// Takes the pointer. Returns false if there is nothing to read now; the next step is then the
+  /// pointer again.
   bool OnPointer(View data, const Manner& manner);
 
   struct Taken {
     std::vector<PastRecord> records{};
-    LoadPlace place{};  ///< to be stored with the records
-    bool more = false;  ///< read on now; if there are records, after they are stored
+    LoadPlace place{};
+    /// True: there is more to read, at once or, if there are records, after they are stored.
+    bool more = false;
   };
-  /// Takes the bytes of stretch(). The same records are returned again until OnKept is called.
+  /// Takes the bytes of the piece stretch(). The same records are returned again until OnKept is
+  /// called.
   Taken OnMemory(View bytes, const Scale& scale, const Manner& manner);
-  /// Call after OnKept. Returns false if there is nothing to read now.
+  /// Call it after OnKept. Returns false if there is nothing to read now.
   bool GoOn(const Manner& manner);
 
-  /// Returns the end of the last slice that was read, for the status.
+  /// Returns the end of the last slice that was read, for the status. Empty: no slice was read.
   std::optional<CivilZone::Utc> end() const;
-  /// True if all was read but the current hour, whose header is not written yet.
+  /// True if everything was read except the current hour, whose header is not written yet.
   bool waits() const { return waits_; }
-  /// Why nothing can be read, for the status. Empty: no trouble.
+  /// Returns why nothing can be read, for the status. Empty: there is no trouble.
   const std::string& trouble() const { return trouble_; }
 
  private:
   struct Block {
     std::size_t address = 0;
-    std::size_t slices = 0;  // number of slices to read
-    std::size_t offset = 0;  // offset of the hour in the bytes read
+    std::size_t slices = 0;  // number of slices to read of this hour
+    std::size_t offset = 0;
   };
 
   bool PlanScan(const Manner& manner);
@@ -214,9 +220,10 @@ class LoadReader {
   std::optional<LoadPointer> pointer_;
   std::optional<LoadRing::Hour> current_;  // the hour that the pointer names
   std::optional<LoadPlace> place_;
-  std::optional<std::size_t> scan_;      // where the search for a header continues
-  bool scanned_ = false;                 // the search has found no header so far
-  std::optional<CivilZone::Utc> floor_;  // after a gap: the end of the records reported before it
+  std::optional<std::size_t> scan_;  // address at which the search for a header continues
+  bool scanned_ = false;             // true: the search has found no header so far
+  // After a gap: the end of the records that were reported before the gap.
+  std::optional<CivilZone::Utc> floor_;
   std::vector<Block> blocks_;
   std::optional<MemoryRead> read_;
 };

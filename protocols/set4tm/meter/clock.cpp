@@ -54,7 +54,7 @@ Bytes BytesOf(CivilZone::Civil civil) {
 
 namespace {
 
-/// The largest correction that access level 1 may make at once (reference, chapter 10).
+/// The largest correction, in seconds, that access level 1 allows at once (reference, chapter 10).
 constexpr double kMostSeconds = 120;
 constexpr std::uint8_t kCorrectClockCode = 0x0B;
 

@@ -9,7 +9,8 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// Lengths for one parameter of code 08: request PDU, and data of the reply (0: it depends).
+/// Lengths for one parameter of code 08: of the request PDU, and of the data in the reply (0: the
+/// length varies).
 struct ParameterRow {
   std::uint8_t parameter;
   std::uint8_t min_request;
@@ -52,7 +53,8 @@ RequestLength LengthOfWrite(std::uint8_t parameter) {
   }
 }
 
-/// Records with begin and end contain two times of 7 bytes, records of single events one.
+/// Returns the length of a record. Records with begin and end contain two times of 7 bytes, records
+/// of single events one.
 std::optional<std::size_t> LengthOfRecord(std::uint8_t journal) {
   switch (journal) {
     case 0x00:
@@ -223,7 +225,8 @@ std::optional<std::size_t> LengthOfData(View pdu) {
   if (!request || !request->known || pdu.size() < request->min || pdu.size() > request->max) {
     return std::nullopt;
   }
-  // A reply with one data byte would look like a status, so memory reads of one byte are refused.
+  // A reply with one data byte would look like a status, so memory reads of one byte have no length
+  // here.
   const auto memory = [](std::size_t count, std::size_t tag) -> std::optional<std::size_t> {
     if (count < 2 || count + tag > kMaxData) return std::nullopt;
     return count + tag;

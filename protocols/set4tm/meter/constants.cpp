@@ -11,8 +11,8 @@ std::optional<T> Either(const std::optional<T>& first, const std::optional<T>& s
   return first ? first : second;
 }
 
-/// Sets Kc and Ci by type, nominal voltage and current (reference, 9.6). Types without documented
-/// coefficients, and types whose code is shared by different meters, get none.
+/// Sets the coefficients Kc and Ci by type, nominal voltage and current (reference, 9.6). Types
+/// without documented coefficients, and types whose code is shared by different meters, get none.
 void SetCoefficients(unsigned type, bool mains_voltage, unsigned current_code, bool one_phase,
                      Scale& scale) {
   switch (type) {
@@ -24,7 +24,8 @@ void SetCoefficients(unsigned type, bool mains_voltage, unsigned current_code, b
       scale.current_coefficient = 1;
       const bool set1m = type == 0 && one_phase;
       const bool doubled = mains_voltage && current_code == 0 && !set1m;
-      // For the .03 of 120-230 V and 1(10) A the code of the nominal current is uncertain.
+      // For .03 meters of 120-230 V and 1(10) A the code of the nominal current is uncertain, so no
+      // power coefficient is set.
       if (type == 1 && mains_voltage && current_code != 0) return;
       scale.power_coefficient = doubled ? 2 : 1;
       return;
@@ -83,7 +84,8 @@ Scale ParseRatios(View data) {
 
 namespace {
 
-/// Returns the factor from the meter's ratios to the ratios in use; 1 if they are the same.
+/// Returns the factor that converts a float from the meter's ratios to the configured ratios. It is
+/// 1 if these are the same.
 Factor FloatFactor(bool voltage, bool current, const Scale& scale) {
   Factor factor;
   if (voltage && scale.convert_voltage) {

@@ -1,6 +1,5 @@
-// The constants that convert a SET-4TM's counts to physical values: build variant (08 12) and
-// transformer ratios (08 02). The decoders of points.h use the factors.
-// SPDX-License-Identifier: Apache-2.0
+// The constants that convert the counts of a SET-4TM to physical values. They come from its build
+// variant (08 12) and its transformer ratios (08 02). The decoders of points.h use the factors.
 #pragma once
 
 #include <optional>
@@ -10,39 +9,41 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// All constants that an integer value may need. Empty: unknown.
+/// All constants that the conversion of a value can need. An empty member is unknown.
 struct Scale {
-  std::optional<double> meter_constant;       ///< A, impulses per kWh or kvarh
-  std::optional<double> power_coefficient;    ///< Kc
-  std::optional<double> current_coefficient;  ///< Ci
-  std::optional<double> voltage_ratio;        ///< Kn
-  std::optional<double> current_ratio;        ///< Kt
+  std::optional<double> meter_constant;       ///< A: impulses per kWh or kvarh
+  std::optional<double> power_coefficient;    ///< Kc: coefficient of powers
+  std::optional<double> current_coefficient;  ///< Ci: coefficient of currents
+  std::optional<double> voltage_ratio;        ///< Kn: ratio of the voltage transformers
+  std::optional<double> current_ratio;        ///< Kt: ratio of the current transformers
 
-  // Floats are primary values by the ratios in the meter (reference, 9.7). To apply other ratios,
-  // they are divided by `…_in_floats` and multiplied by the ratios above.
+  // Floats are primary values: the meter has applied its own ratios (reference, 9.7). To apply
+  // other ratios, floats are divided by `…_in_floats` and multiplied by the ratios above.
   bool convert_voltage = false;
   bool convert_current = false;
-  std::optional<double> voltage_in_floats{};  ///< ratios already applied by the meter
+  std::optional<double> voltage_in_floats{};  ///< ratios that the meter has already applied
   std::optional<double> current_in_floats{};
 
-  std::optional<CivilZone> zone{};  ///< zone of the meter's clock
+  std::optional<CivilZone> zone{};  ///< time zone of the meter's clock
 };
 
-/// Returns the constants of `first`; those that are empty are taken from `second`.
+/// Returns the constants of `first`; a constant that is empty there is taken from `second`.
 Scale Merge(const Scale& first, const Scale& second);
 
-/// Parses the data of 08 12 (reference, 9.3 and 9.6). Undefined constants stay empty.
+/// Parses the build variant, the data of 08 12 (reference, 9.3 and 9.6). Undefined constants stay
+/// empty.
 Scale ParseVariant(View data);
-/// Parses the ten data bytes of 08 02. A ratio of 0 stays empty.
+/// Parses the ratios, the ten data bytes of 08 02. A ratio of 0 stays empty.
 Scale ParseRatios(View data);
 
-/// value = count * multiply / divide; two numbers, so that 10001 / 10000 is exactly 1.0001.
+/// A conversion: value = count * multiply / divide. Two numbers, so that 10001 / 10000 is exactly
+/// 1.0001.
 struct Factor {
   double multiply = 1;
   double divide = 1;
 };
 
-/// The kind of quantity, which decides the constants that its conversion needs.
+/// The kind of a quantity; it decides which constants the conversion needs.
 enum class Measure {
   plain,
   energy,

@@ -16,8 +16,9 @@ constexpr Knows kNo = Knows::no;
 constexpr Knows kYes = Knows::yes;
 constexpr Knows kPerhaps = Knows::perhaps;
 
-// Codes and names: reference 9.3. Floats: 9.7, "SET-4TM.02 and older: integers only". Masks: 9.8,
-// supported by M models, and by .03 from firmware 02.28.30 and PSCH from 32.00.00.
+// The types of meters. Codes and names: reference 9.3. Floats: 9.7, "SET-4TM.02 and older: integers
+// only". Masks: 9.8, supported by M models, and by .03 from firmware 02.28.30 and PSCH from
+// 32.00.00.
 constexpr MeterType kTypes[] = {
     {0x0, "SET-4TM.02, SET-1M.01", kUnknown, kNo, kNo},
     {0x1, "SET-4TM.03", kUnknown, kYes, kPerhaps},
@@ -33,7 +34,7 @@ constexpr MeterType kTypes[] = {
     {0xB, "PSCH-3/4TM.05MK", kUnknown, kPerhaps, kPerhaps},
 };
 
-/// Returns "8 (SET-4TM.02M, .03M)", or "C" for an unknown type.
+/// Returns the code and name of a type: "8 (SET-4TM.02M, .03M)", or "C" for an unknown type.
 std::string NameOfType(std::uint8_t code) {
   const std::string digit(1, "0123456789ABCDEF"[code & 0x0FU]);
   const MeterType* type = FindType(code);
@@ -144,7 +145,8 @@ void Identification::Learn(View pdu, View data) {
   }
 }
 
-/// A meter that refuses to report its type fits any profile, but its status word is not decoded.
+/// Takes a refusal. A meter that refuses to report its type fits any profile, but its status word
+/// is not decoded.
 bool Identification::OnRefused(View pdu) {
   if (Is(pdu, kAskRatios)) asked_ratios_ = true;
   if (Is(pdu, kAskVariant)) {
@@ -155,7 +157,8 @@ bool Identification::OnRefused(View pdu) {
   return Is(pdu, kAskVariant) || Is(pdu, kAskRatios);
 }
 
-/// Codes above B are newer than the reference: they give a remark, not a trouble.
+/// Sets trouble_ if the meter's type is none of the profile's types. Codes above B are newer than
+/// the reference: they give a remark, not a trouble.
 void Identification::Judge() {
   trouble_ = {};
   if (settings_.types.empty() || std::ranges::count(settings_.types, *type_) != 0) return;
@@ -170,7 +173,8 @@ void Identification::Judge() {
               "the meter has " + what + "; correct the profile or the address"};
 }
 
-/// Before the meter was asked (`baudgate decode`), the types of the profile decide.
+/// True if the meter's type is known to have the status word of .02M and .03M. If no meter was
+/// asked (`baudgate decode`), all types of the profile must have it.
 bool Identification::KnowsStatusWord() const {
   const auto known = [](std::uint8_t code) {
     const MeterType* type = FindType(code);

@@ -12,14 +12,16 @@ namespace {
 constexpr std::uint8_t kLatch = 0x08;    // parameter of kWrite
 constexpr std::uint8_t kLatched = 0x14;  // parameter of kRead
 constexpr std::uint8_t kLatchTime = 0x50;
-/// A clock that is set back by less than this does not cause a second broadcast.
+/// If this machine's clock is set back by less than this, no second broadcast is sent for the same
+/// period.
 constexpr Duration kGuard = 1s;
 
 }  // namespace
 
 Bytes LatchPdu() { return {kWrite, kLatch, 0x55, 0xAA, 0x33, 0xCC}; }
 
-/// The byte after 08 may have any value on .03 and later, so it is not compared.
+/// True for the latch broadcast. Its byte after 08 can have any value on .03 and later, so the byte
+/// is not compared.
 bool IsLatch(View pdu) {
   return pdu.size() == 6 && pdu[0] == kWrite && pdu[1] == kLatch &&
          std::ranges::equal(pdu.subspan(3), Bytes{0xAA, 0x33, 0xCC});
@@ -43,7 +45,7 @@ std::optional<Instant> LineLatch::DueAt(Duration period) const {
   const Duration shown = base_.wall.time_since_epoch();
   const Duration next = (shown + kGuard) / period * period + period;
   const Instant due = clock_->instant + (next - clock_->wall.time_since_epoch());
-  // If the clock was set far back, the broadcast is still sent after two periods.
+  // If this machine's clock was set far back, the broadcast is still sent after two periods.
   return std::min(due, base_.instant + 2 * period);
 }
 

@@ -16,7 +16,8 @@ constexpr std::size_t kMaskSize = 8;
 constexpr std::size_t kRequestSize = kMaskAt + kMaskSize;
 constexpr std::uint8_t kNone = 0xFF;
 
-/// Parameters by bit, from the lowest bit of m8 to the highest of m2.
+/// The parameters (RWRI bytes of 08 1B) by mask bit, from the lowest bit of m8 to the highest of
+/// m2.
 constexpr std::array<std::uint8_t, 56> kByBit = {
     0x00, 0x01, 0x02, 0x03, 0x04,  0x05,  0x06,  0x07,   // m8: P, Q
     0x08, 0x09, 0x0A, 0x0B, 0x30,  0x31,  0x32,  0x33,   // m7: S, cos
@@ -27,7 +28,8 @@ constexpr std::array<std::uint8_t, 56> kByBit = {
     0xE4, 0xE5, 0xE6, 0xE7, kNone, kNone, kNone, kNone,  // m2: Q of losses
 };
 
-/// True for modes in which phase 0 means phase 1: voltage, current, distortion, averaged values.
+/// True for parameters in whose group the phase 0 means phase 1: voltage, current, distortion,
+/// averaged values.
 bool ZeroIsPhaseOne(std::uint8_t parameter) {
   const unsigned mode = parameter >> 4U;
   return mode == 1 || mode == 2 || mode == 8 || mode == 0xA || mode == 0xB;
@@ -36,7 +38,7 @@ bool ZeroIsPhaseOne(std::uint8_t parameter) {
 bool HasPhases(std::uint8_t parameter) {
   const unsigned mode = parameter >> 4U;
   if (mode == 4 || mode == 7 || mode == 9) return false;  // frequency, temperature
-  // Positive sequence, unbalance and battery have one value each.
+  // Positive sequence, unbalance and battery have one value each, so they have no phases.
   return !(ZeroIsPhaseOne(parameter) && (parameter & 0x0CU) >= 8U);
 }
 
@@ -50,7 +52,7 @@ std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset) {
   if ((pdu[2] != 0 && !group) || offset / 4 > (group ? 3U : 0U)) return std::nullopt;
   std::uint8_t parameter = pdu[3];
   if (!HasPhases(parameter)) {
-    // For these parameters the phase has no meaning.
+    // For parameters without phases the phase bits have no meaning, so they are cleared.
     return static_cast<std::uint8_t>(ZeroIsPhaseOne(parameter) ? parameter & 0xFCU
                                                                : parameter & 0xF0U);
   }
@@ -131,7 +133,7 @@ std::optional<Field> AsInteger(const Field& field) {
   if (field.decoder != Decoder::float_le) return std::nullopt;
   const auto parameter = ParameterAt(field.pdu, field.offset);
   if (!parameter) return std::nullopt;
-  // 08 11 and 08 16 do not contain the temperature.
+  // The temperature is not in the replies to 08 11 and 08 16, so it has a request of its own.
   if (*parameter == kTemperature) return Field{{kRead, kAskTemperature}, Decoder::i8, 1, 0};
   const bool group = field.pdu[2] == 2;
   const Bytes pdu = {kRead, group ? kAskFour : kAskOne, field.pdu[3]};
@@ -211,7 +213,7 @@ std::vector<std::size_t> PointFields::MaskedPoints(config::Group group) const {
     points.push_back(point);
     bits.insert(*bit);
   }
-  if (bits.size() < 2) points.clear();  // a single value is cheaper by 08 1B
+  if (bits.size() < 2) points.clear();  // a single value is cheaper by 08 1B, so no mask is used
   return points;
 }
 

@@ -1,7 +1,6 @@
-// Plans which requests read a device's points, and finds the points that a reply serves. Points
-// with the same PDU share a request; float parameters may share one masked read (08 23).
+// Plans which requests read a device's points, and finds the points whose values a reply contains.
+// Points with the same PDU share a request; float parameters can share one masked read (08 23).
 // MaskRequest builds a masked read, and AsInteger returns the integer field that replaces a float.
-// SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 #include <cstdint>
@@ -17,50 +16,54 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The bits of float parameters in the mask of 08 23 (reference, 9.8), by which one exchange reads
-// many values. The planner, the decoder and the twin use this table.
+// The functions below define the bits of float parameters in the mask of 08 23 (reference, 9.8), by
+// which one exchange reads many values. The planner, the decoder and the twin use them.
 
-/// 1 + 23 * 4 data bytes fill a frame of 96 bytes.
+/// The maximum number of floats in a masked read: 1 + 23 * 4 data bytes fill a frame of 96 bytes.
 inline constexpr std::size_t kMostMaskedFloats = 23;
 
-/// Returns the parameter (RWRI byte of 08 1B) at `offset` of the reply to `pdu`, if `pdu` is a live
-/// float read, single or group. In a group reply slot 0 is the sum, or repeats phase 1.
+/// Returns the parameter (RWRI byte of 08 1B) of the value at `offset` in the reply to `pdu`, if
+/// `pdu` reads present floats, a single one or a group; else nothing. The first value of a group is
+/// the sum, or repeats phase 1.
 std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 
-/// Returns the mask bit of a parameter, 0 for the lowest bit of the last byte, or nothing.
+/// Returns the mask bit of a parameter (0: the lowest bit of the last byte), or nothing if it has
+/// none.
 std::optional<unsigned> MaskBit(std::uint8_t parameter);
 std::optional<std::uint8_t> MaskedParameter(unsigned bit);
 
 bool IsMasked(View pdu);
-/// Returns the PDU that reads these bits: 08 23 id 00 m1…m8.
+/// Returns the PDU that reads the parameters of these bits: 08 23 id 00 m1…m8.
 Bytes MaskRequest(std::uint8_t id, const std::vector<unsigned>& bits);
-/// Returns the bits in the PDU of a masked read, in the order of the values in the reply.
+/// Returns the bits in the PDU of a masked read. The values in the reply have the same order.
 std::vector<unsigned> MaskBits(View pdu);
 
-// Integer fields that replace float values, for meters without floats: SET-4TM.02 and older
-// (reference, 9.5 to 9.7). The plan, the twin and `baudgate decode` use them.
+// The functions below replace float values by integer fields, for meters without floats: SET-4TM.02
+// and older (reference, 9.5 to 9.7). The plan, the twin and `baudgate decode` use them.
 //
 //   08 1B 02 10 float_le@4  →  08 16 10 voltage_be@3     voltage of phase 1, in a group of four
 //   08 1B 00 40 float_le@0  →  08 11 40 hundredths_be@0  frequency, single
 
-/// Returns the decoder for a parameter (RWRI byte) in replies to 08 11, 08 14 and 08 16.
+/// Returns the decoder for the integer value of a parameter (RWRI byte) in replies to 08 11, 08 14
+/// and 08 16.
 Decoder IntegerDecoder(std::uint8_t parameter);
 
-/// Returns the integer field in place of a live float. Empty: `field` is no live float.
+/// Returns the integer field with the same quantity as `field`, a float that is not latched. Empty:
+/// `field` is no such float.
 std::optional<Field> AsInteger(const Field& field);
 
-/// A point whose value is in a reply, and where.
+/// A point whose value is in a reply, and the place of the value.
 struct Match {
   std::size_t point = kNoPoint;
   Field field;
 };
 
-/// A plan whose keys are PDUs. For masked reads the key is 08 23, and places are mask bits.
+/// A plan of the requests to a meter; its keys are PDUs. For masked reads the key is 08 23, and the
+/// places are mask bits.
 using PduPlan = QueryPlan<Bytes>;
 
 class PointFields {
  public:
-  /// `points` must outlive this object.
   explicit PointFields(std::span<const config::Point> points);
 
   bool HasFloats() const;
@@ -68,20 +71,20 @@ class PointFields {
     const auto& field = fields_[point];
     return field ? std::optional(field->decoder) : std::nullopt;
   }
-  /// Replaces float fields by integers, or restores the fields of the points.
+  /// Replaces float fields by integer fields, or restores the fields of the points.
   void UseIntegers(bool integers);
 
-  /// `masked`: the live floats of a group are read together, up to 23 in one masked read.
+  /// Plans the requests. `masked`: true if masked reads are used; the floats of a group that are
+  /// not latched are then read together, up to 23 in one request.
   PduPlan MakePlan(bool masked, Often is_often = IsFast) const;
-  /// Returns the PDU of a query in `plan`. The id byte of a masked read is 0.
+  /// Returns the PDU of a query in `plan`. The id byte of a masked read is 0 there.
   Bytes PduOf(const PduPlan& plan, std::size_t query) const;
-  /// Returns all points whose value is in the reply to `pdu`, with its place.
+  /// Returns all points whose value is in the reply to `pdu`, each with the place of the value.
   std::vector<Match> Matches(View pdu) const;
 
  private:
-  /// Returns the mask bit for the point. Nothing: a masked read cannot read it.
+  /// Returns the mask bit that reads the point. Empty: a masked read cannot read the point.
   std::optional<unsigned> BitOf(std::size_t point) const;
-  /// Returns the points of the group that masked reads serve.
   std::vector<std::size_t> MaskedPoints(config::Group group) const;
 
   void Index();

@@ -13,16 +13,16 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// True if `body` looks like a request of another master to the same meter. Such a request may have
+/// True if `body` looks like a request of another master to the same meter. Such a request can have
 /// the length of the reply, and its check value is correct, too.
 ///
 ///   > 14 08 1B 00 11    a float       < 14 08 1B 00 41    another master asks for the frequency
 bool IsQuestionLike(View pdu, View body) {
-  constexpr std::uint8_t kLastWay = 0x03;  // of reading floats: single, latched, group, both
+  constexpr std::uint8_t kLastWay = 0x03;  // ways of reading floats: single, latched, group, both
   if (pdu.size() < 3 || body.size() != pdu.size()) return false;
   if (body[0] != pdu[0] || body[1] != pdu[1]) return false;
   if (body.size() > 3) return body[2] <= kLastWay;
-  // A parameter has the phase in its low bits. Other bytes may belong to an integer reply.
+  // A parameter has the phase in its low bits. Other bytes may be those of an integer reply.
   return body[2] < 0x80 && (body[2] & 0x0CU) == 0;
 }
 
@@ -57,8 +57,8 @@ Reply ReplyReader::Read(View request, View frame) const {
                       (extended ? "; if this is the right meter, set `serial_number`" : ""));
   }
   const View pdu = asked->body;
-  // The request for a float is as long as its reply. Only the reply to a link test equals its
-  // request.
+  // A reply that equals its request is an echo: the request for a float is as long as its reply.
+  // Only the reply to a link test equals its request.
   if (pdu[0] != kLinkTest && std::ranges::equal(request, frame)) {
     return unexpected(
         "the request came back; if the adapter returns sent bytes, set `echo: strip`");
@@ -117,7 +117,7 @@ void ReplyReader::ReadData(Reply& reply) const {
   const auto matches = fields_.Matches(reply.pdu);
   for (const Match& match : matches) {
     Decoded decoded = DecodeField(match.field, reply.data, known);
-    // The table of another type would give the bit a wrong name.
+    // If the type is unknown, the table of another type would give the bit a wrong name.
     if (IsFlag(match.field) && !identification_.KnowsStatusWord()) {
       decoded = {{}, {Quality::bad_configuration, Reason::not_fitted}};
     }
@@ -126,9 +126,10 @@ void ReplyReader::ReadData(Reply& reply) const {
   if (matches.empty()) reply.answer.readings = ReadPrinted(reply.pdu, reply.data, known);
 }
 
-/// CRC-16 has no final XOR, so a zero after a good frame gives a good frame again: C8 03 09 30 C8
-/// has two data bytes, and C8 03 09 30 C8 00 has three. It is unknown here whether a zero follows,
-/// so the frame is accepted if one of the two forms fits.
+/// Returns the outcome of a reply. CRC-16 has no final XOR, so a zero after a good frame gives a
+/// good frame again: C8 03 09 30 C8 has two data bytes, and C8 03 09 30 C8 00 has three. This
+/// function cannot see whether a zero follows, so it accepts the frame if one of the two forms
+/// fits.
 Outcome ReplyReader::Check(View request, View frame) const {
   const Outcome outcome = Read(request, frame).answer.outcome;
   if (outcome != Outcome::unexpected) return outcome;
@@ -206,7 +207,8 @@ bool PointReads::ReadsLatched(std::size_t query) const {
   return set4tm::ReadsLatched(fields_.PduOf(plan_, query));
 }
 
-/// Ends the trial of a masked read. If a value is not good, 08 1B is used, which may return it.
+/// Takes the reply to the trial of a masked read. If a value in it is not good, the points are read
+/// by 08 1B, which may return the value.
 Answer PointReads::TakeTrial(Answer answer) {
   const bool whole = std::ranges::all_of(
       answer.readings, [](const Reading& reading) { return IsGood(reading.quality); });

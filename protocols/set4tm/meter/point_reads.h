@@ -28,20 +28,18 @@ namespace baudgate::protocols::set4tm {
 
 struct Reply {
   Answer answer;
-  View pdu;  ///< PDU of the request; empty if the frame does not answer it
-  std::optional<std::uint8_t> status;  ///< the status, if the reply has one byte
-  View data;                           ///< the data of any other reply
+  View pdu;  ///< PDU of the request; empty if the frame does not answer the request
+  std::optional<std::uint8_t> status;  ///< set if the reply is one byte, a status
+  View data;                           ///< the data, if the reply is no status
 };
 
 class ReplyReader {
  public:
-  /// The references must outlive this object.
   ReplyReader(const Settings& settings, const PointFields& fields,
               const Identification& identification)
       : settings_(settings), fields_(fields), identification_(identification) {}
 
   Reply Read(View request, View frame) const;
-  /// See Conversation::Check.
   Outcome Check(View request, View frame) const;
 
  private:
@@ -56,7 +54,6 @@ class ReplyReader {
 
 class PointReads {
  public:
-  /// The references must outlive this object.
   PointReads(const config::Device& device, const Settings& settings,
              const Identification& identification);
 
@@ -67,11 +64,12 @@ class PointReads {
     Bytes pdu;
     bool tries_masks = false;
   };
-  /// Returns the request that reads a query. A masked read has no number yet.
+  /// Returns the request that reads a query. The id byte of a masked read is not set yet, see
+  /// Number.
   Read ReadOf(std::size_t query) const;
-  /// Numbers a masked read. The meter repeats the number, so a late reply is detected.
+  /// Sets the id byte of a masked read. The meter repeats the id, so a late reply is detected.
   void Number(Bytes& pdu);
-  /// True if `pdu` is the planned request of the query, not a trial.
+  /// True if `pdu` is the planned request of the query, not a trial of a masked read.
   bool Reads(View pdu, std::size_t query) const;
   bool ReadsLatched(std::size_t query) const;
 
@@ -80,10 +78,11 @@ class PointReads {
   /// Chooses floats or integers by the meter's type. Returns true if the queries have changed.
   bool ChooseIntegers();
 
-  /// Call if a planned masked read was refused (older firmware). The points are kept.
+  /// Call it if a planned masked read was refused (older firmware). The points are then read one by
+  /// one.
   void OnMasksRefused() { UseMasks(false); }
   void OnRefused(std::size_t query, Instant now) { plan_.OnRefused(query, now); }
-  // These two return true if the queries have changed.
+  // OnAnswered, OnHeard and ForgetRefusals return true if the queries have changed.
 
   bool OnAnswered(std::size_t query, Instant now) {
     return plan_.OnAnswered(query, now) != PlanChange::nothing;
@@ -92,17 +91,16 @@ class PointReads {
     return plan_.OnHeard(query, now) != PlanChange::nothing;
   }
   void TryMasks() { tries_masks_ = MasksMayHelp(); }
-  /// Returns true if the queries have changed.
   bool ForgetRefusals();
   void OnReconnect();
-  /// Describes what was learned, for the status. Empty: nothing.
+  /// Returns a text for the status: what was learned about reading. Empty: nothing was learned.
   std::string Learned() const;
 
  private:
   void UseMasks(bool masked);
   /// True if masked reads are allowed and would save requests.
   bool MasksMayHelp() const;
-  /// Returns the masked read to try in place of the query. Nothing: none is tried.
+  /// Returns the masked read to try in place of the query. Empty: no masked read is tried.
   std::optional<Bytes> Trial(std::size_t query) const;
 
   const Settings& settings_;
@@ -110,10 +108,10 @@ class PointReads {
   PointFields fields_;
   const Often is_often_;
   PduPlan plan_;
-  bool masked_ = false;       ///< floats are read by 08 23
-  bool integers_ = false;     ///< integers are read in place of floats
-  bool tries_masks_ = false;  ///< it is unknown yet whether the meter supports masked reads
-  std::uint8_t number_ = 0;   ///< number of the latest masked read
+  bool masked_ = false;  ///< true: floats are read by masked reads (08 23)
+  bool integers_ = false;
+  bool tries_masks_ = false;  ///< true: it is not known yet whether the meter supports masked reads
+  std::uint8_t number_ = 0;   ///< id of the latest masked read
 };
 
 }  // namespace baudgate::protocols::set4tm

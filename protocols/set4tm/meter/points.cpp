@@ -15,7 +15,7 @@ struct DecoderRow {
   Decoder decoder;
   std::string_view name;
   ValueKind kind;
-  std::size_t size;  ///< data bytes; 0: the n in name(n)
+  std::size_t size;  ///< number of data bytes; 0: it is the n in name(n)
   Measure measure = Measure::plain;
 };
 
@@ -97,14 +97,13 @@ Error Wrong(std::string_view read, const std::string& why) {
   return Error{"read \"" + std::string(read) + "\": " + why};
 }
 
-/// Returns the number of data bytes up to the end of the field.
+/// Returns how many data bytes a reply must have to contain the whole field.
 std::size_t EndOf(const Field& field) {
   if (field.decoder == Decoder::flag) return (field.offset + 7) / 8;
   const std::size_t size = RowOf(field.decoder).size;
   return field.offset + (size == 0 ? field.count : size);
 }
 
-/// Parses a decoder such as "bcd(2)@0" into `field`.
 Status ParseDecoder(std::string_view read, std::string_view text, Field& field) {
   const auto at = text.find('@');
   std::string_view name = text.substr(0, at);
@@ -213,8 +212,9 @@ Status CheckType(const Field& field, const config::Point& point) {
 
 namespace {
 
-/// Returns the measure of a float by its RWRI byte (reference, 9.5). Powers, losses, voltages and
-/// currents are multiplied by ratios; angles, distortion, frequency and battery are not.
+/// Returns the measure of a float by its parameter, the RWRI byte (reference, 9.5). Powers, losses,
+/// voltages and currents are multiplied by ratios; angles, distortion, frequency and battery are
+/// not.
 Measure MeasureOfFloat(std::uint8_t parameter) {
   const unsigned kind = (parameter >> 2U) & 3U;
   switch (parameter >> 4U) {

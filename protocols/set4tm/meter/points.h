@@ -1,5 +1,5 @@
-// Parses `read` texts, "08 1B 00 11 float_le@0", into a request, a decoder and an offset.
-// SPDX-License-Identifier: Apache-2.0
+// Parses `read` texts of points, such as "08 1B 00 11 float_le@0", into a request, a decoder and an
+// offset.
 #pragma once
 
 #include <span>
@@ -41,28 +41,31 @@ enum class Decoder : std::uint8_t {
   alarm,
 };
 
-/// The place of a value: the request's PDU, and the offset in the reply's data.
+/// The place of a value: the PDU of the request, the decoder, and the offset in the data of the
+/// reply.
 struct Field {
   Bytes pdu;
   Decoder decoder = Decoder::u8;
-  std::size_t offset = 0;  ///< first byte of the value, from 0; for `flag` its number, E-01 is 1
-  std::size_t count = 0;   ///< bytes of bcd(n) and text_cp1251(n)
+  /// Offset of the first byte of the value; for `flag` the number of the flag (1 for E-01).
+  std::size_t offset = 0;
+  std::size_t count = 0;  ///< number of bytes, for bcd(n) and text_cp1251(n)
 };
 
-/// The error names the wrong part and what would be correct.
+/// Parses a `read` text. The error names the wrong part and a correct form.
 Result<Field> ParseField(std::string_view read);
-/// The `write` text of a point that corrects the clock.
+/// The `write` text of the point that corrects the clock. Other points cannot be written.
 inline constexpr std::string_view kCorrectsClock = "03 0B";
-/// Returns the text that ParseField accepts: "08 1B 00 11 float_le@0".
+/// Returns the `read` text of a field, as ParseField accepts it: "08 1B 00 11 float_le@0".
 std::string FieldText(const Field& field);
-/// Checks that `read` fits the point's type, and that only the clock correction is written.
+/// Checks that `read` fits the point's type, and that a written point is the clock correction.
 Status CheckPoint(const config::Point& point);
 Status CheckType(const Field& field, const config::Point& point);
-/// Returns which numbers the field can contain; any, if it is multiplied by constants.
+/// Returns the range of numbers that the field can contain; any number, if it is multiplied by
+/// constants.
 config::RawNumbers NumbersOf(const Field& field);
-/// Returns the kind of quantity, which decides the constants that the value needs.
+/// Returns the kind of the field's quantity, which decides the constants that its conversion needs.
 Measure MeasureOf(const Field& field);
-/// True for a bit of the status word, and for `alarm`, which combines them.
+/// True if the field is a bit of the status word, or `alarm`, which combines these bits.
 bool IsFlag(const Field& field);
 std::span<const DecoderSpec> DecoderSpecs();
 

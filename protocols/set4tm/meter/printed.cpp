@@ -31,7 +31,8 @@ class Printed {
   Field FieldAt(Decoder decoder, std::size_t offset, std::size_t count = 0) const {
     return {pdu_, decoder, offset, count};
   }
-  /// Adds the value that a point with this decoder would read.
+  /// Adds the value that a point with this decoder would read. Its label is the `read` text of the
+  /// point.
   void Add(Decoder decoder, std::size_t offset, std::size_t count = 0) {
     const Field field = FieldAt(decoder, offset, count);
     AddDecoded(FieldText(field), DecodeField(field, data_, scale_));
@@ -39,7 +40,7 @@ class Printed {
   void AddDecoded(std::string label, Decoded decoded) {
     readings_.push_back({kNoPoint, std::move(decoded.value), decoded.quality, std::move(label)});
   }
-  /// Adds a value that no decoder of points reads.
+  /// Adds a value that no decoder of points reads. Its label is the PDU and `what`.
   void AddNamed(std::string_view what, Value value, Quality quality = Quality::good) {
     readings_.push_back(
         {kNoPoint, std::move(value), quality, ToHex(pdu_) + " " + std::string(what)});
@@ -61,15 +62,13 @@ class Printed {
   std::vector<Reading> readings_;
 };
 
-// ---------------------------------------------------------------- integers (reference, 9.6)
-
 std::string DirectionOf(std::uint8_t first) {
   return std::string("active ") + ((first & 0x80U) != 0 ? "reverse" : "forward") + ", reactive " +
          ((first & 0x40U) != 0 ? "reverse" : "forward");
 }
 
-/// Adds an integer (primary if the ratios are known, else secondary, else the count) and its
-/// direction.
+/// Adds an integer and its direction. The integer is a primary value if the ratios are known, else
+/// secondary, else the count.
 void AddInteger(Printed& printed, std::uint8_t parameter, std::size_t offset) {
   const Field field = printed.FieldAt(IntegerDecoder(parameter), offset);
   const std::string place = "@" + std::to_string(offset);
@@ -94,8 +93,6 @@ void AddIntegers(Printed& printed, std::uint8_t parameter) {
     AddInteger(printed, parameter, at);
   }
 }
-
-// ---------------------------------------------------------------- times and memory
 
 constexpr std::string_view kFlags = "flags, as .02M and .03M number them";
 
@@ -123,15 +120,15 @@ void AddJournal(Printed& printed, std::uint8_t journal) {
   }
 }
 
-/// Returns "2002-08-14T14:00" from BCD minute, hour, day, month, year.
+/// Converts BCD minute, hour, day, month, year to a text such as "2002-08-14T14:00".
 Decoded DecodeMoment(std::uint8_t minute, View hour_and_date) {
   Bytes bytes = {minute, hour_and_date[0], 0x01};
   Append(bytes, hour_and_date.subspan(1, 3));
   return DecodeField({{}, Decoder::time_min, 0, 0}, bytes, {});
 }
 
-/// Adds memory bytes. The header of a load profile is hour, date, season, minutes of a slice, and
-/// their sum.
+/// Adds memory bytes. If they are the header of a load profile, it adds its parts: hour, date,
+/// season, minutes of a slice, and their sum.
 void AddMemory(Printed& printed, std::uint8_t memory, std::size_t from) {
   const View data = printed.data().subspan(std::min(from, printed.data().size()));
   const bool profile = memory == 0x03 || memory == 0x08 || memory == 0x09;
@@ -145,8 +142,6 @@ void AddMemory(Printed& printed, std::uint8_t memory, std::size_t from) {
   }
   printed.AddBytes("memory", from);
 }
-
-// ---------------------------------------------------------------- parameters of 08
 
 void AddVariant(Printed& printed) {
   constexpr std::array<double, 4> kClasses = {0.2, 0.5, 1.0, 2.0};
@@ -171,7 +166,8 @@ void AddVariant(Printed& printed) {
   }
 }
 
-/// Adds a pointer: minute (bit 7: wrapped), hour, day, month, year, address of the next slice.
+/// Adds the parts of a pointer: minute (bit 7: wrapped), hour, day, month, year, address of the
+/// next slice.
 void AddPointer(Printed& printed) {
   const Decoded moment = DecodeMoment(printed.at(0) & 0x7FU, printed.data().subspan(1));
   printed.AddNamed("current slice", moment.value, moment.quality);
@@ -179,7 +175,8 @@ void AddPointer(Printed& printed) {
   printed.Add(Decoder::u16_be, 5);
 }
 
-/// Adds the values of a masked read, each with the `read` text of a point for it as label.
+/// Adds the values of a masked read. The label of each is the `read` text of a point for this
+/// value.
 void AddMasked(Printed& printed, View pdu) {
   constexpr unsigned kTimeBit = 63;
   std::size_t at = 1;
@@ -314,7 +311,8 @@ std::vector<Reading> ReadPrinted(View pdu, View data, const Scale& scale) {
 bool MayAnswer(View pdu, std::size_t length) {
   const auto known = LengthOfData(pdu);
   if (!known || *known == length) return true;
-  if (pdu[0] == kMemoryTagged) return length == *known + 2;  // SET-4TM.03: two bytes after the id
+  // SET-4TM.03 sends two more bytes after the id.
+  if (pdu[0] == kMemoryTagged) return length == *known + 2;
   if (pdu[0] != kRead || pdu.size() != 2) return false;
   if (pdu[1] == 0x0A) return length == 4;        // SET-4TM.01
   return pdu[1] == 0x19 && length == kTime + 1;  // SET-4TM.02

@@ -17,19 +17,19 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The enumerators must be in the order of their words in the option table.
+// The enumerators of the enums below must be in the order of their words in the option table.
 
-/// Whether the meter's floats are primary or secondary values.
+/// Whether the floats that the gateway serves are primary or secondary values.
 enum class Floats : std::uint8_t { primary, secondary };
-/// Whether masked reads (08 23) are used.
 enum class Snapshot : std::uint8_t { automatic, on, off };
 
 /// A billing reading contains the energies at the beginning of each period.
 enum class BillingPeriod : std::uint8_t { day, month };
 
 struct Settings {
-  Bytes password;                              ///< six bytes
-  std::optional<std::uint32_t> serial_number;  ///< serial number of the meter that must answer
+  Bytes password;  ///< six bytes
+  /// Serial number of the meter that must answer; empty: any meter.
+  std::optional<std::uint32_t> serial_number;
   std::optional<double> meter_constant;
   std::optional<double> voltage_ratio;
   std::optional<double> current_ratio;
@@ -38,24 +38,24 @@ struct Settings {
   Checksum checksum = Checksum::crc;
   Floats floats = Floats::primary;
   Snapshot snapshot = Snapshot::automatic;
-  std::optional<CivilZone> time_zone;   ///< zone of the meter's clock
-  Duration correct_clock{};             ///< smallest drift that the gateway corrects; zero: never
-  Duration correct_clock_most{};        ///< largest drift that the gateway corrects
-  Duration latch{};                     ///< time between latch broadcasts to the line; zero: never
-  int journal_records = 10;             ///< number of records in each journal
-  std::vector<unsigned> load_profiles;  ///< load profiles to read, 1 to 3; empty: none
-  std::vector<BillingPeriod> billing;   ///< periods whose billing readings are read; empty: none
-  int billing_tariffs = 4;              ///< tariffs in billing readings, in addition to the sum
-  int load_records = 8192;              ///< records per load profile, hour headers included
-  std::vector<std::uint8_t> types;      ///< allowed type codes of 08 12; empty: any
+  std::optional<CivilZone> time_zone;  ///< time zone of the meter's clock
+  /// The smallest drift that the gateway corrects; zero: it corrects none.
+  Duration correct_clock{};
+  Duration correct_clock_most{};  ///< the largest drift that the gateway corrects
+  Duration latch{};  ///< period of the latch broadcast to the line; zero: no broadcasts
+  int journal_records = 10;
+  std::vector<unsigned> load_profiles;  ///< numbers of the load profiles to read, 1 to 3
+  std::vector<BillingPeriod> billing;
+  int billing_tariffs = 4;  ///< number of tariffs in billing readings, in addition to the sum
+  int load_records = 8192;  ///< records in each load profile, hour headers included
+  std::vector<std::uint8_t> types;
 
-  /// Returns the constants in the options, which need not be asked from the meter.
+  /// Returns the constants that are set in the options; the meter need not be asked for them.
   Scale scale() const;
 };
 
 std::span<const OptionSpec> OptionTable();
 Settings ReadSettings(const config::Options& options);
-/// Checks options such as the password, types and time zone.
 Status CheckSettings(const config::Options& options);
 
 }  // namespace baudgate::protocols::set4tm

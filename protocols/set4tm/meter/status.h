@@ -1,6 +1,5 @@
-// Explain returns what the one-byte status of a SET-4TM means for the exchange, the points and the
-// next request. The functions below it are shared by the parts of the conversation.
-// SPDX-License-Identifier: Apache-2.0
+// Explain returns the meaning of a one-byte status of a SET-4TM for the exchange, the points and
+// the next request. The functions below it are shared by the parts of the conversation.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +17,7 @@
 
 namespace baudgate::protocols::set4tm {
 
-/// Low four bits of the status byte (reference, chapter 6).
+/// The codes of a status: the low four bits of the status byte (reference, chapter 6).
 enum StatusCode : std::uint8_t {
   kOk = 0x0,
   kNotAllowed = 0x1,
@@ -36,13 +35,16 @@ constexpr std::uint8_t CodeOf(std::uint8_t status) { return status & 0x0FU; }
 
 struct StatusMeaning {
   Outcome outcome = Outcome::ok;
-  std::string reason;              ///< empty when ok
-  std::optional<Quality> quality;  ///< quality of the requested points
-  Duration wait{};  ///< pause that the meter asks for (high four bits, in s), or a longer one
-  std::string_view remedy{};  ///< advice for `baudgate status`
+  std::string reason;  ///< why the request has failed; empty if the outcome is ok
+  /// Quality that the requested points get; empty: it does not change.
+  std::optional<Quality> quality;
+  /// Time without requests that the meter asks for (high four bits, in s), or a longer time.
+  Duration wait{};
+  std::string_view remedy{};
 };
 
-/// `opening`: the request was to open the channel, where code 3 means a wrong password.
+/// Returns the meaning of a status. `opening`: true if the request was to open the channel; code 3
+/// then means a wrong password.
 StatusMeaning Explain(std::uint8_t status, bool opening);
 
 inline const Bytes kAskSerial = {kRead, kSerialNumber};
@@ -57,14 +59,14 @@ inline bool IsJournal(View pdu) {
 
 inline bool Is(View pdu, const Bytes& other) { return std::ranges::equal(pdu, other); }
 
-/// Returns an answer without readings, after which the task continues.
+/// Returns an answer without readings that lets the task continue.
 inline Answer AskAgain() {
   Answer answer;
   answer.then = Then::ask_again;
   return answer;
 }
 
-/// Returns the answer to any request while a wrong meter is connected.
+/// Returns the answer to any request as long as a wrong meter is connected.
 inline Answer NotThisMeter(Duration wait, const std::string& reason) {
   Answer answer;
   answer.outcome = Outcome::refused;
@@ -73,7 +75,7 @@ inline Answer NotThisMeter(Duration wait, const std::string& reason) {
   return answer;
 }
 
-/// Joins texts that are not empty: "load_1 read to …, no load_2: it refuses it".
+/// Joins the texts that are not empty by commas: "load_1 read to …, no load_2: it refuses it".
 inline std::string Listed(const std::vector<std::string>& texts) {
   std::string list;
   for (const std::string& text : texts) {

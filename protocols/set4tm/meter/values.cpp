@@ -11,11 +11,12 @@
 
 namespace baudgate::protocols::set4tm {
 
-// Windows-1251 has a table for 80 to BF, and the Cyrillic alphabet in one run after it.
+// FromCp1251 and ToCp1251 need a table for the bytes 80 to BF. From C0 on, Windows-1251 has the
+// Cyrillic alphabet in one run.
 
 namespace {
 
-/// Code points of the bytes 80 to BF.
+/// The Unicode code points of the bytes 80 to BF.
 constexpr std::array<char16_t, 64> kUpper = {
     0x0402, 0x0403, 0x201A, 0x0453, 0x201E, 0x2026, 0x2020, 0x2021, 0x20AC, 0x2030, 0x0409,
     0x2039, 0x040A, 0x040C, 0x040B, 0x040F, 0x0452, 0x2018, 0x2019, 0x201C, 0x201D, 0x2022,
@@ -24,7 +25,7 @@ constexpr std::array<char16_t, 64> kUpper = {
     0x00AC, 0x00AD, 0x00AE, 0x0407, 0x00B0, 0x00B1, 0x0406, 0x0456, 0x0491, 0x00B5, 0x00B6,
     0x00B7, 0x0451, 0x2116, 0x0454, 0x00BB, 0x0458, 0x0405, 0x0455, 0x0457,
 };
-constexpr char16_t kAlphabet = 0x0410;  // code point of byte C0
+constexpr char16_t kAlphabet = 0x0410;  // code point of the byte C0
 
 char16_t ToCodePoint(std::uint8_t byte) {
   if (byte < 0x20 || byte == 0x7F) return u'?';
@@ -110,7 +111,7 @@ Decoded Scaled(double count, Measure measure, const Scale& scale) {
   return {count * factor->multiply / factor->divide, Quality::good};
 }
 
-/// A missing value is a NaN whose first byte is a status code (reference, 9.8).
+/// Decodes a float. A missing value is a NaN whose first byte is a status code (reference, 9.8).
 Decoded DecodeFloat(const Field& field, View data, const Scale& scale) {
   const std::size_t at = field.offset;
   const auto value = ByteReader(data).F32Le(at);
@@ -150,8 +151,9 @@ Decoded DecodeVersion(View digits) {
   return {text, Quality::good};
 }
 
-/// Decodes seconds (if `seconds`), minute, hour, weekday and date; only a date without `clock`. All
-/// zeros mean no time (an open journal record): an empty text.
+/// Decodes a time of BCD bytes: seconds (if `seconds`), minute, hour, weekday and date; only the
+/// date if `clock` is false. All zeros mean that there is no time (an open journal record), which
+/// gives an empty text.
 Decoded DecodeTime(View bytes, bool seconds, bool clock) {
   if (std::ranges::all_of(bytes, [](std::uint8_t byte) { return byte == 0; })) {
     return {std::string(), Quality::good};
@@ -184,7 +186,8 @@ std::optional<std::uint32_t> U24Be(View data, std::size_t at) {
   return (std::uint32_t{(*bytes)[0]} << 16U) | (std::uint32_t{(*bytes)[1]} << 8U) | (*bytes)[2];
 }
 
-/// Returns the direction flag that makes an integer value negative (reference, 9.6).
+/// Returns the direction flag that makes an integer value of this decoder negative (reference,
+/// 9.6).
 std::uint32_t SignOf(Decoder decoder) {
   if (decoder == Decoder::power_be || decoder == Decoder::factor_be) return kActiveReverse;
   return decoder == Decoder::reactive_be ? kReactiveReverse : 0;
@@ -192,7 +195,7 @@ std::uint32_t SignOf(Decoder decoder) {
 
 Decoded DecodeCounts(const Field& field, View data, const Scale& scale) {
   const auto raw = ByteReader(data).U32Be(field.offset);
-  // All ones for "no data" is field practice, not in the manual (reference, 8.5).
+  // All ones mean "no data". This is known from practice, not from the manual (reference, 8.5).
   if (!raw || *raw == kNoCounts) return Bad(Quality::bad_device_failure);
   if (field.decoder == Decoder::counts) return Number(*raw);
   return Scaled(*raw, Measure::energy, scale);
@@ -206,8 +209,8 @@ Decoded DecodeInteger(const Field& field, View data, const Scale& scale) {
   return Scaled(negative ? -magnitude : magnitude, MeasureOf(field), scale);
 }
 
-/// The byte after the time is 0 in summer: it tells which of two equal hours it is (reference,
-/// 8.1).
+/// Decodes a time to seconds since 1970. The byte after the time is 0 in summer, which decides
+/// which of two equal hours in autumn it is (reference, 8.1).
 Decoded DecodeClock(const Field& field, View data, const Scale& scale) {
   if (!scale.zone) return Bad({Quality::bad_configuration, Reason::not_fitted});
   const auto time = ByteReader(data).Slice(field.offset, kCivilSize);
@@ -233,7 +236,6 @@ Decoded Plain(const std::optional<T>& value) {
   return value ? Number(*value) : Bad(Quality::bad_device_failure);
 }
 
-/// Returns the number of bytes for decoders that read a run of bytes.
 std::size_t RunLength(const Field& field) {
   switch (field.decoder) {
     case Decoder::version:
@@ -267,7 +269,8 @@ Decoded DecodeRun(const Field& field, View data) {
     case Decoder::time_min:
       return DecodeTime(*run, false, true);
     default: {
-      // No faults: E-38 broadcast received, E-39 on reserve supply, E-40 write protection on.
+      // These flags are not faults: E-38 broadcast received, E-39 on reserve supply, E-40 write
+      // protection on.
       const bool fault =
           std::any_of(run->begin(), run->end() - 1, [](std::uint8_t b) { return b != 0; });
       return {fault || ((*run)[4] & 0x1FU) != 0, Quality::good};
@@ -292,13 +295,14 @@ std::uint8_t ToBcd(std::uint64_t value) {
   return static_cast<std::uint8_t>((value / 10 % 10) << 4U | value % 10);
 }
 
-/// Returns two digits of "2002-09-02T15:30:31" from `at`, or 0 if the text is shorter.
+/// Returns two digits of a time such as "2002-09-02T15:30:31", from offset `at`, as a BCD byte; 0
+/// if the text is shorter.
 std::uint8_t BcdOf(std::string_view text, std::size_t at) {
   if (at + 2 > text.size()) return 0;
   return ToBcd(ParseInteger<std::uint64_t>(text.substr(at, 2)).value_or(0));
 }
 
-/// Returns the weekday of an ISO date, 1 for Monday, or 0 for no date.
+/// Returns the weekday of an ISO date, 1 for Monday; 0 if the text is no date.
 std::uint8_t Weekday(std::string_view text) {
   if (text.size() < 10) return 0;
   const auto year = ParseInteger<int>(text.substr(0, 4));
@@ -405,7 +409,7 @@ Decoded DecodeField(const Field& field, View data, const Scale& scale) {
       return DecodeClock(field, data, scale);
     case Decoder::drift:
     case Decoder::latched:
-      return Bad(Quality::bad_waiting);  // the time of this machine is unknown here
+      return Bad(Quality::bad_waiting);  // LatchedReads sets the value, the time of the broadcast
     case Decoder::flag: {
       const auto byte = reader.U8((field.offset - 1) / 8);
       if (!byte) return Bad(Quality::bad_device_failure);
@@ -433,7 +437,7 @@ bool EncodeField(const Field& field, const Value& value, const Scale& scale, Byt
     return true;
   }
   if (field.decoder == Decoder::clock) return Put(data, field.offset, EncodeClock(number, scale));
-  // `alarm` is not written: it follows from the flags.
+  // `alarm` has no bytes of its own: it follows from the flags.
   const Bytes bytes =
       field.decoder <= Decoder::hundredths_be ? EncodeNumber(field, number, scale) : Bytes();
   return !bytes.empty() && Put(data, field.offset, bytes);

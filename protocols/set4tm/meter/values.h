@@ -11,16 +11,18 @@
 
 namespace baudgate::protocols::set4tm {
 
-// Texts of a meter (the name of its metering point) are in Windows-1251.
+// Some texts of a meter (the name of its metering point) are in Windows-1251.
 
-/// Converts the text up to the first zero byte, without trailing blanks. Control bytes become '?'.
+/// Converts a text up to its first zero byte to UTF-8, without trailing blanks. Control bytes
+/// become '?'.
 std::string FromCp1251(View bytes);
-/// Characters that Windows-1251 does not contain become '?'.
 Bytes ToCp1251(std::string_view utf8);
 
-/// Returns a bad quality, never a number, for a missing value or an unknown constant.
+/// Decodes the value of `field` from the data of a reply. For a missing value or an unknown
+/// constant the result has a bad quality and no number.
 Decoded DecodeField(const Field& field, View data, const Scale& scale);
-/// Writes `value` into the data as the meter would. Returns false, unchanged, if it does not fit.
+/// Writes `value` into the data as the meter would. If the value does not fit, returns false and
+/// leaves the data unchanged.
 bool EncodeField(const Field& field, const Value& value, const Scale& scale, Bytes& data);
 
 }  // namespace baudgate::protocols::set4tm

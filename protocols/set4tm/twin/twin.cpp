@@ -66,10 +66,11 @@ std::uint8_t TwinClock::Correct(std::chrono::seconds by, Instant now) {
 namespace {
 
 constexpr Duration kChannelLife = 20s;
-/// Variant: class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A = 5000; type 8.
+/// The default build variant: class 0.2S/0.5, 3 x 57.7 V, 5 A; both directions, three phases, A =
+/// 5000; type 8.
 constexpr std::uint8_t kVariantBytes[] = {0x10, 0x40, 0x80};
 constexpr std::uint8_t kUnitRatios[] = {0, 1, 0, 1, 0, 0, 0, 0, 0, 0};
-/// A NaN whose first byte means that the parameter is not supported (reference, 9.8).
+/// A NaN whose first byte means that the meter does not support the parameter (reference, 9.8).
 constexpr std::uint8_t kUnsupportedFloat[] = {0x01, 0x00, 0x80, 0x7F};
 
 void AppendFloat(Bytes& data, const std::optional<double>& value) {
@@ -81,7 +82,7 @@ void AppendFloat(Bytes& data, const std::optional<double>& value) {
   for (unsigned i = 0; i < 4; ++i) data.push_back(static_cast<std::uint8_t>(bits >> (8 * i)));
 }
 
-/// Returns the request that reads the present value in place of the latched one.
+/// Returns the request for the present value if `pdu` reads the latched one; else `pdu`.
 Bytes Live(View pdu) {
   Bytes live(pdu.begin(), pdu.end());
   if (ReadsLatched(pdu)) live[2] &= 2U;
@@ -176,7 +177,7 @@ Bytes MeterTwin::Serve(View pdu, Instant now) {
   return data ? *data : Bytes{kNotAllowed};
 }
 
-/// Access level 1 may only correct the clock.
+/// Carries out a write and returns the status. At access level 1 only the clock can be corrected.
 std::uint8_t MeterTwin::Write(View pdu, Instant now) {
   constexpr std::uint8_t kCorrectClock = 0x0B;
   if (pdu[1] != kCorrectClock) return kLevelTooLow;
@@ -214,7 +215,7 @@ TwinLoad* MeterTwin::load(unsigned profile) {
   return found == loads_.end() ? nullptr : &found->second;
 }
 
-/// Answers requests for the time, for the pointer, interval and memory of a load profile.
+/// Answers requests for the time, and for the pointer, interval and memory of a load profile.
 std::optional<Bytes> MeterTwin::OfClock(View pdu, Instant now) const {
   const bool of_latch = std::ranges::equal(pdu, AskLatchTime());
   const auto shown = clock_.At(of_latch ? latched_at_ : now);
@@ -277,7 +278,7 @@ bool MeterTwin::Fill(View pdu, Instant now, Bytes& data) const {
   for (const auto& point : points_.all()) {
     if (!point.read || !std::ranges::equal(point.read->pdu, pdu)) continue;
     found = true;
-    // Serial number and address follow from the configuration, measured values from the points.
+    // Serial number and address come from the configuration, not from points.
     const Decoder decoder = point.read->decoder;
     if (identity && (decoder == Decoder::u32_be || decoder == Decoder::u8)) continue;
     EncodeField(*point.read, Measured(pdu, point, now), scale, data);

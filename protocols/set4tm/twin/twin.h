@@ -22,19 +22,20 @@
 
 namespace baudgate::protocols::set4tm {
 
-// The addresses of a simulated meter: short, extended (its serial number), and configured.
+// The addresses of a simulated meter: the short address, the extended address (its serial number),
+// and the configured address.
 class TwinAddress {
  public:
-  /// A meter that is configured by its extended address has a short address as well. `serial`: the
-  /// configured number; empty or 0: that of an extended address, or a default.
+  /// `configured`: the configured address; if it is extended, the meter has a short address as
+  /// well. `serial`: the configured serial number; empty or 0: the number is that of the extended
+  /// address, or a default.
   TwinAddress(Bytes configured, std::optional<std::uint32_t> serial);
 
   bool Hears(View address) const;
-  /// True if the request came to the common address and the meter's own address is another one.
+  /// True if the request came to the common address 0 and the meter's own address is another one.
   bool IsCommon(View address) const;
-  /// Returns the address in the reply to a request to `address`.
+  /// Returns the address that the reply to a request to `address` must have.
   View ReplyTo(View address) const;
-  /// Sets the address in all later replies.
   void ReplyAs(Bytes address) { reply_as_ = std::move(address); }
 
   std::uint8_t short_address() const { return own_[0]; }
@@ -42,8 +43,9 @@ class TwinAddress {
 
  private:
   const Bytes configured_;
-  Bytes own_;       // the short address
-  Bytes reply_as_;  // empty: the requested address, or the short one for 0
+  Bytes own_;  // the short address
+  // Address of all replies; empty: the requested address, or the short address for 0.
+  Bytes reply_as_;
   std::uint32_t serial_ = 0;
 };
 
@@ -55,7 +57,8 @@ class TwinClock {
   void Set(Now now) { set_ = now; }
   /// Returns the meter's time. Empty: the clock was never set.
   std::optional<CivilZone::Utc> At(Instant now) const;
-  /// Returns the status. Level 1 may correct by up to two minutes, once a day, within an hour.
+  /// Corrects the clock and returns the status. Access level 1 allows corrections of up to two
+  /// minutes, once a day, within an hour.
   std::uint8_t Correct(std::chrono::seconds by, Instant now);
 
   const CivilZone& zone() const { return zone_; }
@@ -69,29 +72,29 @@ class TwinClock {
 
 class MeterTwin : public Twin {
  public:
-  /// `device` and `values` must stay valid for the lifetime of the twin.
   MeterTwin(const config::Device& device, TwinValues& values);
 
   Bytes Answer(View request, Instant now) override;
   void ReplyAs(std::string_view address) override;
-  /// Starts the clock, and load profiles that begin a week earlier.
+  /// Starts the clock, and load profiles that begin a week before `now`.
   void SetClock(Now now) override;
   bool Raise(const DeviceEvent& event, Now now) override;
-  /// `profile`: 1 to 3. Returns null if the meter has no such profile, or no clock.
+  /// Returns the load profile with this number, 1 to 3. Null: the meter has no such profile, or no
+  /// clock.
   TwinLoad* load(unsigned profile);
 
  private:
-  /// Returns the status byte or the data.
+  /// Returns the content of the reply: a status byte, or data.
   Bytes Serve(View pdu, Instant now);
   std::uint8_t Write(View pdu, Instant now);
   std::optional<Bytes> OfClock(View pdu, Instant now) const;
-  /// Returns nothing if this meter does not have the parameter.
+  /// Returns the data for a read. Empty: this meter does not have the parameter.
   std::optional<Bytes> Data(View pdu, Instant now) const;
   std::optional<Bytes> OwnData(View pdu) const;
   std::optional<Bytes> Floats(View pdu, Instant now) const;
   std::optional<double> FloatOf(View pdu, std::uint8_t parameter, Instant now) const;
   void Latch(Instant now);
-  /// Returns the present value of a point, or the latched one if `pdu` reads latched values.
+  /// Returns the present value of a point, or its latched value if `pdu` reads latched values.
   Value Measured(View pdu, const TwinPoints<Field>::One& point, Instant now) const;
   bool Fill(View pdu, Instant now, Bytes& data) const;
   Scale ScaleNow(Instant now) const;
@@ -100,13 +103,14 @@ class MeterTwin : public Twin {
   TwinAddress address_;
   TwinClock clock_;
   TwinPoints<Field> points_;
-  std::map<std::uint8_t, std::size_t> float_points_;  // point index by RWRI parameter
-  std::optional<std::uint8_t> type_;                  ///< type code; empty: by the points, else 8
+  // Key: RWRI parameter; value: index of the point.
+  std::map<std::uint8_t, std::size_t> float_points_;
+  std::optional<std::uint8_t> type_;  ///< type code; empty: the points define it, else it is 8
   bool knows_floats_ = true;
   bool knows_masks_ = true;
-  std::optional<Instant> last_correct_;  // time of the last request with an open channel
+  std::optional<Instant> last_correct_;  // time of the last request while the channel was open
   Instant latched_at_{};
-  std::vector<Value> latched_;  // index: point; empty: never latched
+  std::vector<Value> latched_;  // latched values, index: point; empty: there was no latch yet
   std::map<unsigned, TwinLoad> loads_;
   TwinJournals journals_;
 };

@@ -14,7 +14,8 @@ using std::chrono::local_days;
 using std::chrono::months;
 using std::chrono::year_month_day;
 
-/// Returns the first day of the latest month with this number that has begun.
+/// Returns the first day of the month with this number: in this year if the month has begun, else
+/// in the last year.
 std::optional<local_days> MonthOf(unsigned month, year_month_day today) {
   const year_month_day first = today.year() / std::chrono::month(month) / 1;
   if (!first.ok()) return std::nullopt;
@@ -60,7 +61,7 @@ std::optional<Bytes> TwinRegisters(View pdu, CivilZone::Civil now) {
 
 namespace {
 
-/// Two reserved bytes and a status word with E-01.
+/// Content of a status record: two reserved bytes and a status word with the flag E-01.
 constexpr std::uint8_t kBatteryLow[kCivilSize] = {0, 0, 0x01, 0, 0, 0, 0};
 constexpr std::chrono::seconds kCorrection(10);
 
@@ -152,7 +153,8 @@ void TwinLoad::WriteHeader() {
   headed_ = true;
 }
 
-/// Ends the slice under way and writes it.
+/// Ends the slice under way and writes its record into the memory. `powered`: whether the meter had
+/// power.
 void TwinLoad::Finish(bool powered) {
   if (!headed_) WriteHeader();
   Bytes record;

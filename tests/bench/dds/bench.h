@@ -9,11 +9,9 @@
 
 namespace baudgate::bench {
 
-/// Starts this program as `baudgate_dds_bench ROLE ARGS…`. The child ends with this process.
 pid_t Start(const std::vector<std::string>& words);
 void End(pid_t child, int signal);
 
-/// The processor time since the start, in seconds.
 double ProcessorOf(pid_t process);
 /// Returns VmRSS in KiB.
 long ResidentOf(pid_t process);

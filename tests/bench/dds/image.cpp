@@ -1,5 +1,5 @@
-// Benchmark: time and cost until a late subscriber has 5,000 points that all change once a second.
-// The publisher is this process, each subscriber a new one.
+// Benchmark: time and processor use until a late subscriber has 5,000 points that change every
+// second.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <sys/resource.h>
@@ -70,7 +70,7 @@ double OwnProcessor() { return ProcessorOf(::getpid()); }
 
 }  // namespace
 
-/// Prints the seconds until all points have been received, and the share of a core used in 5 s.
+/// Prints the seconds until all points are received, and the share of a core used in the next 5 s.
 int BeLateSubscriber(const std::vector<std::string>&) {
   std::mutex mutex;
   std::set<std::pair<std::string, std::string>> known;

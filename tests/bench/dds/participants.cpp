@@ -1,6 +1,5 @@
-// Benchmark: cost of subscribers that join, leave, are killed, are stopped, or never acknowledge,
-// for the DDS process of a real gateway with 100 points. The subscribers of a phase share one
-// process.
+// Benchmark: cost of subscribers that join, leave, are killed or stopped, or never acknowledge, for
+// the DDS process of a gateway with 100 points.
 // SPDX-License-Identifier: Apache-2.0
 #include <fastdds/rtps/transport/test_UDPv4TransportDescriptor.h>
 #include <fmt/format.h>
@@ -33,7 +32,6 @@ namespace fs = std::filesystem;
 namespace fast = eprosima::fastdds::dds;
 constexpr int kDomain = 66;
 constexpr int kPoints = 100;
-// A domain has separate ports for this many participants of one machine.
 constexpr int kMostOfAMachine = 119;
 
 std::string Yaml() {
@@ -59,8 +57,8 @@ pid_t ChildOf(pid_t parent) {
   return 0;
 }
 
-/// Opens a reader of all points in a new participant. A `deaf` reader receives everything but never
-/// acknowledges. The readers ignore each other, because only the gateway is measured.
+/// Opens a reader of all points in a new participant. A `deaf` reader never acknowledges. The
+/// readers ignore each other, because only the gateway is measured.
 fast::DataReader* OpenReader(bool deaf) {
   auto transport = std::make_shared<eprosima::fastdds::rtps::test_UDPv4TransportDescriptor>();
   transport->interfaceWhiteList = {"127.0.0.1"};
@@ -103,7 +101,7 @@ bool IsWhole(fast::DataReader* reader) {
 class Table {
  public:
   explicit Table(pid_t daemon) : daemon_(daemon) {}
-  /// Prints one row: what the process used during `time`, and its memory at the end.
+  /// Prints one row: processor time of the DDS process during `time`, and its memory at the end.
   void Row(const std::string& what, std::chrono::seconds time) {
     const pid_t process = ChildOf(daemon_);
     const double before = ProcessorOf(process);
@@ -131,7 +129,6 @@ class Table {
   long first_ = 0;
 };
 
-/// Starts `count` subscribers and waits until each has received all points.
 pid_t Join(int count, const std::string& kind) {
   const std::string ready = fmt::format("/tmp/baudgate-participants-{}", ::getpid());
   fs::remove(ready);
@@ -146,7 +143,7 @@ pid_t Join(int count, const std::string& kind) {
 
 int BeSubscribers(const std::vector<std::string>& words) {
   const int count = std::stoi(words.at(1));
-  // Lowers its priority: on other machines the subscribers would not use the gateway's processors.
+  // A low priority, because on other machines subscribers would not use the gateway's processors.
   [[maybe_unused]] const int nice = ::nice(19);
   const bool deaf = words.at(2) == "deaf";
   sigset_t stop;
@@ -157,10 +154,10 @@ int BeSubscribers(const std::vector<std::string>& words) {
   for (int i = 0; i < count; ++i) {
     readers.push_back(OpenReader(deaf));
     if (readers.back() == nullptr) return 4;
-    // The gateway accepts eight new participants a second from one address.
+    // The gateway accepts at most eight new participants a second from one address.
     std::this_thread::sleep_for(150ms);
   }
-  // A reader that never acknowledges cannot request earlier samples, so it gets no image.
+  // A reader that never acknowledges cannot request earlier samples, so it is not waited for.
   while (!deaf && !std::ranges::all_of(readers, IsWhole)) std::this_thread::sleep_for(50ms);
   std::ofstream(words.at(3)) << count;
   int number = 0;

@@ -1,5 +1,4 @@
-// Tests that protocol modules of another contract are refused, and the precedence of profile
-// folders.
+// Tests that modules of another interface are refused, and which profile folder takes precedence.
 // SPDX-License-Identifier: Apache-2.0
 #include "config/catalog/modules.h"
 

@@ -1,5 +1,4 @@
-// Modules that the loader must refuse: without an ABI tag, or with a wrong one. Calling into such a
-// module aborts the test.
+// Modules without an ABI tag, or with a wrong one. The loader must not call into them.
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 

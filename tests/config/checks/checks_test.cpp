@@ -1,4 +1,4 @@
-// Tests the checks on structs, without YAML. Problems are placed at the marks of the keys.
+// Tests the checks on structs, without YAML. Every problem must be reported at the mark of its key.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

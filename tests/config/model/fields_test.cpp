@@ -13,7 +13,6 @@
 namespace baudgate::config {
 namespace {
 
-/// Converts to any type, to initialise any member of a struct.
 struct Anything {
   template <typename T>
   operator T() const;  // NOLINT: meant to be implicit
@@ -33,7 +32,6 @@ constexpr std::size_t CountMembers() {
   }
 }
 
-// Change(value) makes any value different.
 void Change(bool& value) { value = !value; }
 void Change(std::string& text) { text += "+"; }
 void Change(Decimal& number) { number = number + 1; }
@@ -67,7 +65,6 @@ template <typename T>
 void Change(std::vector<T>& list) {
   list.emplace_back();
 }
-/// Changes a struct by its first setting.
 template <HasFields T>
 void Change(T& its) {
   bool changed = false;

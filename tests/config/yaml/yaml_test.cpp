@@ -49,7 +49,7 @@ TEST(Yaml, EmptyTextsAndSeveralDocumentsAreRefused) {
             "t.yaml:1:1: error: the configuration: expected a map (key: value), found a list\n");
 }
 
-// The YAML library alone would return documents endlessly here.
+// For such a text, the YAML library returns documents endlessly, so the reader must refuse it.
 TEST(Yaml, ACommaAfterTheDocumentIsRefused) {
   const std::string advice = " error: this comma is outside of brackets; remove it\n";
   EXPECT_EQ(Shown(Load("{ lines: [] },\n").problems), "t.yaml:1:14:" + advice);

@@ -1,4 +1,4 @@
-// Tests of small tools: hex, numbers, durations, checksums, checked reading.
+// Tests of text, number, duration and checksum tools.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -205,8 +205,6 @@ TEST(Csv, EscapesFormulasAndChangesNoOtherCell) {
   EXPECT_EQ(CsvLine(cells), ",'=1+1,-5,\"a,b\",\r\n");
 }
 
-// ---------------- Decimal numbers are exact, also where 64 bits are barely enough.
-
 constexpr std::uint64_t kMost = std::numeric_limits<std::uint64_t>::max();
 constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
 
@@ -262,7 +260,6 @@ TEST(Decimals, MultiplyExactlyWithinTheirDigits) {
   EXPECT_EQ(Decimal(kMost) * 1, kMost);
   EXPECT_EQ(Decimal(kLeast) * Number("-0.1"), Number("922337203685477580.8"));
   EXPECT_EQ(Number("1152921504606846977") * 10, Number("11529215046068469770"));
-  // A product of 39 digits is rounded to what 64 bits hold.
   EXPECT_EQ((Decimal(kMost) * kMost).ToDouble(), 3.4028236692093846e38);
 }
 
@@ -325,8 +322,6 @@ TEST(Decimals, ConvertToAndFromValues) {
   EXPECT_EQ(Decimal::Of(Value(std::numeric_limits<double>::quiet_NaN())), std::nullopt);
   EXPECT_EQ(Decimal::Of(Value()), std::nullopt);
 }
-
-// ---------------- Times as a user types them, to ask for past events.
 
 TEST(Since, ReadsWholeAndShortenedTimes) {
   const WallTime day = std::chrono::sys_days(std::chrono::year(2026) / 11 / 21);

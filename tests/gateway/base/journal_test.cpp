@@ -31,8 +31,6 @@ TEST(Journal, AMessageContainsItsFields) {
             "MESSAGE=runs\nPRIORITY=6\nSYSLOG_IDENTIFIER=baudgate\n");
 }
 
-/// A line break inside a text must not add a field to the datagram: LINE=other stays part of
-/// MESSAGE.
 TEST(Journal, ALineBreakInAValueCreatesNoField) {
   const std::string message = JournalMessage(Level::error, {}, "a\nLINE=other");
   EXPECT_THAT(message, HasSubstr(std::string("MESSAGE\n\x0C\0\0\0\0\0\0\0a\nLINE=other\n", 29)));
@@ -122,8 +120,6 @@ TEST(Journal, TheLogIsSentToTheJournalWithItsFields) {
   EXPECT_EQ(journald.Next(), "");
 }
 
-// ---------------- Folding of repeated log texts.
-
 Now At(Duration since) { return {Instant{} + 1h + since, WallTime{} + 1h + since}; }
 
 TEST(LogFolder, ARepeatedTextIsHeldBackForAMinute) {
@@ -149,7 +145,6 @@ TEST(LogFolder, HeldBackRepeatsAreReportedAfterAMinute) {
   EXPECT_TRUE(folder.Due(At(200s).instant).empty()) << "told once";
 }
 
-/// A repeat is written late, so its text contains the time at which it really came.
 TEST(LogFolder, ARepeatReportsItsTimes) {
   const auto local = [](Duration since) {
     const std::time_t time = std::chrono::system_clock::to_time_t(
@@ -254,9 +249,9 @@ TEST(LogFolder, ATextIsWrittenAtOnceWhenTheFolderIsFull) {
   EXPECT_FALSE(folder.Pass("one more", Level::info, At(201s)));
 }
 
-// ---------------- The log never waits for its reader.
+// ---------------- A slow reader of the log never blocks the program.
 
-/// A pipe of the smallest size. Its reader reads only when the test calls ReadUntil.
+/// A pipe of the smallest size, to log into. It is read only when the test calls ReadUntil.
 class StalledReader {
  public:
   StalledReader() {
@@ -268,7 +263,6 @@ class StalledReader {
     ::close(ends_[1]);
   }
   int descriptor() const { return ends_[1]; }
-  /// Reads until `text` has come, and returns all that was read.
   std::string ReadUntil(const std::string& text) {
     std::string all;
     char buffer[512];
@@ -311,10 +305,9 @@ TEST(Outlet, DropsLinesWithoutRoomAndReportsTheirNumber) {
   Outlet outlet(reader.descriptor(), 10000);
   const std::string line(99, 'x');
   for (int n = 0; n < 1000; ++n) outlet.Put(line + "\n");
-  // The queue holds 100 lines, and one line may be on its way to the pipe.
   EXPECT_GE(outlet.dropped(), 1000u - 100u - 1u);
   EXPECT_FALSE(outlet.Flush(0s));
-  outlet.Put(std::string(250, 'y') + "\n");  // this line is dropped, too
+  outlet.Put(std::string(250, 'y') + "\n");
   const std::string text = std::to_string(outlet.dropped()) + " log lines were dropped here";
   const std::string all = reader.ReadUntil("was not read in time\n");
   EXPECT_NE(all.find(text), std::string::npos) << all.substr(all.size() - 200);
@@ -330,7 +323,6 @@ TEST(Outlet, EndsWhileItsThreadWaitsForAStalledReader) {
     outlet.Put(std::string(100000, 'x') + "\n");
     EXPECT_FALSE(outlet.Flush(1ms));
   }
-  // The outlet is gone, but its thread still writes the whole line to the pipe.
   EXPECT_EQ(reader.ReadUntil("\n").size(), 100001u);
 }
 

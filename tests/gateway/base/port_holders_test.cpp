@@ -18,8 +18,7 @@
 namespace baudgate {
 namespace {
 
-/// A pty that this process holds open. After Begin, a child process holds the pty as well, until
-/// the test ends.
+/// Opens a pty in this process; after Begin, a child process has it open as well.
 class PortHolders : public ::testing::Test {
  protected:
   PortHolders() : master_(posix_openpt(O_RDWR | O_NOCTTY)) {
@@ -37,7 +36,6 @@ class PortHolders : public ::testing::Test {
     close(slave_);
     close(master_);
   }
-  /// Starts the child process, which inherits the open port.
   void Begin() {
     other_ = fork();
     if (other_ == 0) {

@@ -21,7 +21,6 @@ namespace {
 
 using ::testing::ElementsAre;
 
-/// Blocks each round that calls Enter until the test calls Open.
 class Gate {
  public:
   void Enter() {
@@ -68,7 +67,7 @@ TEST(Worker, RunsWhenStartedOrWokenAndOnceMoreAtItsEnd) {
   worker.Stop();
   worker.Stop();
   EXPECT_TRUE(worker.stopping());
-  worker.Wake();  // wakes a thread that has ended: nothing happens
+  worker.Wake();  // has no effect: the thread has ended
   EXPECT_THAT(notes.all(), ElementsAre("round", "round", "last"));
 }
 
@@ -159,7 +158,6 @@ TEST(Worker, ItsThreadHasTheGivenNameAndBlocksSignals) {
   EXPECT_EQ(sigismember(&own, SIGTERM), 0) << "the thread that starts it takes them as before";
 }
 
-/// Audit and events share a thread like this.
 TEST(WorkThread, WorkersTakeTurns) {
   Notes notes;
   Gate busy_gate;
@@ -169,7 +167,7 @@ TEST(WorkThread, WorkersTakeTurns) {
     if (last) return kWhenWoken;
     busy_gate.Enter();
     notes.Add("busy");
-    return Instant();  // asks for the next round at once, always
+    return Instant();  // a time in the past: the thread must call it again at once
   });
   busy.Start();
   busy_gate.AwaitBegun();

@@ -1,4 +1,4 @@
-// Tests of how many file descriptors the daemon asks for, and how it divides them.
+// Tests how many file descriptors the daemon requests, and how it divides them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/descriptors.h"
 

@@ -23,7 +23,7 @@ namespace {
 
 using testing::ElementsAre;
 
-/// Records what a RememberingOutput has seen. Must outlive the output.
+/// Records what a RememberingOutput has received. Must outlive the output.
 struct Seen {
   template <typename Change>
   void Note(Change change) {
@@ -31,7 +31,6 @@ struct Seen {
     change();
     changed.notify_all();
   }
-  /// Waits until `holds` is true. False if that takes more than ten seconds.
   template <typename Holds>
   bool Wait(Holds holds) {
     std::unique_lock lock(mutex);
@@ -40,8 +39,8 @@ struct Seen {
 
   std::mutex mutex;
   std::condition_variable changed;
-  std::vector<std::string> samples;  // "a p0 8": device, point, quality
-  std::size_t devices = 0;           // devices in the running configuration
+  std::vector<std::string> samples;  // Example: "a p0 8" is device, point, quality
+  std::size_t devices = 0;
   std::vector<std::string> calls;
 };
 
@@ -88,7 +87,6 @@ class RememberingOutput final : public outputs::Output {
     seen_.Note([&] { seen_.devices = devices; });
     Call(what);
   }
-  /// Records all points once, then each point that changes.
   void Run(const std::stop_token& stop) {
     std::uint32_t known = 0;
     bus::Changes changes;

@@ -29,7 +29,7 @@ config::Line LineOf(const std::string& name, const std::string& device) {
   config::Line line = ToyLine({ToyDevice(device, "A", points)});
   line.name = name;
   line.port = "/dev/not-there";
-  // Each device has an event rule, so a watch refers to it.
+  // Each device has an event rule, so the object that watches for events refers to the device.
   for (config::Device& its : line.devices) {
     its.point_events = true;
     its.points[0].events.emplace_back();
@@ -37,7 +37,6 @@ config::Line LineOf(const std::string& name, const std::string& device) {
   return line;
 }
 
-/// Line "stays" is changed in place in each round, "goes" is restarted, removed and added again.
 config::Config ConfigOf(std::size_t round) {
   config::Config config;
   config.name = "plant";
@@ -79,7 +78,6 @@ class Ownership : public ::testing::Test {
     Remember();
   }
 
-  /// Records the configurations that the lines have now.
   void Remember() {
     const bus::PointStore& store = daemon_->store();
     for (std::uint32_t device = 0; device < store.device_count(); ++device) {
@@ -92,7 +90,7 @@ class Ownership : public ::testing::Test {
   config::Catalog catalog_;
   std::size_t round_ = 0;
   std::unique_ptr<Daemon> daemon_;
-  std::size_t count_ = 0;  // configurations seen so far
+  std::size_t count_ = 0;
   std::set<std::weak_ptr<const config::Line>, std::owner_less<>> seen_;
 };
 

@@ -1,5 +1,4 @@
-// Tests of `Reloader`: what is on trial, confirmed and refused. A configuration is one line, whose
-// name is the text of its file.
+// Tests of `Reloader`. A configuration has one line, whose name is the text of its file.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reloader.h"
 
@@ -22,7 +21,6 @@ using ::testing::Not;
 
 constexpr Duration kNever = Duration::zero();
 
-/// A comment changes nothing, but the text of the profile does.
 config::Config ConfigOf(const std::string& text, const std::string& profile = {}) {
   config::Config config;
   config.lines.emplace_back().name = text.substr(0, text.find('#')) + profile;
@@ -88,7 +86,6 @@ class ReloaderTest : public ::testing::Test {
     });
   }
   std::string Runs() const { return running_.lines[0].name; }
-  /// Returns the configuration that a start would use now.
   std::string AtAStart() const {
     const reload::KeptConfigs kept(folder_);
     return kept.IsUnconfirmed(file_) ? kept.confirmed().value_or("none") : file_;
@@ -96,11 +93,11 @@ class ReloaderTest : public ::testing::Test {
 
   const fs::path folder_ = fs::path(::testing::TempDir()) / "baudgate-reloader/configurations";
   std::string file_ = "a";
-  std::shared_future<void> disk_;  // if valid: the file cannot be read before the future is ready
+  std::shared_future<void> disk_;  // if valid: the file can be read only when the future is ready
   std::string profile_;
   std::vector<std::string> warnings_;
   std::vector<std::string> troubles_;
-  std::vector<std::string> missing_;  // what the applied configuration lacks
+  std::vector<std::string> missing_;
   std::string told_;
   config::Config running_ = ConfigOf("a");
   std::unique_ptr<Reloader> reloader_;
@@ -112,7 +109,7 @@ TEST_F(ReloaderTest, ATrialEndsOnlyByConfirmationOrAnEarlierConfiguration) {
     const char* file;
     Duration confirm;
     const char* at_a_start;
-    Duration left;  // at most
+    Duration left;
   };
   const Step steps[] = {
       {"b", 60s, "a", 60s},       {"b", kNever, "a", 60s},    {"b#", kNever, "a", 60s},
@@ -136,7 +133,6 @@ TEST_F(ReloaderTest, ATrialEndsOnlyByConfirmationOrAnEarlierConfiguration) {
   EXPECT_EQ(Confirm().exit_code, 2);
 }
 
-/// The file is the confirmed one, but the running configuration differs by its profile.
 TEST_F(ReloaderTest, AChangedProfileAloneCanBeOnTrial) {
   Start();
   profile_ = "2";

@@ -1,4 +1,4 @@
-// Test of `Ticker`: values age even if no output asks for them.
+// Test of `Ticker`: values age even if no output reads them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/ticker.h"
 

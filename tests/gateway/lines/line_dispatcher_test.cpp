@@ -1,4 +1,4 @@
-// Tests of writes that a line cannot take, of lines that share a loop, and of removed lines.
+// Tests of writes that a line cannot accept, of lines that share a loop, and of removed lines.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -38,7 +38,6 @@ class LineDispatcherTest : public ::testing::Test {
     dispatcher_ = std::make_unique<LineDispatcher>(*store_, catalog_, *lines_);
   }
 
-  /// Submits a write. Returns false if the line is busy.
   bool Write(std::uint32_t device = 0) {
     bus::WriteCommand command;
     command.device = device;
@@ -80,7 +79,6 @@ TEST_F(LineDispatcherTest, AWriteToALineEndedByAReloadIsNotSent) {
   EXPECT_EQ(Counted(WriteEnd::not_sent), 1U);
 }
 
-/// During a reload, routes still send requests to a line that has ended.
 TEST_F(LineDispatcherTest, ARoutedRequestToAnEndedLineIsLineDown) {
   const auto ended = lines_->at(0).Take();
   std::optional<bus::RoutedReply> reply;
@@ -94,7 +92,6 @@ TEST_F(LineDispatcherTest, ARoutedRequestToAnEndedLineIsLineDown) {
   EXPECT_FALSE(reply->sent);
 }
 
-/// DDS clients may write to a line that a reload has added but not started.
 TEST_F(LineDispatcherTest, AWriteToALineThatAReloadIsAddingIsNotSent) {
   config::Line added = config_.lines[0];
   added.name = "added";
@@ -127,8 +124,6 @@ TEST_F(LineDispatcherTest, ADeniedManualTelegramIsNotCountedAsAWrite) {
   dispatcher_->OnNotTaken({.client = "user:anna", .value = std::string("3E **")});
   EXPECT_EQ(Counted(WriteEnd::denied), 0U);
 }
-
-// ---------------- Lines that share a loop, on real sockets.
 
 using asio::ip::tcp;
 using Far = test::FarEnd<tcp::socket>;
@@ -165,7 +160,6 @@ class SharedLoop : public testing::Test {
     });
   }
   bool WaitFor(const std::function<bool()>& condition) { return test::RunUntil(io_, condition); }
-  /// True if the line asks its device again.
   bool GoesOn(std::size_t line) {
     const std::size_t before = ends_[line]->received().size();
     return WaitFor([&] { return ends_[line]->received().size() > before; });
@@ -221,8 +215,6 @@ TEST_F(SharedLoop, ManyStopsAtOnceComplete) {
   for (const auto& runner : runners_) EXPECT_FALSE(runner->is_open());
 }
 
-// ---------------- Lines that a reload removes while their drivers hang.
-
 struct CountedNews final : bus::EventSink {
   void OnReported(bus::ReportedEvents) override {}
   void OnDrained(std::uint32_t, Instant) override {}
@@ -234,7 +226,7 @@ struct CountedNews final : bus::EventSink {
   std::atomic<int> late = 0;
 };
 
-/// A new line of the same name may run already, and would get the alarm of the removed line.
+/// A new line of the same name can run already, and would get the alarm of the removed line.
 TEST(Lines, AnAbandonedLineReportsNothingWhenItsDriverReturns) {
   config::Config config;
   config.lines = {ToyLine({ToyDevice("a", "A", {"1"})})};
@@ -262,7 +254,6 @@ TEST(Lines, AnAbandonedLineReportsNothingWhenItsDriverReturns) {
   EXPECT_EQ(news.late, 0);
 }
 
-/// The answer to a reload contains these texts: a line that no client can reach is no success.
 TEST(Lines, LinesThatCannotOpenReportTheirReason) {
   asio::io_context io;
   const asio::ip::tcp::acceptor other(io, {asio::ip::address_v4::loopback(), 0});
@@ -322,7 +313,7 @@ TEST(Placement, TheFormOfThePortSelectsTheThreadOfALine) {
       {"/dev/ttyUSB0", ThreadKind::own_thread},
       {"/dev/ttyS1", ThreadKind::own_thread},
       {"/dev/serial/by-id/usb-FTDI", ThreadKind::own_thread},
-      {"/tmp/port", ThreadKind::own_thread},  // the link may lead to any kind of port
+      {"/tmp/port", ThreadKind::own_thread},  // the link can lead to a port of any kind
       {"ttyUSB0", ThreadKind::own_thread},
       {"", ThreadKind::own_thread},
   };

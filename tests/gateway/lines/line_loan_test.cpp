@@ -1,4 +1,4 @@
-// Tests of a port that is lent, by hand or over the network, under virtual time.
+// Tests of a port that is lent to another program, by hand or over the network.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/lines.h"
 #include "tests/gateway/lines/line_port_fixture.h"
@@ -72,7 +72,6 @@ TEST_F(PortInAWrite, TakenBackBeforeTheWriteHasEndedIsNotLent) {
   EXPECT_GT(port_.sends, sends) << "polls go on";
 }
 
-/// A reload restarts the line before the write has ended.
 TEST_F(PortInAWrite, AReleaseThatWaitsForTheWriteSurvivesAReload) {
   const auto until = [&] { return ManualSettingsOf(*store_, 0, config_.lines[0]).released_until; };
   ReleaseDuringAWrite();
@@ -119,7 +118,6 @@ TEST_F(LocalPort, CommandsThatWaitAtTheStopAreAnswered) {
   EXPECT_EQ(ends_.size(), 2U);
 }
 
-/// A client that wants the port, in place of gateway/lines/serial_server/server.h.
 struct FakeUser final : serial_server::PortUser {
   void Grant(transports::Transport& port, const config::SerialSettings&, Now) override {
     has = &port;
@@ -148,7 +146,6 @@ struct NetworkLoan : LinePortTest {
     user.has = nullptr;
     Handle([&] { line_->loan.Return(user, user.its, "it disconnected", now_); });
   }
-  /// Stops the answers of the device. Returns the request of the poll under way.
   Bytes BeginPoll() {
     answers_ = false;
     for (const int before = port_.sends; port_.sends == before;) Pass(1ms);
@@ -187,7 +184,6 @@ TEST_F(NetworkLoan, BeginsAfterTheExchangeUnderWay) {
   EXPECT_EQ(Polls(), before + 1) << "nobody is asked meanwhile";
 }
 
-/// A client that returns again and again must not keep the line from its devices.
 TEST_F(NetworkLoan, TheLinePollsBetweenTwoLoans) {
   Open();
   Pass(2s);
@@ -245,7 +241,6 @@ TEST_F(NetworkLoan, TheStopRestoresThePortSettings) {
   EXPECT_EQ(port_.resets, before + 1);
 }
 
-/// The driver hangs during a reload, which abandons the line. Then the driver returns.
 TEST_F(NetworkLoan, EndsOnARetiredLine) {
   Open();
   Pass(2s);
@@ -424,7 +419,6 @@ struct LoanOfAServer : NetworkLoan {
   LoanOfAServer() : NetworkLoan("tcp://server:4001") {}
 };
 
-/// The gateway does not open the connection again for this client.
 TEST_F(LoanOfAServer, EndsWhenTheServerEndsTheConnection) {
   for (const bool left : {false, true}) {
     Open();

@@ -50,12 +50,12 @@ class LoosePort final : public transports::Transport {
   int applied = 0;
   int sends = 0;
   Bytes last;
-  bool refuses = false;  ///< refuses other settings
+  bool refuses = false;
   bool open = false;
-  bool open_on_demand = false;   // a server that takes every connection
-  bool opens_by_itself = false;  // opens 1 ms from now
+  bool open_on_demand = false;
+  bool opens_by_itself = false;
   std::deque<Bytes> sent;
-  std::optional<std::string> changed;  // settings that another program changed
+  std::optional<std::string> changed;  // settings that another program has changed
 };
 
 class FakeRetries final : public transports::PortRetries {
@@ -103,7 +103,7 @@ class LinePortTest : public testing::Test {
     line_->Start(now_);
   }
 
-  /// Handles an input as LineRunner does.
+  /// Handles an input in the same way as LineRunner.
   template <typename Input>
   void Handle(Input input) {
     input();
@@ -119,13 +119,12 @@ class LinePortTest : public testing::Test {
   }
   void End() {
     port_.open = false;
-    port_.sent.clear();  // no device gets the request any more
+    port_.sent.clear();
     Handle([&] { line_->port.OnEnded("closed", false, now_); });
   }
   void Say(std::string_view text) {
     Handle([&] { line_->port.PassOn(ToBytes(text), now_); });
   }
-  /// Lets time pass. The device answers each request after 30 ms while `answers_` is set.
   void Pass(Duration time) {
     const Instant until = now_.instant + time;
     for (;;) {
@@ -154,7 +153,6 @@ class LinePortTest : public testing::Test {
     }
     GoTo(std::max(now_.instant, until));
   }
-  /// The program is stopped for `time`: no timer is called.
   void Stop(Duration time) { GoTo(now_.instant + time); }
   bus::LineStatus status() { return store_->ReadLine(0); }
   void Write(Duration patience = 1h) {
@@ -183,8 +181,8 @@ class LinePortTest : public testing::Test {
   FixedValues values_ = ToyValues();
   std::unique_ptr<protocols::Twin> twin_;
   bool answers_ = true;
-  bool closes_ = false;                // the server closes after each answer
-  std::set<std::uint8_t> closes_for_;  // ... or instead of the answers of these addresses
+  bool closes_ = false;                // the server closes the connection after each answer
+  std::set<std::uint8_t> closes_for_;  // closes in place of an answer of these addresses
   LoosePort port_;
   FakeRetries retries_;
   NewsSink sink_;

@@ -1,4 +1,4 @@
-// Tests of connections that prove themselves or do not, and of telegrams by hand.
+// Tests of connections that are checked before use, and of manual telegrams.
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/gateway/lines/line_port_fixture.h"
 
@@ -81,7 +81,6 @@ TEST_F(LocalPort, PortAndDeviceChangesAreReportedForTheRecords) {
                                       Pair(What::port_lent, false), Pair(What::port_lent, true)));
 }
 
-/// The loan is over, so the alarm of the lost port is reported now.
 TEST_F(LocalPort, ReportsThatThePortIsLostAfterALoan) {
   using What = bus::News::What;
   Open();
@@ -118,7 +117,7 @@ TEST_F(LocalPort, AManualTelegramIsAnsweredAndPollsContinue) {
 TEST_F(LocalPort, AManualTelegramWaitsForTheEndOfThePoll) {
   answers_ = false;
   Open();
-  Pass(20ms);  // a poll is under way
+  Pass(20ms);
   Ask("?A1\r");
   EXPECT_THAT(port_.sent, IsEmpty());
   answers_ = true;
@@ -143,11 +142,9 @@ TEST_F(LocalPort, AnUnansweredManualTelegramIsUnknown) {
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::ok));
 }
 
-/// The replies carry no tag, as in Modbus RTU.
 struct UntaggedPort : LinePortTest {
   UntaggedPort() : LinePortTest("/dev/ttyUSB0", {ToyDevice("a", "A", {"U1"})}) {}
 
-  /// Lets time pass until `sends` requests have been sent without an answer.
   void PassUntilSent(int sends) {
     for (int i = 0; i < 5000 && port_.sends < sends; ++i) Pass(1ms);
     ASSERT_EQ(port_.sends, sends);
@@ -207,7 +204,7 @@ TEST_F(LocalPort, AManualTelegramIsAnsweredWhenThePortIsLost) {
 TEST_F(LocalPort, AManualTelegramPastItsDeadlineIsNotSent) {
   answers_ = false;
   Open();
-  Pass(20ms);  // a poll is under way
+  Pass(20ms);
   Ask("?A1\r", 5ms);
   Pass(10s);
   EXPECT_THAT(ends_, ElementsAre(WriteEnd::not_sent));
@@ -215,7 +212,7 @@ TEST_F(LocalPort, AManualTelegramPastItsDeadlineIsNotSent) {
 
 TEST_F(LocalPort, AManualTelegramPastItsDeadlineIsNotSentWhenTheProgramResumes) {
   Open();
-  Pass(1500ms);  // between two polls
+  Pass(1500ms);
   const int before = port_.sends;
   Ask("WA1=7\r", 50ms);
   EXPECT_EQ(port_.sends, before) << "it waits for a quiet line";
@@ -249,7 +246,6 @@ TEST_F(LinePortTest, AnOrderlyEndedConnectionReopensOnDemand) {
   EXPECT_THAT(retries_.downs, IsEmpty());
 }
 
-/// The connection comes after the exchange, after the deadline, or after the client has left.
 TEST_F(LinePortTest, ACommandThatWaitsForAConnectionIsNotSentLate) {
   struct Row {
     const char* what;
@@ -271,13 +267,13 @@ TEST_F(LinePortTest, ACommandThatWaitsForAConnectionIsNotSentLate) {
     ends_.clear();
     *left_ = false;
     Open();
-    Pass(1500ms);  // between two polls
+    Pass(1500ms);
     End();
     const int before = port_.sends;
     if (row.by_hand) {
       Ask("WA1=5\r", row.patience);
       Stop(10ms);
-      Handle([&] { line_->OnTimer(now_); });  // the line is quiet
+      Handle([&] { line_->OnTimer(now_); });
     } else {
       Write(row.patience);
     }
@@ -291,7 +287,6 @@ TEST_F(LinePortTest, ACommandThatWaitsForAConnectionIsNotSentLate) {
   }
 }
 
-/// No connection comes, or the wait for it is ended.
 TEST_F(LinePortTest, ACommandThatGetsNoConnectionIsReportedNotSent) {
   const std::pair<const char*, std::function<void()>> kRows[] = {
       {"no connection within the reply time", [] {}},
@@ -305,12 +300,12 @@ TEST_F(LinePortTest, ACommandThatGetsNoConnectionIsReportedNotSent) {
       SCOPED_TRACE(std::string(what) + (telegram ? ", a telegram" : ", a write"));
       ends_.clear();
       Open();
-      Pass(1500ms);  // between two polls
+      Pass(1500ms);
       End();
       const int before = port_.sends;
       telegram ? void(Ask("WA1=5\r")) : Write();
       Stop(10ms);
-      Handle([&] { line_->OnTimer(now_); });  // the line is quiet
+      Handle([&] { line_->OnTimer(now_); });
       EXPECT_THAT(ends_, IsEmpty());
       Handle(happens);
       Pass(3s);

@@ -70,8 +70,8 @@ TEST_F(LineReporterTest, ReportsADeviceThatGoesOfflineAndReturns) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "of a route, no device";
 }
 
-/// Behind a closed port all devices are offline without a report: their first answers are no
-/// events.
+/// While the port is closed, the devices are offline without a report, so their first answers are
+/// not reported either.
 TEST_F(LineReporterTest, ReportsALostPortOnceAndNotItsDevices) {
   reporter_.OnNews({What::port_down, false, {}, "unplugged"}, now_);
   reporter_.OnNews({What::port_down, false, {}, "no such file"}, now_);
@@ -109,7 +109,6 @@ TEST_F(LineReporterTest, ReportsNothingOfAnAbandonedLine) {
   EXPECT_THAT(TakeTold(), IsEmpty()) << "a new line has its name";
 }
 
-/// Events that a restart finds in the file do not count for events reported since.
 TEST_F(LineReporterTest, EventsAreStoredWhenTheLatestBatchIsStored) {
   EXPECT_TRUE(reporter_.TakeKept(3, false)) << "told before the start";
   reporter_.OnEvents({.device = 3});
@@ -180,11 +179,8 @@ TEST(ConnectionProof, AfterALoanTheConnectionIsCheckedAgain) {
   EXPECT_TRUE(proof.OnLost());
 }
 
-// ---------------- `LoopWatch`: which loops still run. The test looks, and lets each loop answer.
-
 class Watched : public testing::Test {
  protected:
-  /// A loop that has not answered yet. `Run` answers all questions that wait.
   struct Loop {
     std::vector<std::function<void()>> waiting;
     LoopWatch::Ask ask() {
@@ -196,7 +192,6 @@ class Watched : public testing::Test {
   };
 
   std::vector<LoopWatch::Change> Look() { return watch_.Look(now_ += 1s); }
-  /// Looks `times` times, and expects no change each time.
   void LookQuietly(int times) {
     for (int i = 0; i < times; ++i) EXPECT_TRUE(Look().empty()) << i;
   }
@@ -252,7 +247,6 @@ TEST_F(Watched, AHangingRequiredLoopStopsTheSignOfLife) {
   EXPECT_FALSE(changes[0].line);
 }
 
-/// The watch did not look while the machine slept.
 TEST_F(Watched, AClockJumpIsNoHang) {
   watch_.Add("line bay", 0, line_.ask());
   LookQuietly(1);

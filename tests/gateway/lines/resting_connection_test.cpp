@@ -1,4 +1,4 @@
-// Tests of `RestingConnection` and `WriteGrace`: when the end of a connection is no outage.
+// Tests of `RestingConnection` and `WriteGrace`: which ends of a connection are an outage.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -13,7 +13,6 @@ namespace {
 
 const Bytes kRequest = {1, 2, 3};
 
-/// The server closes each connection after its first answer, so a second request would be lost.
 TEST(RestingConnection, OneConnectionForEachRequestIsGivenUpAgain) {
   RestingConnection rest(false);
   std::uint64_t answers = 0;
@@ -34,7 +33,6 @@ TEST(RestingConnection, OneConnectionForEachRequestIsGivenUpAgain) {
   }
 }
 
-/// The server closes each connection 20 ms after the first answer.
 TEST(RestingConnection, AnEndSoonAfterTheOpeningGivesEachRequestItsOwnConnection) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart);
@@ -48,7 +46,6 @@ TEST(RestingConnection, AnEndSoonAfterTheOpeningGivesEachRequestItsOwnConnection
   EXPECT_TRUE(rest.Holds(kRequest, kStart + 46ms)) << "each gets its own connection";
 }
 
-/// One end instead of an answer does not mean that the next connection ends, too.
 TEST(RestingConnection, AConnectionThatHasServedIsSharedAgain) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
@@ -75,7 +72,6 @@ TEST(RestingConnection, FourUselessConnectionsAreNoOutageOnALineOfSeveralDevices
   }
 }
 
-/// The server ends only at this request. The requests differ only in their number.
 TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   RestingConnection rest(false, 2);
   rest.OnOpened(0, kStart - 1s);
@@ -93,7 +89,6 @@ TEST(RestingConnection, AnEndAtTheSameRequestIsNeitherADropNorAnOutage) {
   EXPECT_FALSE(rest.OnEnded(8, false, kStart)) << "it has served nothing else meanwhile";
 }
 
-/// The server ends each connection after some seconds, whatever the request.
 TEST(RestingConnection, AnEndAtARequestAnsweredInAnotherConnectionIsADrop) {
   RestingConnection rest(false);
   rest.OnOpened(0, kStart - 1s);
@@ -121,13 +116,14 @@ TEST(RestingConnection, AnEndInUseIsADrop) {
     Duration since;
     bool drops;
   } rows[] = {
-      {1, false, 2ms, false},                             // after each answer
-      {8, false, 300ms, true},                            // between two requests
-      {8, false, 20ms, true},                             // the same, soon after an answer
-      {8, false, 500ms, false},                           // idle for longer than before
-      {8, false, 20s, false},                             // the same
-      {1, true, 2ms, false},                              // the request came after the end
-      {8, true, 2ms, true},     {0, true, 300ms, false},  // it never answers
+      {1, false, 2ms, false},    // after each answer
+      {8, false, 300ms, true},   // between two requests
+      {8, false, 20ms, true},    // between two requests, soon after an answer
+      {8, false, 500ms, false},  // idle for longer than before
+      {8, false, 20s, false},    // idle for longer than before
+      {1, true, 2ms, false},     // the request was sent after the end
+      {8, true, 2ms, true},      //
+      {0, true, 300ms, false},   // the server never answers
   };
   for (const auto& row : rows) {
     RestingConnection rest(false);
@@ -139,8 +135,6 @@ TEST(RestingConnection, AnEndInUseIsADrop) {
     EXPECT_EQ(rest.IsDrop(100 + row.answers, kStart + row.since), row.drops) << row.answers;
   }
 }
-
-// ---------------- `WriteGrace`: an action that waits for the end of a write.
 
 TEST(WriteGraceTest, OnlyTheLastWaitingActionRunsAndRunsOnce) {
   std::string done;

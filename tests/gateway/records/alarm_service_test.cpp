@@ -1,4 +1,4 @@
-// Tests of `AlarmService`: reports of lines, routes and disks as alarms.
+// Tests of `AlarmService`, which makes alarms from reports of lines, routes and disks.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -37,7 +37,6 @@ class AlarmServiceTest : public ::testing::Test {
     reply.pdu = std::move(pdu);
     service_.OnRouted({config_->modbus.routes[unit == 51 ? 0 : 1], unit, slave, reply}, now_);
   }
-  /// Returns what is raised and ended after a minute, without ends of alarms not raised here.
   std::vector<std::string> AfterAMinute(std::span<const AlarmService::DiskState> disks = {}) {
     service_.Look(disks, now_);
     now_.instant += 1min;
@@ -74,7 +73,7 @@ TEST_F(AlarmServiceTest, ASilentRoutedSlaveRaisesAnAlarm) {
        Outcome::no_reply,
        {},
        {"drive.unit-51 no answer to clients for 30s: why"}},
-      {"damage", 51, Slave::silent, Outcome::corrupt, {}, {}},  // still the same alarm
+      {"damage", 51, Slave::silent, Outcome::corrupt, {}, {}},
       {"an exception of its own",
        51,
        Slave::answered,

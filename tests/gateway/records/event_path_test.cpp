@@ -75,7 +75,7 @@ class EventPathTest : public ::testing::Test {
   };
 
   Commands commands_;
-  std::uint32_t device_ = 0;  // the number of the device
+  std::uint32_t device_ = 0;
   const config::Config config_ = RelayConfig();
   std::vector<std::shared_ptr<const config::Config>> reloaded_;
   bus::PointStore store_{config_};
@@ -107,7 +107,7 @@ TEST_F(EventPathTest, RecordsHaveCodesAndTexts) {
 
 TEST_F(EventPathTest, PointEventsUseTheQualityOfTheStore) {
   ReadAs(1);
-  store_.SetOverride(0, Quality(Quality::bad_device_failure));  // another device answers
+  store_.SetOverride(0, Quality(Quality::bad_device_failure));
   ReadAs(9);
   store_.SetOverride(0, {});
   ReadAs(9, Quality::bad_sensor_failure);
@@ -196,7 +196,6 @@ TEST_F(EventPathTest, WithoutEventsAlarmsAreInMemory) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_));
 }
 
-/// An alarm from before a restart ends with the first answer. This end is no event of the device.
 TEST_F(EventPathTest, AStoredAlarmEndsAtTheFirstAnswerAfterARestart) {
   Tell({bus::News::What::no_answer, false, 0U, "no reply"});
   path_->Look({}, now_);
@@ -212,7 +211,7 @@ TEST_F(EventPathTest, AStoredAlarmEndsAtTheFirstAnswerAfterARestart) {
   EXPECT_EQ(path_->log().Alarms().at(0).state, events::AlarmState::returned);
 }
 
-/// A reload restarts the line, so the line does not know its earlier reports.
+/// A reload restarts the line, so the new line has no record of earlier reports.
 class EventReloadTest : public EventPathTest {
  protected:
   void Reload(const std::function<void(config::Line& line)>& change = {}) {
@@ -228,7 +227,6 @@ class EventReloadTest : public EventPathTest {
   void End(bus::News::What what, bool first) {
     Told({.what = what, .over = true, .device = DeviceOf(what), .first = first});
   }
-  /// Returns records such as "1000005 on port down: why". A reload is the last record.
   std::vector<std::string> Records() {
     path_->OnReload(false, std::to_string(++asked_));
     std::vector<std::string> all;
@@ -255,7 +253,6 @@ class EventReloadTest : public EventPathTest {
   int asked_ = 0;
 };
 
-/// After a reload, a value that is still beyond its limit is no new event, but its return is one.
 TEST_F(EventReloadTest, AWatchedPointKeepsItsStateOverAReload) {
   const std::string on = "1000014 on current 9: above 5";
   const std::string off = "1000014 off current 1: above 5, over";
@@ -280,7 +277,7 @@ TEST_F(EventReloadTest, AReportedTroubleEndsOverAReload) {
   using What = bus::News::What;
   for (const What what : {What::port_down, What::port_lent, What::no_answer}) Begin(what);
   Reload();
-  Begin(What::port_down);  // the port is still down
+  Begin(What::port_down);
   Reload();
   for (const What what : {What::port_down, What::port_lent, What::no_answer}) End(what, true);
   EXPECT_THAT(
@@ -290,7 +287,6 @@ TEST_F(EventReloadTest, AReportedTroubleEndsOverAReload) {
                   "1000006 off port taken back", "1000009 off answers again"));
 }
 
-/// The new line reports the begin of these troubles, but never an end of earlier ones.
 TEST_F(EventReloadTest, TroublesOfARestartedLineEndWithAReload) {
   using What = bus::News::What;
   for (const What what : {What::collisions, What::ring_open, What::wrong_device}) Begin(what);
@@ -305,7 +301,6 @@ TEST_F(EventReloadTest, TroublesOfARestartedLineEndWithAReload) {
                   "1000011 on not what it should be: why"));
 }
 
-/// The device is taken out of use by hand or by the configuration. The latest way counts.
 TEST_F(EventReloadTest, TheUseOfADeviceIsReportedOverAReload) {
   const auto enable = [](bool enabled) {
     return [enabled](config::Line& line) { line.devices[0].enabled = enabled; };

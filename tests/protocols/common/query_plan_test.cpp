@@ -1,5 +1,5 @@
-// Tests which points share a request, and how refusals and silence change the requests. Keys are
-// letters, places are numbers: "fast a0..3" reads places 0 to 3 of key a.
+// Tests which points share a request, and how refusals and silence change the requests. In the
+// texts, keys are letters and places are numbers: "fast a0..3" reads places 0 to 3 of key a.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/query_plan.h"
 
@@ -19,11 +19,11 @@ using config::Group;
 using Plan = QueryPlan<char>;
 
 struct PlaceInQuery {
-  const char* at;  // "a0", "a0..3"
+  const char* at;
   Group group = Group::fast;
 };
 
-/// A request has up to five places; holes of up to two places are read along.
+/// A request has at most five places, and a hole of at most two places is read as well.
 Plan::Rules Near() {
   return {.may_join = [](const Block<char>& block, const Block<char>& next) {
     return next.begin <= block.end + 2 && next.end - block.begin <= 5;
@@ -96,11 +96,10 @@ TEST(QueryPlan, ARefusedBlockIsSplit) {
     std::vector<PlaceInQuery> places;
     const char* shown;
   };
-  for (const Case& c :
-       std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},  // at the widest hole
-                         {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},  // in the middle
-                         {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
-                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {  // points stay whole
+  for (const Case& c : std::vector<Case>{{{{"a0"}, {"a1"}, {"a3"}, {"a4"}}, "a0..1, a3..4"},
+                                         {{{"a0"}, {"a1"}, {"a2"}, {"a3"}}, "a0..1, a2..3"},
+                                         {{{"a0"}, {"a1"}, {"a2"}}, "a0, a1..2"},
+                                         {{{"a0..1"}, {"a1..2"}, {"a3"}}, "a0..2, a3"}}) {
     Plan plan = MakePlan(c.places);
     ASSERT_EQ(plan.queries().size(), 1U);
     EXPECT_EQ(plan.OnRefused(0, kStart), PlanChange::split);
@@ -155,7 +154,7 @@ TEST(QueryPlan, AnUncertainRefusalCountsAfterThreeTimes) {
   EXPECT_EQ(Shown(plan), "b0, again a0");
 }
 
-/// The rounds of rarely read points are too far apart for a second and third refusal.
+/// Rarely read points would get a second and third refusal much too late.
 TEST(QueryPlan, ARarelyReadPointIsRetriedInTheSlowGroup) {
   const Plan::Rules rules = {
       .may_join = Near().may_join, .refused = WhenRefused::ask_daily, .refusals = 3};
@@ -196,8 +195,6 @@ TEST(QueryPlan, AnAnsweredProbeShowsThatSilenceIsARefusal) {
   EXPECT_TRUE(plan.SilentlyRefused(0).empty());
 }
 
-/// Checking all silent points at every reply would take too long, so only one reply of a round
-/// does.
 TEST(QueryPlan, OneReplyPerRoundReportsSilentlyRefusedPoints) {
   Plan plan = MakePlan({{"a0"}, {"b0"}, {"c0"}, {"d0"}});
   plan.OnProbed();
@@ -248,7 +245,6 @@ TEST(QueryPlan, APlaceThatWasAnsweredIsNotDroppedForARefusal) {
   EXPECT_EQ(Shown(plan), "again a0");
 }
 
-/// The request is repeated every few seconds until then.
 TEST(QueryPlan, ARefusalOfAnHourIsRetriedSlowly) {
   for (const Group group : {Group::fast, Group::once}) {
     Plan plan = MakePlan({{"a0", group}}, {.refused = WhenRefused::ask_daily});
@@ -263,7 +259,6 @@ TEST(QueryPlan, ARefusalOfAnHourIsRetriedSlowly) {
   }
 }
 
-/// "Busy" instead of a value that is read once an hour.
 TEST(QueryPlan, ABusyRarePointIsRetriedSoon) {
   Plan plan = MakePlan({{"a0", Group::slow}});
   EXPECT_EQ(plan.OnHeard(0, kStart), PlanChange::nothing) << "it was never answered";
@@ -274,8 +269,8 @@ TEST(QueryPlan, ABusyRarePointIsRetriedSoon) {
   EXPECT_EQ(Shown(plan), "slow a0");
 }
 
-/// Silence costs time, so a silent request is not repeated every few seconds, even if it was
-/// answered before. Silence proves nothing, so it is not left for a day either.
+/// A silent request costs time, so it is repeated rarely. Silence proves nothing, so the request is
+/// not moved to the daily group.
 TEST(QueryPlan, ASilentPointMovesToTheSlowGroup) {
   for (const bool proven : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"b0"}}, {.refused = WhenRefused::ask_daily});
@@ -304,7 +299,7 @@ TEST(TryAgain, RetriesBecomeRarerUpToOnceAnHour) {
   Instant refused = kStart;
   for (const Duration wait : {8s, 16s, 32s, 64s, 128s, 256s, 512s, 1024s, 2048s, 3600s, 3600s}) {
     again.OnRefused(refused);
-    again.OnRefused(refused + 1s);  // while the wait is running
+    again.OnRefused(refused + 1s);
     EXPECT_FALSE(again.IsDue(refused + wait - 1ms)) << wait / 1s;
     EXPECT_TRUE(again.IsDue(refused + wait)) << wait / 1s;
     refused += wait;
@@ -316,7 +311,6 @@ TEST(TryAgain, RetriesBecomeRarerUpToOnceAnHour) {
   EXPECT_TRUE(again.IsDue(refused + 8s)) << "it has worked meanwhile";
 }
 
-/// The refusal may have been a copy of the reply to another request.
 TEST(QueryPlan, ADoubtfulRefusalIsForgotten) {
   Plan plan = MakePlan({{"a0"}, {"b0"}}, {.may_join = {}, .refused = WhenRefused::drop});
   EXPECT_FALSE(plan.ForgetRefusals()) << "nothing was refused";
@@ -340,7 +334,8 @@ TEST(QueryPlan, AReconnectRestoresWholeBlocks) {
   EXPECT_EQ(Shown(plan), "a0..1");
 }
 
-/// Silence costs a reply time and its retries. It is temporary if the block was answered before.
+/// Silence costs time. If the block was answered before, the silence is temporary, so the block is
+/// restored.
 TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   for (const bool answered : {false, true}) {
     Plan plan = MakePlan({{"a0"}, {"a1"}, {"b0"}});
@@ -354,14 +349,12 @@ TEST(QueryPlan, ASilentBlockStaysSplitUnlessItWasAnsweredBefore) {
   }
 }
 
-/// A simulated device: it has some places, refuses all requests for a while, and is polled with
-/// every group that is due.
+/// A simulated device that answers some places only, and at times no request at all.
 class AskedDevice {
  public:
   explicit AskedDevice(Plan& plan) : plan_(plan) {}
 
   std::function<bool(const Block<char>&)> answers = [](const Block<char>&) { return true; };
-  /// Polls for this time, the fast group every second, and returns the number of requests.
   std::size_t RunFor(Duration time) {
     std::size_t requests = 0;
     for (const Instant end = now_ + time; now_ < end; now_ += 1s) {
@@ -374,7 +367,6 @@ class AskedDevice {
   }
 
  private:
-  /// Polls one round of a group. After a change of the plan the rest of the round continues.
   void Ask(Group group, std::size_t& requests) {
     std::size_t rest = 200;
     for (std::size_t query = 0; query < plan_.queries().size() && rest > 0; --rest) {
@@ -445,7 +437,6 @@ TEST(QueryPlan, PointsMissingAfterAnOutageCostOtherPointsNothing) {
   EXPECT_EQ(fast, 36U) << Shown(plan);
   const std::size_t minute = device.RunFor(60s);
   EXPECT_LT(minute, 60U * 4 + 100) << "few requests more than the three blocks that are left";
-  // After another outage too, the missing places do not make the device lose the others.
   for (const Duration outage : {30s, 300s}) {
     device.answers = [](const Block<char>&) { return false; };
     device.RunFor(outage);
@@ -509,8 +500,7 @@ TEST(QueryPlan, AnUnknownQueryNumberChangesNothing) {
   EXPECT_EQ(Shown(plan), "a0");
 }
 
-// ---------------- Which probe is due, as text: "own" or the number of a read; '!' marks an
-// answered probe.
+// ---------------- Which probe is due: "own" or the number of a read; '!' marks an answered probe.
 
 using Own = ProbeChoice::Own;
 

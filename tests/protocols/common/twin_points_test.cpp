@@ -1,5 +1,4 @@
-// Tests the points of a simulated device by their addresses, civil time zones, and cuts of frame
-// rules.
+// Tests the points of a simulated device, civil time zones, and cuts of frame rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/common/twin_points.h"
 
@@ -84,7 +83,7 @@ CivilZone::Utc Utc(year_month_day day, hours hour, minutes minute, seconds secon
   return sys_days(day) + hour + minute + second;
 }
 
-constexpr auto kSpring = 2026y / March / 29;  // the last Sunday
+constexpr auto kSpring = 2026y / March / 29;  // the last Sunday, on which summer time begins
 constexpr auto kAutumn = 2026y / October / 25;
 
 TEST(CivilZone, ConvertsAFixedOffset) {
@@ -134,8 +133,6 @@ TEST(CivilZone, RefusesInvalidZones) {
     EXPECT_FALSE(CivilZone::Parse(text)) << text;
   }
 }
-
-// ---------------- Cuts that frame rules have in common.
 
 TEST(FrameCuts, NoiseIsDroppedInRunsOfOneKind) {
   struct Case {

@@ -189,7 +189,7 @@ TEST(SettingsTable, ShowsItsRowsToTheConfiguration) {
   EXPECT_TRUE(kTable.specs()[7].secret);
 }
 
-/// 8 bits, no parity, 1 stop bit: ten bits a character, 1 ms at 10,000 bit/s.
+/// Returns settings with 10 bits for each character (8N1). At 10,000 bit/s a character takes 1 ms.
 config::SerialSettings At(int baud) { return {.baud = baud}; }
 
 TEST(TimingRule, ASpanIsTheLongerOfTimeAndCharacters) {
@@ -222,9 +222,6 @@ TEST(TimingRule, TheTimeOfTheLongestReplyMayBeBounded) {
   EXPECT_EQ(rule(At(1'000)).ceiling, 5s) << "500 characters take longer than 1 s";
 }
 
-// ---------------- Telegrams written by hand: the bytes that are sent, and which telegrams only
-// read.
-
 Bytes Written(const std::string& text) {
   const auto hex = ParseHex(text);
   return hex ? *hex : ToBytes(text);
@@ -242,7 +239,7 @@ ParsedOptions OptionsWith(const Protocol& protocol, const std::string& key,
 struct Row {
   const char* protocol;
   const char* written;
-  const char* sent;  ///< as text or hex
+  const char* sent;
   bool reads;
 };
 
@@ -346,7 +343,6 @@ TEST(Telegram, AnInvalidTelegramIsExplained) {
   }
 }
 
-/// The command `ask` recognises the protocol by the first character.
 TEST(Telegram, LeadCharactersAreUniqueToAProtocol) {
   std::map<char, std::string_view> owners;
   for (const Protocol* protocol : AllProtocols()) {

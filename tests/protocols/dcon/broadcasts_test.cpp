@@ -14,7 +14,6 @@ const std::int64_t kTwoSeconds = Duration(2s).count();
 /// Two modules of one line, each with its own conversation, on a common bus.
 class DconLine : public ::testing::Test {
  protected:
-  /// Returns the answer of one poll. All requests go to both twins.
   Answer PollOf(std::size_t which, std::size_t query = 0) {
     Conversation& conversation = *conversations_[which];
     const Task task = baudgate::Poll(query);
@@ -64,8 +63,8 @@ class DconLine : public ::testing::Test {
   std::vector<std::unique_ptr<Twin>> twins_;
   std::vector<std::unique_ptr<Conversation>> conversations_;
   std::vector<std::string> asked_;
-  std::optional<std::size_t> deaf_;  ///< this module receives nothing
-  bool lost_ = false;                ///< replies are lost
+  std::optional<std::size_t> deaf_;
+  bool lost_ = false;
   Instant now_{1h};
 };
 
@@ -103,7 +102,6 @@ TEST_F(DconSamples, TheFirstSampleIsIgnored) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
-/// A fetch that waits behind a probe is requested again.
 TEST_F(DconSamples, AnUnsentFetchIsRepeated) {
   AddSampled("1");
   PollOf(0);
@@ -134,8 +132,7 @@ TEST_F(DconSamples, AModuleThatMissedTheBroadcastShowsNoOldSample) {
   EXPECT_TRUE(old.readings.empty()) << "its digit is 0";
 }
 
-/// Module 2 holds a sample that was not fetched, so its digit reports this sample until it is
-/// fetched.
+/// The last sample of module 2 was not fetched, so it reports this old sample until it is fetched.
 TEST_F(DconSamples, AfterALostReplyTheNextSampleMustBeProven) {
   AddSampled("1");
   AddSampled("2");
@@ -149,7 +146,7 @@ TEST_F(DconSamples, AfterALostReplyTheNextSampleMustBeProven) {
   EXPECT_EQ(PollOf(1).outcome, Outcome::no_reply);
   now_ += 1s;
   SetValue(1, 4.5);
-  PollOf(0);  // module 2 does not receive the broadcast either
+  PollOf(0);
   deaf_.reset();
   EXPECT_TRUE(PollOf(1).readings.empty()) << "1+03.500, of the broadcast before";
   now_ += 1s;
@@ -255,7 +252,8 @@ TEST_F(DconWatchdog, ATooRarelyPolledDeviceIsWarnedAbout) {
   EXPECT_NE(DconProtocol().doubts(device)[0].text.find("polled every 5s"), std::string::npos);
 }
 
-/// Reference, chapter 14: `~AA3EVV`, trips, ignores writes, `~AA1`.
+/// DCON reference, chapter 14: `~AA3EVV` sets the watchdog, a tripped module ignores writes, `~AA1`
+/// clears the trip.
 TEST_F(DconWatchdog, ATrippedModuleHoldsItsOutputsUntilItIsCleared) {
   std::vector<config::Point> points = {
       WritePoint("relay", "$6[b0]", "#10{bit}", Type::boolean),
@@ -284,9 +282,7 @@ TEST_F(DconWatchdog, ATrippedModuleHoldsItsOutputsUntilItIsCleared) {
   EXPECT_EQ(talk.Run(Write(0, false), twin).outcome, Outcome::ok);
 }
 
-// ---------------- Several digital outputs of one module in one exchange.
-
-/// Relays 0…3 at bits 0…3, inputs 0…3 at bits 8…11, as in an I-7060.
+/// Returns relays 0…3 at bits 0…3, and inputs 0…3 at bits 8…11, as in an I-7060.
 std::vector<config::Point> Relays() {
   std::vector<config::Point> points;
   for (int i = 0; i < 4; ++i) {
@@ -353,7 +349,7 @@ TEST(DconOutputs, OtherOutputsStayUnchanged) {
   EXPECT_EQ(Asked(talk, task), "$016\r") << "each write reads anew";
 }
 
-/// If "0900" is damaged to "0D00", the write would switch relay 2 on.
+/// If the reading "0900" is damaged to "0D00", the write would switch relay 2 on.
 TEST(DconOutputs, OtherOutputsAreReadUntilTwoReadingsAgree) {
   Talk talk(DconProtocol(), MakeDevice(Relays()));
   Exchange(talk, Poll(0), "!000900\r");

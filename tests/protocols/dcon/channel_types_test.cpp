@@ -1,4 +1,4 @@
-// Tests modules whose inputs have separate type codes: the requests for the codes, and inputs that
+// Tests modules whose inputs have separate type codes: requests for the codes, and inputs that
 // measure something else than their points require. Bytes: dcon reference, chapters 5 and 7.3.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/identification.h"
@@ -27,7 +27,7 @@ config::Device Inputs(std::size_t count, const std::string& unit = "V",
   return MakeDevice(std::move(points), all);
 }
 
-/// The module: it replies to the requests in `replies`, ignores others, and records all requests.
+/// A module that replies to the requests in `replies`, ignores others, and records all requests.
 struct Module {
   std::map<std::string, std::string> replies = {{"$01M", "!014017P"}, {"$012", "!01080600"}};
   std::vector<std::string> asked;
@@ -77,7 +77,6 @@ TEST(DconChannelTypes, AreReadOnceAndGiveTheUnit) {
   EXPECT_EQ(module.Count("$018C"), 6U) << "another module may be there";
 }
 
-/// A slow period is one minute, so with two inputs one input is asked every 30 s.
 TEST(DconChannelTypes, AreReadAgainWithinASlowPeriod) {
   Talk talk(DconProtocol(), Inputs(2));
   Module module;
@@ -218,11 +217,11 @@ TEST(DconChannelTypes, TheTwinReturnsAndAcceptsTypes) {
 TEST(DconTypes, UnitsAreRecognisedInOtherSpellings) {
   struct Row {
     const char* unit;
-    /// Factor for type 0C; empty: the type does not measure this unit.
+    /// The factor of each type; empty: the type does not measure this unit. Here type 0C.
     std::optional<double> of_millivolts;
-    std::optional<double> of_volts;      ///< 08
-    std::optional<double> of_milliamps;  ///< 0D
-    std::optional<double> of_degrees;    ///< 0E
+    std::optional<double> of_volts;      ///< type 08
+    std::optional<double> of_milliamps;  ///< type 0D
+    std::optional<double> of_degrees;    ///< type 0E
   };
   constexpr std::nullopt_t kNone = std::nullopt;
   const Row kRows[] = {

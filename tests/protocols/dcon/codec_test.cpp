@@ -121,8 +121,7 @@ TEST(DconCodec, ACounterReplyMayHaveItsChecksumInFront) {
   EXPECT_TRUE(ParseReply(ToBytes("?0AB0\r"), kChecksumFront).has_value());
 }
 
-/// Some counts fit with and without a checksum. They must be recognised, because only one reading
-/// is true.
+/// Some counts fit with and without a checksum, so they must be marked as ambiguous.
 TEST(DconCodec, ACounterChecksumThatFitsBothWaysIsAmbiguous) {
   int ambiguous = 0;
   for (unsigned count = 0; count < 0x10000; ++count) {
@@ -141,10 +140,10 @@ TEST(DconCodec, ACounterChecksumThatFitsBothWaysIsAmbiguous) {
 }
 
 TEST(DconCodec, InvalidRequestsAreRefused) {
-  EXPECT_FALSE(ParseRequest(ToBytes("#0184"), true));    // no CR
-  EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));  // wrong checksum
-  EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));    // no checksum
-  EXPECT_FALSE(ParseRequest(ToBytes("#0G\r"), false));   // wrong address
+  EXPECT_FALSE(ParseRequest(ToBytes("#0184"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#0185\r"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#01\r"), true));
+  EXPECT_FALSE(ParseRequest(ToBytes("#0G\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes("#0\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes(">01\r"), false));
   EXPECT_FALSE(ParseRequest(ToBytes("#01\n\r"), false));
@@ -171,10 +170,7 @@ TEST(DconCodec, ChecksumIsTheSumOfAllCharacters) {
   EXPECT_FALSE(ChecksumFits("", kChecksum));
 }
 
-// ---------------- Replies of every form, good and bad: numbers, codes, digital words, counters,
-// refusals.
-
-/// `command` is sent to address 01; `reply` is the text between lead and CR, without checksum.
+/// Decodes the reply to `command` to address 01. `reply` is the text between lead and CR.
 DecodedReply Decode(std::string_view command, std::string_view reply, std::size_t channels = 0,
                     const Settable& options = {}, std::optional<Form> form = std::nullopt,
                     std::uint8_t address = 1) {
@@ -235,8 +231,6 @@ TEST(DconDecode, AnotherCountOfNumbersIsUnexpected) {
   EXPECT_EQ(Decode("#", ">", 2).outcome, Outcome::unexpected);
 }
 
-/// The module's checksum is on and ours is off: the two extra digits must not become part of a
-/// number.
 TEST(DconDecode, AnUnexpectedChecksumGivesNoNumber) {
   const DecodedReply decoded = Decode("#0", ">-02.47197");
   EXPECT_EQ(decoded.outcome, Outcome::unexpected);
@@ -271,8 +265,8 @@ TEST(DconDecode, CodesAreNeverNumbers) {
       {"-0000", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
       {"-000000", {Quality::bad_sensor_failure, Reason::under_range}, "under"},
       {"+888888", {Quality::bad_sensor_failure, Reason::open_sensor}, "open"},
-      {"+123456", Quality::bad, "no point"},
-      {"+00000", Quality::bad, "no point"},
+      {"+123456", Quality::bad, "no decimal point"},
+      {"+00000", Quality::bad, "no decimal point"},
       {"       ", {Quality::bad_out_of_service, Reason::channel_disabled}, "disabled"},
   };
   for (const CodeCase& code : kCodes) {
@@ -369,7 +363,6 @@ TEST(DconDecode, DecodesThreeFormsOfACommand) {
   EXPECT_EQ(Decode("#0", ">0001E240").fields[0].value, Value{std::uint64_t{123456}});
   EXPECT_EQ(Decode("#0", "!0100042").fields[0].value, Value{std::uint64_t{42}});
   EXPECT_EQ(Decode("#0", "!010001E240").fields[0].value, Value{std::uint64_t{123456}});
-  // If the form is known from the points, another form is rejected.
   EXPECT_EQ(Decode("#0", ">0001E240", 0, {}, Form::number).outcome, Outcome::corrupt);
   EXPECT_EQ(Decode("#0", ">+05.880", 0, {}, Form::counter).outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("#0", ">+05.880", 0, {}, Form::decimal).outcome, Outcome::unexpected);
@@ -402,7 +395,7 @@ TEST(DconDecode, DecodesACounterWithItsChecksumInFront) {
 
 TEST(DconDecode, DecodesReadbacks) {
   EXPECT_EQ(Decode("$80", "!0B+07.500", 0, {}, {}, 0x0B).fields[0].value, Value{7.5});
-  EXPECT_EQ(Decode("$8", "!0107.500").fields[0].value, Value{7.5});  // I-7021: no sign
+  EXPECT_EQ(Decode("$8", "!0107.500").fields[0].value, Value{7.5});
   EXPECT_EQ(Decode("$80", "!0A+07.500", 0, {}, {}, 0x0B).outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("$8", "!0107.50012").outcome, Outcome::unexpected);
   EXPECT_EQ(Decode("$6", "!01+07.500").fields[0].value, Value{7.5});

@@ -72,7 +72,7 @@ TEST(DconConversation, DamageAndForeignRepliesGiveNoReading) {
            {"", Outcome::no_reply},
            {">+100.23+34.050", Outcome::partial},
            {">+100.23+34.050E3\r", Outcome::corrupt},
-           {">+100.23+34.050E2\r", Outcome::unexpected},  // two values, from another module
+           {">+100.23+34.050E2\r", Outcome::unexpected},
            {">-02.47197\r", Outcome::unexpected},
            {"!01200600AA\r", Outcome::unexpected},
            {"?0AB0\r", Outcome::unexpected},
@@ -111,7 +111,6 @@ TEST(DconConversation, AModuleWithoutANameIsProbedUnlikeItsPolls) {
   const auto poll = talk->Ask(Poll(0), {});
   EXPECT_EQ(talk->OnFrame(Poll(0), *poll, one, {}).outcome, Outcome::unexpected);
   EXPECT_EQ(talk->OnFrame(probe, *request, one, {}).outcome, Outcome::ok);
-  // A device that has answered this probe once gets no other probe.
   talk->OnFailure(probe, *request, Outcome::no_reply, {});
   EXPECT_EQ(asked(), "#010");
 }
@@ -181,7 +180,6 @@ TEST(DconInterpret, APolledDeviceIsDecodedByItsOptionsOnly) {
       << "write_ack_address is off";
 }
 
-/// The module's checksum is on but not configured: its digits must not change the number.
 TEST(DconInterpret, AnUnexpectedChecksumGivesNoNumberWithoutPoints) {
   const config::Device device = MakeDevice({});
   Talk talk(DconProtocol(), device);
@@ -279,9 +277,6 @@ TEST(DconRoundTrip, HexFormatsAndFloatsAreReadBackFromTheTwin) {
   }
 }
 
-// ---------------- The state of a DCON conversation: refused and unknown commands, probes, and
-// results of writes.
-
 TEST(DconSession, ARefusedCommandDoesNotAffectOthers) {
   const config::Device device = MakeDevice({ReadPoint("a", "#0"), ReadPoint("b", "#9")});
   Talk talk(DconProtocol(), device);
@@ -360,7 +355,6 @@ TEST(DconSession, ProbesByNameIfTheModuleHasAName) {
   EXPECT_EQ(Asked(writer, Probe()), "$01M\r");
 }
 
-/// The gateway reads the result of the write itself.
 TEST(DconSession, AWriteIsOneExchange) {
   const config::Device device =
       MakeDevice({WritePoint("relay", "$6[b8]", "#10{bit}", Type::boolean)});
@@ -384,8 +378,7 @@ TEST(DconSession, RefusedWritesAreReported) {
   EXPECT_EQ(Asked(talk, Write(0, 5.0)), "#010+05.000\r");
 }
 
-/// Reference, 10.1: an output value beyond the range sets the output to its limit, and the module
-/// refuses it.
+/// DCON reference, 10.1: a module refuses a value beyond its range, but goes to its limit.
 TEST(DconSession, ARefusedAnalogWriteMayHaveActed) {
   const config::Device device = MakeDevice({WritePoint("volts", "$80", "#0{+00.000 0..10}"),
                                             WritePoint("bare", "", "#{00.000}"),
@@ -399,7 +392,7 @@ TEST(DconSession, ARefusedAnalogWriteMayHaveActed) {
   EXPECT_FALSE(Exchange(talk, Write(2, 255.0), "?\r").may_have_acted);
 }
 
-/// Reference, 9.1 and 14: settings are confirmed by !AA only.
+/// DCON reference, 9.1 and 14: the reply to a write of a setting is only !AA.
 TEST(DconSession, AWriteOfASettingIsConfirmedWithTheAddress) {
   const config::Device device =
       MakeDevice({WritePoint("run", "$50[b0]", "$50{flag}", Type::boolean),

@@ -1,5 +1,4 @@
-// Tests the identification of a module before it is polled: name, checksum mode, channels. The
-// module may differ from its profile.
+// Tests the identification of a module before it is polled: name, checksum mode, channels.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/twin.h"
 #include "tests/protocols/dcon/support.h"
@@ -16,13 +15,11 @@ config::Point Volts(const std::string& name, const std::string& read) {
   return point;
 }
 
-/// Two inputs that are read together, of a module that is identified.
 config::Device TwoInputs(Settable options = {}) {
   options.insert(options.begin(), {"identify", true});
   return MakeDevice({Volts("a", "#[0]"), Volts("b", "#[1]")}, options);
 }
 
-/// Runs one task with a list of requests and replies, "request → reply"; no reply: silence.
 class Script {
  public:
   explicit Script(config::Device device)
@@ -129,7 +126,6 @@ TEST(DconIdentification, TheChannelMaskAssignsTheChannels) {
   EXPECT_EQ(answer.readings[1].value, Value{1.0});
   EXPECT_EQ(answer.readings[7].value, Value{7.0});
 
-  // A tool has enabled all channels: the mask is read again.
   const std::string eight = ">+00.500+01.000+02.000+03.000+04.000+05.000+06.000+07.000";
   const Answer first = script.Run(Poll(0), {{"#01", eight}});
   EXPECT_TRUE(IsBad(first.readings[0].quality));
@@ -139,7 +135,8 @@ TEST(DconIdentification, TheChannelMaskAssignsTheChannels) {
   EXPECT_EQ(mended.readings[0].value, Value{0.5});
 }
 
-/// `checksum: true` for a module whose checksum is off. `@01A1` would set its outputs.
+/// The module's checksum is off, but configured: `@01A1`, a read with a checksum, would set its
+/// outputs.
 TEST(DconIdentification, InAnUnknownModeNoPossibleWriteIsSent) {
   const config::Point bit = ReadPoint("bit", "@[b0]", Type::boolean);
   Script script(MakeDevice({bit}, {{"identify", true}, {"checksum", true}}));
@@ -162,7 +159,6 @@ TEST(DconIdentification, InAnUnknownModeNoPossibleWriteIsSent) {
   script.Run(Poll(0), {{"$012B7", ""}, {"@01A1", ">0001FF"}});
 }
 
-/// The late reply to a request with a checksum comes after a request without one.
 TEST(DconIdentification, AReplyWithAChecksumDoesNotProveAnUncheckedMode) {
   Script script(TwoInputs({{"checksum", true}}));
   const Bytes request = ToBytes("$01M\r");
@@ -198,8 +194,8 @@ TEST(DconIdentification, AWriteWaitsForTheIdentification) {
   EXPECT_EQ(Asked(script.talk(), Write(0, true)), "#011001\r");
 }
 
-/// A module that was not identified, and whose checksum is on after all, would take `#01+03.0` and
-/// its checksum 70 for 3.0 instead of 3.07.
+/// The module was not identified, so its checksum can be on. Then it would take `#01+03.0` with the
+/// checksum 70 for 3.0, although 3.070 was written.
 TEST(DconIdentification, AnAmbiguousWriteNeedsAModuleOfKnownChecksumMode) {
   const config::Point volts = WritePoint("volts", "", "#{+00.000 0..10}");
   const config::Device device = MakeDevice({volts}, {{"identify", true}});
@@ -227,8 +223,6 @@ TEST(DconIdentification, AConfigurationReadByAPollIsCompared) {
   EXPECT_EQ(answer.then, Then::replan);
   EXPECT_TRUE(script.trouble());
 }
-
-// ---------------- The DCON twin answers and is silent as the module does.
 
 std::string Say(Twin& twin, const config::Device& device, std::string_view request) {
   const Bytes reply = AskTwin(DconProtocol(), twin, device.options, ToBytes(request));

@@ -10,7 +10,7 @@ namespace {
 using protocols::dcon::BuildReply;
 using protocols::dcon::BuildRequest;
 
-/// Noise, cut lines and foreign text without CR, so that they contain no whole frame.
+/// Returns noise, truncated lines and foreign text. It has no CR, so it contains no whole frame.
 Bytes Garbage(std::mt19937& random, std::string_view starts) {
   constexpr std::string_view kText = "0123456789ABCDEF+-. \n";
   Bytes bytes(random() % 40);
@@ -35,8 +35,7 @@ Expectation Expecting(int variant) {
   return expect;
 }
 
-/// Lead and text without the checksum. Its digits may have either case, so a flipped bit that only
-/// changes their case is no damage.
+/// Returns lead and text without the checksum, because its digits can have either case.
 Bytes Meaning(View frame, int variant) {
   const auto reply = protocols::dcon::ParseReply(frame, variant);
   return reply ? ToBytes(std::string(1, reply->lead) + reply->body) : Bytes{};
@@ -154,7 +153,6 @@ TEST(DconReplyRule, AnOverlongFrameIsDiscarded) {
 }
 
 TEST(DconReplyRule, AnOverlongTextGivesTheSameOutcomeAtEveryCut) {
-  // One start character within the longest frame, and one beyond it.
   for (const std::size_t start :
        {std::size_t{10}, protocols::dcon::kMaxFrame - 1, protocols::dcon::kMaxFrame + 10}) {
     std::string stream = ">" + std::string(2 * protocols::dcon::kMaxFrame, '0');

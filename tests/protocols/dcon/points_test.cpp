@@ -1,4 +1,4 @@
-// Tests the grammar of `read` and `write`, its errors, and which writes may be repeated.
+// Tests the grammar of `read` and `write`, its errors, and which writes are allowed to be repeated.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/dcon/points.h"
 
@@ -80,7 +80,7 @@ TEST(DconRead, RefusesCommandsThatChangeTheModule) {
   }
   EXPECT_NE(ReadFailure("$60").find("resets the counter"), std::string::npos);
   EXPECT_NE(ReadFailure("$4").find("stores the output"), std::string::npos);
-  EXPECT_NE(ReadFailure("$4 commanded").find("it has: value status"), std::string::npos);
+  EXPECT_NE(ReadFailure("$4 commanded").find("possible: value status"), std::string::npos);
   EXPECT_NE(ReadFailure("$70").find("clears the overflow flag"), std::string::npos);
 }
 
@@ -121,7 +121,7 @@ TEST(DconRepeat, SettingsAreNotRepeated) {
 struct WriteCase {
   std::string_view text;
   Value value;
-  std::string_view command;  ///< empty: refused
+  std::string_view command;
 };
 
 TEST(DconWrite, ValuesAreEncoded) {
@@ -281,13 +281,10 @@ TEST(DconRead, AWriteToAnOutputChangesNoOtherPoint) {
   EXPECT_TRUE(changes("$4N", "$70 power_on")) << "another command may do anything";
 }
 
-// ---------------- The shipped DCON profiles: a twin of the device answers every point, and every
-// writable point can be written.
-
 config::Catalog Installed() {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &DconProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   return catalog;
 }
 
@@ -326,7 +323,6 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
     }
     for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
       Answer answer = talk.Run(Poll(query), twin);
-      // A task has only a few exchanges, and each of eight inputs may have its own type.
       for (int more = 0; more < 3 && answer.then == Then::replan; ++more) {
         answer = talk.Run(Poll(query), twin);
       }
@@ -349,7 +345,7 @@ class DconProfile : public ::testing::TestWithParam<std::string> {
                     std::vector<bool>& seen) {
     Value truth = values.values.at(reading.point);
     if (device.points[reading.point].read == "$2" && device.options.Flag("checksum")) {
-      truth = ToText(truth).replace(4, 2, "40");  // the twin's checksum mode
+      truth = ToText(truth).replace(4, 2, "40");
     }
     seen[reading.point] = true;
     EXPECT_EQ(reading.quality, Quality::good) << device.points[reading.point].name;

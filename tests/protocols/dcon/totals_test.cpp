@@ -14,7 +14,6 @@ config::Device Counter(const std::string& read = "#0 total", const Settable& opt
 
 class DconTotals : public ::testing::Test {
  protected:
-  /// Runs one poll, one second later. Each line is "request → reply".
   Answer Poll(const std::vector<std::pair<std::string, std::string>>& lines) {
     talk_.now += 1s;
     Answer answer;
@@ -96,7 +95,7 @@ TEST_F(DconTotals, ADamagedCountChangesNothing) {
             0x1004U);
 }
 
-/// >00112345 and >00122344 have the same checksum.
+/// >00112345 and >00122344 have the same checksum, so damage can turn one into the other.
 TEST_F(DconTotals, AnIncreaseMustBeConfirmed) {
   Begin("00112345");
   EXPECT_EQ(TotalIn(Poll({{"#010", ">00122344"}, {"#010", ">00112346"}, {"#010", ">00112347"}})),

@@ -1,5 +1,5 @@
-// Tests frames of Modbus RTU and ASCII: every frame of the reference installation, check values,
-// and bytes that are not a frame.
+// Tests frames of Modbus RTU and ASCII: all frames of the reference installation, check values, and
+// bytes that are not a frame.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/rules.h"
 #include "tests/protocols/modbus/support.h"
@@ -13,7 +13,6 @@ struct Vector {
   const char* frame;
 };
 
-/// An inverter as slave 20: its cyclic messages, commands and parameter blocks.
 std::vector<Vector> Vectors() {
   const auto read = [](std::uint16_t address, std::size_t count) {
     return ReadRequest(kReadHolding, address, count);
@@ -73,7 +72,7 @@ TEST(ModbusAsciiCodec, FramesAreHexWithAnLrc) {
   EXPECT_EQ(AsText(frame), ":140301F40001F3\r\n");
   EXPECT_EQ(AsText(Wrap(Framing::ascii, 20, Hex("03020031"))), ":1403020031B6\r\n");
   EXPECT_EQ(AsText(Wrap(Framing::ascii, 20, Hex("8302"))), ":14830267\r\n");
-  // MODBUS over Serial Line and its Modicon ancestor: 01 03 00 00 00 0A has the LRC F2.
+  // MODBUS over Serial Line: 01 03 00 00 00 0A has the LRC F2.
   EXPECT_EQ(AsText(Wrap(Framing::ascii, 1, ReadRequest(kReadHolding, 0, 10))),
             ":01030000000AF2\r\n");
   for (const Vector& vector : Vectors()) {
@@ -150,7 +149,7 @@ TEST(ModbusPdu, AReplyMustRepeatItsRequest) {
   EXPECT_EQ(outcome("640102", "64FF"), Outcome::ok) << "unknown functions pass";
 }
 
-/// The returned write may be the echo of the bus, and the reply then follows.
+/// If bytes follow, the returned write is the echo of the bus, and the reply follows it.
 TEST(ModbusReplyRules, AReturnedWriteIsAFrameIfNothingFollows) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     const Protocol& protocol = ProtocolOf(framing);

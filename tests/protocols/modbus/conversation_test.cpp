@@ -194,16 +194,13 @@ TEST(ModbusConversation, AWriteIsConfirmedByItsRepeatedContent) {
   EXPECT_EQ(outcome("8606"), Outcome::busy);
 }
 
-// ---------------------------------------------------------------- probes
-
 constexpr const char* kLoopback = "08 00 00 A5 5A";
 
 config::Device ByLoopback(std::vector<config::Point> points) {
   return MakeDevice(std::move(points), {{"probe", std::string("loopback")}});
 }
 
-/// Polls read one register and the probe reads two, so a late reply to a poll is not accepted for
-/// the probe.
+/// Polls read one register, the probe two, so a late reply to a poll does not fit the probe.
 TEST(ModbusProbe, ReadsALengthThatNoPollUses) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -218,13 +215,12 @@ TEST(ModbusProbe, ReadsALengthThatNoPollUses) {
   EXPECT_TRUE(answer.readings.empty()) << "a poll says what is wrong with the point";
 }
 
-/// A refusal may answer any request, so it proves nothing.
+/// A refusal can answer any request, so it proves nothing.
 TEST(ModbusProbe, TriesTheNextReadAfterARefusal) {
   const config::Device device = MakeDevice(
       {ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50"), ReadPoint("c", "input 7")});
   Talk talk(ModbusRtuProtocol(), device);
   EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
-  // The request may be repeated until the order of replies is certain.
   for (int copy = 0; copy < 2; ++copy) {
     const Answer answer = talk.Reply(Probe(), talk.protocol().carrier->wrap(kSlave, Hex("8302")));
     EXPECT_EQ(answer.outcome, Outcome::ok);
@@ -239,7 +235,7 @@ TEST(ModbusProbe, TriesTheNextReadAfterARefusal) {
   EXPECT_EQ(Asked(talk, Probe()), "03 00 00 00 02");
 }
 
-/// A device may refuse registers beyond the polled ones.
+/// A device can refuse registers beyond the polled registers.
 TEST(ModbusProbe, ReadsNoFurtherRegistersIfAPollIsLongEnough) {
   const config::Device device =
       MakeDevice({ReadPoint("a", "holding 0"), ReadPoint("b", "holding 50", config::Type::float32),
@@ -283,7 +279,6 @@ TEST(ModbusProbe, FindsADeviceThatIgnoresLoopbacksByARead) {
   EXPECT_EQ(Asked(talk, Probe()), kLoopback) << "it may be another device now";
 }
 
-/// The slave ignores all requests except polls.
 TEST(ModbusProbe, FindsADeviceThatIgnoresProbesByAPoll) {
   const config::Device device = MakeDevice({ReadPoint("a", "holding 5")});
   Talk talk(ModbusRtuProtocol(), device);
@@ -314,8 +309,6 @@ TEST(ModbusProbe, AlternatesReadsWhenABlockIsNeverAnswered) {
   EXPECT_EQ(asked, (std::vector<std::string>{"03 00 00 00 02", "03 00 64 00 01", "03 00 00 00 02",
                                              "03 00 00 00 01"}));
 }
-
-// ---------------------------------------------------------------- decode
 
 TEST(ModbusDecode, NamesPointsAndLabelsOtherRegisters) {
   const config::Device device = Inverter();

@@ -16,7 +16,6 @@ config::Point Once(const std::string& name, const std::string& read) {
   return ReadPoint(name, read, Type::string, Group::once);
 }
 
-/// All readings as text: "2500 good".
 std::string Shown(const Answer& answer) {
   std::string text = answer.outcome == Outcome::ok ? "" : answer.reason;
   for (const Reading& reading : answer.readings) {
@@ -30,7 +29,7 @@ std::string Shown(const Answer& answer) {
 struct One {
   std::string read;
   Type type;
-  std::string request;  ///< as PDU, like `reply`
+  std::string request;
   std::string reply;
   std::string shows;
 };
@@ -108,8 +107,6 @@ TEST(ModbusFunctions, AnUnsupportedFunctionIsRequestedRarely) {
   EXPECT_EQ(talk->Queries()[0].group, Group::slow);
 }
 
-// ---------------------------------------------------------------- identification
-
 const std::string kKbr =
     "01 2B 0E 01 01 00 00 03 00 08 4B 42 52 20 47 6D 62 48 01 12 6D 75 6C 74 69 63 6F 6D 70 20 46 "
     "31 34 34 2D 33 20 20 02 09 20 32 2E 30 30 72 30 31 36 CD DB";
@@ -158,7 +155,7 @@ TEST(ModbusIdentification, IsNotPolled) {
   EXPECT_TRUE(CheckPoint(Once("p", "server id")));
 }
 
-/// A device whose profile lists names, and the replies of the twin of another device.
+/// A device whose profile lists names. The replies come from the twin of another device.
 class ModbusNames : public ::testing::Test {
  protected:
   static config::Device Listing(std::vector<std::string> names) {
@@ -167,8 +164,7 @@ class ModbusNames : public ::testing::Test {
     device.identity.others = {{config::SpokenName("OTHER 5"), "other-5"}};
     return device;
   }
-  /// Returns the request PDUs of one poll. `says`: reply PDUs by request; an empty reply is
-  /// silence.
+  /// Returns the request PDUs of one poll. `says`: the reply PDU to each request; empty: no reply.
   static std::vector<std::string> AskedBy(Talk& talk,
                                           const std::map<std::string, std::string>& says) {
     talk.asked.clear();
@@ -250,8 +246,6 @@ TEST_F(ModbusNames, MissingNamesAreNoContradiction) {
   }
 }
 
-// ---------------------------------------------------------------- the twin
-
 TEST(ModbusTwinFunctions, AnswersItsOwnConversation) {
   config::Device device = MakeDevice(
       {ReadPoint("a", "exception status"), ReadPoint("b", "event counter"),
@@ -306,9 +300,7 @@ TEST(ModbusTwinFunctions, RefusesFunctionsMissingInItsProfile) {
   EXPECT_EQ(ToHex(AskTwin(twin, Hex("14 07 06 00 04 00 01 00 FF"))), "94 03");
 }
 
-// ---------------- Plans of requests: merging, holes, limits, splits and demotion.
-
-/// "fast holding 0+3 slow coil 5+1": group, table, address and count of each request.
+/// Returns group, table, address and count, such as "fast holding 0+3 slow coil 5+1".
 std::string Shown(const SpacePlan& plan) {
   std::string text;
   for (std::size_t i = 0; i < plan.queries().size(); ++i) {

@@ -22,8 +22,8 @@ struct Row {
   const char* what;
   Bytes request;
   unsigned function, start, count;
-  std::size_t data;   ///< bytes that a write contains
-  std::size_t reply;  ///< bytes of the good reply
+  std::size_t data;
+  std::size_t reply;
 };
 
 /// Register numbers are addresses + 40001.
@@ -46,7 +46,7 @@ const Row kReference[] = {
     {"read 41840 x120", Hex("03 07 2F 00 78"), 3, 1839, 120, 0, 242},
     {"read 41960 x40", Hex("03 07 A7 00 28"), 3, 1959, 40, 0, 82},
     {"write 41000 x120", Padded("10 03 E7 00 78 F0", 240), 16, 999, 120, 240, 5},
-    // The examples of the specification: 6.1, 6.2, 6.5, 6.11, 6.12.
+    // Examples of the specification: 6.1, 6.2, 6.5, 6.11, 6.12.
     {"coils 20-38", Hex("01 00 13 00 13"), 1, 0x13, 19, 0, 5},
     {"inputs 197-218", Hex("02 00 C4 00 16"), 2, 0xC4, 22, 0, 5},
     {"coil 173 on", Hex("05 00 AC FF 00"), 5, 0xAC, 1, 2, 5},

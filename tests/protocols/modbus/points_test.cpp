@@ -1,4 +1,6 @@
-// Tests the `read` and `write` grammar of points, and register values in every form and order.
+// Tests the grammar of `read` and `write` of points, and register values in every form and order.
+// TI081: tables of the manuals of Schneider's IM400 and EM3000; the test bytes are composed from
+// these tables.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/modbus/values.h"
 #include "tests/protocols/modbus/support.h"
@@ -121,8 +123,6 @@ TEST(ModbusPlace, DevicesNeedTheTextsOfTheirPoints) {
   EXPECT_NE(check({"fault 1=a", "fault 0x01=b"}).find("second time"), std::string::npos);
 }
 
-// ---------------------------------------------------------------- values
-
 Value Decoded16(const std::string& read, Type type, const Registers& registers,
                 const Settings& settings = {}) {
   const auto place = ReadLocation(PointOf(read, type, 16));
@@ -149,7 +149,6 @@ TEST(ModbusValues, DecodesNumbersInEveryForm) {
 }
 
 TEST(ModbusValues, DecodesEveryByteOrder) {
-  // 230.5 = 43 66 80 00
   const auto value = [](const char* order, const Registers& registers) {
     return Decoded16(std::string("holding 0 ") + order, Type::float32, registers);
   };
@@ -242,10 +241,6 @@ TEST(ModbusValues, AValueThatDoesNotFitIsRefused) {
   EXPECT_TRUE(refused(PointOf("holding 0", Type::float32), Value{}));
   EXPECT_TRUE(refused(PointOf("holding 0", Type::string, 3), std::string("ABCD")));
 }
-
-// ---------------- Register values other than plain integers: bits, three and six bytes, decimal
-// digits, a power of ten in another register, dates. TI081: tables of the manuals of Schneider's
-// IM400 and EM3000; the test bytes are composed from these tables.
 
 Location LocationOf(const std::string& read, Type type) {
   const auto place = ReadLocation(baudgate::ReadPoint("p", read, type));
@@ -343,9 +338,6 @@ TEST(ModbusForms, DecimalDigitsMayUseThreeOrFourRegisters) {
                       Value(std::uint64_t{10'000'000'000'000'000}), {}));
 }
 
-// ---------------------------------------------------------------- a power of ten in another
-// register
-
 TEST(ModbusScale, MultipliesByThePowerOfTenInTheSameReply) {
   const std::string read = "holding 200 int16 scale(203)";
   EXPECT_EQ(Read(read, Type::float64, {2345, 0, 0, 0xFFFE}), "23.45");
@@ -372,7 +364,6 @@ TEST(ModbusScale, IsReadTogetherWithItsPoint) {
   }
 }
 
-/// 8000 is the sentinel, whatever the power of ten.
 TEST(ModbusScale, DoesNotScaleSentinels) {
   const Location place = LocationOf("holding 200 int16 scale(201)", Type::float32);
   const config::Sentinel none{-32768, Quality::bad_sensor_failure};
@@ -393,8 +384,6 @@ TEST(ModbusScale, RefusesInvalidPlaces) {
   ASSERT_FALSE(status);
   EXPECT_NE(status.error().find("cannot be written"), std::string::npos) << status.error();
 }
-
-// ---------------------------------------------------------------- dates
 
 TEST(ModbusDates, OfMetersAreText) {
   const Type text = Type::string;
@@ -451,8 +440,6 @@ TEST(ModbusDates, AreReadBackFromTheTwin) {
   }
   EXPECT_EQ(seen, points.size());
 }
-
-// ---------------------------------------------------------------- times of functions
 
 TEST(ModbusReplyTimes, ApplyToTheirFunctions) {
   const std::vector<std::string> times = {"16=5s", "0x16=2s"};

@@ -14,7 +14,7 @@ config::Catalog Installed() {
   catalog.protocols["modbus_rtu"] = &ModbusRtuProtocol();
   catalog.protocols["modbus_ascii"] = &ModbusAsciiProtocol();
   catalog.protocols["modbus_tcp"] = &ModbusTcpProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   return catalog;
 }
 
@@ -164,9 +164,6 @@ TEST(ModbusProfiles, AsciiUsesTheProfilesOfRtu) {
   EXPECT_NE(wrong.problems[0].message.find("generic-meter"), std::string::npos);
   EXPECT_NE(wrong.problems[0].message.find("modbus_rtu"), std::string::npos) << "where was looked";
 }
-
-// ---------------- The simulated slave: its replies to every function, its refusals, and its
-// silence.
 
 using config::Type;
 

@@ -75,8 +75,6 @@ Listener Heard(View bytes, std::size_t piece = 1000) {
   return listener;
 }
 
-// ---------------------------------------------------------------- clean traffic
-
 TEST(ModbusRtuRequestRule, RepliesOfOtherSlavesDoNotHideTheNextRequest) {
   for (const char* other : {"030209C4", "0102CD6B", "8302", "1003E70078", "0F0013000A",
                             "170400010002", "2B0E0181000001000141", "0308000100020003FFFF"}) {
@@ -194,7 +192,7 @@ TEST(ModbusRtuRequestRule, ALoopbackDoesNotWaitForSilence) {
 
 TEST(ModbusRtuRequestRule, ARequestThatBeginsLikeAReplyIsARequest) {
   Bytes reply = Rtu(20, "03025800");
-  reply.push_back(0x00);  // the CRC stays good
+  reply.push_back(0x00);
   for (const std::size_t piece : kPieces) {
     EXPECT_EQ(Heard(reply, piece).frames(), Frames{reply}) << "read 0258, by " << piece;
   }
@@ -211,8 +209,6 @@ TEST(ModbusRtuRequestRule, TheLongestFramesAreAccepted) {
     EXPECT_EQ(Heard(unknown, piece).frames(), Frames{unknown});
   }
 }
-
-// ---------------------------------------------------------------- noise
 
 TEST(ModbusRtuRequestRule, DriverNoiseBeforeARequestIsSkipped) {
   for (const char* noise : {"00", "FF", "00 00 00", "FF 00", "00 FF FF", "FE", "F8 FF"}) {
@@ -250,9 +246,6 @@ TEST(ModbusRtuRequestRule, OtherNoiseDiscardsTheFollowingRequest) {
   EXPECT_EQ(listener.frames(), Frames{kRead}) << "the master repeats it";
 }
 
-// ---------------------------------------------------------------- requests inside other messages
-
-/// 60 registers that contain the bytes of the write from `at` on.
 Bytes DataAround(std::size_t at, std::uint8_t filler) {
   Bytes data(120, filler);
   std::ranges::copy(kWrite, data.begin() + static_cast<std::ptrdiff_t>(at));
@@ -300,7 +293,7 @@ TEST(ModbusRtuRequestRule, AWriteInsideAnIncompleteReplyIsNotExecuted) {
     for (std::size_t length = 1; length < reply.size(); ++length) {
       EXPECT_FALSE(Heard(View(reply).first(length)).Executed(kWrite)) << length;
       EXPECT_FALSE(Heard(Joined({Bytes(reply.begin(), reply.end() - 3), kRead})).Executed(kRead));
-      if (length == 3 || filler != 0x64) continue;  // as if a frame began there
+      if (length == 3 || filler != 0x64) continue;
       const bool begins = length == 3 + 50;
       EXPECT_EQ(Heard(View(reply).subspan(length)).Executed(kWrite), begins) << length;
     }
@@ -336,8 +329,6 @@ TEST(ModbusRtuRequestRule, AFloodWithoutSilenceExecutesNothing) {
 namespace baudgate::protocols {
 namespace {
 
-// ---------------- The laws of frame rules for Modbus RTU, ASCII and TCP, and further properties.
-
 using protocols::modbus::Framing;
 using protocols::modbus::Hex;
 using protocols::modbus::Unwrap;
@@ -345,7 +336,7 @@ using protocols::modbus::Wrap;
 
 Bytes Frame(Framing framing, const char* pdu) { return Wrap(framing, 20, Hex(pdu)); }
 
-/// The bytes of an ASCII frame; its digits may have either case.
+/// Returns the bytes that an ASCII frame encodes, because its digits can have either case.
 Bytes Meaning(View frame) {
   const auto adu = Unwrap(Framing::ascii, frame);
   Bytes bytes = {adu ? adu->slave : std::uint8_t{0}};
@@ -353,7 +344,7 @@ Bytes Meaning(View frame) {
   return bytes;
 }
 
-/// Noise with many bytes that may begin a frame.
+/// Returns noise with many bytes that can begin a frame.
 Bytes RtuGarbage(std::mt19937& random) {
   constexpr std::uint8_t kLikely[] = {20, 3, 6, 16, 8, 0x83, 2, 0, 23, 43, 1};
   Bytes bytes(random() % 40);
@@ -391,12 +382,12 @@ LawSubject Requests(Framing framing) {
     subject.frames.push_back(Frame(framing, pdu));
   }
   SetFraming(subject, framing);
-  // An RTU frame begins after silence or after another frame: see rtu_request_rule_test.cpp.
+  // An RTU frame begins after silence or after another frame (rtu_request_rule_test.cpp).
   subject.found_behind_garbage = framing == Framing::ascii;
   return subject;
 }
 
-/// A reply is cut by its request, so each request is a subject.
+/// One request with its replies, because the request determines the length of a reply.
 LawSubject Replies(Framing framing, const char* name, const char* request,
                    std::vector<const char*> replies) {
   LawSubject subject;
@@ -408,7 +399,6 @@ LawSubject Replies(Framing framing, const char* name, const char* request,
   return subject;
 }
 
-/// Cut headers, wrong protocol numbers and lengths.
 Bytes TcpGarbage(std::mt19937& random) {
   Bytes bytes(random() % 40);
   for (std::uint8_t& byte : bytes) {
@@ -472,8 +462,6 @@ INSTANTIATE_TEST_SUITE_P(Modbus, ChecksumLaws, ValuesIn(WithChecksum(Subjects())
 INSTANTIATE_TEST_SUITE_P(Modbus, GarbageLaws, ValuesIn(FoundBehindGarbage(Subjects())),
                          LawSubjectName);
 
-// ---------------------------------------------------------------- replies
-
 struct Cutter {
   explicit Cutter(const char* request, Framing framing = Framing::rtu) {
     assembler.Begin(protocols::modbus::ProtocolOf(framing).reply_rule,
@@ -516,7 +504,6 @@ TEST(ModbusRtuReplyRule, AReplyOfAnotherSlaveIsSkipped) {
   EXPECT_TRUE(cutter.Take(Hex("14 03 02 00 31 74 53")).has_value());
 }
 
-/// A late reply may have another form; the conversation judges it.
 TEST(ModbusReplyRules, AReplyOfAnotherFormIsAccepted) {
   for (const Framing framing : {Framing::rtu, Framing::ascii}) {
     for (const char* pdu : {"030400310032", "080000A55A", "04020031", "8402", "0600080002"}) {

@@ -12,7 +12,7 @@ namespace {
 
 using config::Type;
 
-/// Two slaves with three blocks each; each value contains the slave and the register.
+/// Two slaves with three blocks each. Each value contains the slave and the register.
 config::Line Bus(const Settable& options = {}, Framing framing = Framing::rtu) {
   config::Line line;
   line.name = "bus";
@@ -43,7 +43,6 @@ class ModbusSession : public ::testing::Test {
       }
       line_->twin(device).values.Set(5, false);
     }
-    // At every moment, a usable value must be right.
     line_->always = [this] {
       for (std::uint32_t device = 0; device < 2; ++device) {
         for (std::uint32_t point = 0; point < 4; ++point) {
@@ -87,7 +86,6 @@ TEST_F(ModbusSession, EveryPointBecomesGoodInEveryFraming) {
   }
 }
 
-/// The header counts 4 bytes, but the unit and an exception of two bytes follow.
 TEST_F(ModbusSession, AnExceptionWithATooLongHeaderDelaysNoOther) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
@@ -148,7 +146,7 @@ TEST_F(ModbusSession, ALateNumberedReplyAffectsOnlyItsRequest) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
   line_->twin(0).manner.think = 1100ms;
-  line_->RunFor(5min);  // `always` checks every value
+  line_->RunFor(5min);
   EXPECT_TRUE(AllGood(1));
   line_->twin(0).manner.think = 5ms;
   EXPECT_TRUE(Becomes(0, 2min));
@@ -159,7 +157,6 @@ TEST_F(ModbusSession, ALateNumberedReplyAffectsOnlyItsRequest) {
   EXPECT_TRUE(Becomes(0, 2min));
 }
 
-/// The retry is answered at once, the first try after other requests.
 TEST_F(ModbusSession, ANumberShowsThatAReplyAfterARetryIsLate) {
   Make({}, Framing::tcp);
   ASSERT_TRUE(Becomes(0, 5s));
@@ -193,7 +190,7 @@ TEST_F(ModbusSession, RepliesOneRequestLateAreNeverAccepted) {
   Make();
   ASSERT_TRUE(Becomes(0, 5s));
   AnswerOneRequestLate();
-  line_->RunFor(10min);  // `always` checks every value
+  line_->RunFor(10min);
   const bus::DeviceStatus status = line_->StatusOf(0);
   EXPECT_LT(status.Count(Outcome::ok), status.exchanges) << "it is found out";
   EXPECT_TRUE(AllGood(1));
@@ -235,7 +232,7 @@ TEST_F(ModbusSession, ASlaveThatIgnoresLoopbacksIsServed) {
   line_->twin(0).manner.dead = false;
   EXPECT_TRUE(Becomes(0, 2min)) << "found by a read";
   const std::size_t before = Count(20, kDiagnostics);
-  for (int i = 0; i < 5; ++i) {  // each silence makes the poller send a probe
+  for (int i = 0; i < 5; ++i) {
     line_->twin(0).manner.dead = true;
     line_->RunFor(3s);
     line_->twin(0).manner.dead = false;
@@ -268,7 +265,7 @@ TEST_F(ModbusSession, AWriteIsConfirmedAndReadBack) {
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 5)), 1);
 }
 
-/// Example: an inverter that clears its parameters.
+/// Example: an inverter needs some seconds to clear its parameters.
 TEST_F(ModbusSession, AFunctionMayHaveItsOwnReplyTime) {
   for (const bool given : {false, true}) {
     const std::vector<std::string> times = {"6=5s"};

@@ -53,7 +53,6 @@ inline config::Device MakeDevice(std::vector<config::Point> points, const Settab
   return DeviceOf(ModbusRtuProtocol(), address, std::move(points), options);
 }
 
-/// Returns the reply PDU of an RTU twin.
 inline Bytes AskTwin(Twin& twin, View pdu) {
   const Bytes reply =
       baudgate::AskTwin(ModbusRtuProtocol(), twin, MakeOptions(), Wrap(Framing::rtu, kSlave, pdu));
@@ -67,7 +66,6 @@ inline std::string Asked(Talk& talk, const Task& task) {
   const auto sent = talk.protocol().carrier->unwrap_request(request->bytes);
   return sent ? ToHex(sent->second) : "no frame";
 }
-/// Runs one exchange with this reply PDU; empty: silence.
 inline Answer Exchange(Talk& talk, const Task& task, std::string_view pdu) {
   if (pdu.empty()) return talk.Exchange(task, View());
   return talk.Exchange(task, talk.protocol().carrier->wrap(kSlave, Hex(pdu)));

@@ -14,8 +14,6 @@ namespace modbus = protocols::modbus;
 constexpr const char* kRead500 = "00 01 00 00 00 06 14 03 01 F4 00 01";
 constexpr const char* kIts31 = "00 01 00 00 00 05 14 03 02 00 31";
 
-// ---------------------------------------------------------------- messages
-
 TEST(ModbusTcpCodec, AHeaderPrecedesThePdu) {
   const Bytes frame = Wrap(Framing::tcp, 20, ReadRequest(kReadHolding, 500, 1), 1);
   EXPECT_EQ(ToHex(frame), ToHex(Hex(kRead500)));
@@ -46,8 +44,6 @@ TEST(ModbusTcpAddress, AcceptsUnits0To255) {
   EXPECT_FALSE(ModbusRtuProtocol().canonical_address("0"));
   EXPECT_FALSE(ModbusRtuProtocol().canonical_address("248"));
 }
-
-// ---------------------------------------------------------------- replies
 
 struct Connection {
   explicit Connection(const char* request) {
@@ -81,7 +77,7 @@ TEST(ModbusTcpReplyRule, ALateReplyAndTheOwnReplyMayArriveInOnePiece) {
             Hex(kIts31));
 }
 
-/// Example: a serial server that forwards RTU frames.
+/// Example of damage: a serial server forwards RTU frames without a header.
 TEST(ModbusTcpReplyRule, AfterDamageNothingIsAcceptedBeforeSilence) {
   for (const char* const damage :
        {"14 03 02 00 31 74 53", "00 01 00 07 00 05 14 03 02 00 31", "00 01 00 00 01 00 14 03",
@@ -112,7 +108,7 @@ TEST(ModbusTcpReplyRule, AFloodIsBounded) {
 
 struct Misframed {
   const char* request;
-  const char* reply;  ///< the header counts too many bytes
+  const char* reply;
 };
 
 constexpr Misframed kMisframed[] = {
@@ -139,7 +135,6 @@ TEST(ModbusTcpReplyRule, AKnownReplySizeOverridesTheHeader) {
   EXPECT_FALSE(UnwrapReply(Framing::tcp, Hex("00 01 00 00 00 04 14 03 02 00 31")));
 }
 
-/// 32 bits in one register, and a returned write: both are correct messages.
 TEST(ModbusTcpReplyRule, AReplyWithACorrectHeaderIsNotCut) {
   for (const auto& [request, reply] :
        {Misframed{kRead500, "00 01 00 00 00 07 14 03 04 00 31 00 32"},
@@ -149,8 +144,6 @@ TEST(ModbusTcpReplyRule, AReplyWithACorrectHeaderIsNotCut) {
     EXPECT_EQ(connection.Take(reply), Hex(reply)) << reply;
   }
 }
-
-// ---------------------------------------------------------------- devices
 
 config::Device MakeServer(std::vector<config::Point> points, const std::string& unit = "255") {
   return DeviceOf(ModbusTcpProtocol(), unit, std::move(points));
@@ -200,7 +193,7 @@ TEST(ModbusTcpConversation, AReplyIsDecoded) {
   EXPECT_EQ(ToText(answer.readings[0].value), "2500");
 }
 
-/// Example: the gateway works, but the meter behind it is off.
+/// The exceptions 0A and 0B come from a gateway whose device is absent.
 TEST(ModbusTcpConversation, AGatewayExceptionMeansNoReply) {
   for (const char* const reply : {"00 01 00 00 00 03 FF 83 0A", "00 01 00 00 00 03 FF 83 0B"}) {
     Talk talk(ModbusTcpProtocol(), MakeServer(TwoBlocks()));

@@ -30,7 +30,7 @@ config::Device Several(const Settable& options = {}) {
   return MakeDevice(std::move(points), options);
 }
 
-/// Register 4: bits 0, 2 and 5, and bits 8 to 10 as a number.
+/// Returns a device with register 4: bits 0, 2 and 5, and bits 8 to 10 as a number.
 config::Device Bits(const Settable& options = {}) {
   return MakeDevice(
       {WritePoint("b0", "holding 4[b0]", {}, Type::boolean),
@@ -194,7 +194,7 @@ TEST(ModbusWriteExceptions, BusyIsBusyAndAcknowledgeIsOkWithAWait) {
   EXPECT_THAT(accepted.reason, IsEmpty());
 }
 
-/// The gate has converted the value (Convert); here it only becomes registers and bits.
+/// The value is already the raw value (Convert), so it is only encoded here.
 TEST(ModbusWrittenValue, IsEncodedFromTheConvertedValue) {
   struct Case {
     const char* place;
@@ -223,8 +223,6 @@ TEST(ModbusWrittenValue, IsEncodedFromTheConvertedValue) {
     EXPECT_EQ(Asked(talk, Write(0, write->raw)), one.pdu) << one.place;
   }
 }
-
-// ---------------------------------------------------------------- writes on a line
 
 class WritingLine : public testing::Test {
  protected:
@@ -276,7 +274,6 @@ TEST_F(WritingLine, OnlyTheWrittenBitsChange) {
   EXPECT_THAT(SentWrites(), ElementsAre("06 00 04 02 25"));
 }
 
-/// The slave does not answer the read before the write, so nothing was written.
 TEST_F(WritingLine, AnUnansweredReadBeforeAWriteIsNotSent) {
   Make(Bits(kByRead));
   line_->twin(0).manner.dead = true;
@@ -299,7 +296,6 @@ TEST_F(WritingLine, SeveralPointsAreOneExchange) {
   EXPECT_EQ(ToDouble(line_->ValueOf(0, 1)), 8);
 }
 
-/// The device needs 900 ms to carry out an acknowledged write.
 TEST_F(WritingLine, AnAcknowledgedWriteIsReadBackLater) {
   for (const bool does_it : {true, false}) {
     results_.clear();
@@ -308,7 +304,6 @@ TEST_F(WritingLine, AnAcknowledgedWriteIsReadBackLater) {
     line_->RunFor(2s);
     line_->twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
       if (request[1] != kWriteRegister) return std::nullopt;
-      // The device has not carried out the write yet.
       line_->twin(0).values.Set(0, std::uint64_t{1});
       return Wrap(Framing::rtu, kSlave, Hex("86 05"));
     };

@@ -21,7 +21,6 @@ PrintedPart PartOf(std::string_view text) {
   return part;
 }
 
-/// Returns false if the line is not a script line or comes at a wrong place.
 bool Take(std::string_view line, int number, std::vector<PrintedPart>& parts) {
   constexpr std::string_view kSet = "set:";
   if (line.starts_with(kSet)) {

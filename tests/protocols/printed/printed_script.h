@@ -22,7 +22,7 @@
 namespace baudgate::protocols {
 
 struct PrintedExchange {
-  int line = 0;  ///< the line number of the request
+  int line = 0;
   std::string request;
   std::optional<std::string> reply;
   std::vector<std::string> values;
@@ -34,7 +34,6 @@ struct PrintedPart {
   std::vector<PrintedExchange> exchanges;
 };
 
-/// A line that cannot be read fails the test.
 std::vector<PrintedPart> ReadPrintedScript(const std::string& path);
 
 }  // namespace baudgate::protocols

@@ -1,4 +1,4 @@
-// Tests that all requests and replies of the references are decoded without a profile.
+// Tests that all requests and replies printed in the references are decoded without a profile.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -18,7 +18,6 @@
 namespace baudgate::protocols {
 namespace {
 
-// Tests run in the root of the source tree.
 constexpr std::string_view kFolder = "tests/protocols/printed/";
 
 Bytes Dcon(std::string text, const config::Options& options) {

@@ -22,7 +22,6 @@ const std::string kNoTag = "0000000000";
 const std::string kA = "06001259E3";
 const std::string kB = "0600125A00";
 
-/// Points 7 and 8: message, identity. `poll`: period of the points that are polled.
 config::Device AskedReader(Duration poll = 10s) {
   config::Device device = Reader({{"commands", "ask"}});
   device.poll = poll;
@@ -77,7 +76,7 @@ class ReaderCommandsTest : public ::testing::Test {
   }
   std::string Shown(std::uint32_t point) const { return ToText(line_.ValueOf(0, point)); }
 
-  std::string tag_ = kNoTag;  // the reply to `r`; empty: silence
+  std::string tag_ = kNoTag;  // the reply to the command `r`; empty: silence
   VirtualLine line_;
 };
 
@@ -115,7 +114,6 @@ TEST_F(ReaderCommandsTest, AReadTagIsOneEventWhileItStays) {
   EXPECT_EQ(Events(), kA + " " + kA + " ") << "it was away";
 }
 
-/// Tags come at every moment between the command and the end of its answer; each makes one event.
 TEST_F(ReaderCommandsTest, ATagDuringACommandIsNotLostOrDuplicated) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
@@ -126,7 +124,6 @@ TEST_F(ReaderCommandsTest, ATagDuringACommandIsNotLostOrDuplicated) {
     const std::string tag = fmt::format("{:010X}", ++number);
     RunToRead();
     line_.Inject(TagFrame(tag), after * 1ms);
-    // The tag is present when the answer is made, or has left a moment before.
     tag_ = after % 2 == 0 ? tag : kNoTag;
     line_.RunFor(3s);
     expected += tag + " ";
@@ -136,7 +133,6 @@ TEST_F(ReaderCommandsTest, ATagDuringACommandIsNotLostOrDuplicated) {
   EXPECT_EQ(Shown(kCounter), std::to_string(number));
 }
 
-/// The same tag comes again long after `same_tag`: its return is an event, its presence is not.
 TEST_F(ReaderCommandsTest, AReturningTagNextToItsReplyIsReported) {
   line_.Open();
   line_.twin(0).manner.think = 30ms;
@@ -297,7 +293,7 @@ TEST_F(ReaderCommandsTest, AReadOnDemandReturnsTheCurrentTag) {
   EXPECT_EQ(result.end, WriteEnd::not_sent) << "reading does not renew it";
 }
 
-/// On a pty or a network, the reply comes before the computed end of the command.
+/// On a pty or a network, the reply arrives before the computed end of the command.
 class ReaderOnAFastPort : public ReaderCommandsTest {
  protected:
   ReaderOnAFastPort() { line_.keeps_bit_rate = false; }

@@ -63,7 +63,6 @@ TEST_F(ReaderConversationTest, ATagGivesSixValuesAndAnEvent) {
   EXPECT_FALSE(answer.batch->again) << "the same tag once more is another event";
 }
 
-/// The period of 2 s begins with the latest message of the tag.
 TEST_F(ReaderConversationTest, ARepeatedTagIsNotNewWithinTheWindow) {
   Make(Reader({{"same_tag", "2s"}}));
   EXPECT_TRUE(IsNew("0000000001", 1h));
@@ -191,7 +190,7 @@ TEST_F(ReaderConversationTest, CharactersBeyondAsciiAreDamage) {
 }
 
 TEST_F(ReaderConversationTest, ACapturedRequestOfAnotherMasterIsDecoded) {
-  Make(Reader());  // without `i` in the configuration
+  Make(Reader());
   const Answer answer = reader_->Interpret(ToBytes("i\r"), ToBytes("A\r"));
   ASSERT_EQ(answer.readings.size(), 1U);
   EXPECT_EQ(ToText(answer.readings[0].value), "A");
@@ -208,8 +207,6 @@ TEST_F(ReaderConversationTest, AnUnaskedReaderIsNeverPolled) {
 
 namespace baudgate::protocols::reader {
 namespace {
-
-// ---------------- Findings about messages that cannot be read.
 
 TEST(ReaderRecognise, ReportsDeviationsFromTheConfiguration) {
   const struct {

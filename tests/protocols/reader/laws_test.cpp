@@ -51,7 +51,7 @@ std::vector<LawSubject> Subjects() {
       "Information", asked, {"\r\nMOD-RFID125-BOX\r\n>", "i\r\nMOD\r\nVer 1.3\r\n>"}, "abc 123");
   information.expect = reader::Expect(reader::EncodeCommand(reader::Command::information),
                                       reader::ReadSettings(asked));
-  information.found_behind_garbage = false;  // garbage would be the beginning of the text
+  information.found_behind_garbage = false;
   LawSubject marked = Subject("StartAndEnd", TextOptions("0x02", "0x03", 0),
                               {"\x02"
                                "ST,GS,+  12.35kg\x03",
@@ -63,7 +63,7 @@ std::vector<LawSubject> Subjects() {
       Subject("StartAndLength", TextOptions(":", "", 5), {":12345", ":a:b:c"}, "abc 123,\r\n\x80");
   LawSubject line =
       Subject("Line", TextOptions("", "0x0D", 0), {"4006381333931\r", "ST,GS 12\r"}, "abc 123,");
-  line.found_behind_garbage = false;  // garbage would be the beginning of the line
+  line.found_behind_garbage = false;
   LawSubject silence = Subject("Silence", TextOptions("", "", 0), {"4006381333931", "a"}, "abc");
   silence.found_behind_garbage = false;
   return {tags, among_answers, information, marked, counted, line, silence};
@@ -105,7 +105,6 @@ TEST(ReaderFrames, ATagWithAMissingOrExtraCharacterIsDropped) {
     EXPECT_EQ(CutBy(tags, cut), Frames{}) << at;
     std::string more = good;
     more.insert(at, "7");
-    // Before the frame the character is noise.
     EXPECT_EQ(CutBy(tags, more).size(), at == 0 ? 1U : 0U) << at;
   }
 }
@@ -121,7 +120,7 @@ TEST(ReaderFrames, ATooLongTextIsDroppedCompletely) {
   EXPECT_EQ(CutBy(TextOptions("", "0x0D", 3), "1234\r12\r123\r"), Frames{"123\r"});
 }
 
-/// A message that is too long is trimmed only if it comes in pieces.
+/// A message that is too long is trimmed only if it arrives in pieces.
 TEST(ReaderFrames, AStreamGivesTheSameFramesAtEveryCut) {
   config::Options tags = config::DefaultOptions(ReaderProtocol());
   std::vector<config::Options> forms = {tags};

@@ -195,7 +195,6 @@ TEST_F(ReaderLineTest, NumbersContinueAfterARestart) {
   EXPECT_EQ(ToText(line_.ValueOf(0, kCounter)), "2");
 }
 
-/// The disk fails while tags come as fast as the line can carry them.
 TEST_F(ReaderLineTest, WaitingEventsAreBoundedAndLostEventsAreReported) {
   bool works = false;
   std::size_t kept = 0;
@@ -251,7 +250,7 @@ TEST_F(WeighingTest, AWeightAgesIfConfigured) {
   EXPECT_EQ(line_.QualityOf(0, 0), Quality::bad_communication);
 }
 
-/// The end of "112.35" would be another weight.
+/// The port opens during "112.35". The rest, "2.35", would be a wrong weight.
 TEST_F(WeighingTest, AMessageBegunBeforeThePortOpenedIsDropped) {
   line_.Open();
   line_.Inject(ToBytes("2.35kg\r\n"), 5ms);

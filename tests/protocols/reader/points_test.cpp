@@ -213,8 +213,6 @@ TEST(ReaderTwins, SendRaisedTags) {
   EXPECT_EQ(raised, 100) << "a twin that nobody reads keeps so many";
 }
 
-// ---------------- Readers in a configuration, and their profiles.
-
 using ::testing::HasSubstr;
 
 config::Loaded Load(const std::string& devices, const std::string& line = {}) {

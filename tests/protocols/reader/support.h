@@ -22,12 +22,11 @@ inline config::Point ReaderPoint(const std::string& read,
   return point;
 }
 
-// Indices of points of Reader().
 inline constexpr std::uint32_t kTag = 0;
 inline constexpr std::uint32_t kCounter = 4;
 inline constexpr std::uint32_t kPresent = 5;
 
-/// Points 0…6: tag, high, middle, low, counter, present, tag@1.
+/// Returns a reader with the points 0…6: tag, high, middle, low, counter, present, tag@1.
 inline config::Device Reader(const std::vector<std::pair<std::string, std::string>>& texts = {}) {
   config::Device device;
   device.name = "gate";

@@ -61,16 +61,16 @@ Bytes BadWire::Carry(std::uint32_t device, Bytes reply) {
 Bytes BadWire::Damage(Bytes reply) {
   const std::size_t at = random_() % reply.size();
   switch (random_() % 8) {
-    case 0:  // a character is lost
+    case 0:
       reply.erase(reply.begin() + static_cast<std::ptrdiff_t>(at));
       return reply;
-    case 1:  // noise becomes a character
+    case 1:
       reply.insert(reply.begin() + static_cast<std::ptrdiff_t>(at), Noise());
       return reply;
-    case 2:  // the rest is lost
+    case 2:
       reply.resize(at);
       return reply;
-    case 3:  // a burst
+    case 3:
       return Flip(std::move(reply), at, 4, 12);
     default:
       return Flip(std::move(reply), 0, reply.size(), 1 + random_() % 6);
@@ -82,7 +82,7 @@ std::uint8_t BadWire::Noise() {
   return static_cast<std::uint8_t>(random_() & mask);
 }
 
-/// Flips bits on the wire, also parity bits; wrong parity gives 0xFF, as the transport does.
+/// Flips bits on the wire, including parity bits. Wrong parity gives 0xFF, as in the transport.
 Bytes BadWire::Flip(Bytes reply, std::size_t from, std::size_t length, std::size_t count) {
   const config::SerialSettings& serial = rig_.setup().serial;
   const bool parity = serial.parity != config::Parity::none;

@@ -1,5 +1,5 @@
-// BadWire damages, loses and delays the replies of twins and records which replies were damaged.
-// For runs in virtual time with the real plugins.
+// BadWire damages, loses and delays the replies of twins, and records which replies were damaged.
+// For runs in virtual time with the real protocols.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,21 +13,19 @@
 
 namespace baudgate::protocols {
 
-/// One in this many replies is damaged or lost; 0: none.
+/// One in this many replies is damaged or lost; 0: none is damaged or lost.
 struct WireFaults {
   unsigned damaged_one_in = 3;
   unsigned lost_one_in = 0;
 };
 
-/// Stores the latest replies of each device, because a reading may be stored only after the next
-/// reply has proven which device answers.
 class BadWire {
  public:
   BadWire(Rig& rig, unsigned seed, WireFaults faults = {});
   void End();
 
-  /// True if one of the latest replies of the device was damaged and the frame that the plugin
-  /// finds in it has a valid check value.
+  /// True if one of the latest replies of the device was damaged but has a valid check value. A
+  /// reading can be stored only after the next reply, so several replies count.
   bool IsBeyondDetection(std::uint32_t device);
 
   std::size_t replies() const { return replies_; }
@@ -51,7 +49,7 @@ class BadWire {
   Rig& rig_;
   WireFaults faults_;
   std::mt19937 random_;
-  std::vector<std::deque<Latest>> latest_;  // by device, the newest last
+  std::vector<std::deque<Latest>> latest_;  // latest replies of each device, the newest last
   static constexpr std::size_t kRemembered = 6;
   bool IsBeyondDetection(std::uint32_t device, const Latest& latest) const;
   Latest& Newest(std::uint32_t device) { return latest_[device].back(); }
@@ -62,11 +60,10 @@ class BadWire {
   std::size_t undetected_ = 0;
 };
 
-/// Loses or cuts a reply, or flips one bit: every checksum detects this.
+/// Loses or truncates the reply, or flips one bit. Every checksum detects this damage.
 Bytes Spoiled(Bytes reply, std::mt19937& random);
 
-/// The real lines, and an SPA Bus line without parity check, where only the weak XOR detects
-/// damage.
+/// Returns the real lines, and an SPA Bus line without parity, which has only the weak XOR.
 std::vector<Setup> DamagedLines();
 
 }  // namespace baudgate::protocols

@@ -117,7 +117,7 @@ void BirthOracle::JudgeMixture(std::uint32_t device, const bus::DeviceRecord& re
   if (!replaced) return;
   for (std::size_t i = 0; i < state.points.size(); ++i) {
     if (!state.points[i].good || is_new(state.points[i])) continue;
-    state.no_mixture = false;  // reported once
+    state.no_mixture = false;
     return Blame(
         device, i, record.points[i].seq,
         Shown(device, i, record) + ": of the replaced device, beside values of the new one");
@@ -127,7 +127,6 @@ void BirthOracle::JudgeMixture(std::uint32_t device, const bus::DeviceRecord& re
 void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t reading,
                         std::string what) {
   PointState& point = states_[device].points[i];
-  // Only the first wrong reading counts, because the search for an excuse takes long.
   if (wrong_ == 0 && excuse && excuse(device)) {
     ++excused_;
     return;
@@ -142,7 +141,6 @@ void BirthOracle::Blame(std::uint32_t device, std::size_t i, std::uint64_t readi
   if (wrong_++ == 0) what_ = std::move(what);
 }
 
-/// Reports wrong readings that were good for longer than their grace time.
 void BirthOracle::Settle(std::uint32_t device, const bus::DeviceRecord& record) {
   const Instant now = clock_();
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -182,7 +180,7 @@ void BirthOracle::Confirm(std::uint32_t device, std::uint32_t i, double value) {
     const auto birth = values_[twin]->Find(i, config, value, now);
     if (!birth) continue;
     states_[device].points[i].must_be_newer = birth->from;
-    states_[device].version = 0;  // the shown reading is judged again
+    states_[device].version = 0;
   }
 }
 

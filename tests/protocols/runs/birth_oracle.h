@@ -1,8 +1,7 @@
-// BirthOracle judges every good reading of a run: the reading must belong to this point and to the
-// device at this address, and its value must not be older than its time stamp by more than one
-// poll. The value may be younger, because a time stamp is that of the oldest request that the reply
-// may belong to. Bad and uncertain readings are not judged. The oracle also measures the share of
-// good readings.
+// BirthOracle judges each good reading of a run. The reading must belong to this point and to the
+// device at this address. Its value must not be older than its time stamp by more than one poll.
+// The value can be younger, because the time stamp is that of the oldest request that the reply
+// could answer. The oracle also measures the share of good readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,25 +17,24 @@ namespace baudgate::protocols {
 
 class BirthOracle {
  public:
-  /// `values`: of every twin of the line. At first twin n answers at the address of device n.
+  /// `values`: of each twin. Initially twin n answers at the address of device n.
   BirthOracle(const bus::PointStore& store, std::function<Instant()> clock, const BirthCode& code,
               const std::vector<std::unique_ptr<BirthValues>>& values);
 
-  /// Judges the new readings. Call this after every event, or as often as possible.
   void Look();
 
-  /// From now on `twin` answers at the address of the device. `foreign`: the twin is not the device
-  /// that the configuration demands, so its values are never right.
+  /// From now on, `twin` answers at the address. `foreign`: it is not the configured device, so its
+  /// values are never right.
   void Replace(std::uint32_t device, std::size_t twin, bool foreign);
-  /// Call this if the replaced device has another identity and was missed by the master: from now
-  /// on values of the old and the new device must not be good at the same time.
+  /// Call this if requests failed before a device of another identity took the address. From now
+  /// on, values of both devices must not be good together.
   void ForbidMixture(std::uint32_t device) { states_[device].no_mixture = true; }
-  /// The write of this value was confirmed: from now on no earlier value of the point may be good.
+  /// A write of this value was confirmed. From now on, no earlier value of the point must be good.
   void Confirm(std::uint32_t device, std::uint32_t point, double value);
 
-  /// Returns true for a wrong reading that could not be detected.
+  /// Returns true if the wrong reading of the device could not be detected.
   std::function<bool(std::uint32_t device)> excuse;
-  /// A wrong reading may be good for this long.
+  /// A wrong reading is allowed to be good for this long.
   Duration grace{};
 
   std::size_t judged() const { return judged_; }
@@ -45,24 +43,23 @@ class BirthOracle {
   /// Describes the first wrong reading: what was shown where and when, and where it came from.
   const std::string& what() const { return what_; }
 
-  /// The share of good points since RestartAvailability, sampled every 100 ms.
+  /// Returns the share of good points since RestartAvailability, sampled every 100 ms.
   double Availability() const;
   void RestartAvailability();
 
  private:
   struct PointState {
-    std::uint64_t judged = 0;  // sequence number of the last judged reading
-    std::size_t twin = 0;      // the twin that the value came from
-    bool good = false;         // at the last look
-    Instant must_be_newer{};   // than a confirmed write
-    // Sequence number of the wrong reading that is in its grace time; 0: none.
+    std::uint64_t judged = 0;
+    std::size_t twin = 0;
+    bool good = false;
+    Instant must_be_newer{};  // values from before a confirmed write are wrong
     std::uint64_t pending = 0;
-    Instant pending_until{};  // the end of the grace time
+    Instant pending_until{};
     std::string pending_what;
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    std::vector<std::size_t> twins;  // the last twin answers now
+    std::vector<std::size_t> twins;  // all at this address; the last one answers now
     std::vector<bool> foreign;       // for each twin
     bool no_mixture = false;
     std::vector<PointState> points;

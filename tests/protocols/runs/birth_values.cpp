@@ -8,7 +8,7 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr double kHalfTolerance = 0.25;  // formatting may change a value by this part of a step
+constexpr double kHalfTolerance = 0.25;  // formatting can change a value by this part of a step
 
 bool IsFloat(const config::Point& point) {
   return point.type == config::Type::float32 || point.type == config::Type::float64;
@@ -32,8 +32,8 @@ bool BirthCode::CanTell(std::string_view protocol, const config::Point& point) {
          point.read.find(" energy@") != std::string::npos;
 }
 
-/// DCON has seven characters, one of them after the decimal point. A meter counts energy in steps
-/// of 0.1 Wh. float32 represents whole numbers up to 2^24; a relay is written with seven digits.
+/// Returns a scale that the point's format can represent: seven characters in DCON, 0.1 Wh of a
+/// meter, 2^24 of a float32, seven digits of a relay.
 BirthCode::Scale BirthCode::ScaleOf(const config::Point& point) const {
   if (point.type == config::Type::uint16) return {1, 1, 60'000};
   if (protocol_ == "dcon") return {1000, 0.1, 89'000};

@@ -1,5 +1,5 @@
-// BirthValues gives every reading of a point a different number, which identifies the twin, the
-// point and the time of measurement. So any value in the store can be traced to its origin.
+// BirthValues gives each reading of a point a different number, which identifies the twin, the
+// point and the time of measurement. So the origin of any value in the store can be determined.
 //
 //   point 3 of twin 1 is slot 13, and this is its 246th reading   →   13 * 1000 + 246 = 13246
 //
@@ -18,7 +18,6 @@
 
 namespace baudgate::protocols {
 
-/// The point of this twin had or measured the value from `from` to `to`.
 struct Birth {
   std::size_t twin = 0;
   std::size_t point = 0;
@@ -26,24 +25,23 @@ struct Birth {
   Instant to{};
 };
 
-/// Converts between readings and numbers. The numbers repeat after more than a thousand readings;
-/// how many depends on the digits of the protocol.
+/// Converts between readings and numbers, which repeat after more than a thousand readings.
 class BirthCode {
  public:
-  /// `twins`: the devices of all twins of the run with their points. They must outlive this object.
+  /// `twins`: the devices of all twins of the run. They must outlive this object.
   BirthCode(std::string_view protocol, std::vector<const config::Device*> twins);
 
-  /// True for a number with enough digits for the code that is not derived.
+  /// True if the point is a number with enough digits for the code, and not derived.
   static bool CanTell(std::string_view protocol, const config::Point& point);
 
   Value At(std::size_t twin, std::size_t point, std::uint64_t reading) const;
   struct Origin {
     std::size_t twin = 0;
     std::size_t point = 0;
-    std::uint64_t reading = 0;  ///< plus n * `readings`
+    std::uint64_t reading = 0;  ///< number of the reading, plus any multiple of `readings`
     std::uint64_t readings = 0;
   };
-  /// The origin of the value that `shown` contains. Nothing: no point has such a value.
+  /// Returns the origin of `value`, as shown for `shown`; nothing: no point has such a value.
   std::optional<Origin> Read(const config::Point& shown, double value) const;
   double HalfStep(const config::Point& point) const { return ScaleOf(point).step / 2; }
 
@@ -61,7 +59,7 @@ class BirthCode {
 
   std::string protocol_;
   std::vector<const config::Device*> twins_;
-  std::vector<std::size_t> first_slot_;  // by twin
+  std::vector<std::size_t> first_slot_;
   std::vector<Slot> slots_;
 };
 
@@ -74,9 +72,8 @@ class BirthValues final : public TwinValues {
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
 
-  /// A value for a write that the point has never had.
   Value Fresh(std::size_t point) { return Next(point, clock_()); }
-  /// When the point had this value, up to `latest`; nothing: never.
+  /// Returns when the point had this value, up to `latest`; nothing: it never had this value.
   std::optional<Birth> Find(std::size_t point, const config::Point& shown, double value,
                             Instant latest) const;
   std::size_t writes() const { return writes_; }
@@ -90,7 +87,7 @@ class BirthValues final : public TwinValues {
 
   const BirthCode& code_;
   std::size_t twin_;
-  mutable std::map<std::size_t, std::vector<Instant>> readings_;  // by point
+  mutable std::map<std::size_t, std::vector<Instant>> readings_;
   std::function<Instant()> clock_;
   std::map<std::size_t, std::vector<Written>> written_;
   std::size_t writes_ = 0;

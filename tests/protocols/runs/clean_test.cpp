@@ -43,7 +43,6 @@ TEST_P(CleanRun, EveryPointBecomesGoodWithTheValueOfTheTwin) {
   EXPECT_EQ(rig->poller().accounts().line.counters().stray_bytes, 0U);
 }
 
-/// No query waits for a second slow or once cycle, and fast queries do not block the line.
 TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   Rig rig(GetParam(), [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1h;
@@ -54,8 +53,7 @@ TEST_P(CleanRun, TheFirstRoundTakesHardlyMoreThanItsBytes) {
   EXPECT_LE(rig->elapsed(), WireTime(rig) + static_cast<std::int64_t>(rig->sent.size()) * pause);
   std::set<std::string> different;
   for (const Sent& sent : rig->sent) different.insert(sent.text);
-  const std::size_t probes = 3 * rig.devices();  // for each device except the first
-  // The identity is read first, and once more for its point; input types are read between.
+  const std::size_t probes = 3 * rig.devices();
   const std::size_t identity = 4 * rig.devices();
   EXPECT_LE(rig->sent.size(), different.size() + probes + identity + 4) << "requests made twice";
 }
@@ -93,7 +91,6 @@ TEST_P(CleanRun, APollPeriodIsKept) {
   }
 }
 
-/// A USB adapter delivers its bytes every 16 ms, wherever that cuts a reply.
 TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostOnlyTheirLatency) {
   constexpr Duration kLatency = 16ms;
   Rig clean(GetParam());
@@ -133,9 +130,7 @@ TEST_P(CleanRun, BurstsOfAUsbAdapterAreNoErrorAndCostOnlyTheirLatency) {
 INSTANTIATE_TEST_SUITE_P(Real, CleanRun, ::testing::ValuesIn(RealLines()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Network, CleanRun, ::testing::Values(TcpLine()), SetupName);
 
-// ---------------- Plays every transcript of tests/transcripts; its name begins with the protocol.
-
-constexpr char kFolder[] = "tests/transcripts";  // tests run in the root of the source tree
+constexpr char kFolder[] = "tests/transcripts";
 
 std::vector<std::string> Files() {
   std::vector<std::string> files;
@@ -175,10 +170,7 @@ TEST(GoldenTranscripts, EveryProtocolHasSome) {
   EXPECT_EQ(prefixes, protocols);
 }
 
-// ---------------- With an 8-bit sum every first reading is proven or read twice: at the start,
-// after an outage, and if the probe is the same request as the poll.
-
-/// ">+720.32" and ">+020.39" have the same sum.
+/// ">+720.32" and ">+020.39" have the same 8-bit sum.
 constexpr double kTrue = 20.39;
 constexpr std::string_view kDamaged = ">+720.32";
 
@@ -197,7 +189,6 @@ class FirstReading : public ::testing::TestWithParam<config::Recheck> {
     device.trust_order = true;
     device.options.Set("identify", false);
     device.options.Set("channel_types", false);
-    // Without channels the probe is the same request as the poll.
     device.options.Set("channels", std::int64_t{0});
     config::Point point;
     point.name = "input";
@@ -249,8 +240,8 @@ TEST_P(FirstReading, AfterAnOutageIsNeverUsedAlone) {
 INSTANTIATE_TEST_SUITE_P(Rules, FirstReading,
                          ::testing::Values(config::Recheck::jump, config::Recheck::always));
 
-// ---------------- The oracle itself: it finds no fault on undisturbed lines, and it detects a
-// wrong point, a wrong device, an old value, a replaced device and an old setting.
+// ---------------- Tests of the oracle: it reports nothing on undisturbed lines, and detects each
+// kind of wrong value.
 
 class Undisturbed : public ::testing::TestWithParam<LagCase> {};
 
@@ -272,15 +263,13 @@ TEST_P(Undisturbed, AllValuesAreRightAndGood) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, Undisturbed, ::testing::ValuesIn(LagCases()), LagCaseName);
 
-/// A store that the test fills, and the oracle that judges it.
 class Judged {
  public:
   Judged() : rig(LagCaseOf("ModbusRtu19200", Queries::many, Proof::answered), 1) {
-    rig->RunFor(200s);  // the line is closed, so only the test writes into the store
+    rig->RunFor(200s);
     now_ = rig->now();
   }
 
-  /// The judgement of the oracle if point 0 of device 0 shows this value, read `age` ago.
   std::string Shows(double value, Duration age = {}) { return ShowsAt(0, value, age); }
   std::string ShowsAt(std::uint32_t point, double value, Duration age = {}) {
     const bus::Sample sample{point, value, Quality::good};

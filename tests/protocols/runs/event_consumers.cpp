@@ -45,7 +45,7 @@ void EventConsumers::Arrive(std::size_t count) {
   }
 }
 
-/// As in docs/modbus.md: reads seven events at a time, from the first unread one on.
+/// Reads seven events at a time, from the first unread one on, as docs/modbus.md describes.
 void EventConsumers::ReadRing() {
   for (;;) {
     const auto shown = feed_->Show(std::nullopt, static_cast<std::uint32_t>(wanted_), 7);

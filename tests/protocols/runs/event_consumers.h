@@ -1,6 +1,6 @@
 // EventConsumers simulates the consumers of events in a run in virtual time: DDS with a subscriber,
-// and a Modbus client that reads the ring. Both survive restarts of the gateway. Each checks that
-// it gets 1, 2, 3 … once and in order.
+// and a Modbus client that reads the ring. They survive restarts of the gateway. Each checks that
+// it receives 1, 2, 3 … once and in order.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,17 +19,14 @@ namespace baudgate::protocols {
 
 class EventConsumers {
  public:
-  /// The gateway starts; `keeper` stores its events.
   void Begin(EventKeeper& keeper);
-  /// Consumes some of the present events; some samples may stay on their way.
   void Take(std::mt19937& random);
-  /// Delivers and confirms all samples that the gateway has.
   void End();
-  /// The gateway was killed: samples on their way are lost.
+  /// Call this when the gateway is killed: undelivered samples are lost.
   void Kill();
 
-  std::int64_t of_dds() const { return subscriber_; }     ///< the last event of the subscriber
-  std::int64_t of_modbus() const { return wanted_ - 1; }  ///< the last event of the Modbus client
+  std::int64_t of_dds() const { return subscriber_; }     ///< last event of the subscriber
+  std::int64_t of_modbus() const { return wanted_ - 1; }  ///< last event of the Modbus client
   std::size_t again = 0;  ///< samples that the subscriber recognised as repeats by their numbers
 
  private:
@@ -37,7 +34,7 @@ class EventConsumers {
   void Arrive(std::size_t count);
   void ReadRing();
 
-  /// The most samples that the library stores for one device.
+  /// The most undelivered samples that the library stores for one device.
   static constexpr std::size_t kOnTheWay = 500;
 
   std::shared_ptr<events::EventFeed> feed_;
@@ -47,7 +44,7 @@ class EventConsumers {
   std::deque<std::int64_t> on_the_way_;
   std::int64_t subscriber_ = 0;
   std::int64_t wanted_ = 1;
-  bool may_repeat_ = false;  ///< the gateway was killed, so samples may come again
+  bool may_repeat_ = false;
 };
 
 }  // namespace baudgate::protocols

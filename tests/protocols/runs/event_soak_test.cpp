@@ -1,8 +1,8 @@
 // Tests that the events of relays and meters reach each consumer as 1, 2, 3 … N, without loss or
 // repeat: the file, a DDS subscriber, and a client that reads the ring over Modbus. The lines
-// damage one exchange in a hundred; there are kills, orderly restarts, and power cuts that leave
-// only synced data. A relay drops the events that the next L confirms, a meter drops a record after
-// ten newer ones.
+// damage one exchange in a hundred. There are kills, orderly restarts, and power cuts that leave
+// only synced data. A relay drops events when the next L confirms them; a meter drops a record
+// after ten newer ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -22,7 +22,6 @@ namespace {
 constexpr unsigned kSpoiledOneIn = 100;
 constexpr std::size_t kEventsOfAStation = 20'000;
 
-/// packaging/soak.sh events sets the number.
 std::size_t Wanted() { return Setting("BAUDGATE_SOAK_EVENTS", LongRun(3000)); }
 
 struct SoakTally {
@@ -35,7 +34,6 @@ struct SoakTally {
   std::size_t sent_again = 0;
 };
 
-/// Two relays and two meters on a line each, and the gateway that stores their events.
 class SoakStation {
  public:
   explicit SoakStation(unsigned seed)
@@ -47,7 +45,7 @@ class SoakStation {
                   line.options.Set("time_zone", std::string("+03:00"));
                   for (config::Device& device : line.devices) {
                     device.options.Set("time_zone", std::string("+03:00"));
-                    device.points.resize(30);  // only these points are polled
+                    device.points.resize(30);
                   }
                 }),
         keeper_({"relay-1", "relay-2", "meter-1", "meter-2"}) {
@@ -71,7 +69,6 @@ class SoakStation {
     }
   }
 
-  /// Runs without disturbances until all events are reported.
   void End() {
     peace_ = true;
     Restart();
@@ -106,7 +103,6 @@ class SoakStation {
   }
   bool IsMeter(std::uint32_t device) { return device >= relays_.devices(); }
 
-  /// The devices of both lines have common numbers.
   void Connect(Rig& rig, std::uint32_t first) {
     rig->keep_sent = false;
     rig->said = [this, first](std::uint32_t device) { return keeper_.Said(first + device); };
@@ -134,7 +130,6 @@ class SoakStation {
     static const std::string kNames[] = {"relay-1", "relay-2", "meter-1", "meter-2"};
     return kNames[device];
   }
-  /// The key of an ordered sequence: a relay, or a journal of a meter.
   static std::string KeyOf(const std::string& device, std::uint32_t code) {
     return device.starts_with("meter") ? device + " " + std::to_string(code / 10) : device;
   }
@@ -147,7 +142,7 @@ class SoakStation {
     if (random_() % 2 == 0) RaiseInMeter(static_cast<std::uint32_t>(random_() % 2));
   }
 
-  /// A journal holds ten records; two of one journal and second could not be told apart.
+  /// A journal holds ten records. Two events of one journal and second could not be distinguished.
   void RaiseInMeter(std::uint32_t device) {
     constexpr std::uint32_t kCodes[] = {22, 51, 61, 601};
     const std::uint32_t code = kCodes[random_() % 4];
@@ -199,7 +194,7 @@ class SoakStation {
   bool peace_ = false;
   std::uint32_t serial_ = 0;
   std::size_t raised_ = 0;
-  std::map<std::string, std::size_t> outstanding_;  // by sequence: events that are not stored yet
+  std::map<std::string, std::size_t> outstanding_;  // events not stored yet, by KeyOf()
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::int64_t> last_second_;
   std::map<std::string, std::vector<std::uint32_t>> told_;
 };

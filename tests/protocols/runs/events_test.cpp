@@ -1,6 +1,6 @@
 // Tests that every event of a relay is in the file exactly once, in order, with the time at which
-// it was raised: with damaged and lost requests and replies, killed programs, and power cuts that
-// leave only synced data. The relays drop the events that the next L confirms.
+// it was raised. There are damaged and lost requests and replies, killed programs, and power cuts
+// that leave only synced data. A relay drops events when the next L confirms them.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -52,14 +52,12 @@ class RelayStation {
     }
   }
 
-  /// Runs without disturbances until all events are reported.
   void End() {
     mishaps_.End();
     Restart();
     rig_->RunFor(2min);
   }
 
-  /// Checks that the file has no gap and contains the raised events of each device in order.
   void Check() {
     std::vector<std::vector<EventRecord>> kept(rig_.devices());
     for (const EventRecord& record : keeper_.ReadAll()) {
@@ -74,9 +72,9 @@ class RelayStation {
 
   std::size_t raised() const { return serial_; }
   std::size_t restarts = 0;
-  std::size_t asked_again = 0;  ///< batches that came from the backup (B)
-  std::uint64_t repeats = 0;    ///< events of these batches that were stored already
-  std::size_t guessed = 0;      ///< times whose minute was estimated
+  std::size_t asked_again = 0;  ///< batches that were read from the relay's backup (B)
+  std::uint64_t repeats = 0;
+  std::size_t guessed = 0;  ///< events whose minute was estimated
 
  private:
   std::string NameOf(std::uint32_t device) { return rig_.device(device).name; }
@@ -88,7 +86,7 @@ class RelayStation {
     };
   }
 
-  /// Raises a burst of up to a dozen events, as many as the register holds.
+  /// Raises a burst of up to a dozen events, as many as the register of the relay holds.
   void Raise() {
     const auto device = mishaps_.Below(rig_.devices());
     for (std::size_t i = 0; i <= mishaps_.Below(12); ++i) {
@@ -170,11 +168,9 @@ TEST(SpaEvents, SurviveKillsAndPowerCutsOverABadLine) {
   EXPECT_GT(repeats, 0U) << "nothing came once more";
 }
 
-// ---------------- Relays with endless or repeated events delay neighbours by one round at most.
-
 using Said = std::function<std::string(char asked)>;
 
-/// The result of a minute in which device 0 answers L and B with `said`; null: as usual.
+/// Runs a minute in which device 0 answers L and B with `said`; null: with its own events.
 struct Minute {
   explicit Minute(const Said& said) {
     Rig rig(RealLine("Spa9600"), [](config::Line& line) {
@@ -188,9 +184,9 @@ struct Minute {
     for (const Sent& sent : rig->sent) Count(sent);
   }
 
-  std::size_t polls = 0;  ///< polls of device 1
-  Duration longest{};     ///< between two equal requests to device 1
-  std::size_t asked = 0;  ///< L and B requests to device 0
+  std::size_t polls = 0;
+  Duration longest{};
+  std::size_t asked = 0;
 
  private:
   static bool AsksForEvents(std::string_view text) {
@@ -239,9 +235,8 @@ TEST(EventFlood, EndlessNewEventsTakeARoundOfTheLine) {
   RecordProperty("asked", static_cast<int>(flooded.asked));
 }
 
-// ---------------- The owner of events. A batch after a lost request waits until the relay has sent
-// its name, because another relay may be there now. If the name does not come, the batch is stored
-// nevertheless.
+// ---------------- A batch after a lost request waits for the relay's name, because the relay could
+// have been replaced. Without a name the batch is stored nevertheless.
 
 class EventOwner : public ::testing::Test {
  protected:
@@ -287,7 +282,7 @@ class EventOwner : public ::testing::Test {
   bool loses_ = false;
   bool lost_ = false;
   int backups_ = 0;
-  std::optional<std::string> name_;  ///< replaces the name of the relay; empty: silence
+  std::optional<std::string> name_;  ///< replaces the name of the relay; empty: no reply
 };
 
 TEST_F(EventOwner, EventsOfTheConfiguredRelayAreReported) {
@@ -326,11 +321,9 @@ TEST_F(EventOwner, EventsOfARelayWithoutANameAreHeldBack) {
   EXPECT_EQ(rig_->events[0].batch.events[0].code, 7U);
 }
 
-// ---------------- Every record of a meter's journals is in the file exactly once, in the order of
-// its journal and with the time of the meter's clock: with damaged, lost and late replies, killed
-// programs and power cuts. A meter drops a record only when ten newer ones replace it.
+// ---------------- Every record of a meter's journals is in the file exactly once, in order and
+// with the meter's time, in spite of faults, kills and power cuts.
 
-/// The events of one journal in their order: code and second.
 using Told = std::vector<std::pair<std::uint32_t, std::int64_t>>;
 using History = std::map<std::uint32_t, Told>;
 
@@ -344,7 +337,6 @@ class Meters {
                for (config::Device& device : line.devices) {
                  device.events = true;
                  device.options.Set("time_zone", std::string("+03:00"));
-                 // Only these points are polled.
                  device.points.resize(30);
                }
              }),
@@ -369,7 +361,6 @@ class Meters {
     }
   }
 
-  /// Events happen while the gateway is stopped.
   void Sleep(int events) {
     rig_->Close();
     for (int i = 0; i < events; ++i) {
@@ -379,7 +370,6 @@ class Meters {
     Restart();
   }
 
-  /// Runs without disturbances until all events are reported.
   void End() {
     mishaps_.End();
     Restart();

@@ -1,4 +1,4 @@
-// Tests Examine() with bytes that come instead of a reply: the symptom and the texts.
+// Tests Examine() with bytes that arrive in place of a reply: the symptom and the texts.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/examine.h"
 
@@ -20,7 +20,7 @@ struct Came {
 };
 
 struct Row {
-  std::string line;  ///< as in RealLines
+  std::string line;
   std::string request;
   std::vector<Came> came;
   Outcome outcome;
@@ -56,7 +56,7 @@ Finding Look(const Row& row) {
 
 const std::string kRtu = "010300000001840A";
 
-/// Parses hex and text: "010302+"text\r"".
+/// Parses parts that are joined by "+": hex, or quoted text.
 Bytes BytesOf(std::string_view written) {
   Bytes bytes;
   while (!written.empty()) {
@@ -113,13 +113,14 @@ TEST(Examine, ATextIsReportedWithItsProbableSource) {
     std::string remedy;
   } rows[] = {
       {"\r\nDebian GNU/Linux 11 plc7 ttyS0\r\n\r\nplc7 login: ",
-       "a login prompt: switch the console (getty) off at the other end, or check the port"},
+       "switch the console (getty) that asks for a login off at the other end, or check the port"},
       {"\r\nPassword: ",
-       "a login prompt: switch the console (getty) off at the other end, or check the port"},
+       "switch the console (getty) that asks for a login off at the other end, or check the port"},
       {"\r\n\r\nMain menu\r\n", ""},
       {"S S 100.01 g\r\nS S 100.02 g\r\n",
-       "it sends by itself, asked or not: switch its automatic (continuous) output off"},
-      {"Port is in use\r\n", "end its other client, or raise its limit of connections"},
+       "it sends unasked: switch its automatic (continuous) output off"},
+      {"Port is in use\r\n",
+       "end the other client of the server, or raise its limit of connections"},
   };
   for (const auto& row : rows) {
     const Finding finding =
@@ -156,13 +157,11 @@ TEST(Examine, AReplyToAPasswordIsNotQuoted) {
   EXPECT_EQ(finding.cause.find("234"), std::string::npos) << finding.cause;
 }
 
-// ---------------- Protocol::recognise for the protocols of real lines.
-
 struct Words {
   std::string line;
   std::string request;
   std::string heard;
-  std::string cause;  ///< empty: nothing is recognised
+  std::string cause;
 };
 
 TEST(Recognise, ReportsRepliesThatNearlyFitTheProtocol) {

@@ -23,7 +23,6 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
     rig_.Watch();
   }
 
-  /// `condition` must be true after every event during `time`.
   void Holds(Duration time, const std::function<bool()>& condition, const char* what) {
     const bool broken = rig_->RunUntil([&] { return !condition(); }, time);
     EXPECT_FALSE(broken) << what << " no more after " << FormatDuration(rig_->elapsed());
@@ -45,8 +44,7 @@ class FaultyRun : public ::testing::TestWithParam<Setup> {
   Rig rig_;
 };
 
-/// Faults of a wire. A connection has neither echoes nor noise, and after bytes that are not a
-/// Modbus TCP header its bytes are rejected.
+/// A TCP connection has neither echoes nor noise, so it is left out.
 class FaultySerialRun : public FaultyRun {};
 
 TEST_P(FaultyRun, ADeadNeighbourDoesNotAffectTheOtherDevice) {
@@ -64,7 +62,7 @@ TEST_P(FaultyRun, ADeadNeighbourDoesNotAffectTheOtherDevice) {
   EverythingComesBack();
 }
 
-/// If replies contain their sender, the line does not wait for the late reply of an absent device.
+/// If replies contain the address of the device, its late reply is not waited for.
 TEST_P(FaultyRun, AnAbsentNeighbourCostsOnlyItsTimeout) {
   Rig rig(GetParam());
   rig->twin(1).manner.dead = true;
@@ -109,7 +107,7 @@ TEST_P(FaultyRun, RetriesCompensateOneLostReplyInEight) {
     EXPECT_GE(usable[device], kLooks * 3 / 4);
   }
   EXPECT_GT(lost, 20U);
-  // After two missed requests the other checksum mode is tried twice, without success.
+  // After two missed requests, the other checksum mode is tried twice without success.
   EXPECT_NEAR(missed, lost, 4);
   EXPECT_LE(retries, lost);
   EXPECT_GE(retries, lost * 9 / 10);
@@ -144,7 +142,7 @@ TEST_P(FaultySerialRun, ABabblingDeviceGoesOfflineAndTheOtherRecovers) {
 
 TEST_P(FaultyRun, ALostPortInvalidatesAllValuesUntilItReturns) {
   for (int round = 0; round < 3; ++round) {
-    rig_->RunFor(round * 37ms);  // in the middle of some exchange
+    rig_->RunFor(round * 37ms);
     const std::size_t sent = rig_->sent.size();
     rig_->Close();
     for (std::uint32_t device = 0; device < rig_.devices(); ++device) {
@@ -176,18 +174,17 @@ INSTANTIATE_TEST_SUITE_P(Real, FaultyRun, ::testing::ValuesIn(RealLines()), Setu
 INSTANTIATE_TEST_SUITE_P(Network, FaultyRun, ::testing::Values(TcpLine()), SetupName);
 INSTANTIATE_TEST_SUITE_P(Real, FaultySerialRun, ::testing::ValuesIn(RealLines()), SetupName);
 
-/// Answers come late, up to the end of the ceiling of the exchange, so several later requests may
-/// already have been sent; then they come in time again.
+/// Answers come late, up to the end of the ceiling, then in time again.
 class LateRun : public ::testing::TestWithParam<Setup> {};
 
 struct Lateness {
-  Duration reply;  ///< an answer that begins later is late
-  /// An answer that begins later ends after the ceiling and may be taken for another.
+  Duration reply;
+  /// An answer that begins later ends after the ceiling and can be mistaken for another answer.
   Duration most;
 };
 
 Lateness LatenessOf(const config::Device& device, const Setup& setup) {
-  constexpr int kLongest = 100;  // characters of a reply
+  constexpr int kLongest = 100;  // longest reply, in characters
   const config::Timing timing = Merge(device.timing, setup.protocol->timing(setup.serial));
   const Duration ceiling = std::max<Duration>(*timing.ceiling, *timing.reply + *timing.gap);
   return {*timing.reply, ceiling - kLongest * setup.serial.CharacterTime()};
@@ -215,7 +212,6 @@ TEST_P(LateRun, ALateReplyIsNeverTakenForAnother) {
   }
 }
 
-/// A device that answers some requests late and others in time, in the order of requests.
 class MoodyDevice {
  public:
   MoodyDevice(Rig& rig, std::uint32_t device, Duration late, std::mt19937& random)
@@ -246,7 +242,6 @@ class MoodyDevice {
   Instant said_until_{};
 };
 
-/// One or both devices are moody. Their lateness grows up to the largest that is handled.
 void RunMoody(const Setup& setup, bool both) {
   const auto steps = static_cast<int>(LongRun(30));
   for (int step = 1; step <= steps; ++step) {
@@ -272,7 +267,7 @@ TEST_P(LateRun, ALateReplyAmongPunctualOnesIsNeverTakenForAnother) { RunMoody(Ge
 
 TEST_P(LateRun, LateRepliesOfTwoDevicesAreNeverTakenForOthers) { RunMoody(GetParam(), true); }
 
-/// The worst case of late answers: numbers without any tag, eight queries of one form, two modules.
+/// The worst case of late answers: eight queries of one form, two modules, numbers without a tag.
 Setup SingleChannels() {
   Setup setup = RealLine("Dcon115200");
   setup.name = "DconSingleChannels";
@@ -293,7 +288,7 @@ TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
     });
     rig.LearnTruth();
     rig.Watch();
-    const Duration late = step * 52ms;  // reply 1 s, ceiling 1.05 s
+    const Duration late = step * 52ms;
     for (std::uint32_t device = 0; device < rig.devices(); ++device)
       rig->twin(device).manner.think = late;
     rig->RunFor(1min);
@@ -305,16 +300,14 @@ TEST(LateSingleChannels, UntaggedNumbersAreNeverMixedUp) {
   }
 }
 
-// ---------------- Real protocols on a bad wire: thousands of exchanges with flipped bits, lost and
-// inserted characters. The oracle compares with the twins; a wrong value may be good only if the
+// ---------------- Real protocols on a bad wire. A wrong value is allowed to be good only if the
 // damage produced a valid check value, which no receiver could detect.
 
-/// How many of the damaged replies may remain undetected.
+/// Returns how many of the damaged replies are allowed to remain undetected.
 std::size_t MostUndetected(const Setup& setup, std::size_t damaged) {
-  // The frame has only a sum or an XOR.
   if (setup.serial.parity == config::Parity::none) return damaged / 64;
-  // Text of 7 bits does not contain 0xFF, the mark of a character with a parity error. In a binary
-  // protocol 0xFF is an ordinary byte, so only the CRC detects it.
+  // A parity error is received as 0xFF. In 7-bit text 0xFF never occurs; in a binary protocol it is
+  // an ordinary byte.
   return setup.serial.data_bits == 7 ? 0 : damaged / 1000;
 }
 
@@ -337,7 +330,6 @@ class DamagedRun : public ::testing::TestWithParam<Setup> {
       EXPECT_GT(rig->StatusOf(device).Count(Outcome::corrupt), 40U);
       EXPECT_GT(rig->StatusOf(device).Count(Outcome::ok), 280U);
     }
-    // On a good wire, properties that were learned from damage are corrected.
     EXPECT_TRUE(rig->RunUntil([&] { return rig.AllGood(); }, 10min));
     const std::size_t wrong = rig.wrong();
     rig->RunFor(2min);
@@ -362,7 +354,7 @@ TEST_P(DamagedRun, NoWrongValueBecomesGood) {
 
 INSTANTIATE_TEST_SUITE_P(Real, DamagedRun, ::testing::ValuesIn(DamagedLines()), SetupName);
 
-/// Checks the check values that the test computes itself; excuses depend on them.
+/// The test computes check values itself, because excuses depend on them.
 TEST(DamageOracle, DistinguishesGoodAndBadCheckValues) {
   const auto spa = RealLine("Spa9600").good_checksum;
   EXPECT_TRUE(spa(ToBytes("<1D:SPCJ 4D29:18\r\n")));
@@ -386,8 +378,6 @@ TEST(DamageOracle, DetectsAWrongValue) {
   EXPECT_EQ(rig.wrong(), 2U) << "one for each poll";
 }
 
-// ---------------- A port that was lost at any moment and returns: how soon its devices are polled.
-
 constexpr Duration kWanted = 1500ms;
 constexpr int kReturns = 30;
 
@@ -402,7 +392,6 @@ class Returning {
     rig_->RunFor(20s);
   }
 
-  /// Returns the time from the opening to the first answer. `phase`: from that answer to the loss.
   Duration LoseAndReturn(Duration phase) {
     rig_->RunFor(phase);
     rig_->Close();
@@ -424,7 +413,6 @@ class Returning {
   Rig rig_;
 };
 
-/// `settle`: the minimum time between a return and the next loss.
 Duration Longest(Returning& line, Duration settle = {}) {
   std::mt19937 random(1);
   Duration longest{};
@@ -437,14 +425,13 @@ Duration Longest(Returning& line, Duration settle = {}) {
 
 class APortThatReturns : public ::testing::TestWithParam<Setup> {};
 
-/// Any exchange may be under way when the port is lost.
 TEST_P(APortThatReturns, IsServedAtOnce) {
   Returning line(GetParam(), "/dev/ttyTEST0");
   EXPECT_LE(Longest(line), kWanted);
 }
 
-/// A serial server stores bytes while no client is connected, for as long as a reply may take. Only
-/// the device with the outstanding reply waits.
+/// A serial server stores bytes without a client, for as long as a reply can take. Only the device
+/// with the outstanding reply waits.
 TEST_P(APortThatReturns, IsServedAtOnceBehindASerialServer) {
   Returning line(GetParam(), "tcp://server:4001");
   EXPECT_LE(Longest(line, 15s), kWanted);

@@ -29,7 +29,6 @@ config::Point Alone(config::Point point, std::string read) {
   return point;
 }
 
-/// Two points that are read by separate requests of the same form.
 std::vector<config::Point> TwoOf(const LagCase& which, const std::vector<config::Point>& all) {
   const std::string_view protocol = ProtocolOf(which);
   const bool snapshot = which.setup.name == "Set4tmSnapshot";
@@ -79,7 +78,6 @@ std::vector<config::Point> PointsOf(const LagCase& which, const std::vector<conf
   return which.queries == Queries::two ? TwoOf(which, able) : ManyOf(which, able);
 }
 
-/// Loading a profile takes longer than a short run, so lines are cached.
 const config::Line& CachedLine(const Setup& setup) {
   static std::map<std::string, config::Line> lines;
   const auto found = lines.find(setup.name);
@@ -92,7 +90,6 @@ Bytes SpaReply(std::string text) {
   return ToBytes(text + HexByte(sum) + "\r\n");
 }
 
-/// The replies to RF, $AAM and function 08 that replace the usual ones.
 Bytes SpaIdentification(const config::Device& device, Proof proof) {
   return SpaReply("<" + device.address + (proof == Proof::refused ? "N:6:" : "D:ANOTHER RELAY:"));
 }

@@ -14,15 +14,12 @@ namespace baudgate::protocols {
 
 class LagRig final : public LagStage {
  public:
-  /// `change` may modify the line before it is built.
   LagRig(const LagCase& which, unsigned seed,
          const std::function<void(config::Line&)>& change = {});
 
-  /// Opens the line and runs it until every point is good.
   void Open();
   VirtualLine* operator->() { return line_.get(); }
   VirtualLine& line() { return *line_; }
-  /// Runs for this time, with changes that become due, such as switching a stranger on.
   void RunFor(Duration time);
 
  private:

@@ -149,8 +149,7 @@ bool LagStage::Write(std::uint32_t device) {
   return Submit(std::move(command));
 }
 
-/// True if damage has produced a frame with a valid check value, which cannot be detected: a frame
-/// that no device has sent, or a frame in a damaged reply that the intact reply did not contain.
+/// True if damage has produced a valid frame that no device has sent, so it cannot be detected.
 bool LagStage::IsBeyondDetection(std::uint32_t device) {
   const Protocol& protocol = *which_.setup.protocol;
   const Instant now = NowOnStage();

@@ -1,4 +1,4 @@
-// LagStage contains all that is behind a lagging server, in virtual time or on a real pty: values
+// LagStage contains everything behind a lagging server, in virtual time or on a real pty: values
 // that identify their origin and time, devices that replace others, writes, and the oracle that
 // judges the store. Derived classes add a clock and a wire: lag_rig.h, tests/soak/lag_soak_line.h.
 // SPDX-License-Identifier: Apache-2.0
@@ -26,18 +26,16 @@ class LagStage {
   LaggingServer& server() { return server_; }
   BirthOracle& oracle() { return *oracle_; }
   std::uint32_t devices() const { return static_cast<std::uint32_t>(line_.devices.size()); }
-  /// The longest time between a request to the device and its answer.
+  /// Returns the longest time between a request to the device and its answer.
   Duration ceiling() const;
   bool AllGood() const;
 
   void Suffer(Trouble trouble);
-  /// Switches the device off. After `off` another device answers at its address, with or without
-  /// another identity (name or serial number). If such a stranger answers there already, the first
-  /// device comes back.
+  /// Switches the device off. After `off` a stranger answers at its address, with or without
+  /// another identity; if a stranger is there already, the configured device comes back.
   void Replace(std::uint32_t device, Duration off, bool other_identity);
-  /// True if the device at this address is not the demanded one, so that it is never good.
+  /// True if the device at this address is not the configured device, so its values are never good.
   bool IsForeign(std::uint32_t device) const;
-  /// Writes a new value to the writable point of the device; false: it has none.
   bool Write(std::uint32_t device);
   /// After a confirmed write the device is silent for this time.
   Duration silent_after_write{};
@@ -50,19 +48,17 @@ class LagStage {
   virtual Instant NowOnStage() const = 0;
   virtual bool Submit(bus::WriteCommand command) = 0;
 
-  /// From now on the oracle judges this store.
   void Judge(const bus::PointStore& store);
   const config::Line& line_config() const { return line_; }
-  /// The twins of the strangers come after those of the configured devices.
+  /// Devices that replace the configured devices. Their twins come last.
   const std::vector<config::Device>& strangers() const { return strangers_; }
   std::size_t twins() const { return twins_.size(); }
   BirthValues& ValuesOf(std::size_t twin) { return *values_[twin]; }
   /// True if the twin is on the wire, even if it is switched off.
   bool IsThere(std::size_t twin) const { return twins_[twin].there; }
-  /// The reply that replaces the reply of the twin; nothing: the twin's reply is used.
   std::optional<Bytes> Instead(std::size_t twin, View request);
 
-  /// When the next stranger is switched on; nothing: no replacement is pending.
+  /// Returns when the next stranger is switched on; nothing: no replacement is pending.
   std::optional<Instant> NextChange() const;
   void Change();
 
@@ -76,10 +72,10 @@ class LagStage {
   };
   struct TwinState {
     bool there = false;
-    bool off = false;         ///< the twin is being replaced
-    bool missed = false;      ///< the twin was asked while it was off
+    bool off = false;
+    bool missed = false;
     bool told_apart = false;  ///< the stranger has another identity
-    std::size_t writes = 0;   ///< the number of confirmed writes
+    std::size_t writes = 0;
     Instant silent_until{};
   };
 
@@ -87,16 +83,16 @@ class LagStage {
 
   LagCase which_;
   config::Line line_;
-  /// Two for each device: one alike, one of another identity.
+  /// Two for each device: one with the same identity, one with another identity.
   std::vector<config::Device> strangers_;
   LaggingServer server_;
   BirthCode code_;
   std::vector<std::unique_ptr<BirthValues>> values_;
   const bus::PointStore* store_ = nullptr;
   std::unique_ptr<BirthOracle> oracle_;
-  std::vector<Replacement> replacements_;  ///< pending replacements, sorted by time
+  std::vector<Replacement> replacements_;
   std::vector<TwinState> twins_;
-  std::vector<std::size_t> answers_;  ///< by device: the twin at its address
+  std::vector<std::size_t> answers_;
   std::size_t confirmed_ = 0;
   std::size_t replaced_ = 0;
 };

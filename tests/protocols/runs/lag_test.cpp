@@ -1,4 +1,4 @@
-// Random runs behind a lagging server. Every line runs with one query, two queries of one form, or
+// Random runs behind a lagging server. Each line runs with one query, two queries of one form, or
 // many; devices answer, refuse or ignore the request for their name. There are single and mixed
 // faults, replaced devices, writes, and restarts of the program. The oracle of birth_oracle.h must
 // find no wrong value good; the share of good values is measured as well.
@@ -26,9 +26,9 @@
 namespace baudgate::protocols {
 namespace {
 
-constexpr std::size_t kExchanges = 1'000'000;  // sum of all lines
-constexpr int kToldFailures = 3;               // for each line
-constexpr std::size_t kRecoveries = 14;        // for each line: every trouble once
+constexpr std::size_t kExchanges = 1'000'000;
+constexpr int kToldFailures = 3;
+constexpr std::size_t kRecoveries = 14;
 
 /// The lines begin with different seeds, so that a few runs of each cover all troubles.
 std::size_t FirstSeed(const LagCase& which) {
@@ -37,11 +37,8 @@ std::size_t FirstSeed(const LagCase& which) {
   return static_cast<std::size_t>(std::ranges::find_if(all, is_it) - all.begin()) + 1;
 }
 
-// ---------------------------------------------------------------- runs
-
-/// A copy that is taken for the next answer moves all answers one request back. This is detected
-/// only when an answer comes while the line is idle, at the end of a round of polls, or by the next
-/// probe, after a minute (docs/timeouts.md, "The limit").
+/// A copy that is mistaken for the next answer delays all answers by one request, until the line is
+/// idle or a probe follows (docs/timeouts.md, "The limit").
 constexpr Duration kUntilTheNextProbe = 65s;
 
 /// One run: half a minute undisturbed, a few minutes of trouble, half a minute undisturbed.
@@ -56,8 +53,8 @@ class RandomRun {
     if (!which.CanProve() && IsBeyondProof(trouble_)) trouble_ = Trouble::lost;
     if (IsCopied(trouble_)) {
       rig.oracle().grace = kUntilTheNextProbe;
-      replaces_ = false;  // the identification is copied as well
-      stops_ = false;     // lagging is not detected during a stop
+      replaces_ = false;
+      stops_ = false;
     }
     if (random_() % 2 == 0) rig.silent_after_write = 1400ms;
   }
@@ -145,7 +142,6 @@ TEST_P(RandomLag, NoWrongValueIsEverGood) {
               GetParam().name().c_str(), runs, done, judged, excused, where.c_str());
 }
 
-/// After any trouble has ended and the right devices are back, no point stays bad.
 TEST_P(RandomLag, AllPointsRecoverAfterwards) {
   const std::size_t first = FirstSeed(GetParam());
   const std::size_t runs = Setting("BAUDGATE_LAG_RUNS", LongRun(kRecoveries));
@@ -162,8 +158,6 @@ TEST_P(RandomLag, AllPointsRecoverAfterwards) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, RandomLag, ::testing::ValuesIn(LagCases()), LagCaseName);
 
-// ---------------------------------------------------------------- availability
-
 double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration time) {
   LagRig rig(which, 1);
   rig.Open();
@@ -176,9 +170,8 @@ double ShareOfGood(const LagCase& which, const ServerFaults& faults, Duration ti
 
 class LagAvailability : public ::testing::TestWithParam<LagCase> {};
 
-/// A rule that makes everything uncertain would be useless.
 TEST_P(LagAvailability, MostReadingsAreGood) {
-  constexpr double kToday = 1.0;  // the share without disturbance
+  constexpr double kToday = 1.0;  // share of good readings without disturbance
   const double undisturbed = ShareOfGood(GetParam(), {}, 10min);
   const double lost = ShareOfGood(GetParam(), {.drop = 100}, 30min);
   std::array<double, 3> behind{};
@@ -193,14 +186,12 @@ TEST_P(LagAvailability, MostReadingsAreGood) {
   EXPECT_GE(lost, 0.95 * kToday);
   const std::string_view protocol = GetParam().setup.protocol->name;
   if (protocol == "spabus" || protocol.starts_with("modbus")) {
-    // Replies contain their device. If one of two stayed offline, the share would be a half.
     for (const double share : behind) EXPECT_GE(share, 0.9 * kToday);
   }
-  if (GetParam().proof != Proof::answered) return;  // no share is guaranteed
+  if (GetParam().proof != Proof::answered) return;  // only a proof guarantees a share
   for (const double share : behind) EXPECT_GE(share, 0.5 * kToday);
 }
 
-/// Half a minute after the server is in step again, all points are good.
 TEST_P(LagAvailability, AllPointsAreGoodAgainBehindASynchronousServer) {
   for (const std::size_t behind : {1U, 2U, 3U}) {
     LagRig rig(GetParam(), 1);
@@ -218,14 +209,11 @@ TEST_P(LagAvailability, AllPointsAreGoodAgainBehindASynchronousServer) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, LagAvailability, ::testing::ValuesIn(LagCases()), LagCaseName);
 
-// ---------------- The lagging server alone: which of the replies 1, 2, 3 … arrive, and when.
-
 class Queue {
  public:
   explicit Queue(unsigned seed = 1) : server({{}, false, 5ms}, seed) {}
 
-  /// Returns what arrives after request `number`, which is sent a second after the one before: "2+5
-  /// 3+5" are replies 2 and 3, after 5 ms each.
+  /// Example: "2+5 3+5" are replies 2 and 3, after 5 ms each. Requests are one second apart.
   std::string Ask(int number, bool answered = true) {
     const Instant at = kStart + number * 1s;
     Bytes reply;

@@ -12,8 +12,8 @@ namespace baudgate::protocols {
 
 enum class Trouble : std::uint8_t {
   lost,
-  late,       ///< within the ceiling
-  very_late,  ///< beyond the ceiling
+  late,
+  very_late,
   growing,
   held,  ///< a few requests behind, then in step again
   one_behind,
@@ -41,13 +41,13 @@ inline bool IsCopied(Trouble trouble) {
   return trouble >= Trouble::copied && trouble <= Trouble::copied_in_place;
 }
 
-/// True for faults that need a proof of order (docs/timeouts.md, "The limit").
+/// True for faults that need a proof of the order of replies (docs/timeouts.md, "The limit").
 inline bool IsBeyondProof(Trouble trouble) {
   return (trouble >= Trouble::very_late && trouble <= Trouble::three_behind) ||
          trouble == Trouble::mixed;
 }
 
-/// `ceiling`: the longest time until an answer begins; the time of its characters is added.
+/// `ceiling` is the longest time until an answer begins; the time of its characters is added.
 inline ServerFaults FaultsOf(Trouble trouble, Duration ceiling) {
   switch (trouble) {
     case Trouble::lost:

@@ -1,7 +1,7 @@
 // LaggingServer simulates a serial server, a radio or a repeater before all devices of a line: a
-// queue that holds, delays, loses, doubles or damages replies, or releases them too late. It does
-// no I/O and needs no clock; the same seed gives the same faults. Input: each request with the
-// reply of the devices. Output: what arrives at the master, and when.
+// queue that holds, delays, loses, doubles or damages replies, or releases them too late. Input:
+// each request with the reply of the devices. Output: what arrives at the master, and when. No I/O,
+// no clock; the same seed gives the same faults.
 //
 //   behind = 1:   request 1 2 3 4        the first reply stays in the queue for ever
 //                 arrives - 1 2 3        "-": nothing
@@ -23,45 +23,43 @@ namespace baudgate::protocols {
 /// The frequency of each fault: one in this many replies; 0: never.
 struct ServerFaults {
   unsigned drop = 0;
-  unsigned delay = 0;  ///< by up to `longest_delay`; later replies wait in the queue
+  unsigned delay = 0;  ///< delays a reply by up to `longest_delay`; later replies wait in the queue
   Duration longest_delay = 1s;
   bool growing = false;  ///< delays grow by a tenth of `longest_delay`, then start again
-  /// 1…3 replies behind for up to eight replies, then all are released at once or lost.
+  /// Keeps 1…3 replies in the queue for up to eight replies, then releases or drops all at once.
   unsigned hold = 0;
-  std::size_t behind = 0;  ///< each reply releases the reply this many requests before, permanently
-  unsigned overtake = 0;   ///< a reply is put aside and comes before or after a later one
-  Duration aside = 500ms;  ///< a reply that was put aside longer is dropped
-  unsigned copy = 0;       ///< a reply comes twice
+  std::size_t behind = 0;  ///< permanently, each reply answers the request this many before
+  unsigned overtake = 0;   ///< puts a reply aside, and releases it before or after a later reply
+  Duration aside = 500ms;
+  unsigned copy = 0;
   enum class Copy : std::uint8_t {
     at_once,
-    after_a_pause,  ///< the pause is up to half a second
-    in_place,       ///< at once after the next request; the answer to that request follows
+    after_a_pause,
+    in_place,  ///< at once after the next request; the answer to that request follows
   } copy_comes = Copy::at_once;
-  unsigned cut = 0;     ///< the end of a reply is lost
-  unsigned damage = 0;  ///< a few bits of a reply are wrong
+  unsigned cut = 0;
+  unsigned damage = 0;
 };
 
 class LaggingServer {
  public:
-  /// `wire.paced`: replies take the time of their characters, one after the other.
+  /// If `wire.paced` is set, replies take the time of their characters, one after the other.
   LaggingServer(const tools::TwinWire& wire, unsigned seed) : wire_(wire), random_(seed) {}
 
-  ServerFaults faults;  ///< may change at any time
+  ServerFaults faults;  ///< can be changed at any time
 
-  /// `reply`: from the device that was asked; empty: silence.
   std::vector<tools::TimedPiece> OnRequest(View request, Bytes reply, Instant end_of_request);
 
   struct Counts {
     std::size_t requests = 0;
     std::size_t lost = 0;
-    std::size_t late = 0;  ///< delayed, held back or put aside
+    std::size_t late = 0;
     std::size_t copies = 0;
-    std::size_t spoilt = 0;  ///< cut or damaged
+    std::size_t spoilt = 0;
   };
   const Counts& counts() const { return counts_; }
 
-  /// The latest requests, replies and arrivals, so that an oracle can recognise undetectable
-  /// damage: a frame with a valid check value that no device has sent.
+  /// The latest traffic. It lets an oracle recognise valid frames that no device has sent.
   struct Arrival {
     Instant at;
     Bytes bytes;
@@ -75,7 +73,7 @@ class LaggingServer {
  private:
   struct Reply {
     Bytes bytes;
-    Bytes intact;  // see Arrival
+    Bytes intact;
   };
   struct Aside {
     Reply reply;
@@ -94,14 +92,13 @@ class LaggingServer {
   tools::TwinWire wire_;
   std::mt19937 random_;
   Counts counts_;
-  std::deque<Reply> queue_;  // held back because of `behind`
-  // Replies that are still `held_behind_` behind, before the queue is emptied.
+  std::deque<Reply> queue_;
   std::size_t holding_ = 0;
   std::size_t held_behind_ = 0;
   std::deque<Aside> aside_;
-  std::vector<Reply> next_time_;  // copies that wait for the next request
+  std::vector<Reply> next_time_;
   unsigned delays_ = 0;
-  Instant free_at_{};  // the end of the last released character
+  Instant free_at_{};
   std::deque<Bytes> requests_;
   std::deque<Bytes> said_;
   std::deque<Arrival> arrivals_;

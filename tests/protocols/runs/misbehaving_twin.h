@@ -56,12 +56,10 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   MisbehavingTwin() : rig_(GetParam()) {
     rig_.LearnTruth();
     rig_.Watch();
-    // In pieces, as the FIFO of a UART delivers them.
     for (std::uint32_t device = 0; device < rig_.devices(); ++device)
       rig_->twin(device).manner.fragment = 16;
   }
 
-  /// One device has the fault `text` for a minute. own_ and neighbour_ count this minute.
   void Misbehave(const std::string& text) {
     const std::string separator = text.find(':') == std::string::npos ? ":" : ",";
     const auto fault = tools::ParseFault(text + separator + "after=10s,for=1min");
@@ -92,7 +90,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
       const auto online = [&] { return rig_->StatusOf(device).state == bus::DeviceState::online; };
       EXPECT_TRUE(rig_->RunUntil(online, 3min)) << "device " << device << " is not online";
     }
-    rig_->RunFor(2min);  // wrong readings have been replaced by now
+    rig_->RunFor(2min);
     rig_.Watch();
     Begin();
     rig_->RunFor(1min);
@@ -108,7 +106,7 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     for (const Outcome outcome : outcomes) sum += own_[outcome];
     EXPECT_EQ(sum, own_.all()) << ::testing::PrintToString(own_);
   }
-  /// `failed`: the most exchanges that may have collided with untimely bytes of the device.
+  /// `failed`: the most exchanges that can collide with untimely bytes of the faulty device.
   void TheNeighbourWasServed(std::uint32_t failed = 0) {
     EXPECT_GT(neighbour_[Outcome::ok], 20U);
     EXPECT_LE(neighbour_.failed(), failed) << ::testing::PrintToString(neighbour_);
@@ -124,10 +122,9 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
   Tally neighbour_;
   bus::DeviceState end_state_ = bus::DeviceState::never_seen;
   std::uint64_t struck_ = 0;
-  // Requests whose replies …
-  std::size_t untagged_ = 0;        // … do not contain their device
-  std::size_t echo_hides_ = 0;      // … are hidden by an echo before them
-  std::size_t zeros_harmless_ = 0;  // … contain zeros, so a single zero is no sign of damage
+  std::size_t untagged_ = 0;
+  std::size_t echo_hides_ = 0;
+  std::size_t zeros_harmless_ = 0;
 
   void Begin() {
     own_before_ = rig_->StatusOf(kTroubled);
@@ -138,7 +135,6 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     neighbour_ = Tally(neighbour_before_, rig_->StatusOf(kNeighbour));
   }
 
-  /// Another device of the same kind, with the same values as the neighbour.
   tools::TwinFaults::Stranger MeetStranger() {
     const Protocol& protocol = *GetParam().protocol;
     const config::Device devices[] = {rig_.device(kTroubled), rig_.device(kNeighbour)};
@@ -147,7 +143,6 @@ class MisbehavingTwin : public ::testing::TestWithParam<Setup> {
     return [this](View request, Instant now) { return stranger_->Answer(request, now); };
   }
 
-  /// The twin loses the state of its sessions.
   void PowerOff() {
     auto& twin = rig_->twin(kTroubled);
     twin.twin = GetParam().protocol->make_twin(rig_.device(kTroubled), twin.values);

@@ -1,4 +1,4 @@
-// Mishaps decides which faults happen in a run, and when. All depends only on the seed.
+// Mishaps decides which faults happen in a run, and when. The decisions depend only on the seed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,9 +10,9 @@
 namespace baudgate::protocols {
 
 struct Troubles {
-  unsigned wire_one_in = 0;  ///< replies are damaged or lost
-  unsigned late_one_in = 0;  ///< replies come after the timeout
-  bool kills = false;        ///< the program is killed
+  unsigned wire_one_in = 0;  ///< one in this many replies is damaged or lost
+  unsigned late_one_in = 0;  ///< one in this many replies comes after the timeout
+  bool kills = false;
   bool power_cuts = false;
 };
 
@@ -30,7 +30,7 @@ class Mishaps {
   bool StrikesLate() { return OneIn(troubles_.late_one_in); }
   Bytes Carry(Bytes reply) { return StrikesWire() ? Spoiled(std::move(reply), random_) : reply; }
   bool Kills(unsigned one_in) { return troubles_.kills && OneIn(one_in); }
-  /// The number of disk writes after a program start until the power fails, see EventKeeper::Begin.
+  /// Number of disk writes until the power fails; see EventKeeper::Begin.
   int PowerLeft(unsigned most) {
     return troubles_.power_cuts ? static_cast<int>(1 + Below(most)) : -1;
   }

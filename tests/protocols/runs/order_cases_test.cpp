@@ -1,4 +1,4 @@
-// Seven cases in which a reply was attributed to the wrong request: none may happen again.
+// Seven cases in which a reply was attributed to the wrong request. No case must happen again.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -37,10 +37,8 @@ void OneDeviceEverySecond(config::Line& line) {
   line.devices[0].poll = 1s;
 }
 
-// ---------------------------------------------------------------- 1: two points exchanged
-
-/// A slave that does not answer function 08, with two blocks of one register. The server holds one
-/// reply back once, and from then on answers each request with the reply to the one before.
+/// The slave does not answer function 08. The server holds one reply back once, and from then on
+/// answers each request with the reply to the previous request.
 TEST(OrderCases, TwoPointsAreNeverExchanged) {
   ForPhases([](Duration phase) {
     LagRig rig(LagCaseOf("ModbusRtu19200", Queries::two, Proof::silent), 1, [](config::Line& line) {
@@ -58,8 +56,6 @@ TEST(OrderCases, TwoPointsAreNeverExchanged) {
   });
 }
 
-// ---------------------------------------------------------------- 2: an old value, a new time
-
 struct LateByCount {
   LagCase which;
   std::size_t behind;
@@ -72,7 +68,7 @@ void PrintTo(const LateByCount& late, std::ostream* out) {
 
 class OneQuery : public ::testing::TestWithParam<LateByCount> {};
 
-/// With one query, the reply to an earlier request is valid and from the right point.
+/// With one query, the late reply to an earlier request fits, and comes from the right point.
 TEST_P(OneQuery, ShowsNoOldValueWithARecentTime) {
   const LateByCount& late = GetParam();
   ForPhases([&](Duration phase) {
@@ -109,8 +105,6 @@ std::string OneQueryName(const ::testing::TestParamInfo<LateByCount>& info) {
 
 INSTANTIATE_TEST_SUITE_P(OrderCases, OneQuery, ::testing::ValuesIn(OneQueries()), OneQueryName);
 
-// ---------------------------------------------------------------- 3: another meter
-
 struct Exchanged {
   Duration off;
   Duration poll;
@@ -136,12 +130,12 @@ class AnotherDevice : public ::testing::TestWithParam<Exchanged> {
   }
 };
 
-/// `serial_number` is configured. The new meter's channel is not open (status 05).
+/// `serial_number` is configured. The new meter has another number, and a closed channel (status
+/// 05).
 TEST_P(AnotherDevice, WithAnotherSerialNumberIsNeverAccepted) {
   Replace(LagCaseOf("Set4tm9600", Queries::many, Proof::answered));
 }
 
-/// Points of group `once` were read from the replaced relay, other values come from the new one.
 TEST_P(AnotherDevice, IsNeverMixedWithValuesReadOnceFromTheOldDevice) {
   Replace(LagCaseOf("Spa9600", Queries::many, Proof::answered));
 }
@@ -155,12 +149,9 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, AnotherDevice,
                                   FormatDuration(info.param.poll);
                          });
 
-// ---------------------------------------------------------------- 4: a write, then silence
-
 class ConfirmedWrite : public ::testing::TestWithParam<LagCase> {};
 
-/// The device confirms the write and restarts, as devices do after a change of a parameter: it is
-/// silent for 1.4 s, and the value is not read back.
+/// After the write the device restarts, as after a change of a parameter, and is silent for 1.4 s.
 TEST_P(ConfirmedWrite, IsNotFollowedByTheOldValueAsGood) {
   LagRig rig(GetParam(), 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1s;
@@ -183,10 +174,8 @@ INSTANTIATE_TEST_SUITE_P(
                       LagCaseOf("Spa9600", Queries::many, Proof::answered)),
     LagCaseName);
 
-// ---------------------------------------------------------------- 5: two tries, both late
-
-/// Module 0 answers a request and its retry late, both within the ceiling (679 ms), with the same
-/// number of values as its neighbour. Neither answer may become a value of the neighbour.
+/// Module 0 answers a request and its retry late, within the ceiling (679 ms), with as many values
+/// as its neighbour has. No answer must become a value of the neighbour.
 void AnswerLate(LagRig& rig, Duration first, Duration retry) {
   auto late = std::make_shared<std::deque<Duration>>();
   rig->server = [&rig, late](View request, Bytes reply, Instant end) {
@@ -216,12 +205,8 @@ TEST(OrderCases, ARetryAnsweredLaterThanItsFirstTryGivesNoWrongValue) {
   }
 }
 
-// ---------------------------------------------------------------- 6: neighbours
-
 class NamedNeighbour : public ::testing::TestWithParam<Setup> {};
 
-/// A client writes continuously to a point whose writes the device ignores. Replies contain the
-/// address, so the neighbour waits only for the tries of the write.
 TEST_P(NamedNeighbour, IsServedDuringIgnoredWrites) {
   LagRig rig({GetParam(), Queries::many, Proof::answered}, 1, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 100ms;
@@ -252,12 +237,9 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, NamedNeighbour,
                          ::testing::Values(RealLine("Spa9600"), RealLine("ModbusRtu19200")),
                          SetupName);
 
-// ---------------------------------------------------------------- 7: damage
-
 class EarlyDamage : public ::testing::TestWithParam<Setup> {};
 
-/// On a pty or behind a network a reply may come before the computed end of its request. A damaged
-/// reply must count as damaged, not as silence.
+/// On a pty or behind a network, a reply can arrive before the computed end of its request.
 TEST_P(EarlyDamage, IsCountedAsCorruptAndNotAsNoReply) {
   LagRig rig({GetParam(), Queries::one, Proof::answered}, 1, OneDeviceEverySecond);
   rig->keeps_bit_rate = false;
@@ -278,8 +260,6 @@ TEST_P(EarlyDamage, IsCountedAsCorruptAndNotAsNoReply) {
 
 INSTANTIATE_TEST_SUITE_P(OrderCases, EarlyDamage, ::testing::ValuesIn(RealLines()), SetupName);
 
-// ---------------------------------------------------------------- replies to an earlier program
-
 struct BehindBefore {
   LagCase which;
   std::size_t behind;
@@ -291,7 +271,6 @@ void PrintTo(const BehindBefore& before, std::ostream* out) {
 
 class Predecessor : public ::testing::TestWithParam<BehindBefore> {};
 
-/// The server stays behind while the program restarts, so it answers requests of the old one.
 TEST_P(Predecessor, LeavesNoReplyThatIsAccepted) {
   const BehindBefore& before = GetParam();
   LagRig rig(before.which, 1, [](config::Line& line) {
@@ -323,12 +302,12 @@ INSTANTIATE_TEST_SUITE_P(OrderCases, Predecessor, ::testing::ValuesIn(Predecesso
                                   "Behind";
                          });
 
-// ---------------- Devices that answer late but well: one in three times, one in ten. Within the
-// ceiling the answers are used; beyond it no wrong value may be good.
+// ---------------- Late answers: within the ceiling they are used; beyond it no wrong value is
+// good.
 
 class LateReplies : public ::testing::TestWithParam<LagCase> {
  protected:
-  /// The share of good readings if every `nth` reply takes the time `think`.
+  /// Returns the share of good readings if every `nth` reply takes the time `think`.
   double Share(unsigned nth, Duration think) {
     LagRig rig(GetParam(), 1, [](config::Line& line) {
       line.timing.reply = kReply;
@@ -342,7 +321,6 @@ class LateReplies : public ::testing::TestWithParam<LagCase> {
       const bool is_late = late && !reply.empty() && ++count % nth == 0;
       auto pieces = rig.server().OnRequest(request, std::move(reply), end);
       if (pieces.empty()) return pieces;
-      // A reply does not overtake another.
       Duration& after = pieces.front().after;
       if (is_late) after = std::max(after, think);
       free_at = std::max(free_at, end + after);
@@ -369,10 +347,10 @@ TEST_P(LateReplies, AreUsed) {
   EXPECT_GE(tenth, 0.85);
 }
 
-/// The latest possible begin: the reply must be complete at the ceiling.
+/// A reply must be complete at the ceiling, so it can begin no later than this.
 TEST_P(LateReplies, AreUsedUpToTheCeiling) {
   const config::Timing times = GetParam().setup.protocol->timing(GetParam().setup.serial);
-  const Duration whole = *times.ceiling - *times.reply;  // characters and gaps of a reply
+  const Duration whole = *times.ceiling - *times.reply;
   EXPECT_GE(Share(3, kReply + whole / 2), 0.60);
 }
 
@@ -387,8 +365,6 @@ std::vector<LagCase> LateCases() {
 }
 
 INSTANTIATE_TEST_SUITE_P(Lines, LateReplies, ::testing::ValuesIn(LateCases()), LagCaseName);
-
-// ---------------- One device of a line fails in different ways; its neighbour keeps its polls.
 
 enum class Failure : std::uint8_t { dead, refuses, corrupt, late, slow, misnamed };
 
@@ -419,7 +395,6 @@ TEST_P(Neighbour, KeepsItsPolls) {
   const auto& setup = RealLine(name);
   Rig rig(setup, [](config::Line& line) {
     for (config::Device& device : line.devices) device.poll = 1s;
-    // As many points as the device can answer alone in half of the time.
     auto& points = line.devices[1].points;
     points.resize(std::min<std::size_t>(points.size(), 8));
   });

@@ -1,5 +1,5 @@
-// Tests devices that are only written to, such as relay cards, displays and set points: they answer
-// writes and no probe. An answered write shows that the device is present.
+// Tests devices that are only written to, such as relay cards, displays and set points. They answer
+// writes, but no probe, so an answered write shows that the device is present.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -18,13 +18,12 @@ namespace {
 struct Card {
   const char* name;
   const Protocol* protocol;
-  const char* write;  ///< `write` of the point
+  const char* write;
   config::Type type;
   Value value;
-  /// Returns the reply to a write, and silence for other requests.
   std::optional<Bytes> (*answers)(View request);
   Settable options{};
-  const char* read_once = nullptr;  ///< `read` of a second point, which is read once
+  const char* read_once = nullptr;
 };
 
 void PrintTo(const Card& card, std::ostream* out) { *out << card.name; }
@@ -141,7 +140,6 @@ INSTANTIATE_TEST_SUITE_P(
                            Value(4.5), AnswersDconWrites}),
     [](const auto& info) { return std::string(info.param.name); });
 
-/// A DCON card with one writable relay, whose configuration has this `checksum` option.
 std::unique_ptr<VirtualLine> DconRelay(bool checksum) {
   config::Line line;
   line.name = "line";
@@ -164,8 +162,6 @@ bool WasWritten(const VirtualLine& line) {
                              [](const auto& sent) { return sent.text.starts_with("#"); });
 }
 
-/// The checksum is on in the configuration and off in the module. The requests before the write
-/// show this, and the write is not sent.
 TEST(OutputsOfDcon, AnUnsentWriteIsNotConfirmed) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -179,7 +175,8 @@ TEST(OutputsOfDcon, AnUnsentWriteIsNotConfirmed) {
   EXPECT_FALSE(WasWritten(*line));
 }
 
-/// The module is silent, so a command without its checksum might be another write.
+/// The module is silent, so its checksum mode is unknown. In the wrong mode a command could be
+/// another write.
 TEST(OutputsOfDcon, AModuleOfUnknownChecksumModeIsNotWritten) {
   const auto line = DconRelay(true);
   line->twin(0).manner.instead = [](View) { return std::optional(Bytes()); };

@@ -24,14 +24,12 @@ config::SerialSettings Serial(int baud, int data_bits, config::Parity parity) {
   return serial;
 }
 
-/// The address of a point without the decoder: two points of one register get the same value.
 std::string PlaceOf(const std::string& read) {
   const auto at = read.rfind('@');
   if (at == std::string::npos || at == 0) return read;
   return read.substr(0, read.rfind(' ')) + read.substr(at);
 }
 
-/// A different number for every address and device, if the profile simulates a range.
 double NumberOf(const config::Point& point, std::size_t device) {
   const config::Simulate& range = *point.simulate;
   const std::uint16_t share = Crc16(ToBytes(PlaceOf(point.read) + " " + std::to_string(device)));
@@ -49,7 +47,7 @@ bool Matches(const config::Point& point, const Value& shown, const Value& raw) {
   if (point.type == config::Type::string) return ToText(shown) == ToText(raw);
   const double expected = (ToDouble(raw) * point.scale + point.offset).ToDouble();
   const bool register_count = point.read.find(" energy@") != std::string::npos;
-  const double step = register_count ? 0.1 : 0.001;  // kWh of one count, including ratios
+  const double step = register_count ? 0.1 : 0.001;
   return std::abs(ToDouble(shown) - expected) <= std::abs(expected) * 1e-4 + step;
 }
 
@@ -186,7 +184,7 @@ bool EchoHides(const Protocol& protocol, const config::Options& options, View re
          Hear(protocol, options, request, reply).frame;
 }
 
-/// Limits the number of requests that are sent once a day; more would not improve the test.
+/// Limits the number of points that are read once a day; more would not improve the test.
 void KeepFewDaily(std::vector<config::Point>& points) {
   constexpr int kMost = 40;
   int daily = 0;
@@ -199,7 +197,7 @@ config::Line LineOf(const Setup& setup) {
   config::Catalog catalog;
   const std::string protocol(setup.protocol->name);
   catalog.protocols[protocol] = setup.protocol;
-  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   const auto loaded = config::LoadProfile(setup.profile, *setup.protocol, catalog);
   for (const config::Problem& problem : loaded.problems) ADD_FAILURE() << ToString(problem);
   config::Line line;
@@ -210,9 +208,8 @@ config::Line LineOf(const Setup& setup) {
     config::Device device =
         config::DeviceFromProfile(loaded.profile, *setup.protocol, "device-" + address, address);
     KeepFewDaily(device.points);
-    std::erase_if(device.points, [](const config::Point& point) {
-      return point.access == config::Access::write;  // never shown
-    });
+    std::erase_if(device.points,
+                  [](const config::Point& point) { return point.access == config::Access::write; });
     for (const auto& [name, value] : setup.options) device.options.Set(name, value);
     line.options = device.options;
     line.devices.push_back(std::move(device));
@@ -253,7 +250,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
     Value raw = line_->twin(device).values.Get(i, {});
     const config::Options& options = this->device(device).options;
     if (points[i].read == "$2" && options.Flag("checksum")) {
-      raw = ToText(raw).replace(4, 2, "40");  // contains the checksum mode of the module
+      raw = ToText(raw).replace(4, 2, "40");
     }
     EXPECT_TRUE(Matches(points[i], truth_[device][i], raw))
         << points[i].name << " shows " << ToText(truth_[device][i]) << ", the twin has "
@@ -264,7 +261,7 @@ void Rig::CompareWithTwin(std::uint32_t device) {
 bool Rig::IsRight(const config::Point& point, const bus::PointRecord& shown, const Value& truth) {
   if (IsBad(shown.reported) || shown.value == truth) return true;
   if (point.recheck == config::Recheck::off) return false;
-  // A small difference needs no second reading, so damage looks like a change.
+  // A small difference needs no second reading, so damage can look like a change.
   if (!IsGood(shown.reported)) return true;
   if (point.type == config::Type::boolean || point.type == config::Type::string) return false;
   return std::abs(ToDouble(shown.value) - ToDouble(truth)) <= std::abs(ToDouble(truth)) * 0.12;

@@ -1,4 +1,4 @@
-// Rig is a line of real devices for tests: shipped profile (from config/profiles), real plugin,
+// Rig is a line of real devices for tests: shipped profile (from config/profiles), real protocol,
 // twins, virtual time, and an oracle that compares the store with the twins.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -21,11 +21,11 @@ namespace baudgate::protocols {
 struct Setup {
   std::string name;  ///< letters and digits only
   const Protocol* protocol = nullptr;
-  /// True if the check value of a frame is valid, as computed by the test and not by the plugin.
+  /// True if the check value of a frame is valid, as computed by the test and not by the protocol.
   bool (*good_checksum)(View frame) = nullptr;
   std::string profile;
   config::SerialSettings serial;
-  std::vector<std::string> addresses;  ///< one device for each
+  std::vector<std::string> addresses;
   std::vector<std::pair<std::string, config::OptionValue>> options;
 };
 
@@ -34,35 +34,34 @@ inline std::string SetupName(const ::testing::TestParamInfo<Setup>& info) {
   return info.param.name;
 }
 
-/// Each protocol with the bit rate and character format of its reference, and two equal devices.
+/// Returns each protocol with the serial settings of its reference, and two equal devices.
 const std::vector<Setup>& RealLines();
 const Setup& RealLine(const std::string& name);
-/// A connection: its bytes are never damaged, because TCP protects them.
+/// Returns a Modbus TCP line. Its bytes are never damaged, because TCP protects them.
 const Setup& TcpLine();
 
-/// The result of the reply rule for `bytes` that come after `request` and are followed by silence.
+/// The result of the reply rule for `bytes` that follow `request` and are followed by silence.
 struct HeardReply {
-  std::optional<Bytes> frame;  ///< the first whole frame
+  std::optional<Bytes> frame;
   Outcome blame = Outcome::none;
 };
 HeardReply Hear(const Protocol& protocol, const config::Options& options, View request, View bytes);
 
-/// True if an echo before `reply` hides it, because bytes of the request are taken for the reply.
+/// True if an echo before `reply` hides it, because its bytes are mistaken for the reply.
 bool EchoHides(const Protocol& protocol, const config::Options& options, View request, View reply);
 
 config::Line LineOf(const Setup& setup);
 
 class Rig {
  public:
-  /// `change` may modify the line before it is built.
   explicit Rig(const Setup& setup, const std::function<void(config::Line&)>& change = {});
 
-  /// Opens the line and runs it until every point is good. The values of the store are compared
-  /// with those of the twins and become the truth for the oracle.
+  /// Opens the line, runs it until every point is good, and compares the store with the twins.
+  /// These values are then the truth.
   void LearnTruth();
 
-  /// From now on every stored value that is not bad must be the truth. `excuse` is called for each
-  /// wrong value with its device; without an excuse a wrong value is a failure.
+  /// From now on, every value that is not bad must be the truth, unless `excuse` accepts the wrong
+  /// value of the device.
   void Watch(std::function<bool(std::uint32_t device)> excuse = {});
 
   VirtualLine& line() { return *line_; }
@@ -73,11 +72,9 @@ class Rig {
 
   bool AllGood(std::uint32_t device);
   bool AllGood();
-  /// Fast points only.
   bool FastGood(std::uint32_t device);
-  /// True if no fast point is bad; some may be uncertain.
+  /// True if no fast point is bad; points can be uncertain.
   bool FastUsable(std::uint32_t device);
-  /// True if any point is good or uncertain.
   bool AnyUsable(std::uint32_t device);
 
   std::size_t wrong() const { return wrong_; }
@@ -86,7 +83,6 @@ class Rig {
   using Pick = std::function<bool(config::Group group)>;
   using Demand = std::function<bool(Quality quality)>;
 
-  /// True if all points of the picked groups have a demanded quality.
   bool All(std::uint32_t device, const Pick& pick, const Demand& demand);
   void SetValues(std::uint32_t device);
   void CompareWithTwin(std::uint32_t device);
@@ -97,8 +93,8 @@ class Rig {
   Setup setup_;
   std::unique_ptr<VirtualLine> line_;
   std::vector<std::vector<Value>> truth_;
-  std::vector<std::vector<std::uint64_t>> seen_;  // sequence number of each point at the last check
-  std::vector<std::uint32_t> exchanges_;          // exchanges of each device at the last check
+  std::vector<std::vector<std::uint64_t>> seen_;
+  std::vector<std::uint32_t> exchanges_;
   std::function<bool(std::uint32_t)> excuse_;
   std::size_t wrong_ = 0;
 };

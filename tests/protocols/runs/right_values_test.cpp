@@ -1,6 +1,6 @@
-// Random hours in which the settings of devices, and the devices themselves, are changed. After
-// each change another twin answers, and the test has its true values. From one slow period after
-// the change on, no good reading may be wrong, and a contradiction must be reported.
+// Random hours in which the settings of devices, and the devices themselves, change. After each
+// change another twin answers, whose true values the test has. From one slow period after the
+// change on, no good reading must be wrong, and a contradiction must be reported.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -35,18 +35,19 @@ constexpr Duration kSlow = 10s;
 constexpr std::int64_t kMeterSerial = 9020001;
 constexpr std::int64_t kWrongSerial = 7654321;
 
-/// A device that may be present, as its differences from the right one.
+/// A device that can replace the right device, described by its differences from the right device.
 struct Oddity {
   std::string name;
   std::function<void(config::Device&)> options = [](config::Device&) {};
   std::function<void(Twin&)> settings = [](Twin&) {};
-  std::vector<std::pair<std::string, std::string>> says{};  ///< the values of text points by name
-  /// The true value of the point, as a factor of the right device's; nothing: there is none.
+  std::vector<std::pair<std::string, std::string>> says{};
+  /// Factor between this device's and the right device's value; nothing: the point has no true
+  /// value.
   std::function<std::optional<double>(const config::Point& point)> means =
       [](const config::Point&) { return std::nullopt; };
-  bool is_named = true;    ///< state or trouble must report the difference
-  bool in_place = true;    ///< the change may happen without an outage, because it is a setting
-  Duration shows = kSlow;  ///< how soon it must be reported
+  bool is_named = true;    ///< true: the state or trouble of the device must report the difference
+  bool in_place = true;    ///< true: the change is a setting, so it can happen without an outage
+  Duration shows = kSlow;  ///< within this time the difference must be reported
 };
 
 struct Case {
@@ -61,7 +62,6 @@ std::function<void(config::Device&)> Option(const std::string& key, config::Opti
   return [=](config::Device& device) { device.options.Set(key, value); };
 }
 
-/// The factor is 1 for all points except one input.
 std::function<std::optional<double>(const config::Point&)> AllBut(const std::string& input) {
   return [=](const config::Point& point) {
     return point.read == input ? std::nullopt : std::optional(1.0);
@@ -159,7 +159,7 @@ class RightValues : public ::testing::TestWithParam<Case> {
   const config::Device& device() { return *line_->store().device(0); }
   const Oddity& OddityOf(std::size_t twin) { return GetParam().oddities[twin - 1]; }
 
-  /// All twins return the same numbers, whatever the numbers mean.
+  /// All twins return the same numbers, regardless of their meaning.
   void SetUp(std::size_t twin) {
     VirtualLine::WireTwin& wired = line_->twin(twin);
     for (std::size_t i = 0; i < device().points.size(); ++i) {
@@ -198,7 +198,6 @@ class RightValues : public ::testing::TestWithParam<Case> {
     });
   }
 
-  /// Switches to another twin, after an outage if the device was replaced.
   void Change(std::size_t twin) {
     const bool in_place = (twin == 0 || OddityOf(twin).in_place) &&
                           (there_ == 0 || OddityOf(there_).in_place) && random_() % 2 == 0;
@@ -211,7 +210,6 @@ class RightValues : public ::testing::TestWithParam<Case> {
   }
   Duration ShowsOf(std::size_t twin) { return twin == 0 ? kSlow : OddityOf(twin).shows; }
 
-  /// Checks the readings that were taken after the change must have been detected.
   void Look() {
     const Instant due = since_ + shows_ + kPoll;
     if (line_->now().instant < due || line_->twin(there_).manner.dead) return;
@@ -246,7 +244,6 @@ class RightValues : public ::testing::TestWithParam<Case> {
         reason = reason || why == Reason::other_module || why == Reason::swapped;
       }
     });
-    // A device that answers only in the other checksum mode may be offline.
     reason = reason || line_->StatusOf(0).state == bus::DeviceState::offline;
     EXPECT_TRUE(reason) << Name() << ": '" << trouble << "', state "
                         << static_cast<int>(line_->StatusOf(0).state) << ", "
@@ -289,9 +286,8 @@ TEST_P(RightValues, NoValueThatTheDeviceDidNotSendIsGood) {
 INSTANTIATE_TEST_SUITE_P(Lines, RightValues, ::testing::ValuesIn(Cases()),
                          [](const auto& info) { return info.param.name; });
 
-// ---------------- Points with constant values, behind a server that falls one or two replies
-// behind permanently. Identical replies prove nothing about their order, and a point must never
-// show the value of another. Each kind of device lacks something that would prove the order.
+// ---------------- Points with constant values, behind a server that falls permanently behind.
+// Equal replies prove nothing about their order, but no point must show the value of another.
 
 using protocols::modbus::Framing;
 
@@ -301,18 +297,19 @@ constexpr std::size_t kUnit = 6;  // index in the header of Modbus TCP
 
 /// The behaviour of the server after it has fallen behind.
 enum class Falls : std::uint8_t {
-  keeps_a_queue,     ///< a reply releases the one before it
-  answers_silence,   ///< a request releases the reply to the one before it, even an empty one
-  answers_anything,  ///< as answers_silence, but silence of a device is skipped
+  keeps_a_queue,     ///< a reply releases the previous reply
+  answers_silence,   ///< a request releases the reply to the previous request, even an empty reply
+  answers_anything,  ///< like answers_silence, but requests without a reply are skipped
 };
 
 enum class Kind : std::uint8_t {
-  no_loopback,         ///< Modbus RTU, does not answer function 08
+  no_loopback,         ///< Modbus RTU, ignores function 08
   one_register,        ///< Modbus RTU, answers every read with one register
   two_registers,       ///< Modbus RTU, answers every read with two registers
   name_is_value,       ///< SPA: its name equals the value of its first point
-  converter,           ///< Modbus TCP to RTU, puts the current transaction before replies
-  converter_of_units,  ///< as converter, with a unit for each of two devices, and the current unit
+  converter,           ///< Modbus TCP to RTU: puts the current transaction id before each reply
+  converter_of_units,  ///< like converter, for two devices: also puts the current unit before each
+                       ///< reply
 };
 
 struct Constant {
@@ -350,11 +347,10 @@ config::Line LineOf(const Constant& constant) {
   return line;
 }
 
-/// Replaces the reply to a read by `count` registers, from the first requested register on.
 Bytes SayRegisters(View request, Bytes reply, std::size_t count) {
   const auto asked = protocols::modbus::Unwrap(Framing::rtu, request);
   if (reply.empty() || !asked || asked->pdu.size() < 5) return reply;
-  const std::size_t point = asked->pdu[2] < 100 ? 0 : 1;  // inputs 0 and 200
+  const std::size_t point = asked->pdu[2] < 100 ? 0 : 1;
   Bytes pdu = {asked->pdu[0], static_cast<std::uint8_t>(2 * count)};
   const double truth = TruthOf(0, point);
   const auto bits = count == 1 ? static_cast<std::uint32_t>(truth)
@@ -393,7 +389,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
     return reply;
   }
 
-  /// Writes the number of the current request into each piece, or adds an exception if none came.
+  /// Writes the number of the current request into each piece; without a piece, adds an exception.
   void Stamp(View request, std::vector<tools::TimedPiece>& pieces) const {
     if (!GetParam().tcp()) return;
     const bool units = GetParam().kind == Kind::converter_of_units;
@@ -408,8 +404,8 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
         {200ms, protocols::modbus::Wrap(Framing::tcp, asked->slave, pdu, asked->transaction)});
   }
 
-  /// Counts how often a point was good with the value of another point, and how often it was not
-  /// good. `falls`: the server falls behind after a few seconds.
+  /// Counts how often a point was good with another point's value, or not good. `falls`: the server
+  /// falls behind after a few seconds.
   void Run(std::mt19937& random, bool falls, Duration time) {
     constexpr std::uint8_t kSilences[] = {0, 0x0A, 0x0B};
     says_nothing_ = kSilences[random() % 3];
@@ -465,7 +461,7 @@ class ConstantValues : public ::testing::TestWithParam<Constant> {
   }
 
   const config::Line line_ = LineOf(GetParam());
-  std::uint8_t says_nothing_ = 0;  // the exception code if nothing comes; 0: silence
+  std::uint8_t says_nothing_ = 0;  // exception code if there is no reply; 0: no exception is sent
   std::size_t seen_ = 0;
   std::size_t not_good_ = 0;
   std::size_t wrong_ = 0;
@@ -479,7 +475,6 @@ TEST_P(ConstantValues, AreNeverExchanged) {
   }
 }
 
-/// Without a server that falls behind, points without proof of order must be good.
 TEST_P(ConstantValues, AreGoodWithoutALaggingServer) {
   std::mt19937 random(20261126);
   Run(random, false, 10min);

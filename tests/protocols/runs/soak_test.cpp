@@ -1,7 +1,7 @@
 // Days of faults in virtual time: damaged and lost replies, absent devices, a bus that echoes,
 // damaged echoes. ctest runs six virtual minutes for each line, packaging/soak.sh 24 hours
-// (BAUDGATE_SOAK_HOURS). A wrong value may be good only if damage produced a valid check value,
-// which the oracle of bad_wire.h counts.
+// (BAUDGATE_SOAK_HOURS). A wrong value is allowed to be good only if damage produced a valid check
+// value, which the oracle of bad_wire.h counts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <malloc.h>
@@ -16,15 +16,14 @@
 namespace baudgate::protocols {
 namespace {
 
-// Bytes by which the heap may grow from one hour to the next.
+// The heap is allowed to grow by this many bytes from one hour to the next.
 constexpr std::size_t kFlat = 256 * 1024;
 
 std::size_t Hours() { return Setting("BAUDGATE_SOAK_HOURS", 1); }
 
-/// How many minutes of each hour are run.
 std::size_t Minutes() { return Setting("BAUDGATE_SOAK_HOURS", 0) > 0 ? 60 : LongRun(60); }
 
-/// A short hour has as many outages as a long one.
+/// A short hour has as many outages as a full hour.
 Duration OfAnHour(int parts) { return static_cast<std::int64_t>(Minutes()) * 1min / parts; }
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
@@ -51,7 +50,6 @@ class Soak : public ::testing::TestWithParam<Setup> {
                        random_() % static_cast<std::uint64_t>((most - least).count())));
   }
 
-  /// One echo in a hundred has a wrong bit.
   void LetTheBusEcho() {
     rig_->echo = [this](View request) {
       Bytes echo(request.begin(), request.end());
@@ -75,7 +73,6 @@ class Soak : public ::testing::TestWithParam<Setup> {
     }
   }
 
-  /// A minute without a request means that the line is stuck.
   void RunOneHour() {
     for (std::size_t minute = 0; minute < Minutes(); ++minute) {
       LetDevicesDieAndReturn();
@@ -117,7 +114,6 @@ TEST_P(Soak, NoWrongValueIsEverGoodAndMemoryDoesNotGrow) {
   if (Rechecks() != config::Recheck::off) {
     EXPECT_EQ(rig_.wrong(), 0U) << "beyond the jump";
   }
-  // About one per minute in a full hour; a short hour has a few.
   const bool is_short = Minutes() < 60;
   EXPECT_GT(wire.damaged(), is_short ? 1 : 5 * Minutes() / 6);
   EXPECT_GT(wire.lost(), is_short ? 1 : 5 * Minutes() / 6);

@@ -1,5 +1,4 @@
-// Tests a device that refuses all requests for a while, for example while it starts: points that
-// were answered before are read again soon, with as few requests as before.
+// Tests a device that refuses all requests for a while, for example while it starts.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -15,7 +14,6 @@
 namespace baudgate::protocols {
 namespace {
 
-/// The reply of `setup` for an unsupported request.
 Bytes RefusalOf(const Setup& setup, View request) {
   const std::string_view protocol = setup.protocol->name;
   if (protocol == "spabus") {
@@ -97,8 +95,6 @@ TEST_P(TemporaryRefusal, RecoversSoon) {
   }
 }
 
-/// A device that restarts repeatedly: it refuses all requests, is silent, refuses again in every
-/// second round, and then answers for a while.
 TEST_P(TemporaryRefusal, AmongSilencesRecoversSoon) {
   struct Cycle {
     Duration refused{};
@@ -128,8 +124,7 @@ TEST_P(TemporaryRefusal, AmongSilencesRecoversSoon) {
 
 INSTANTIATE_TEST_SUITE_P(Lines, TemporaryRefusal, ::testing::ValuesIn(RealLines()), SetupName);
 
-// ---------------- A slave that does not answer unsupported requests, and no other points are
-// polled: its answered probes show that the silence is a refusal.
+// ---------------- A slave that does not answer unsupported requests, but answers probes.
 
 constexpr std::size_t kPoints = 8;
 
@@ -152,7 +147,6 @@ class SilentRefusal : public ::testing::Test {
       line_->twin(0).values.Set(i, static_cast<std::int64_t>(10 * i));
     }
   }
-  /// The slave is silent to reads for which `to` is true. Arguments: first register, count.
   void SilentTo(std::function<bool(unsigned first, unsigned count)> to) {
     line_->server = [to = std::move(to)](View request, Bytes reply, Instant) {
       const bool reads = request.size() == 8 && request[1] == 3;
@@ -187,11 +181,9 @@ TEST_F(SilentRefusal, OfARegisterIsNotFitted) {
   }
 }
 
-// ---------------- A device that refuses much while it starts; its neighbour keeps its polls.
-
 constexpr Duration kTime = 90s;
 
-/// True for requests that a relay with I1 to I5, name and events answers: ">1RI3/6:".
+/// True for requests that a relay with I1 to I5, name and events answers. Example: ">1RI3/6:".
 bool HasIt(std::string_view request) {
   const std::string_view item = request.substr(3, request.rfind(':') - 3);
   if (item == "F" || item == "L" || item == "B") return true;
@@ -206,7 +198,6 @@ std::optional<Bytes> SmallRelay(View request) {
   return said;
 }
 
-/// The meter does not return its serial number.
 std::optional<Bytes> ShyMeter(View request) {
   if (request.size() != 5 || request[1] != 0x08 || request[2] != 0x00) return std::nullopt;
   Bytes said = {request[0], 0x01};
@@ -216,7 +207,6 @@ std::optional<Bytes> ShyMeter(View request) {
 
 class RefusingStart : public ::testing::Test {
  protected:
-  /// The first device answers with `instead`; the neighbour has one point, a reading per poll.
   void Start(const std::string& setup, std::optional<Bytes> (*instead)(View request),
              std::optional<std::int64_t> serial_number = {}) {
     rig_ = std::make_unique<Rig>(RealLine(setup), [&](config::Line& line) {
@@ -267,10 +257,8 @@ TEST_F(RefusingStart, OfAMeterWithoutRequiredSerialNumberGivesNoGoodValue) {
   EXPECT_FALSE(IsGood(line().QualityOf(0, 0)));
 }
 
-/// A single refusal looks like noise: the request is answered again afterwards.
 class OneRefusal : public ::testing::TestWithParam<std::string> {
  protected:
-  /// The number of requests in a minute, with this many refusals.
   static std::size_t Requests(int refusals) {
     Rig rig(RealLine(GetParam()), [](config::Line& line) {
       for (config::Device& device : line.devices) device.poll = 1s;

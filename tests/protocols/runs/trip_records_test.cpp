@@ -1,6 +1,5 @@
-// Tests that the recorded data of a trip is stored with this trip, completely, and never with
-// another: with damaged and lost replies, killed programs and power cuts. The registers of the
-// relays contain the number of their latest trip.
+// Tests that the recorded data of a trip is stored completely with this trip, in spite of faults.
+// The registers of the relays contain the number of their latest trip.
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -77,7 +76,6 @@ class TripStation {
     }
   }
 
-  /// Runs without disturbances until all trips are reported and read.
   void End() {
     mishaps_.End();
     Restart();
@@ -137,7 +135,6 @@ class TripStation {
     }
   }
 
-  /// Executes the requests of the service that came during the last run.
   void Work() {
     for (bus::WriteCommand& command : std::exchange(asked_, {})) {
       const std::uint32_t device = command.device;
@@ -182,8 +179,7 @@ class TripStation {
   Mishaps mishaps_;
   Rig rig_;
   EventKeeper keeper_;
-  std::vector<std::unique_ptr<events::RecordService>>
-      services_;  // includes services of earlier starts, whose requests may end late
+  std::vector<std::unique_ptr<events::RecordService>> services_;
   events::RecordService* service_ = nullptr;
   std::vector<bus::WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
@@ -219,7 +215,7 @@ TEST(TripRecords, AreNeverMixedUpOverABadLineKillsAndPowerCuts) {
 }
 
 // ---------------- The answer of a reader after a tag is stored with this tag, and never with
-// another: with killed programs and tags at any time, also between the command and its answer.
+// another.
 
 const std::string kNoTag = "0000000000";
 
@@ -298,7 +294,6 @@ class Gate {
     std::string tag;
     KeptRecord record;
   };
-  /// In the order of the events.
   std::vector<Kept> ReadAll() {
     std::map<std::int64_t, KeptRecord> records;
     for (KeptRecord& record : keeper_.ReadRecords()) {
@@ -315,7 +310,6 @@ class Gate {
   std::mt19937 random_;
 
  private:
-  /// Executes the requests of the service that came during the last run.
   void Work() {
     for (bus::WriteCommand& command : std::exchange(asked_, {})) line_.Submit(std::move(command));
     std::erase_if(kept_, [this](const KeptRecord& record) { return keeper_.Keep(record); });
@@ -344,8 +338,7 @@ class Gate {
 
   VirtualLine line_;
   EventKeeper keeper_{{"gate"}};
-  std::vector<std::unique_ptr<events::RecordService>>
-      services_;  // includes services of earlier starts, whose requests may end late
+  std::vector<std::unique_ptr<events::RecordService>> services_;
   events::RecordService* service_ = nullptr;
   std::vector<bus::WriteCommand> asked_;
   std::vector<KeptRecord> kept_;
@@ -358,7 +351,7 @@ TEST(ReaderRecords, AreStoredTogetherWithTheirTag) {
   gate.RunFor(5s);
   gate.Pass("0000000001", 5s);
   gate.RunFor(10s);
-  gate.Pass("0000000002", 1ms);  // gone before it is read
+  gate.Pass("0000000002", 1ms);
   gate.RunFor(10s);
   const auto all = gate.ReadAll();
   ASSERT_EQ(all.size(), 2U);
@@ -412,7 +405,6 @@ TEST(ReaderRecords, AreNeverMixedUp) {
   EXPECT_GT(superseded, seeds);
 }
 
-/// The reader was unplugged after the tag, while the program was stopped.
 TEST(StoppedReader, DatesItsTagBeforeTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(GateLine(), {&ReaderProtocol()});
@@ -429,8 +421,8 @@ TEST(StoppedReader, DatesItsTagBeforeTheStop) {
   }
 }
 
-// ---------------- Clock messages to relays on a working line: T and D contain the time at which
-// their last character is sent, and polls are not delayed.
+// ---------------- T and D contain the time at which their last character is sent, and delay no
+// poll.
 
 class ClockRun : public ::testing::Test {
  protected:
@@ -443,9 +435,9 @@ class ClockRun : public ::testing::Test {
              }
            }};
 
-  /// The difference between the time in the message and the time when its last character was sent.
+  /// Returns the difference between the sent time and the time of the last character.
   Duration Error(const Sent& sent) const {
-    constexpr Duration kCharacter = Duration(1s) / 960;  // 9600 bit/s, ten bits
+    constexpr Duration kCharacter = Duration(1s) / 960;  // ten bits at 9600 bit/s
     const std::size_t at = sent.text.rfind(':', sent.text.size() - 4) - 6;
     double said = 0;
     std::from_chars(sent.text.data() + at, sent.text.data() + at + 6, said);
@@ -484,7 +476,6 @@ TEST_F(ClockRun, SendsTheTimeOnlyWhileTheHostClockIsRight) {
   EXPECT_EQ(rig_->CountSent(">900W"), 0U);
 }
 
-/// A late relay delays the message before its time stamp is made, not after.
 TEST_F(ClockRun, SendsTheRightTimeAfterSilenceAndLateReplies) {
   rig_.LearnTruth();
   rig_->poller().OnHostClock(true);

@@ -1,5 +1,4 @@
-// Tests every fault of `baudgate simulate --fault` on the line of every protocol: the outcomes, the
-// readings, the service of the neighbour, and the recovery.
+// Tests every fault of `baudgate simulate --fault` on the line of every protocol.
 // tests/gateway/tools/simulate/twin_faults_test.cpp tests the faults alone.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/simulate/twin_faults.h"
@@ -32,7 +31,7 @@ TEST_P(MisbehavingTwin, LostRepliesAreNoReply) {
 
 TEST_P(MisbehavingTwin, RetriesCompensateSomeLostReplies) {
   Misbehave("loss:rate=0.15,seed=3");
-  // Within a task, a reply after a lost one may belong to any request if it contains no tag.
+  // After a lost reply, a reply without a tag can belong to any request of the task.
   OnlyThese({Outcome::ok, Outcome::no_reply, Outcome::unexpected});
   EXPECT_EQ(own_[Outcome::no_reply], struck_);
   EXPECT_TRUE(rig_.FastUsable(kTroubled));
@@ -50,7 +49,7 @@ TEST_P(MisbehavingTwin, BitErrorsAreCorrupt) {
   EverythingComesBack();
 }
 
-/// If only the length identifies a reply (not a start character), some requests look like replies.
+/// If only the length identifies a reply, an echo of a request can look like a reply.
 TEST_P(MisbehavingTwin, AnEchoIsNeverAValue) {
   Misbehave("echo");
   if (echo_hides_ > 0) {
@@ -67,9 +66,9 @@ TEST_P(MisbehavingTwin, AStallBeyondTheGapIsPartial) {
   Misbehave("stall:pause=300ms");
   OnlyThese({Outcome::ok, Outcome::partial, Outcome::corrupt});
   EXPECT_GT(own_[Outcome::partial], 10U);
-  // Short replies are complete before the stall, so the identification may succeed.
+  // Short replies are complete before the stall, so the identification can succeed.
   EXPECT_NE(end_state_, bus::DeviceState::online);
-  // The neighbour is polled before the retries and may collide with the rest of a stalled reply.
+  // The neighbour is polled before the retries, and can collide with the rest of a stalled reply.
   TheNeighbourWasServed(4);
   EverythingComesBack();
 }
@@ -91,7 +90,6 @@ TEST_P(MisbehavingTwin, DribbleWithinTheGapIsASlowReply) {
 /// Late bytes of the dribbling device collide with replies of the neighbour.
 TEST_P(MisbehavingTwin, DribbleBeyondTheGapIsPartial) {
   Misbehave("dribble:pause=80ms");
-  // A single zero may be caused by a driver that is switched on.
   if (zeros_harmless_ > 0) {
     OnlyThese({Outcome::ok, Outcome::partial, Outcome::no_reply});
   } else {
@@ -120,7 +118,7 @@ TEST_P(MisbehavingTwin, GarbageAfterAReplyAffectsNoOtherReply) {
 
 TEST_P(MisbehavingTwin, DoubledRepliesAffectNoOtherReply) {
   Misbehave("double");
-  // The second copy of a probe's answer may be accepted for the next request, if it has no tag.
+  // A second copy can be accepted for the next request, if replies do not contain their device.
   if (untagged_ > 0) {
     OnlyThese({Outcome::ok, Outcome::unexpected});
   } else {
@@ -128,7 +126,7 @@ TEST_P(MisbehavingTwin, DoubledRepliesAffectNoOtherReply) {
   }
   EXPECT_GT(own_[Outcome::ok], own_.all() / 2);
   EXPECT_GT(rig_->poller().accounts().line.counters().stray_bytes, struck_);
-  // A second copy in pieces 16 ms apart may look like the beginning of the neighbour's reply.
+  // A second copy in pieces 16 ms apart can look like the beginning of the neighbour's reply.
   TheNeighbourWasServed(neighbour_.all() / 2);
   EverythingComesBack();
 }
@@ -142,18 +140,16 @@ TEST_P(MisbehavingTwin, LateRepliesAreAwaitedAndReportedInAWarning) {
   EverythingComesBack();
 }
 
-/// The device answers each request with the reply to the one before. It does not catch up after any
-/// silence; the probe shows the lag. See Shifted below for more cases.
+/// The device does not catch up after silence. The probe shows the lag. See Shifted below.
 TEST_P(MisbehavingTwin, RepliesOneRequestBehindAreNeverAccepted) {
   Misbehave("late:exchanges=1");
   EXPECT_GT(own_[Outcome::no_reply], 0U) << "the first";
   EXPECT_EQ(rig_.wrong(), 0U);
-  TheNeighbourWasServed(1);  // the last late reply may collide with a reply of the neighbour
+  TheNeighbourWasServed(1);
   EverythingComesBack();
 }
 
-/// Numbers of DCON modules contain no address, so a wrong address is undetectable there. If the
-/// reply contains the address, the reply is unexpected.
+/// DCON numbers contain no address, so a wrong address cannot be detected.
 TEST_P(MisbehavingTwin, AWrongAddressIsUnexpectedInAddressedReplies) {
   rig_.Watch([this](std::uint32_t device) { return device == kTroubled && untagged_ > 0; });
   Misbehave("wrong_address");
@@ -176,8 +172,6 @@ TEST_P(MisbehavingTwin, ADeadDeviceRecoversAfterItsReturn) {
   EverythingComesBack();
 }
 
-/// The stranger's frames are valid frames of another device with the awaited form. With equal
-/// values they differ only by the address, if the protocol has one in its replies.
 TEST_P(MisbehavingTwin, ItsStrangerSendsValidFrames) {
   const tools::TwinFaults::Stranger stranger = MeetStranger();
   const Protocol& protocol = *GetParam().protocol;
@@ -211,8 +205,7 @@ std::vector<Setup> FaultyLines() {
 }
 INSTANTIATE_TEST_SUITE_P(Real, MisbehavingTwin, ::testing::ValuesIn(FaultyLines()), SetupName);
 
-// ---------------- `~**` on a fully loaded line: modules that are polled and written to, an absent
-// one, and host watchdogs that trip if `~**` comes too late.
+// ---------------- Host watchdogs on a fully loaded line must not trip.
 
 constexpr Duration kPeriod = 500ms;
 constexpr std::uint32_t kWritten = 0;
@@ -244,7 +237,6 @@ class HostWatchdog : public ::testing::Test {
     return std::string(AsText(rig_->twin(module).twin->Answer(request, rig_->now().instant)));
   }
 
-  /// Runs a minute in which the line is never idle.
   void RunUnderLoad() {
     rig_.LearnTruth();
     for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
@@ -274,7 +266,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalUnderLoad) {
   ASSERT_GT(sent.size(), 1000U) << "it was a busy minute";
   std::optional<Instant> told;
   std::size_t times = 0;
-  std::size_t late = 0;  // requests since `~**` was due
+  std::size_t late = 0;
   for (const Sent& one : sent) {
     if (one.text != "~**\r") {
       if (told && one.at - *told >= kPeriod) ++late;
@@ -290,7 +282,7 @@ TEST_F(HostWatchdog, IsFedAtItsIntervalUnderLoad) {
   }
   EXPECT_GE(times, 60U);
   for (std::uint32_t module = 0; module < rig_.devices(); ++module) {
-    if (module == kDead) continue;  // the module receives nothing
+    if (module == kDead) continue;
     EXPECT_EQ(Tell(module, "0").substr(3, 2), "00") << module << " has tripped";
     EXPECT_TRUE(rig_.FastUsable(module)) << module;
   }
@@ -302,15 +294,13 @@ class NoHostWatchdog : public HostWatchdog {
   NoHostWatchdog() : HostWatchdog(Duration::zero()) {}
 };
 
-/// Shows that the test above can fail.
 TEST_F(NoHostWatchdog, LetsModulesTrip) {
   RunUnderLoad();
   EXPECT_EQ(rig_->CountSent("~**"), 0U);
   EXPECT_EQ(Tell(1, "0").substr(3, 2), "04");
 }
 
-// ---------------- Devices that answer every request with the reply to the request k exchanges
-// before. Each reply is valid; none may become the value of another point.
+// ---------------- Devices that answer with the reply to the request k exchanges before.
 
 /// Delays the replies of these devices, in one common queue, by this many requests.
 class Shifted {

@@ -1,5 +1,4 @@
-// Tests billing readings across outages, replies to wrong requests, midnights, batches that are not
-// stored, and restarts: each day and month is reported once, with the meter's values.
+// Tests that each billing day and month is reported once, with the meter's values.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -58,14 +57,14 @@ class BillingBench {
   BillingSession& session() { return *session_; }
 
   std::string said;
-  std::map<std::string, std::vector<std::string>> told;  // the reported days of each series
+  std::map<std::string, std::vector<std::string>> told;
   std::vector<PastRecord> records;
   std::vector<std::string> asked;
   std::function<bool()> lost;
   std::function<bool()> late;
   std::function<bool()> dropped;
   std::function<bool(View pdu)> deaf;
-  std::optional<std::chrono::local_days> installed;  // the registers are zero before this day
+  std::optional<std::chrono::local_days> installed;
 
  private:
   void Task() {
@@ -87,7 +86,7 @@ class BillingBench {
       const Bytes whole = data;
       if (late && late() && !last_.empty()) data = last_;
       last_ = whole;
-      // A is 0.5, so one count is one kWh.
+      // The meter constant A is 0.5, so one count is one kWh.
       const auto day =
           std::chrono::local_days(std::chrono::days((*ByteReader(data).U32Be(0) - 1) / 1000));
       if (installed && day < *installed) data.assign(16, 0);

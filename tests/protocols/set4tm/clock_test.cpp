@@ -36,7 +36,7 @@ std::string ShownUtc(const Decoded& decoded) {
   return FormatWallTime(WallTime(std::chrono::seconds(*seconds))).substr(0, 19);
 }
 
-// Reference, example 8.
+// SET-4TM reference, example 8.
 constexpr const char* kSummer = "31 30 15 01 02 09 02 00";
 
 TEST(MeterClock, IsConvertedToUtcByItsZone) {
@@ -81,9 +81,7 @@ TEST(MeterClock, IsAcceptedInItsOwnRequestOnly) {
   EXPECT_FALSE(ParseField("04 00 clock@1"));
 }
 
-// ---------------- The drift of a meter's clock and its correction: golden bytes, and a whole line.
-
-constexpr Duration kCharacter = 1146us;  // 11 bits at 9600
+constexpr Duration kCharacter = 1146us;  // 11 bits at 9600 bit/s
 
 Scale InZone(std::string_view zone) {
   Scale scale;
@@ -91,7 +89,7 @@ Scale InZone(std::string_view zone) {
   return scale;
 }
 
-/// 2002-09-02T15:30:31, summer (MFR 2.4.1.1.1): 11:30:31 UTC in a zone of +04:00.
+/// 2002-09-02T15:30:31, summer time (MFR 2.4.1.1.1): 11:30:31 UTC in a zone of +04:00.
 TEST(ClockDrift, IsMeasuredAtTheMiddleOfTheExchange) {
   const Bytes data = Hex("31 30 15 01 02 09 02 00");
   const WallTime shown = std::chrono::sys_days(std::chrono::year(2002) / 9 / 2) + 11h + 30min + 31s;
@@ -117,13 +115,13 @@ TEST(ClockDrift, IsUncertainAfterALongExchange) {
   drift.OnHostClock(true);
   drift.OnAsked();
   drift.OnSent({Instant(1h), WallTime(1'000'000'000s)}, kCharacter);
-  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);  // sent again
+  drift.OnSent({Instant(1h + 2s), WallTime(1'000'000'002s)}, kCharacter);
   const Decoded decoded =
       drift.Of(Hex("31 30 15 01 02 09 02 00"), 11, InZone("+00:00"), Instant(1h + 2100ms));
   EXPECT_TRUE(IsUncertain(decoded.quality));
 }
 
-/// Reference, 12, example 14: + 10 s.
+/// SET-4TM reference, 12, example 14: a correction by +10 s.
 TEST(ClockDrift, CorrectionMatchesTheReference) {
   const ClockDrift drift;
   const auto pdu = ClockCorrection(Value(10.0), drift, Instant(1h));
@@ -138,7 +136,6 @@ TEST(ClockDrift, CorrectionMatchesTheReference) {
   EXPECT_FALSE(ClockCorrection(Value(false), drift, Instant(1h)));
 }
 
-/// `baudgate check` rejects a configuration without the points that the correction needs.
 TEST(ClockCare, RequiresItsPoints) {
   config::Device right = MakeDevice("5", {MakePoint("04 00 drift@0")});
   right.points[0].name = "clock_drift";
@@ -255,7 +252,6 @@ TEST_F(ClockLine, TheMeterClockIsCorrectedOnceADay) {
   EXPECT_NE(line->ends[0], line->ends[1]);
 }
 
-/// A meter that answers the first write with this status and does not execute it.
 class Reluctant : public Twin {
  public:
   Reluctant(std::unique_ptr<Twin> twin, std::uint8_t status)
@@ -274,7 +270,7 @@ class Reluctant : public Twin {
   bool said_ = false;
 };
 
-/// 05: the channel was closed meanwhile; 06: repeat the request. The write has not been executed.
+/// Status 05: the channel was closed meanwhile; 06: repeat the request. The write was not executed.
 TEST_F(ClockLine, ACorrectionIsRepeatedOnRequestOfTheMeter) {
   for (const int status : {5, 6}) {
     Make();

@@ -60,7 +60,7 @@ struct Vector {
   const char* reply;
 };
 
-/// Worked examples 1 to 18 of the reference; empty: the reference does not print the reply.
+/// Worked examples 1 to 18 of the reference. An empty reply is not printed there.
 constexpr Vector kVectors[] = {
     {"1", "00", "01 00 00 20", "01 00 00 20"},
     {"200", "01 30 30 30 30 30 30", "C8 01 30 30 30 30 30 30 03 D2", "C8 00 56 70"},
@@ -178,8 +178,6 @@ TEST(Set4tmProtocolTest, DescriptorIsComplete) {
   EXPECT_FALSE(protocol.canonical_address("254"));
 }
 
-// ---------------- Decoding of captured replies without points, and of random bytes.
-
 using config::Group;
 using config::Type;
 
@@ -229,8 +227,6 @@ TEST(Set4tmDecode, RandomRepliesGiveFiniteValuesOrNone) {
   }
 }
 
-// ---------------- Integers instead of floats, for meters without floats.
-
 std::string IntegerOf(std::string_view read) {
   const auto field = ParseField(read);
   if (!field) return field.error();
@@ -238,7 +234,7 @@ std::string IntegerOf(std::string_view read) {
   return integer ? FieldText(*integer) : "";
 }
 
-/// Reference, 9.5 to 9.7: the same parameter byte; four values of three bytes instead of four.
+/// SET-4TM reference, 9.5 to 9.7: the same parameter byte, but four values of three bytes.
 TEST(Set4tmIntegers, UseTheSameParameterAsFloats) {
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@0"), "08 16 00 power_be@0");
   EXPECT_EQ(IntegerOf("08 1B 02 00 float_le@12"), "08 16 00 power_be@9");
@@ -258,8 +254,6 @@ TEST(Set4tmIntegers, ReplaceOnlyLiveFloats) {
   EXPECT_EQ(IntegerOf("08 16 10 voltage_be@3"), "");
   EXPECT_EQ(IntegerOf("05 00 00 energy@0"), "");
 }
-
-// ---------------- Constants of a SET-4TM meter, which convert its counts to energy.
 
 using ::testing::ElementsAre;
 

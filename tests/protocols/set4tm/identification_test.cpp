@@ -1,5 +1,4 @@
-// Tests what the type of a SET-4TM meter (08 12) determines: whether its profile fits, and the
-// names of the bits in its status word.
+// Tests what the type of a SET-4TM meter (08 12) determines: profile and names of status bits.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -78,12 +77,10 @@ TEST(Set4tmType, AnotherTypeIsReportedAndOnlyIdentifiedUntilItIsRight) {
 }
 
 TEST(Set4tmType, StatusBitsOfAnotherTypeHaveNoNames) {
-  // Each type of the reference and an unknown one. Only type 8 has a table.
   for (unsigned type = 0; type < 16; ++type) {
     const std::string code(1, "0123456789ABCDEF"[type]);
     Talk talk = OpenTalk(OfTypes({code}));
     Answer answer = talk.Run(Poll(1), Script({"10 40 " + code + "0", "FF FF FF FF FF"}));
-    // Points of a type without floats are read in another way.
     if (answer.then == Then::restart) answer = talk.Run(Poll(1), Script({"FF FF FF FF FF"}));
     ASSERT_EQ(answer.readings.size(), 2U) << code;
     for (const Reading& reading : answer.readings) {
@@ -166,7 +163,7 @@ TEST(Set4tmDay, ANewDayOfTheMeterRestartsAllReads) {
 TEST(Set4tmPace, TheMultiplierExtendsSilenceAndReplyTime) {
   config::Device device = MakeDevice("5", {MakePoint("08 17 u8@1", Group::once, Type::uint16)});
   Talk talk = OpenTalk(device);
-  const Duration character = 1145833ns;  // 11 bits at 9600
+  const Duration character = 1145833ns;
   EXPECT_FALSE(talk->LeastTimes(character).reply);
   talk.Run(Poll(0), Script({"00 05"}));
   const config::Timing times = talk->LeastTimes(character);
@@ -180,8 +177,6 @@ TEST(Set4tmPace, TheMultiplierExtendsSilenceAndReplyTime) {
   EXPECT_FALSE(talk->LeastTimes(character).reply);
 }
 
-// ---------------- The one-byte checksum KS of old SET-4TM meters: FF xor all bytes.
-
 config::Options WithKs() {
   config::Options options = DefaultOptions();
   options.Set("checksum", std::string("ks"));
@@ -190,7 +185,6 @@ config::Options WithKs() {
 
 TEST(Set4tmKs, IsTheXorOfAllBytesAndFf) {
   EXPECT_EQ(ToHex(MakeFrame(Hex("00"), Hex("00"), Checksum::ks)), "00 00 FF");
-  // FF ^ 05 ^ 08 = F2; FF ^ 05 ^ 05 = FF
   EXPECT_EQ(ToHex(MakeFrame(Hex("05"), Hex("08 00"), Checksum::ks)), "05 08 00 F2");
   EXPECT_EQ(ToHex(MakeFrame(Hex("05"), Hex("05"), Checksum::ks)), "05 05 FF");
   EXPECT_TRUE(SplitFrame(Hex("05 08 00 F2"), Checksum::ks));
@@ -224,11 +218,11 @@ TEST(Set4tmKs, AStatusHasThreeBytesAndWaitsForSilence) {
   const Bytes whole = MakeFrame(Hex("05"), Hex("00 89 A2 61 06 09 02"), Checksum::ks);
   EXPECT_EQ(ReplyRule(whole, expect, false).size, whole.size());
   Bytes lengthened = status;
-  lengthened.resize(whole.size());  // zeros keep KS valid
+  lengthened.resize(whole.size());
   EXPECT_EQ(ReplyRule(lengthened, expect, true).kind, Cut::Kind::discard);
 }
 
-/// The reply proves only that the meter is there: some damaged replies fit the other checksum too.
+/// Some damaged replies have a valid checksum of the other kind, so a reply proves only presence.
 TEST(Set4tmKs, ASilentMeterIsSometimesProbedWithTheOtherChecksum) {
   config::Device device = MakeDevice("5", {MakePoint(kOneFloat)});
   device.options.Set("checksum", std::string("ks"));
@@ -294,8 +288,6 @@ TEST(Set4tmKs, AMeterWithTheOtherChecksumIsNotRead) {
   EXPECT_NE(talk.Run(Poll(0), with_crc).outcome, Outcome::ok);
 }
 
-// ---------------- The shipped SET-4TM profiles: all points are read from the twin.
-
 config::Profile Load(const std::string& name) {
   config::Catalog catalog;
   catalog.protocols["set4tm"] = &Set4tmProtocol();
@@ -305,7 +297,6 @@ config::Profile Load(const std::string& name) {
   return loaded.profile;
 }
 
-/// The simulated value of the profile: the lower end of a range, or the text.
 FixedValues Simulated(const std::vector<config::Point>& points) {
   FixedValues values;
   for (std::size_t i = 0; i < points.size(); ++i) {

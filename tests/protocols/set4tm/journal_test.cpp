@@ -25,7 +25,7 @@ const Journal& Numbered(std::uint8_t number) {
   return Journals().front();
 }
 
-/// The events of a record as text: "E71 2002-09-02T12:30:31.000Z text".
+/// Returns the events of a record as text. Example: "E71 2002-09-02T12:30:31.000Z text".
 std::vector<std::string> Told(const JournalReader& reader, std::uint8_t journal,
                               std::string_view record, std::string_view before = {}) {
   std::vector<std::string> told;
@@ -40,7 +40,7 @@ std::vector<std::string> Told(const JournalReader& reader, std::uint8_t journal,
 
 using Events = std::vector<std::string>;
 
-// Reference, 8.1 and example 8: 15:30:31, Monday, 02.09.2002.
+// SET-4TM reference, 8.1 and example 8: 15:30:31, Monday, 02.09.2002.
 constexpr const char* kOpen = "31 30 15 01 02 09 02 00 00 00 00 00 00 00";
 constexpr const char* kEnded = "31 30 15 01 02 09 02 12 32 15 01 02 09 02";
 
@@ -114,19 +114,17 @@ TEST(Journal, BeginAndEndOfSummerTimeAreDecoded) {
   EXPECT_EQ(Told(kBerlin, 0x05, "59 59 23 04 31 12 26"), Events{"E51 2026-12-31T22:59:59"});
 }
 
-// ---------------- Journals that are read while they grow and wrap, with replies to wrong requests,
-// batches that are not stored, and restarts: each record is reported once and in order.
+// ---------------- Journals that grow and wrap, with wrong replies, lost batches and restarts: each
+// record is reported once and in order.
 
 constexpr std::size_t kRecords = 10;
 
-/// Raised or reported events by journal: code and time.
 using History = std::map<std::uint32_t, std::vector<std::pair<std::uint32_t, std::int64_t>>>;
 
 class JournalBench {
  public:
   JournalBench() { Restart(); }
 
-  /// The program is killed and restarted; only `said` is left.
   void Restart() {
     session_ = std::make_unique<JournalSession>(true, kRecords);
     EXPECT_FALSE(session_->has_events()) << "nobody knows what was told";
@@ -175,11 +173,11 @@ class JournalBench {
   History raised;
   History told;
   std::vector<std::string> asked;
-  int asks = 1;                   // how often each request is sent
-  std::string said;               // the stored state of the session
-  std::function<bool()> late;     // the reply is that of the request before
-  std::function<bool()> dropped;  // the batch is not stored
-  std::set<unsigned> deaf;        // journals that the meter refuses
+  int asks = 1;
+  std::string said;
+  std::function<bool()> late;
+  std::function<bool()> dropped;
+  std::set<unsigned> deaf;
   std::vector<std::string> gaps;
 
  private:
@@ -209,7 +207,7 @@ TEST(JournalSession, ReportsTheWholeHistoryOnce) {
   for (const std::uint32_t code : {71, 72, 11, 12, 22, 51, 51, 601, 101, 61}) bench.Raise(code);
   bench.Run(500);
   EXPECT_EQ(bench.told, bench.raised);
-  bench.Run(4000);  // more than an hour
+  bench.Run(4000);
   bench.Restart();
   bench.Run(500);
   EXPECT_EQ(bench.told, bench.raised);
@@ -228,7 +226,6 @@ TEST(JournalSession, UrgentJournalsAreReadFirstAndEverySecondTime) {
   EXPECT_EQ(urgent, 50);
 }
 
-/// A request that waits behind a probe is asked for twice.
 TEST(JournalSession, ARequestIsKeptUntilItIsAnswered) {
   JournalBench bench;
   JournalBench twice;
@@ -296,7 +293,7 @@ TEST(JournalSession, AnotherMeterHasItsOwnHistory) {
   bench.Raise(71);
   bench.Run(500);
   EXPECT_EQ(bench.told[7].size(), 1U);
-  bench.meter = kMeter + 1;  // another meter, with the same record by chance
+  bench.meter = kMeter + 1;
   bench.Restart();
   bench.Run(500);
   EXPECT_EQ(bench.told[7].size(), 2U);
@@ -325,7 +322,7 @@ TEST(JournalSession, AMeterWithoutJournalsIsNotAskedAgain) {
   EXPECT_TRUE(bench.session().has_refused());
 }
 
-/// A damaged reply may look like a refusal.
+/// A damaged reply can look like a refusal.
 TEST(JournalSession, ARefusalOfAKnownJournalIsTemporary) {
   JournalBench bench;
   bench.Raise(11);
@@ -362,7 +359,6 @@ TEST(JournalSession, InvalidStoredTextIsIgnored) {
   }
 }
 
-/// All disturbances at once.
 TEST(JournalSession, EachRecordIsReportedOnceInSpiteOfDisturbances) {
   std::size_t told = 0;
   for (unsigned seed = 1; seed <= 60 && !testing::Test::HasFailure(); ++seed) {
@@ -372,7 +368,7 @@ TEST(JournalSession, EachRecordIsReportedOnceInSpiteOfDisturbances) {
     JournalBench bench;
     bench.late = [&] { return one_in(20); };
     bench.dropped = [&] { return one_in(4); };
-    std::map<std::uint32_t, bool> lost;  // phases and power
+    std::map<std::uint32_t, bool> lost;
     bench.Run(600);
     for (int round = 0; round < 30; ++round) {
       for (std::size_t i = random() % 6; i > 0; --i) {

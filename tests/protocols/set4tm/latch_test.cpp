@@ -14,7 +14,7 @@
 namespace baudgate::protocols::set4tm {
 namespace {
 
-/// 12:00:20 of some day. Instants have a different zero.
+/// 12:00:20. The monotonic clock has a different zero.
 constexpr WallTime kWall = WallTime(std::chrono::sys_days(std::chrono::year(2026) / 3 / 1)) + 12h;
 Now SinceNoon(Duration since_noon) { return {Instant(1h) + since_noon, kWall + since_noon}; }
 
@@ -197,7 +197,7 @@ class LatchLine : public ::testing::Test {
   }
 
   bool deaf[2] = {};
-  std::unique_ptr<VirtualLine> line;  // at 20 s past a minute
+  std::unique_ptr<VirtualLine> line;
 };
 
 TEST_F(LatchLine, BothMetersShowTheSameMoment) {
@@ -223,7 +223,7 @@ TEST_F(LatchLine, BothMetersShowTheSameMoment) {
   EXPECT_EQ(Said(1, kLatched), 201);
 }
 
-/// `08 14 50` returns the new moment at once, but the power would be read a minute later.
+/// `08 14 50` returns the new latch time at once; the latched power is read a minute later.
 TEST_F(LatchLine, NoValueIsShownWithTheTimeOfAnother) {
   for (int second = 0; second < 200; ++second) {
     Show(second < 45 ? 100 : second < 105 ? 200 : 300);
@@ -253,7 +253,6 @@ TEST_F(LatchLine, AMeterThatMissedABroadcastShowsNoLatchedValue) {
   EXPECT_EQ(line->StatusOf(1).learned, "");
 }
 
-/// The meter may have been replaced, and has missed a broadcast.
 TEST_F(LatchLine, AMeterThatWasAbsentWaitsForTheNextBroadcast) {
   line->RunFor(45s);
   line->twin(1).manner.dead = true;
@@ -269,7 +268,6 @@ TEST_F(LatchLine, AMeterThatWasAbsentWaitsForTheNextBroadcast) {
   EXPECT_TRUE(Good(1, kLatched));
 }
 
-/// A meter that refuses 08 14 50 has no proven latch; its other requests continue.
 TEST_F(LatchLine, AMeterWithoutLatchTimeHasNoGoodLatchedValue) {
   line->twin(1).manner.instead = [](View request) -> std::optional<Bytes> {
     const auto parts = SplitFrame(request);
@@ -283,7 +281,6 @@ TEST_F(LatchLine, AMeterWithoutLatchTimeHasNoGoodLatchedValue) {
   EXPECT_NE(line->StatusOf(1).learned.find("does not report the time"), std::string::npos);
 }
 
-/// No other reply is accepted for the missing one.
 TEST_F(LatchLine, AnUnansweredLatchTimeGivesNoLatchedValue) {
   line->twin(1).manner.distort = [](Bytes reply) { return reply.size() == 10 ? Bytes() : reply; };
   line->RunFor(70s);

@@ -17,7 +17,7 @@ Bytes Noise(std::mt19937& random) {
   return bytes;
 }
 
-/// Replies of another length, of another meter and cut short, and bytes of a break on the line.
+/// Returns replies of another length or meter, truncated replies, or a break on the line.
 Bytes ForeignReplies(std::mt19937& random) {
   const Bytes kTimeReply = Hex("05 31 30 15 01 02 09 02 00 28 A4");
   switch (random() % 4) {
@@ -116,14 +116,13 @@ TEST(Set4tmReplyRule, StatusToAWriteIsCompleteAtOnce) {
 
 TEST(Set4tmReplyRule, StatusFollowedByABreakIsNoValue) {
   Bytes lengthened = protocols::set4tm::MakeFrame(Bytes{0xC8}, Bytes{0x05});
-  lengthened.resize(7);  // zeros keep the CRC valid
+  lengthened.resize(7);
   ASSERT_TRUE(EndsInCrc16(lengthened));
   const Cut cut = protocols::set4tm::ReplyRule(lengthened, AwaitFloat(), true);
   EXPECT_EQ(cut.kind, Cut::Kind::discard);
   EXPECT_EQ(cut.blame, Outcome::corrupt);
 }
 
-/// A late reply may have another length; the conversation judges it.
 TEST(Set4tmReplyRule, AReplyOfAnotherLengthIsAFrameBeforeSilence) {
   for (const char* body : {"12 34", "00 89 A2 61 06 09 02", "00 00 27 11 00 00 00 00"}) {
     const Bytes reply = protocols::set4tm::MakeFrame(Bytes{0xC8}, Hex(body));

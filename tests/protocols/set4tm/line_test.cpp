@@ -1,5 +1,4 @@
-// Tests a SET-4TM meter on a line in virtual time: trials, learned properties, daily readings,
-// cost.
+// Tests a SET-4TM meter on a line: trials, learned properties, daily readings, cost.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -80,7 +79,6 @@ TEST(Set4tmLine, SilenceToATrialCostsOneExchangeOnly) {
   EXPECT_EQ(line.StatusOf(0).state, bus::DeviceState::online);
 }
 
-/// The answer to the trial comes after the next request was sent.
 TEST(Set4tmLine, ALateReplyToATrialIsDropped) {
   VirtualLine line = LineOf(Meter());
   Measure(line);

@@ -21,7 +21,7 @@ CivilZone Zone(std::string_view text) { return *CivilZone::Parse(text); }
 
 std::string Shown(CivilZone::Utc utc) { return FormatWallTime(WallTime(utc)).substr(0, 16); }
 
-/// MFR 2.4.4.1: 14 h of 14.08.02, summer, 2 min.
+/// MFR 2.4.4.1: 14 h of 14.08.02, summer time, 2 min.
 TEST(LoadProfile, HeaderMatchesTheDescription) {
   const Bytes bytes = Hex("14 14 08 02 00 02 34 37");
   const auto header = ParseLoadHeader(bytes);
@@ -45,7 +45,7 @@ TEST(LoadProfile, AHeaderNeedsAChecksumAndADate) {
   EXPECT_FALSE(ParseLoadHeader(Hex("14 14 08 02 00 02 34")));
 }
 
-/// MFR 2.4.3.5: 11:35 of 08.09.99, 0658.
+/// MFR 2.4.3.5: 11:35 of 08.09.99, address 0658.
 TEST(LoadProfile, PointerMatchesTheDescription) {
   const auto pointer = ParseLoadPointer(Hex("35 11 08 09 99 06 58"));
   ASSERT_TRUE(pointer);
@@ -99,7 +99,6 @@ TEST(LoadProfile, MeanPowersAreInKilowatts) {
   EXPECT_EQ(unknown.values[0].value, Value());
 }
 
-/// 2026-10-25: 02:00 comes twice.
 TEST(LoadProfile, TheSeasonDistinguishesTheTwoHoursOfAutumn) {
   const CivilZone zone = Zone("+01:00 eu");
   const auto begin = std::chrono::local_days(std::chrono::year(2026) / 10 / 25) + 2h;
@@ -131,8 +130,8 @@ TEST(LoadPlace, IsPrintedAndParsed) {
   }
 }
 
-// ---------------- Load profiles on a whole line in virtual time: polls stay as punctual as without
-// them, and each record is stored once, with killed programs, absent meters and a failing disk.
+// ---------------- Load profiles on a whole line: polls stay punctual, and each record is stored
+// once, in spite of kills, absent meters and a failing disk.
 
 using Utc = CivilZone::Utc;
 
@@ -186,11 +185,10 @@ class Station {
   VirtualLine line;
   std::map<std::uint32_t, std::string> said;
   std::map<std::uint32_t, std::vector<PastRecord>> told;
-  std::map<std::uint32_t, Instant> read_at;  // the last read before a hundred days were complete
+  std::map<std::uint32_t, Instant> read_at;
   std::function<bool()> disk_fails;
 };
 
-/// The times at which each float request was sent, from `begin` on.
 using Polls = std::map<std::string, std::vector<Instant>>;
 Polls PollsSince(Instant begin, const VirtualLine& line) {
   Polls polls;
@@ -201,7 +199,7 @@ Polls PollsSince(Instant begin, const VirtualLine& line) {
   return polls;
 }
 
-/// For each poll up to `end`: how much later it was sent than the same poll of the other run.
+/// Returns how much later each poll up to `end` was sent than in the other run.
 std::vector<Duration> Later(const Polls& with, const Polls& without, Instant end) {
   std::vector<Duration> later;
   for (const auto& [text, times] : without) {
@@ -218,14 +216,14 @@ std::size_t MemoryReads(const VirtualLine& line) {
       line.sent, [](const Sent& sent) { return sent.text.size() > 1 && sent.text[1] == 0x0C; }));
 }
 
-/// Journals are read at other times and are excluded here.
+/// Journals would be read at other times, so these meters refuse them.
 std::optional<Bytes> NoJournals(View request) {
   if (request[1] != kJournal && request[1] != kJournalExtended) return std::nullopt;
   return MakeFrame(request.first(1), Bytes{0x01});
 }
 
-/// A meter answers 7 to 108 ms after a request (reference, chapter 4). The time depends only on the
-/// request and on how often it was sent, so a poll takes the same time in both runs.
+/// Answers after 7 to 108 ms (reference, chapter 4). The time depends only on the request and its
+/// repetition, so it is equal in both runs.
 std::function<std::optional<Bytes>(View)> Thinks(Manner& manner, bool journals) {
   auto times = std::make_shared<std::map<Bytes, std::uint32_t>>();
   return [&manner, times, journals](View request) {
@@ -248,7 +246,6 @@ class LoadPace : public testing::TestWithParam<Pace> {
  protected:
   static constexpr Duration kLearns = 2min;
 
-  /// Runs a station whose meters have a backlog, which is read after the start.
   std::unique_ptr<Station> Run(std::chrono::days backlog, Duration time) const {
     const Pace& pace = GetParam();
     auto station = std::make_unique<Station>(true, pace.poll);
@@ -288,7 +285,6 @@ INSTANTIATE_TEST_SUITE_P(, LoadPace,
                                          Pace{"journals", 1s, false, true}),
                          [](const auto& info) { return std::string(info.param.name); });
 
-/// The pauses are too short: polls are due faster than they can be answered.
 TEST(LoadLine, ABusyLineGivesABacklogOneExchangeAMinute) {
   const auto run = [](std::chrono::days backlog) {
     auto station = std::make_unique<Station>(true, 100ms);

@@ -1,6 +1,4 @@
-// Tests load profiles that are read while they grow and wrap, with outages of the gateway and the
-// meter, batches that are not stored, restarts and replaced meters: each record is reported once,
-// with the value of the twin.
+// Tests that each record of a load profile is reported once, with the value of the twin.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -59,7 +57,6 @@ class LoadDesk {
     session_->OnType(ways.type);
   }
 
-  /// The gateway is away while the meter measures.
   void Pass(Duration time) { now_ += time; }
 
   void Run(Duration time) {
@@ -93,7 +90,6 @@ class LoadDesk {
   }
   LoadSession& session() { return *session_; }
 
-  /// Expects all records of the twin from `from` up to the last look, without a gap.
   void ExpectAll(Utc from = kBegin) const {
     const std::chrono::minutes span(ways.minutes);
     Utc next = from;
@@ -108,7 +104,7 @@ class LoadDesk {
       }
       next += span;
     }
-    // The slices of an hour are there when its first slice is over; each waits for the next look.
+    // The slices of an hour appear when its first slice is over.
     EXPECT_GE(next, utc() - span - LoadSession::kLook - 1min);
     EXPECT_LE(next, utc());
   }
@@ -123,12 +119,12 @@ class LoadDesk {
   std::vector<PastRecord> told;
   std::vector<PastRecord> gaps;
   std::vector<std::string> asked;
-  std::function<bool()> lost;      // the exchange fails
-  std::function<bool()> dropped;   // the batch is not stored, and the program is killed
-  bool deaf = false;               // the meter refuses 0C
-  bool odd = false;                // the reply has two extra bytes after the id
-  std::optional<Bytes> unwritten;  // replaces the header of the current hour
-  std::optional<Bytes> pointer;    // replaces the twin's pointer
+  std::function<bool()> lost;
+  std::function<bool()> dropped;
+  bool deaf = false;
+  bool odd = false;  // the reply has two extra bytes after the id
+  std::optional<Bytes> unwritten;
+  std::optional<Bytes> pointer;
 
  private:
   Bytes Reply(const Bytes& pdu) {
@@ -152,7 +148,7 @@ class LoadDesk {
     return data;
   }
 
-  /// The meter has advanced its pointer but not yet written the header.
+  /// The meter has advanced its pointer, but not yet written the header of the hour.
   void HideHeader(std::size_t address, Bytes& memory) const {
     const auto pointer = ParseLoadPointer(twin.Pointer());
     const std::size_t hour = LoadRing{ways.bytes, ways.minutes}.HourOf(*pointer)->address;
@@ -210,7 +206,7 @@ TEST(LoadSession, ContinuesAfterAnOutageOfDays) {
 }
 
 TEST(LoadSession, AWrappedRingLosesNothing) {
-  LoadDesk service({.bytes = 4096});  // 170 hours
+  LoadDesk service({.bytes = 4096});
   service.Run(40 * 24h);
   service.ExpectAll();
   EXPECT_TRUE(service.gaps.empty());
@@ -238,7 +234,6 @@ TEST(LoadSession, AnOverwrittenRingIsAGap) {
   service.ExpectAll(found);
 }
 
-/// In this case exactly one hour is overwritten, or none.
 TEST(LoadSession, AnExactlyFullRingIsNoGap) {
   for (const int hours : {168, 169, 170, 171}) {
     SCOPED_TRACE(hours);
@@ -253,10 +248,10 @@ TEST(LoadSession, AnExactlyFullRingIsNoGap) {
 
 TEST(LoadSession, ReadsOverBeginAndEndOfSummerTime) {
   LoadDesk service({.zone = "+01:00 eu"});
-  service.Run(70 * 24h);  // over 2026-10-25
+  service.Run(70 * 24h);
   service.ExpectAll();
   service.Pass(80 * 24h);
-  service.Run(90 * 24h);  // over 2027-03-28
+  service.Run(90 * 24h);
   service.ExpectAll();
 }
 
@@ -332,7 +327,7 @@ TEST(LoadSession, AClearedMemoryIsAGapWithoutDuplicates) {
   service.ExpectAll(kBegin + 55h);
 }
 
-/// Bytes that may be found where a header has not been written yet.
+/// Bytes in place of a header that has not been written yet.
 class LoadHeaderMissing : public testing::TestWithParam<const char*> {
  protected:
   static Bytes Unwritten() { return *ParseHex(GetParam()); }
@@ -358,11 +353,9 @@ TEST_P(LoadHeaderMissing, ReadsTheExistingRecordsAndWaitsForTheNextSlice) {
 }
 INSTANTIATE_TEST_SUITE_P(, LoadHeaderMissing,
                          testing::Values("FF FF FF FF FF FF FF FF", "00 00 00 00 00 00 00 00",
-                                         "14 14 08 02 00 1E 50 00",    // an earlier round
-                                         "14 14 08 35 00 1E 83 00",    // a later clock
-                                         "00 64 00 00 80 0A 00 00"));  // a slice
+                                         "14 14 08 02 00 1E 50 00", "14 14 08 35 00 1E 83 00",
+                                         "00 64 00 00 80 0A 00 00"));
 
-/// While an hour has no header, the pointer contains the place after the last record.
 TEST(LoadSession, APointerAfterTheLastRecordIsAccepted) {
   for (const unsigned minutes : {30U, 15U, 60U}) {
     for (const std::size_t bytes : {65536U, 4096U, 120U * 24}) {
@@ -386,12 +379,12 @@ TEST(LoadSession, APointerAfterTheLastRecordIsAccepted) {
 
 TEST(LoadSession, AnInvalidMemoryPointerIsReported) {
   LoadDesk service;
-  service.pointer = *ParseHex("10 15 03 09 26 05 A4");  // not the place of a record
+  service.pointer = *ParseHex("10 15 03 09 26 05 A4");
   service.Pass(60h);
   service.Run(1min);
   EXPECT_NE(service.session().Shown().find("05 A4"), std::string::npos)
       << service.session().Shown();
-  service.pointer = *ParseHex("10 15 03 09 26 05 98");  // a wrong place
+  service.pointer = *ParseHex("10 15 03 09 26 05 98");
   service.Run(6min);
   EXPECT_NE(service.session().Shown().find("0598"), std::string::npos) << service.session().Shown();
   EXPECT_TRUE(service.told.empty());
@@ -412,7 +405,6 @@ TEST(LoadSession, InvalidStoredTextIsIgnored) {
   }
 }
 
-/// All disturbances at once, checked over weeks.
 TEST(LoadSession, EachRecordIsReportedOnceInSpiteOfDisturbances) {
   std::size_t told = 0;
   for (unsigned seed = 1; seed <= 12 && !testing::Test::HasFailure(); ++seed) {

@@ -1,4 +1,4 @@
-// Tests the `read` grammar and the decoders of SET-4TM with the examples of the reference.
+// Tests the grammar of `read` and the decoders of SET-4TM with the examples of the reference.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/meter/points.h"
 
@@ -58,10 +58,10 @@ TEST(Set4tmFields, ErrorsNameTheFaultyPart) {
       {"08 06 bcd(9)@0", "1 to 8"},
       {"08 0A flag@0", "E-01"},
       {"08 0A flag@41", "E-01"},
-      {"03 0B 00 0A u8@0", "only reads"},
-      {"01 u8@0", "only reads"},
+      {"03 0B 00 0A u8@0", "only read requests"},
+      {"01 u8@0", "only read requests"},
       {"08 7F u8@0", "documented"},
-      {"08 23 00 00 00 00 00 00 00 00 00 01 float_le@1", "planner"},
+      {"08 23 00 00 00 00 00 00 00 00 00 01 float_le@1", "by itself"},
       {"08 00 u8@99999999999999999999", "offset"},
   };
   for (const auto& [read, part] : kWrong) {
@@ -140,7 +140,7 @@ TEST(Set4tmFields, ErrorCodesAreNeverNumbers) {
   EXPECT_FALSE(HasValue(Read("08 03 version@0", "03 0A 30").value));
   EXPECT_FALSE(HasValue(Read("04 00 time@0", "31 30 25 01 02 09 02 00").value));
   EXPECT_FALSE(HasValue(Read("04 00 time@0", "31 30 15 01 02 13 02 00").value));
-  // An open journal record has no end yet: its value is an empty text.
+  // An open journal record has no end time yet, so its value is an empty text.
   const Decoded open = Read("09 01 09 time@7", "31 30 15 01 02 09 02 00 00 00 00 00 00 00");
   EXPECT_EQ(std::get<std::string>(open.value), "");
 }
@@ -171,12 +171,12 @@ TEST(Set4tmConstants, TheVariantGivesMeterConstantAndCoefficients) {
   }
   EXPECT_FALSE(ParseVariant(Hex("10 47 80")).meter_constant);
   EXPECT_EQ(ParseVariant(Hex("10 40 80")).power_coefficient, 1);
-  EXPECT_EQ(ParseVariant(Hex("14 40 80")).power_coefficient, 2);   // 120-230 V, 5 A
+  EXPECT_EQ(ParseVariant(Hex("14 40 80")).power_coefficient, 2);
   EXPECT_EQ(ParseVariant(Hex("15 40 80")).power_coefficient, 1);   // 120-230 V, 1 A
   EXPECT_EQ(ParseVariant(Hex("14 40 70")).power_coefficient, 20);  // PSCH-3TM.05M
   EXPECT_EQ(ParseVariant(Hex("14 50 90")).current_coefficient, 10);
-  EXPECT_FALSE(ParseVariant(Hex("15 40 10")).power_coefficient);  // .03 1(10) A: not certain
-  EXPECT_FALSE(ParseVariant(Hex("14 40 B0")).power_coefficient);  // not documented
+  EXPECT_FALSE(ParseVariant(Hex("15 40 10")).power_coefficient);  // not certain
+  EXPECT_FALSE(ParseVariant(Hex("14 40 B0")).power_coefficient);
   EXPECT_FALSE(ParseVariant(Hex("14 40")).meter_constant);
 }
 
@@ -210,20 +210,18 @@ TEST(Set4tmSnapshot, MaskBitsMatchTheReference) {
 TEST(Set4tmSnapshot, SlotsOfGroupReadsMatchTheReference) {
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 00"), 0), 0x00);
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 30"), 12), 0x33);
-  EXPECT_EQ(ParameterAt(Hex("08 1B 02 10"), 0), 0x11);  // there is no sum, so phase 1 comes first
+  EXPECT_EQ(ParameterAt(Hex("08 1B 02 10"), 0), 0x11);  // there is no sum, so phase 1 is first
   EXPECT_EQ(ParameterAt(Hex("08 1B 02 14"), 12), 0x17);
   EXPECT_EQ(ParameterAt(Hex("08 1B 00 41"), 0), 0x40);
   EXPECT_EQ(ParameterAt(Hex("08 1B 00 19"), 0), 0x18);
-  EXPECT_FALSE(ParameterAt(Hex("08 1B 01 00"), 0));  // latched
+  EXPECT_FALSE(ParameterAt(Hex("08 1B 01 00"), 0));  // latched values
   EXPECT_FALSE(ParameterAt(Hex("08 1B 02 00"), 2));
   EXPECT_FALSE(ParameterAt(Hex("08 1B 00 00"), 4));
 }
 
-// ---------------- Transformer ratios of the meter or of the configuration.
-
 using ::testing::ElementsAre;
 
-/// A meter with its programmed ratios, the configured ratios (0: none) and the kind of its floats.
+/// The ratios in the meter, the configured ratios (0: not configured) and the kind of floats.
 struct Site {
   const char* name;
   int kn_in_meter;
@@ -269,7 +267,6 @@ class Set4tmRatios : public ::testing::TestWithParam<Site> {
     return device;
   }
 
-  /// The meter's float for `secondary`, the value at its terminals.
   std::string Float(double secondary, bool voltage, bool current) const {
     double value = secondary;
     if (std::string(GetParam().floats) == "primary") {
@@ -282,7 +279,6 @@ class Set4tmRatios : public ::testing::TestWithParam<Site> {
     return ToHex(bytes);
   }
 
-  /// Returns the value of the point. The meter answers 08 12 and 08 02.
   double Read(const std::string& read, const std::string& data) const {
     Talk talk = OpenTalk(Meter({MakePoint(read)}));
     const Site& site = GetParam();
@@ -374,7 +370,7 @@ TEST(Set4tmRatiosAsked, AScaleInAdditionIsWarnedAbout) {
   EXPECT_EQ(doubts[0].point, 0U);
 }
 
-/// Without its ratios it is unknown which factors its floats already contain.
+/// Without the ratios of the meter it is unknown which factors its floats already contain.
 TEST(Set4tmRatiosAsked, AMeterWithoutRatiosHasNoGoodFloats) {
   config::Device device = MakeDevice("5", {MakePoint("08 1B 00 11 float_le@0")});
   device.options.Set("voltage_ratio", 100.0);
@@ -384,9 +380,7 @@ TEST(Set4tmRatiosAsked, AMeterWithoutRatiosHasNoGoodFloats) {
   EXPECT_FALSE(HasValue(answer.readings.at(0).value));
 }
 
-// ---------------- Requests that a SET-4TM meter answers with a status code.
-
-/// After a refused float the type is read, because the meter may have no floats.
+/// After a refused float the type is read, because the meter can be one without floats.
 TEST(Set4tmStatus, AnUnsupportedPointIsNotReadAgain) {
   Talk talk =
       OpenTalk(MakeDevice("1", {MakePoint("08 1B 02 E0 float_le@0"), MakePoint(kOneFloat)}));
@@ -438,7 +432,6 @@ TEST(Set4tmStatus, ARefusedSerialNumberIsReadOnce) {
   }
 }
 
-/// The meter was not known before and has its own memory.
 TEST(Set4tmStatus, AMeterWithoutSerialNumberIsNoContradiction) {
   for (const char* status : {"01", "02", "03", "04", "0A"}) {
     Talk talk(Set4tmProtocol(), MakeDevice("5", {MakePoint(kOneFloat),
@@ -457,7 +450,6 @@ TEST(Set4tmStatus, AMeterWithoutSerialNumberIsNoContradiction) {
   }
 }
 
-/// The values may belong to another meter.
 TEST(Set4tmStatus, AMissingRequiredSerialNumberIsReadRarely) {
   for (const char* status : {"01", "02", "0A"}) {
     config::Device device = OneFloat();

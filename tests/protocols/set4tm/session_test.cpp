@@ -1,4 +1,4 @@
-// Tests the channel of a SET-4TM meter: opened first, opened again, and state cleared with it.
+// Tests the channel of a SET-4TM meter: it is opened first, and again after a loss.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -107,7 +107,7 @@ TEST(Set4tmSession, AnEchoedFloatReadIsNoValue) {
   EXPECT_TRUE(answer.readings.empty());
 }
 
-/// 08 1B 00 41 read as a float would be 8.0.
+/// As a float, the request 08 1B 00 41 would be 8.0.
 TEST(Set4tmSession, ARequestOfAnotherMasterIsNoFloat) {
   for (const char* question : {"08 1B 00 41", "08 1B 02 00", "08 1B 00 11"}) {
     Talk talk = OpenTalk(OneFloat());
@@ -132,8 +132,6 @@ TEST(Set4tmSession, ReconnectForgetsChannelAndConstants) {
   talk.Run(Poll(0), Script(replies));
   EXPECT_THAT(TakeAsked(talk), ElementsAre("01", "08 12", "08 02", "05 00 02"));
 }
-
-// ---------------- Floats of one moment: the snapshot read of a SET-4TM meter.
 
 config::Device SnapshotMeter() {
   config::Device device =
@@ -277,7 +275,6 @@ TEST(Set4tmSnapshotTrial, IsOmittedWhereItSavesNothingOrIsUnsupported) {
   EXPECT_THAT(TakeAsked(second), ElementsAre("08 12")) << "integers from now on";
 }
 
-/// Every float has a different value; read by mask, by group or alone, each is at its place.
 TEST(Set4tmSnapshotRead, EveryValueIsReadFromItsOwnPlace) {
   config::Device device = MakeDevice("5", {});
   FixedValues values;
@@ -302,8 +299,6 @@ TEST(Set4tmSnapshotRead, EveryValueIsReadFromItsOwnPlace) {
   EXPECT_EQ(seen, device.points.size());
   EXPECT_LE(talk->Queries().size(), 3U);
 }
-
-// ---------------- The requests to a SET-4TM meter, and the frames that are accepted as replies.
 
 TEST(Set4tmPlan, PointsOfAPduShareAnExchange) {
   const Talk talk(
@@ -340,7 +335,7 @@ TEST(Set4tmAddressing, RepliesOfOtherMetersAreUnexpected) {
   EXPECT_EQ(poll("9020001", 0, Hex("07")), Outcome::unexpected);
 }
 
-/// C8 03 09 30 C8 00 has two bytes of data or three: C8 00 is also the CRC of 03 09 30.
+/// C8 03 09 30 C8 00 has two or three bytes of data: C8 00 is also the CRC of 03 09 30.
 TEST(Set4tmCheck, AFrameBeforeAZeroMayAnswerALongerRequest) {
   const config::Device device = MakeDevice("200", {MakePoint("08 05 u8@1")});
   MeterBus bus;
@@ -362,7 +357,6 @@ TEST(Set4tmAddressing, ASwappedMeterServesNoValues) {
   EXPECT_EQ(answer.outcome, Outcome::refused);
   EXPECT_THAT(answer.reason, HasSubstr("9020001"));
   EXPECT_EQ(talk->trouble().reason, Reason::swapped) << "of all points";
-  // The next meter is asked once whether it is the right one.
   talk->OnReconnect();
   EXPECT_TRUE(talk->trouble()) << "until it is known to be right";
   TakeAsked(talk);

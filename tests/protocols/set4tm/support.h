@@ -30,7 +30,6 @@ inline config::Point MakePoint(const std::string& read, config::Group group = co
   return ReadPoint("p", read, type, group);
 }
 
-/// The device reads floats with 08 1B, unless the test sets another option.
 inline config::Device MakeDevice(const std::string& address, std::vector<config::Point> points,
                                  const Settable& options = {}) {
   config::Device device = DeviceOf(Set4tmProtocol(), address, std::move(points), options);
@@ -38,7 +37,7 @@ inline config::Device MakeDevice(const std::string& address, std::vector<config:
   return device;
 }
 
-/// Returns and clears the requested PDUs in hex; a password is shown as "01".
+/// Returns and clears the requested PDUs in hex. A password is shown as "01".
 inline std::vector<std::string> TakeAsked(Talk& talk) {
   std::vector<std::string> pdus;
   for (const Bytes& frame : std::exchange(talk.asked, {})) {
@@ -51,7 +50,7 @@ inline std::vector<std::string> TakeAsked(Talk& talk) {
 
 inline constexpr const char* kOneFloat = "08 1B 00 11 float_le@0";
 
-/// A wire that answers each request with the next of these bodies, from the requested address.
+/// Answers each request with the next of these bodies, from the requested address.
 inline Wire Script(std::vector<std::string> bodies) {
   auto rest = std::make_shared<std::vector<std::string>>(std::move(bodies));
   return [rest](View request) {

@@ -1,4 +1,4 @@
-// Tests the simulated SET-4TM: it answers and is silent as a meter.
+// Tests the simulated SET-4TM meter: its answers and its silence.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/set4tm/twin/twin.h"
 
@@ -55,8 +55,8 @@ TEST_F(Set4tmTwin, IsSilentToDamageAndOtherAddresses) {
   EXPECT_EQ(Ask("06", "00"), "");
   EXPECT_EQ(Ask("FE", "03 08 55 AA 33 CC"), "");
   EXPECT_EQ(Ask("FC 00 89 A2 62", "00"), "");
-  EXPECT_EQ(Ask("05", "08 00 00 00"), "");  // no meter accepts this length
-  EXPECT_EQ(Ask("00", "03 0B 00 0A"), "");  // no writes at the common address
+  EXPECT_EQ(Ask("05", "08 00 00 00"), "");
+  EXPECT_EQ(Ask("00", "03 0B 00 0A"), "");
   EXPECT_EQ(Ask("05", "00"), Frame("05", "00"));
 }
 
@@ -160,13 +160,11 @@ TEST_F(Set4tmTwin, SupportsOnlyItsOwnParameters) {
   EXPECT_EQ(Ask("05", "0B 01"), Frame("05", "01"));
 }
 
-// ---------------- Serial numbers and refused passwords across restarts.
-
 const Bytes kPassword = ToBytes("000000");
 
 Now Earlier(Duration since) { return {Instant(5h) + since, WallTime(1'790'000'000s) + since}; }
 
-/// Another process: its monotonic clock is unrelated to the one before.
+/// Returns the clocks of another process, whose monotonic clock has another zero.
 Now Later(Duration since) { return {Instant(7min) + since, WallTime(1'790'000'000s) + since}; }
 
 TEST(MeterMemory, TheFirstSerialNumberIsStored) {

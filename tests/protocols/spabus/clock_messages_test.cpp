@@ -1,4 +1,4 @@
-// Tests the text of the messages T and D, and when they are due (spa-bus reference, 5 and 13).
+// Tests the text of the messages T and D, and when they are due (SPA Bus reference, 5 and 13).
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
 #include <ctime>
@@ -14,9 +14,9 @@ namespace {
 WallTime At(std::int64_t seconds, Duration rest = {}) {
   return WallTime(std::chrono::seconds(seconds)) + rest;
 }
-constexpr std::int64_t kLeapDay = 1709251198;  // 2024-02-29 23:59:58 UTC
+constexpr std::int64_t kLeapDay = 1709251198;
 
-/// Sets the time zone of the process during its lifetime.
+/// Sets the time zone of the process during the lifetime of the object.
 class Zoned {
  public:
   explicit Zoned(const char* zone) {
@@ -43,7 +43,7 @@ TEST(SpaClock, SendsTheDateInTheFormOfTheReference) {
             ToBytes(">900WT:12.345:1B\r"));
 }
 
-/// Central Europe: summer time began on 2026-03-29 at 01:00 UTC and ended on 2026-10-25 at 01:00.
+/// Central Europe: summer time began on 2026-03-29 and ended on 2026-10-25, both at 01:00 UTC.
 TEST(SpaClock, UsesTheChosenZone) {
   const Zoned zone("CET-1CEST,M3.5.0,M10.5.0/3");
   constexpr std::int64_t kSpring = 1774746000;
@@ -79,10 +79,7 @@ TEST(SpaClock, IsDueByItsPeriodsAndOnlyWithARightClock) {
   EXPECT_EQ(clock.Due(both, start + 2min), kDate) << "at once, when it is right again";
 }
 
-// ---------------- The offset of a relay's clock and its uncertainty.
-
 constexpr Instant kSent{1h};
-/// 12:00:00 of some day.
 constexpr WallTime kNoon{std::chrono::hours(500'004)};
 constexpr Duration kCharacter = 1ms;
 
@@ -161,8 +158,8 @@ TEST(SpaClockOffset, IsReadOnlyAndANumber) {
       MakePoint("T offset", Type::float32, Group::fast, Access::read_write)));
 }
 
-// ---------------- A relay with the designation of another profile has no good value; clones and
-// variants with other names have. Texts: SPA reference, F of SPCJ 4D29 and SPAU 130 C.
+// ---------------- Only a relay with the right designation has good values. Texts: SPA reference, F
+// of SPCJ 4D29 and SPAU 130 C.
 
 config::Device Relay() {
   config::Device device = MakeDevice({MakePoint("I1"), MakePoint("S1")}, "1");
@@ -217,7 +214,6 @@ TEST(SpaDesignation, SilenceAndRefusalAreNoContradiction) {
   }
 }
 
-/// The request for the designation waits behind a probe, or is parked.
 TEST(SpaDesignation, AFailureOfAnotherTaskDoesNotReplaceItsReply) {
   Talk talk(SpabusProtocol(), Relay());
   EXPECT_EQ(Asked(talk, Poll(0)), ">1RF:21");

@@ -226,8 +226,6 @@ TEST(SpaAddress, RefusesWithAnExample) {
   }
 }
 
-// ---------------- Formats of values on the SPA Bus, and texts that are not values.
-
 Decoded DecodedAs(const std::string& text, Type type, double scale = 1) {
   config::Point point = MakePoint("V1", type);
   point.scale = scale;
@@ -290,7 +288,6 @@ TEST(SpaValue, EncodesWithoutNeedlessDigits) {
   EXPECT_EQ(Encoded(std::string("SUB 7"), Type::string), "SUB 7");
 }
 
-/// 3030 becomes "30.3"; computed with integers and text only.
 std::string HundredthsText(int hundredths) {
   std::string text = std::to_string(hundredths / 100);
   const int rest = hundredths % 100;
@@ -300,9 +297,7 @@ std::string HundredthsText(int hundredths) {
   return text;
 }
 
-/// A register that is written as 30.3 contains 30.299999237. Tests all values of 0.05…300 in steps
-/// of 0.01 (including 0.5…40 in steps of 0.1): as float, as double, with the decimals of the point
-/// and without.
+/// A register that is written as 30.3 contains 30.299999237.
 TEST(SpaValue, EncodesTheIntendedDecimals) {
   config::Point settled = MakePoint("S23");
   settled.writing.decimals = 2;
@@ -326,7 +321,7 @@ TEST(SpaValue, TheTextOfAFloatReadsBackAsTheSameFloat) {
     const float number = std::ldexp(static_cast<float>(random() >> 8U), -18);
     const std::string text = Encoded(static_cast<double>(number), Type::float32);
     ASSERT_EQ(text.find_first_not_of("0123456789."), std::string::npos) << text;
-    if (number < 1) continue;  // a smaller number may need more than nine decimals
+    if (number < 1) continue;  // a smaller number can need more than nine decimals
     ASSERT_EQ(std::strtof(text.c_str(), nullptr), number) << text;
   }
 }
@@ -411,8 +406,6 @@ TEST(SpaValue, PrintsLikeARelay) {
   EXPECT_EQ(PrintValue(1.0, MakePoint("O1", Type::boolean)), "1");
   EXPECT_EQ(PrintValue(std::string("a:b"), MakePoint("F", Type::string)), "a-b");
 }
-
-// ---------------- Ranges of channels in one request, and devices that do not support them.
 
 std::vector<config::Point> ThreeChannels() {
   return {MakePoint("1I1"), MakePoint("2I1"), MakePoint("3I1")};

@@ -1,4 +1,4 @@
-// Tests the requests to a device and its replies: values, refusals, foreign and learned ones.
+// Tests the requests to a device and its replies: values, refusals, foreign and learned replies.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/conversation.h"
 
@@ -46,11 +46,8 @@ TEST(SpaConversation, ProbesWithTheIdentification) {
 TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
   Asked(talk, Poll(0));
-  for (const char* reply : {"<1D:0.52/0.49/0.51/0.00:",      // one value too few
-                            "<1D:0.52/0.49/0.51/0.00/0/1:",  // one too many
-                            "<1D::",                         // no value
-                            "<1A:",                          // an acknowledge
-                            "<1N::"}) {                      // a refusal without its code
+  for (const char* reply :
+       {"<1D:0.52/0.49/0.51/0.00:", "<1D:0.52/0.49/0.51/0.00/0/1:", "<1D::", "<1A:", "<1N::"}) {
     const Answer answer = Hear(talk, Poll(0), reply);
     EXPECT_EQ(answer.outcome, Outcome::unexpected) << reply;
     EXPECT_TRUE(answer.readings.empty()) << reply;
@@ -58,7 +55,7 @@ TEST(SpaConversation, WrongShapesAreUnexpectedAndGiveNoReading) {
   }
 }
 
-/// "<1D:SPAJ 140 C:" answers RF. It is accepted for a number only if no other reply is awaited.
+/// "<1D:SPAJ 140 C:" is the reply to RF, which can come late.
 TEST(SpaConversation, ATextInsteadOfANumberMayAnswerAnotherRequest) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs(), "2"));
   const Bytes request = talk->Ask(Poll(0), Instant{})->bytes;
@@ -180,7 +177,7 @@ TEST(SpaConversation, ReportsTheLearnedChecksums) {
   EXPECT_EQ(talk->WhatIsLearned(), "");
 }
 
-/// An XOR does not detect some pairs of bit errors, so noise may look like NACK 5.
+/// An XOR does not detect some pairs of bit errors, so a damaged reply can look like NACK 5.
 TEST(SpaConversation, ARefusalOfAnAnsweredItemIsAnOrdinaryFailure) {
   Talk talk(SpabusProtocol(), MakeDevice({MakePoint("I1")}));
   const auto say = [&](const std::string& reply) {
@@ -200,7 +197,7 @@ TEST(SpaConversation, ARefusalOfAnAnsweredItemIsAnOrdinaryFailure) {
 
 TEST(SpaConversation, FindsAMissingItemAndKeepsTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(Inputs()));
-  // The device lacks I4: requests are halved until I4 is read alone, and is refused three times.
+  // The device lacks I4: requests are halved until I4 is read alone and refused three times.
   std::vector<Reading> bad;
   for (int round = 0; round < 10 && bad.empty(); ++round) {
     bool refused = false;

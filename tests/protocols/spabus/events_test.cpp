@@ -18,7 +18,7 @@ TEST(SpaEventText, IsParsed) {
     std::optional<Duration> time;
     const char* rest;
   };
-  // The first case is an example of the reference; the others are forms that it allows.
+  // The first case is an example of the reference; the others are forms that the reference allows.
   const Case cases[] = {
       {"12.345 0E1", 0, 1, 12'345ms, ""},
       {"12.345 E51", 0, 51, 12'345ms, ""},
@@ -122,14 +122,11 @@ TEST_F(SpaTwinEvents, AreSentFiveAtATimeAndOverflow) {
   EXPECT_EQ(Heard(">1RC:XX"), "<1D:0:");
 }
 
-// ---------------- Fetching events from a relay that refuses or sends garbled replies.
-
 using ::testing::HasSubstr;
 
 constexpr unsigned kSlave = 1;
 constexpr int kUnknownItem = 5;
 
-/// A session with the requests B, C and L, which are answered in the same way.
 class EventSessionTest : public ::testing::Test {
  protected:
   char Ask() { return session_.Next(kSlave).category; }
@@ -160,7 +157,7 @@ TEST_F(EventSessionTest, ARelayThatRefusesThreeTimesIsNotAskedAgain) {
   AskUpToL();
   EXPECT_EQ(Refuse(kUnknownItem), Then::replan);
   EXPECT_FALSE(session_.has_events());
-  EXPECT_THAT(session_.remark().text, HasSubstr("refuses L"));
+  EXPECT_THAT(session_.remark().text, HasSubstr("refuses the request L"));
   EXPECT_EQ(session_.remark().reason, Reason::none) << "its values are good";
   session_.OnReconnect();
   EXPECT_TRUE(session_.has_events());
@@ -175,7 +172,7 @@ TEST_F(EventSessionTest, ARelayThatHasAnsweredIsStillAsked) {
     Refuse(kUnknownItem);
     EXPECT_TRUE(session_.has_events());
   }
-  EXPECT_THAT(session_.remark().text, HasSubstr("refuses L"));
+  EXPECT_THAT(session_.remark().text, HasSubstr("refuses the request L"));
   AskUpToL();
   AnswerNothing();
   EXPECT_EQ(session_.remark().text, "");
@@ -192,12 +189,10 @@ TEST_F(EventSessionTest, ReportsUnreadableEvents) {
 }
 
 constexpr const char* kOne = "12.345 1E100";
-constexpr const char* kOther = "12.345 2E103";  // has the same check value
+constexpr const char* kOther = "12.345 2E103";
 
-/// Damaged replies may look whole, and events may be repeated.
 class HeldEvents : public ::testing::Test {
  protected:
-  /// Answers the next request, which must have the category `wanted`.
   Answer Say(char wanted, const std::string& data) {
     EXPECT_EQ(session_->Next(kSlave).category, wanted);
     Exchange exchange;
@@ -243,7 +238,7 @@ TEST_F(HeldEvents, AreNotLostWhileTheBackupIsSilent) {
   EXPECT_EQ(SaidIn(Say('B', kOne)), kOne) << "it has answered B before";
 }
 
-/// L removes events from the relay, so the events of a lost reply are only in the backup B.
+/// L removes events from the relay, so the events of a lost reply are only in the backup (B).
 TEST_F(HeldEvents, OfALostReplyAreReadFromTheBackup) {
   Begin(false);
   Fail('L');

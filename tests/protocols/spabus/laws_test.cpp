@@ -14,14 +14,14 @@ Bytes WithoutLeadingLf(const std::optional<Bytes>& reply) {
   return Bytes(reply->begin() + 1, reply->end());
 }
 
-/// 330 characters of values, which fill two lines.
+/// Returns 330 characters of values, which fill two lines.
 std::string LongData() {
   std::string data = "10.25";
   for (int i = 0; i < 54; ++i) data += "/" + std::to_string(1000 + 37 * i % 613) + ".5"[i % 2];
   return data;
 }
 
-/// The bytes from `<` to the last colon; checksum and line end may be spelled differently.
+/// The bytes from `<` to the last colon, because checksum and line end have several forms.
 Bytes ReplyEssence(View frame) {
   const std::string_view text = AsText(frame);
   return ToBytes(text.substr(0, text.rfind(':') + 1));

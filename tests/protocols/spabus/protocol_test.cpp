@@ -1,4 +1,4 @@
-// Tests the descriptor of the plugin: addresses, points, options and times.
+// Tests the descriptor of the protocol: addresses, points, options and times.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/spabus/protocol.h"
 
@@ -116,8 +116,6 @@ TEST(SpaProtocol, DecodersAreValidAddresses) {
   }
 }
 
-// ---------------- Joining points into requests, and splitting refused requests.
-
 std::string Shown(const Block<Row>& block) {
   const Command command = ReadOf(1, block);
   const auto number = command.numbers ? std::optional(command.numbers->first) : std::nullopt;
@@ -219,8 +217,6 @@ TEST(SpaPlan, WriteOnlyPointsAreNotRead) {
   EXPECT_TRUE(TextsOf({MakePoint("V101", Type::uint16, Group::fast, Access::write)}).empty());
 }
 
-// ---------------- The shipped profiles: they load, and every point is read from its twin.
-
 constexpr char kProfiles[] = "config/profiles";
 
 class SpaProfile : public ::testing::TestWithParam<std::string> {
@@ -307,9 +303,7 @@ TEST_P(SpaProfile, WritablePointsAcceptTheirSimulatedValue) {
   EXPECT_GT(written, 0U);
 }
 
-// ---------------------------------------------------------------- writable values
-
-/// Chapters 15.1 and 15.2 of the SPA reference. Without decimals: whole numbers.
+/// Chapters 15.1 and 15.2 of the SPA reference. An item without decimals allows whole numbers only.
 struct Allowed {
   std::string item;
   std::optional<double> min;

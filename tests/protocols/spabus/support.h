@@ -32,7 +32,6 @@ inline config::Device MakeDevice(std::vector<config::Point> points,
   return DeviceOf(SpabusProtocol(), address, std::move(points));
 }
 
-/// Returns the whole frames of a stream that ends in silence.
 inline std::vector<Bytes> Cut(FrameRule rule, const Expectation& expect, View stream) {
   Assembler assembler;
   assembler.Begin(rule, expect);
@@ -42,14 +41,14 @@ inline std::vector<Bytes> Cut(FrameRule rule, const Expectation& expect, View st
   return frames;
 }
 
-/// A reply: `covered` ("<1D:0.52:") with its checksum and line ends.
+/// Returns a reply: `covered` with its checksum and line end. Example of `covered`: "<1D:0.52:".
 inline Bytes ReplyText(const std::string& covered) {
   Bytes frame = ToBytes(covered);
   const std::string checksum = HexByte(Xor8(frame));
   Append(frame, checksum + "\r\n");
   return frame;
 }
-/// `covered` with the given two characters as checksum, and CR LF.
+/// Returns `covered` with the given two characters as checksum, and CR LF.
 inline Bytes Sealed(const std::string& covered, const std::string& checksum) {
   return ToBytes(covered + checksum + "\r\n");
 }
@@ -59,7 +58,6 @@ inline std::string Asked(Talk& talk, const Task& task) {
   if (!request) return "error: " + request.error();
   return std::string(AsText(View(request->bytes).first(request->bytes.size() - 1)));
 }
-/// The requests of all queries, without check values.
 inline std::vector<std::string> AllRequests(Talk& talk) {
   std::vector<std::string> requests;
   for (std::size_t query = 0; query < talk->Queries().size(); ++query) {
@@ -68,12 +66,11 @@ inline std::vector<std::string> AllRequests(Talk& talk) {
   }
   return requests;
 }
-/// The answer to the latest request; the reply is made of `covered`.
 inline Answer Hear(Talk& talk, const Task& task, const std::string& covered) {
   return talk.Reply(task, ReplyText(covered));
 }
 
-/// The text without its check value: ">1WV150:1" of ">1WV150:1:7A".
+/// Returns the text without its check value. Example: ">1WV150:1" for ">1WV150:1:7A".
 inline std::string Body(const std::string& request) {
   return request.substr(0, request.rfind(':'));
 }

@@ -27,7 +27,6 @@ class SpaTwinTest : public ::testing::Test {
     const Bytes reply = twin_->Answer(ToBytes(request + "\r"), {});
     return std::string(AsText(reply));
   }
-  /// The reply from `<` to the last colon.
   std::string Heard(const std::string& request) {
     const std::string reply = Say(request);
     return reply.empty() ? "" : reply.substr(1, reply.rfind(':'));
@@ -114,7 +113,6 @@ TEST_F(SpaTwinTest, AnotherValueInTheClosingItemChangesThePassword) {
   EXPECT_EQ(Heard(">1WV160:7:XX"), "<1A:");
 }
 
-/// 64 long texts in one range: the reply takes several lines.
 config::Device Talkative(const std::string& reading, FixedValues& values) {
   std::vector<config::Point> points;
   for (int i = 1; i <= 20; ++i) {
@@ -187,7 +185,7 @@ TEST(SpaRoundTrip, MissingItemsAreFoundWithoutLosingTheOthers) {
   Talk talk(SpabusProtocol(), MakeDevice(std::move(wanted)));
   std::map<std::size_t, Quality> seen;
   std::size_t exchanges = 0;
-  for (int round = 0; round < 3; ++round) {  // a request counts as refused after three refusals
+  for (int round = 0; round < 3; ++round) {
     for (std::size_t query = 0; query < talk->Queries().size();) {
       ASSERT_LT(++exchanges, 90U) << "the plan does not settle";
       const Answer answer = talk.Exchange(Poll(query), *twin);

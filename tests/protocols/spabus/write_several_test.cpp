@@ -125,7 +125,7 @@ TEST(SpaWriteSeveral, TheTwinAcceptsValuesUpToTheFirstRefusal) {
   EXPECT_EQ(values.Get(0, {}), Value(0.5));
   EXPECT_EQ(values.Get(1, {}), Value(1.2));
   EXPECT_EQ(values.Get(2, {}), Value(3.0));
-  config::Device free = SeveralSettings(8, 345);  // without the number of decimals
+  config::Device free = SeveralSettings(8, 345);
   Talk careless(SpabusProtocol(), free);
   Task task = ThreeSettings();
   task.value = Value(0.7);
@@ -136,8 +136,6 @@ TEST(SpaWriteSeveral, TheTwinAcceptsValuesUpToTheFirstRefusal) {
   EXPECT_EQ(values.Get(1, {}), Value(1.2)) << "refused";
   EXPECT_EQ(values.Get(2, {}), Value(3.0)) << "not looked at";
 }
-
-// ---------------- Writes to a relay on a line: the client's result, whatever is lost.
 
 config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
   std::vector<config::Point> points;
@@ -158,11 +156,10 @@ config::Line Relay(std::int64_t password, std::int64_t write_items = 1) {
 
 class SpaWriteLine : public ::testing::Test {
  protected:
-  /// The relay answers requests that begin with `start` with `reply`; empty: silence.
   void Says(const std::string& start, const std::string& reply) {
     replies_[start] = reply.empty() ? Bytes() : ReplyText(reply);
   }
-  /// Runs the write on a new line and returns its result. Sets sent_ and first_.
+  /// Runs the write on a new line. Sets sent_ (write requests without checksum) and first_ (S21).
   WriteResult Write(config::Line relay, std::vector<bus::PointWrite> writes) {
     VirtualLine line(std::move(relay), {&SpabusProtocol()});
     for (std::size_t point = 0; point < 3; ++point) line.twin(0).values.Set(point, 1.0);
@@ -190,8 +187,8 @@ class SpaWriteLine : public ::testing::Test {
   }
 
   std::map<std::string, Bytes> replies_;
-  std::vector<std::string> sent_;  ///< write requests without checksum
-  Value first_;                    ///< the value of S21 in the relay
+  std::vector<std::string> sent_;
+  Value first_;
 };
 
 TEST_F(SpaWriteLine, AWriteIsConfirmedAndReadBack) {
@@ -219,7 +216,7 @@ TEST_F(SpaWriteLine, AnUnansweredClosingKeepsTheOutcome) {
 TEST_F(SpaWriteLine, WithoutAReplyToThePasswordNothingIsWritten) {
   Says(">1WV160:", "");
   EXPECT_EQ(Write(Relay(345), {{0, Value(0.9)}}).end, WriteEnd::not_sent);
-  // The first reply to the closing request may be the late reply to the opening one.
+  // The first reply to the closing request can be the late reply to the opening request.
   EXPECT_EQ(sent_, (Texts{">1WV160:345:", ">1WV161:345:", ">1WV161:345:"}));
   EXPECT_EQ(first_, Value(1.0));
 }

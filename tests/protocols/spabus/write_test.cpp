@@ -186,15 +186,13 @@ TEST(SpaWrite, OnlyTheClosingIsMarkedAsMandatory) {
   EXPECT_FALSE(open.request().closes);
 }
 
-// ---------------------------------------------------------------- results
-
-/// The replies to each request in turn (empty: silence), and the result of the write.
+/// The replies to the requests of a write in turn (empty: no reply), and the result of the write.
 struct Course {
   const char* name;
   std::int64_t password;
   std::vector<std::string> heard;
   Outcome outcome;
-  bool sent;  ///< a request that may have written was sent
+  bool sent;
 };
 
 class SpaWriteEnd : public ::testing::TestWithParam<Course> {};
@@ -211,7 +209,7 @@ TEST_P(SpaWriteEnd, HasTheOutcomeOfItsReplies) {
     ASSERT_LT(step, course.heard.size()) << "one request too many: " << ToHex(request->bytes);
     Then then = Then::done;
     const std::string& heard = course.heard[step];
-    // As in the poller: a reply that proves no life is a failure.
+    // In the poller, too, a reply that does not prove the device's presence is a failure.
     const Outcome first =
         heard.empty() ? Outcome::no_reply : talk->Check(request->bytes, ReplyText(heard));
     if (ProvesLife(first)) {
@@ -261,11 +259,8 @@ const Course kCourses[] = {
 INSTANTIATE_TEST_SUITE_P(Each, SpaWriteEnd, ::testing::ValuesIn(kCourses),
                          [](const auto& info) { return info.param.name; });
 
-// ---------------------------------------------------------------- a password left open
-
 const Task kPoll = Poll(0);
 
-/// A relay that needs a password, on a line that is lost after this many steps of a write.
 struct Interrupted {
   explicit Interrupted(int steps) {
     values.fallback = std::int64_t{0};
@@ -345,7 +340,6 @@ TEST(SpaWrite, LostClosingsAreRepeatedBeforeTheNextPoll) {
   EXPECT_EQ(Body(Asked(talk, kPoll)).substr(0, 3), ">1R");
 }
 
-/// A closing request that waits behind a probe, or is parked, is asked for again.
 TEST(SpaWrite, AnUnsentClosingStaysPending) {
   Interrupted relay(1);
   for (int asked = 0; asked < 5; ++asked) {
@@ -358,7 +352,7 @@ TEST(SpaWrite, AnUnsentClosingStaysPending) {
   EXPECT_FALSE(relay.is_open());
 }
 
-/// The write was forbidden at the last moment, and the conversation does not notice.
+/// The write was forbidden at the last moment, which the conversation does not notice.
 TEST(SpaWrite, AnUnsentWriteIsClosedBeforeTheNextPoll) {
   Interrupted relay(1);
   Asked(relay.talk, kWrite);
@@ -387,7 +381,6 @@ TEST(SpaWrite, AnUnsettledWriteBeforeARestartIsClosed) {
   EXPECT_EQ(again.Exchange(kPoll, *relay.twin).readings.size(), 1U);
 }
 
-/// The audit reports the open write only at the first start.
 TEST(SpaWrite, ADeviceSilentOverASecondRestartIsClosedAfterwards) {
   Interrupted relay(1);
   ASSERT_TRUE(relay.is_open());

@@ -18,7 +18,6 @@ std::string TypeOf(const config::Point& point) {
   return name + "(" + std::to_string(point.text_length) + ")";
 }
 
-/// A text of the profile may be longer than required.
 bool TypeFits(const config::Point& point, const std::string& demanded) {
   if (point.type != config::Type::string || !demanded.starts_with("string")) {
     return TypeOf(point) == demanded;
@@ -53,7 +52,6 @@ std::vector<std::string> ItemsOf(const config::OptionValue& value) {
     for (const auto& [word, text] : *pairs) items.push_back(word + "=" + text);
     return items;
   }
-  // Descriptions are tested with transcripts.
   if (std::holds_alternative<config::DescriptionRef>(value)) return {"described"};
   return std::get<std::vector<std::string>>(value);
 }

@@ -1,7 +1,6 @@
-// Reads tables with the facts about a device from its reference: test data in
-// <protocol>/<profile>.table, typed in from the reference and never from the profile. A twin and a
-// conversation both read the profile, so a wrong item in a profile row agrees with itself; the
-// table shows the difference.
+// Reads tables with the facts about a device from its reference: <protocol>/<profile>.table, copied
+// from the reference and never from the profile. A twin and a conversation both read the profile,
+// so a wrong profile row agrees with itself; the table shows the difference.
 //
 //   # comment
 //   option | over | +999999 | certain | 7.2, own command table      an option that the profile sets
@@ -39,8 +38,8 @@ struct TableRow {
 
 struct TableOption {
   std::string name;
-  std::string value;  ///< a list is written as "a, b"; an item in a profile may have more text
-                      ///< after a blank
+  std::string value;  ///< A list is written as "a, b". An item in a profile can have more text
+                      ///< after a blank.
   Standing standing = Standing::certain;
 };
 
@@ -48,12 +47,10 @@ struct Table {
   std::vector<TableRow> rows;
   std::vector<TableOption> options;
 
-  /// The number of rows and options with this standing.
   int Count(Standing standing) const;
 };
 
-/// Parses the text of a table. Unreadable lines and points that are named twice are added to
-/// `problems`, as sentences with `file` and the line number.
+/// Adds a sentence to `problems` for each unreadable line and each point that occurs twice.
 Table ReadTable(std::string_view text, const std::string& file, std::vector<std::string>& problems);
 
 /// Returns each difference as a sentence with the profile, the point or option, and the field.

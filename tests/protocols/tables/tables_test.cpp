@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Pointwise;
 
-constexpr char kFolder[] = "tests/protocols/tables";  // tests run in the root of the source tree
+constexpr char kFolder[] = "tests/protocols/tables";
 
 std::string TextOf(const std::string& file) {
   std::ifstream stream(file);
@@ -54,7 +54,6 @@ TEST_P(ShippedProfile, MatchesItsTable) {
   EXPECT_THAT(Differences(LoadShipped(GetParam()), table), IsEmpty());
 }
 
-/// Changes one field of every row: exactly that field of each row must be reported.
 TEST_P(ShippedProfile, EveryChangedFieldIsFound) {
   const Table table = TableOf(NameOf(GetParam()));
   const config::Profile profile = LoadShipped(GetParam());
@@ -110,7 +109,6 @@ TEST(Tables, EveryTableHasAProfile) {
   EXPECT_EQ(tables, profiles);
 }
 
-/// Rows that no reference confirms. A new row of that kind changes a number here.
 TEST(Tables, UncertainRowsAreCounted) {
   struct Doubt {
     int inferred;
@@ -150,8 +148,6 @@ TEST(Tables, UncertainRowsAreCounted) {
     EXPECT_EQ(table.Count(Standing::unsourced), kDoubts.at(name).unsourced) << name;
   }
 }
-
-// The comparison itself, with a small profile.
 
 constexpr char kRow[] = "p | I1 | - | float32 | A | 1 | 0 | - | r | certain | 1\n";
 

@@ -1,5 +1,4 @@
-// Tests which texts are accepted as answers, and the answers of twins: telegrams with few fixed
-// characters, bytes that are a status, telegrams that look alike.
+// Tests which texts are accepted as answers, and the answers of twins.
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <fstream>
@@ -68,7 +67,7 @@ TEST(TelegramAnswers, AByteOfADamagedTelegramConfirmsAndRefusesNothing) {
   }
   EXPECT_EQ(OutcomeOfAnswer(device, read, good), Outcome::ok);
   EXPECT_EQ(OutcomeOfAnswer(device, read, "\x04"), Outcome::unsupported);
-  const std::string ends_so = "\x02PV10\x03\x04";  // the check value is 04
+  const std::string ends_so = "\x02PV10\x03\x04";
   for (std::size_t at = 0; at < ends_so.size() - 1; ++at) {
     for (const char damage : {'\0', '\x7F', ' '}) {
       std::string damaged = ends_so;
@@ -130,7 +129,7 @@ points:
   EXPECT_EQ(said("42 4D 00 07 02 00 98"), "level bad; ok false good");
   const Answer unknown =
       AnswerTo(TelegramProtocol(), device, ToBytes("D"), *ParseHex("42 4D 00 07 02 00 98"));
-  EXPECT_EQ(unknown.reason, "'state' says '0x02', which is not in the description");
+  EXPECT_EQ(unknown.reason, "'state' says '0x02', which is not in the codes of its profile");
   EXPECT_FALSE(unknown.remedy.empty()) << "status quotes it with that";
 }
 
@@ -156,7 +155,7 @@ points:
                                               .expect = &expect,
                                               .outcome = Outcome::corrupt,
                                               .heard = heard});
-  EXPECT_EQ(finding.cause, "a comma comes where a point is awaited ('+1,25E+01\\r')");
+  EXPECT_EQ(finding.cause, "a comma comes in place of a decimal point ('+1,25E+01\\r')");
 }
 
 TEST(TelegramAnswers, ARepeatedFieldMustHaveEqualValues) {
@@ -169,7 +168,7 @@ TEST(TelegramAnswers, ARepeatedFieldMustHaveEqualValues) {
                                           "\x04"
                                           "1222PV\x05",
                                           "\x02PV10.5\x03\x1F")))
-      << "not a telegram of the description";
+      << "not a telegram of its profile";
 }
 
 TEST(TelegramAnswers, OfSimilarTelegramsTheLiteralOneMatches) {
@@ -221,7 +220,6 @@ TEST(TelegramTwin, AnswersEachParameterByItsExampleAndReturnsWrites) {
                   .starts_with("\x02PV21.123\x03"));
 }
 
-/// The value is bad, and the finding quotes the text in its place.
 TEST(TelegramAnswers, AnInvalidNumberIsExplained) {
   const struct {
     std::string format;
@@ -255,8 +253,6 @@ points:
   }
 }
 
-// ---------------------------------------------------------------- codes and units
-
 std::string Read(const config::Device& device, const std::string& request,
                  const std::string& answer) {
   return Said(device, AnswerTo(TelegramProtocol(), device, ToBytes(request), ToBytes(answer)));
@@ -272,10 +268,10 @@ TEST(TelegramCodes, EveryValueBeyondTheOverloadCodeIsAnOverload) {
       {"-9.90000000E+37", "bad: sensor failure, under range"},
       {"-9.91000000E+37", "bad: sensor failure, under range"},
       {"-1.0E+38", "bad: sensor failure, under range"},
-      {"+9.91000000E+37", "bad"},           // not a number
-      {"+9.91E37", "bad: sensor failure"},  // the exponent lacks the sign
+      {"+9.91000000E+37", "bad"},
+      {"+9.91E37", "bad: sensor failure"},
       {"+9.89999999E+37", "98999999000000000000000000000000000000 good"},
-      {"+1.25000000", "bad: sensor failure"},  // the exponent is lost
+      {"+1.25000000", "bad: sensor failure"},
   };
   for (const auto& [answer, said] : kRows) {
     const std::string value = Read(device, "READ?\n", answer + std::string("\r\n"));
@@ -299,7 +295,7 @@ config::LoadedProfile WithCodes(const std::string& format, const std::string& co
                   ", v: 1 }\npoints: [ { name: v, read: a.v, type: float64 } ]\n");
 }
 
-/// "123 " may be a damaged "1234", unless an example is aligned to the left.
+/// "123 " can be a damaged "1234", unless an example is aligned to the left.
 TEST(TelegramAnswers, BlanksBehindANumberNeedAnExample) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"1234", "123 ", "v bad: sensor failure"}, {"1234", " 123", "v 123 good"},
@@ -361,10 +357,10 @@ TEST(TelegramCodes, ACodeMayBeARangeOfNumbers) {
 TEST(TelegramCodes, AnImpossibleCodeIsAnError) {
   const std::tuple<const char*, const char*, const char*> kRows[] = {
       {"decimal", "'999..900': over", "larger"},
-      {"decimal", "'900..x': over", "is no range"},
+      {"decimal", "'900..x': over", "is not a range"},
       {"int16_be", "'0x8000': over", "can never occur"},
-      {"int16_be", "'OVL': over", "is no number"},
-      {"int16_be", "'1..x': over", "is no range"},
+      {"int16_be", "'OVL': over", "is not a number"},
+      {"int16_be", "'1..x': over", "is not a range"},
   };
   for (const auto& [format, codes, says] : kRows) {
     std::string said;
@@ -409,7 +405,6 @@ config::LoadedProfile WithReceive(const std::string& receive, const std::string&
                   " ]\npoints: [ { name: w, read: w.w, type: float32, unit: g } ]\n");
 }
 
-/// Without codes the unit must be that of the first example; other units need a code.
 TEST(TelegramUnits, AUnitWithoutCodesMustMatchTheFirstExample) {
   const std::string first = "{ send: 'W\\r', receive: '12.5 g\\r', w: 12.5 }";
   const auto loaded = WithReceive("{w:decimal} {unit:word}", first);
@@ -429,7 +424,7 @@ struct UnitRow {
   const char* receive;
   const char* came;
   const char* codes;  ///< codes of `unit`; empty: the unit of the example
-  const char* point;  ///< the options of the point after its type
+  const char* point;  ///< options of the point after its type
   bool wrong;
 };
 
@@ -448,7 +443,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{w:decimal} {unit:word}", "12.5 MBAR", "", "unit: mbar", false},
     {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kn", false},
     {"{w:decimal} {unit:word}", "12.5 N", "", "unit: kN", true},
-    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a pure number of a unit
+    {"{w:decimal} {unit:word}", "12.5 1", "", "unit: kg", false},  // a number in place of the unit
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: kg", false},
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': good }", "unit: t", true},
     {"{w:decimal} {unit:word}", "12.5 g", "unit: { 'g': good, 'kg': bad }", "unit: kg", true},
@@ -459,7 +454,7 @@ constexpr UnitRow kUnitRows[] = {
     {"{unit:word} {w:decimal}", "g 12.5", "", "unit: kg", true},
 };
 
-/// A point with another unit than the good code would show 99 g as 99 kg.
+/// Otherwise a point with another unit than the telegram would show 99 g as 99 kg.
 TEST(TelegramUnits, APointMustHaveTheUnitOfItsTelegram) {
   for (const UnitRow& row : kUnitRows) {
     const std::string codes =
@@ -477,7 +472,6 @@ TEST(TelegramUnits, APointMustHaveTheUnitOfItsTelegram) {
   }
 }
 
-/// The device overrides units and parameters of its profile.
 TEST(TelegramUnits, AnOverriddenUnitOfADeviceIsReported) {
   const auto faults = [](const char* profile, const char* point, const char* unit,
                          const config::Pairs& parameters) {

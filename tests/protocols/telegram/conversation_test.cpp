@@ -77,7 +77,6 @@ using Texts = std::vector<std::string>;
 const std::string kWake(2, '\0');
 const std::string kLogin = "LOGIN P1 S3CRET  \r";
 
-/// Runs one task with these answers in turn; broadcasts use no answer.
 Answer Play(Talk& talk, const Task& task, Texts answers) {
   Answer answer;
   for (int step = 0; step < kMostSteps; ++step) {
@@ -190,8 +189,6 @@ TEST(TelegramParameters, MissingParametersAreNamed) {
       << said;
 }
 
-// ---------------------------------------------------------------- numbers at fixed columns
-
 constexpr char kPlaced[] = R"(
 device: indicator
 telegrams:
@@ -209,17 +206,17 @@ TEST(TelegramNumbers, CharactersNextToACutNumberMakeItBad) {
   const std::pair<const char*, const char*> kRows[] = {
       {"ST,G 12.50 kg \r", "weight 12.5 good"},
       {"ST,G-12.50 kg \r", "weight -12.5 good"},
-      {"ST,112.500 kg \r", "weight bad: sensor failure"},  // a digit in front
-      {"ST,-12.500 kg \r", "weight bad: sensor failure"},  // a sign in front
+      {"ST,112.500 kg \r", "weight bad: sensor failure"},
+      {"ST,-12.500 kg \r", "weight bad: sensor failure"},
       {"ST,(12.500 kg \r", "weight bad: sensor failure"},
-      {"ST,G 12.505kg \r", "weight bad: sensor failure"},  // a digit behind
-      {"ST,G 12.50-kg \r", "weight bad: sensor failure"},  // a sign behind
+      {"ST,G 12.505kg \r", "weight bad: sensor failure"},
+      {"ST,G 12.50-kg \r", "weight bad: sensor failure"},
       {"ST,G 12.50 - k\r", "weight bad: sensor failure"},
-      {"ST,G       kg \r", "weight bad: sensor failure"},  // empty
-      {"ST,G 12,50 kg \r", "weight bad: sensor failure"},  // a comma
+      {"ST,G       kg \r", "weight bad: sensor failure"},
+      {"ST,G 12,50 kg \r", "weight bad: sensor failure"},
       {"ST,G 1 250 kg \r", "weight bad: sensor failure"},
       {"ST,G ----- kg \r", "weight bad: sensor failure"},
-      {"ST,G12.50 kg \r", "corrupt"},  // a character is missing
+      {"ST,G12.50 kg \r", "corrupt"},
   };
   for (const auto& [answer, said] : kRows) {
     EXPECT_EQ(Said(device, AnswerTo(TelegramProtocol(), device, ToBytes("W\r"), ToBytes(answer))),
@@ -278,8 +275,6 @@ TEST(TelegramFields, AreReadFromTheirPlace) {
   EXPECT_EQ(said("68 01 39 30 00 00 AA BB FF FE CC"), "partial");
 }
 
-// ---------------------------------------------------------------- identification
-
 constexpr char kNamed[] = R"(
 device: named
 identity: [ "ACME 7" ]
@@ -307,12 +302,10 @@ TEST(TelegramIdentity, ADeviceWithoutItIsStillPolled) {
   static_cast<void>(answer);
 }
 
-// ---------------------------------------------------------------- twins
-
 config::Catalog Installed() {
   config::Catalog catalog;
   catalog.protocols["telegram"] = &TelegramProtocol();
-  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   return catalog;
 }
 

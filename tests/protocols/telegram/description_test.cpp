@@ -79,7 +79,6 @@ TEST(TelegramDescription, EveryErrorIsReportedWithItsPlace) {
   }
 }
 
-/// An answer without check value needs the permission of the description, or fixed bytes.
 TEST(TelegramDescription, AReplyWithoutCheckValueNeedsPermission) {
   const auto said = [](const std::string& checksum, const std::string& receive) {
     return Sentences(LoadText(
@@ -137,7 +136,6 @@ TEST(TelegramDescription, AllErrorsAreReportedAtOnce) {
   EXPECT_GE(LoadText(text).problems.size(), 3U);
 }
 
-/// Damaged texts: none crashes the program or is accepted wrongly; each error is one line.
 TEST(TelegramDescription, EveryMutationGivesErrorsAndNeverACrash) {
   std::vector<std::string> sources = {kGood};
   for (const auto& entry : std::filesystem::directory_iterator("config/profiles/telegram")) {
@@ -241,8 +239,6 @@ TEST(TelegramConfig, EqualDescriptionsHaveEqualOptions) {
   EXPECT_FALSE(options(sics) == options("name: a, address: 1, profile: lauda-thermostat"));
 }
 
-// ---------------- Fields: a number is read completely or not at all, and reads back as written.
-
 Format FormatOf(const std::string& text) {
   const auto format = ParseFormat(text);
   EXPECT_TRUE(format) << text << ": " << (format ? "" : format.error());
@@ -252,7 +248,7 @@ Format FormatOf(const std::string& text) {
 struct TextRow {
   const char* format;
   const char* text;
-  const char* value;  ///< empty: not a number
+  const char* value;  ///< empty: the text is no number
 };
 
 constexpr TextRow kTexts[] = {
@@ -266,7 +262,7 @@ constexpr TextRow kTexts[] = {
     {"4decimal", "5   ", "5"},
     {"4decimal", " 5  ", ""},
     {"4integer", "-5  ", "-5"},
-    {"4decimal", "12. ", ""},  // a blank instead of a digit
+    {"4decimal", "12. ", ""},  // a blank in place of a digit
     {"05integer", "  123", ""},
     {"05integer", "123  ", ""},
     {"05integer", "00123", "123"},
@@ -317,14 +313,14 @@ constexpr TextRow kTexts[] = {
     {"scientific", "+1.25E+01", "12.5"},
     {"scientific", "-1e-3", "-0.001"},
     {"scientific", "1E5", "100000"},
-    {"scientific", "12.5", ""},  // the exponent is lost
+    {"scientific", "12.5", ""},
     {"scientific", "1.25E+", ""},
     {"scientific", ".25E+01", ""},
     {"scientific", "1.E+01", ""},
     {"9scientific", "1.25E+0  ", ""},
     {"9scientific", "  1.25E+0", "1.25"},
     {"+.scientific", "+1.25", ""},
-    {"+.scientific", "+1.25E03", ""},  // the sign of the exponent is lost
+    {"+.scientific", "+1.25E03", ""},
     {"+.scientific", "+1E+03", ""},
     {"+.scientific", "+1.25E-3", "0.00125"},
     {"scientific", "1E", ""},

@@ -42,7 +42,6 @@ TEST_F(TelegramIdentification, IsDueUntilTheNameIsKnownAndAgainAfterSilence) {
   EXPECT_FALSE(identification.IsDue(kStart));
 }
 
-/// Many devices of a kind do not support the request.
 TEST_F(TelegramIdentification, ADeviceWithoutANameIsAskedLessAndLessOften) {
   Identification identification(description_, identity_);
   int asked = 0;
@@ -93,8 +92,6 @@ TEST(TelegramIdentity, AWriteToAnotherDeviceIsRefused) {
   EXPECT_EQ(talk.Run(Write(0, true), other).outcome, Outcome::refused);
   EXPECT_EQ(talk.asked, std::vector<Bytes>{ToBytes("N\r")});
 }
-
-// ---------------- Findings about texts that came instead of an awaited telegram.
 
 using enum Symptom;
 

@@ -1,5 +1,4 @@
-// Tests the laws of frame rules for telegrams of the shipped profiles, and for descriptions with
-// other features: sizes in the telegram, bytes, binary check values.
+// Tests the laws of frame rules for telegrams of the shipped profiles and of other descriptions.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/description.h"
 #include "protocols/telegram/rules.h"
@@ -28,7 +27,6 @@ telegrams:
 points: []
 )";
 
-/// A profile of telegrams with almost no fixed characters.
 constexpr char kSparse[] = R"(
 device: d
 telegrams:
@@ -59,7 +57,7 @@ telegrams:
 points: []
 )";
 
-/// Parts of the profile's texts, and noise, without the characters that end a telegram.
+/// Returns noise, and parts of the profile's texts without the characters that end a telegram.
 Bytes Noise(std::mt19937& random) {
   constexpr std::string_view kText = "0123456789.+- SDIgW$,*>#\x02\x80";
   Bytes bytes(random() % 40);
@@ -67,7 +65,7 @@ Bytes Noise(std::mt19937& random) {
   return bytes;
 }
 
-/// The contents of the fields; the check value may have small letters.
+/// Returns the contents of the fields, because the digits of the check value can have either case.
 std::function<Bytes(View)> EssenceOf(const Expectation& expect) {
   const auto awaited = std::static_pointer_cast<const Awaited>(expect.forms);
   return [awaited](View frame) {

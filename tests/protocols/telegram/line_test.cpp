@@ -29,7 +29,7 @@ config::Line LineWith(const Protocol& protocol, config::Device device, int baud)
 
 struct Used {
   double exchanges = 0;  ///< per minute
-  double age = 0;        ///< the average age of the first point
+  double age = 0;        ///< average age of the first point
 };
 
 Used UseOf(const Protocol& protocol, const std::string& profile, int baud) {
@@ -159,8 +159,6 @@ points: [ { name: value, read: value.value, type: float32 } ]
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// One value for each channel; only the telegram before selects the channel. Answers that are lost,
-/// late or one behind must not exchange the points.
 TEST(TelegramLine, AReplyOfAnotherChannelIsNeverGood) {
   for (const char* answer : {"", ", receive: 'OK\\r'"}) {
     const std::string receives(answer);
@@ -209,7 +207,6 @@ TEST(TelegramLine, AReplyOfAnotherChannelIsNeverGood) {
   }
 }
 
-/// A scale that does not return its serial number: the number is unknown, but the weight is good.
 TEST(TelegramLine, AScaleWithoutSerialNumberKeepsGoodWeights) {
   for (const std::string refusal : {"I4 I\r\n", "ES\r\n", ""}) {
     SCOPED_TRACE(refusal);
@@ -238,8 +235,8 @@ TEST(TelegramLine, AScaleWithoutSerialNumberKeepsGoodWeights) {
   }
 }
 
-// ---------------- The OWEN MV110-8A described as telegrams, compared with the plugin `dcon`: both
-// must give the same readings from every answer of the transcripts and tests, whole or damaged.
+// ---------------- The OWEN MV110-8A as a description must give the same readings as protocol
+// `dcon`.
 
 const std::string kRequest = "#0184\r";
 
@@ -267,7 +264,6 @@ std::string Sealed(std::string line) {
   return line + HexByte(Sum8(ToBytes(line))) + "\r";
 }
 
-/// Returns the line with its checksum replaced by a correct one.
 std::string Resealed(std::string line) {
   if (!line.empty() && line.back() == '\r') line.pop_back();
   return line.size() < 3 ? line : Sealed(line.substr(0, line.size() - 2));
@@ -332,8 +328,7 @@ TEST_F(BothPlugins, DecodeEveryRecordedReplyEqually) {
   EXPECT_GT(good_, 2);
 }
 
-/// Each byte of every answer is replaced, lost or sent twice, with the old checksum and with a
-/// correct one, which no damage of the line would give.
+/// Each byte is replaced, lost or doubled, also with a checksum that is made to fit.
 TEST_F(BothPlugins, DecodeEveryDamagedReplyEqually) {
   constexpr std::string_view kOthers = "09.+- >!?A\r\xFF";
   for (const std::string& answer : RecordedAnswers()) {
@@ -363,7 +358,6 @@ TEST_F(BothPlugins, DecodeEveryDamagedReplyEqually) {
   EXPECT_GT(good_, 1000);
 }
 
-/// Numbers, codes and other words, in any order and number.
 TEST_F(BothPlugins, DecodeAnyNumbersEqually) {
   const std::vector<std::string> words = {
       "+100.23", "-00.000", "+99999.", "-9.9999", "+.99999", "+9999.9", "-9999.9", "+888888",

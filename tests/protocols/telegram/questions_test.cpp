@@ -1,5 +1,5 @@
 // Tests to which point an answer belongs. A question is the list of all telegrams that were sent
-// for the answer: selections before a read, parameters of points and of the device, retries, twins.
+// for the answer.
 // SPDX-License-Identifier: Apache-2.0
 #include <map>
 
@@ -27,7 +27,7 @@ const std::string kBoth =
     "  - { name: one, read: val(n=1).v, type: float32 }\n"
     "  - { name: two, read: val(n=2).v, type: float32 }\n";
 
-/// Channels 1 to 9 return 10, 20, …, times the selected range, others "NO".
+/// A meter whose channels 1 to 9 return 10, 20, …, times the selected range; other channels "NO".
 struct Selectable {
   int channel = 7;
   int range = 1;
@@ -42,7 +42,6 @@ struct Selectable {
   }
 };
 
-/// Runs all polls twice, in both orders, and returns the last reading of each point.
 std::map<std::string, std::string> Readings(const config::Device& device, const Wire& wire) {
   std::map<std::string, std::string> said;
   Talk talk(TelegramProtocol(), device);
@@ -112,7 +111,6 @@ TEST(TelegramQuestions, AValueBelongsToItsSelectedChannel) {
   }
 }
 
-/// The selection is answered as for another channel, with another parameter, or with a bad status.
 TEST(TelegramQuestions, AFailedSelectionGivesNoValue) {
   const config::Device device = Described(Selecting(kAnsweredSel, kVal + ", before: sel", kBoth));
   for (const char* refusal : {"", "NO\r", "OK E\r", "??\r"}) {

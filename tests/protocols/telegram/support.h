@@ -16,14 +16,12 @@
 
 namespace baudgate::protocols::telegram {
 
-/// Loads `text` as a profile; the test checks the problems.
 inline config::LoadedProfile LoadText(const std::string& text) {
   config::Catalog catalog;
   catalog.protocols["telegram"] = &TelegramProtocol();
   return config::LoadProfileText(text, "p.yaml", "p", TelegramProtocol(), catalog);
 }
 
-/// A device of the profile `text`, which must have no problems.
 inline config::Device Described(const std::string& text, const Settable& options = {},
                                 const std::string& address = "1") {
   const config::LoadedProfile loaded = LoadText(text);
@@ -37,13 +35,12 @@ inline config::Device Described(const std::string& text, const Settable& options
 inline config::Device ShippedDevice(const Protocol& protocol, const std::string& profile) {
   config::Catalog catalog;
   catalog.protocols[std::string(protocol.name)] = &protocol;
-  catalog.profile_dirs = {"config/profiles"};  // tests run in the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   const auto loaded = config::LoadProfile(profile, protocol, catalog);
   for (const auto& problem : loaded.problems) ADD_FAILURE() << config::ToString(problem);
   return config::DeviceFromProfile(loaded.profile, protocol, "device", "1");
 }
 
-/// The answer to the first frame of `stream`, the bytes that come after `request`.
 inline Answer AnswerTo(const Protocol& protocol, const config::Device& device, View request,
                        View stream) {
   Assembler assembler;
@@ -57,7 +54,7 @@ inline Answer AnswerTo(const Protocol& protocol, const config::Device& device, V
   return MakeConversation(protocol, device, bus.get())->Interpret(request, *frame);
 }
 
-/// The readings as text: "weight 100 good; unit g good".
+/// Returns the readings as text. Example: "weight 100 good; unit g good".
 inline std::string Said(const config::Device& device, const Answer& answer) {
   std::string text;
   for (const Reading& reading : answer.readings) {

@@ -13,15 +13,15 @@
 #define BATCH 64
 
 struct topic {
-  const char* program;  // for error messages
+  const char* program;
   const char* what;
-  const char* name;  // name of the topic
+  const char* name;
   const dds_topic_descriptor_t* type;
   int32_t depth;  // history of each instance
   int32_t instances;
-  char* samples;                     // array of BATCH samples
-  size_t size;                       // size of one sample
-  bool (*show)(const void* sample);  // prints a sample; false: the sample does not count
+  char* samples;  // array of BATCH samples
+  size_t size;
+  bool (*show)(const void* sample);  // prints a sample; returns false if the sample does not count
 };
 
 int read_topic(int argc, char** argv, const struct topic* topic);

@@ -139,8 +139,7 @@ TEST(Cyclone, TheEndOfAGatewayReachesSubscribers) {
   EXPECT_EQ(left, 40);
 }
 
-// Fast DDS 2.9 fails an assertion when it sends to a multicast group that two subscribers have
-// named.
+// Fast DDS 2.9 fails an assertion when it sends to a multicast group of two subscribers.
 TEST(Cyclone, SubscribersThatNameTheSameMulticastGroupAllGetEveryPoint) {
   const config::Config config = MakeConfig(2, 50);
   bus::PointStore store(config);

@@ -1,4 +1,4 @@
-// Tests that the gateway works under the restrictions of its unit, and fails under further ones.
+// Tests that the gateway works under the restrictions of its unit, and no further ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>
@@ -20,8 +20,7 @@ constexpr int kSandboxUnit = 1;
 
 class Sandbox : public RouteStation {
  protected:
-  /// Returns a configuration that makes the gateway use all its system calls: tty, routes by name,
-  /// serial master, IPv6 and DDS.
+  /// A configuration that makes the gateway use all its system calls.
   std::string Everything() const {
     std::string yaml =
         Yaml({"{ units: 20-21, line: drive }",
@@ -37,7 +36,6 @@ class Sandbox : public RouteStation {
                  "dds: { enabled: true, domain: " + std::to_string(domain()));
     return yaml;
   }
-  /// Returns the gateway's unit with further lines in [Service].
   fs::path Unit(const std::string& more = {}) const {
     return Write("baudgate.service", ReadWholeFile(BAUDGATE_UNIT) + "[Service]\n" + more);
   }
@@ -76,7 +74,7 @@ TEST_F(Sandbox, AllFunctionsWorkInTheSandbox) {
                   directory());
   EXPECT_TRUE(Eventually([&] { return Status()["dds"]["state"] == "up"; }));
 
-  twin->Signal(SIGSTOP);  // the device is silent, so the flight recorder saves its frames
+  twin->Signal(SIGSTOP);
   EXPECT_TRUE(Eventually([&] {
     std::error_code error;
     return !fs::is_empty(directory() / "state/recordings", error) && !error;
@@ -87,7 +85,6 @@ TEST_F(Sandbox, AllFunctionsWorkInTheSandbox) {
   EXPECT_EQ(daemon->WaitForEnd(), 0) << daemon->Errors();
 }
 
-/// Shows that the tests above would notice a restriction.
 TEST_F(Sandbox, AForbiddenSystemCallEndsTheGateway) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   for (const char* more :
@@ -98,8 +95,7 @@ TEST_F(Sandbox, AForbiddenSystemCallEndsTheGateway) {
   }
 }
 
-/// Each address family in the unit is needed by the gateway. AF_NETLINK is left out: only names
-/// with several addresses need it, which not every machine has.
+/// AF_NETLINK is left out: only names with several addresses need it, which not every machine has.
 TEST_F(Sandbox, EveryFamilyOfAddressesIsNeeded) {
   const auto twin = StartTwin("io", "icpdas-i-7024", "1");
   const std::string all = "RestrictAddressFamilies=AF_UNIX AF_INET AF_INET6 AF_NETLINK\n";

@@ -29,12 +29,11 @@
 namespace {
 
 using Words = std::vector<std::string>;
-// The words of each line, by directive.
 using Directives = std::map<std::string, std::vector<Words>>;
 
 constexpr int kCannot = 125;
 
-/// A directive that is in neither set is an error, so that a new one is not forgotten.
+/// A directive of the unit must be in one of two sets, so that a new directive is not forgotten.
 const std::set<std::string> kAppliedHere = {"LockPersonality",
                                             "MemoryDenyWriteExecute",
                                             "NoNewPrivileges",
@@ -116,7 +115,6 @@ bool IsOn(const Directives& directives, const std::string& name) {
   return found != directives.end() && found->second.back() == Words{"yes"};
 }
 
-/// Adds the system calls of a group, as this systemd lists them.
 void AddGroup(const std::string& group, std::set<std::string>& calls) {
   const std::string command = "systemd-analyze syscall-filter " + group;
   const std::unique_ptr<FILE, int (*)(FILE*)> pipe(::popen(command.c_str(), "r"), ::pclose);
@@ -227,8 +225,7 @@ void AddModes(Filter& filter) {
 
 void Apply(const Directives& directives) {
   std::set<std::string> calls = AllowedCalls(directives.at("SystemCallFilter"));
-  // SQLite gives its files to their owner when root runs it. The service is not root; a test may
-  // be.
+  // As root, SQLite changes the owner of its files. The service is not root, but a test can be.
   if (::geteuid() == 0) calls.insert("fchown");
   ::umask(static_cast<mode_t>(std::stoi(directives.at("UMask").back().at(0), nullptr, 8)));
   if (IsOn(directives, "NoNewPrivileges")) ::prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);

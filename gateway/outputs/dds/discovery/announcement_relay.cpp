@@ -18,7 +18,8 @@
 namespace baudgate::dds {
 namespace {
 
-// The first announcements of a participant are forwarded at once, because a datagram may be lost.
+// Announcements of a new or changed participant that are forwarded without a pause between them,
+// because datagrams can be lost.
 constexpr int kFirstRounds = 3;
 constexpr std::size_t kMostAddresses = 1024;
 
@@ -34,8 +35,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
   if (datagram.size() > limits_.datagram) return {{}, "an announcement that is too long"};
   auto announcement = ReadAnnouncement(datagram, sender);
   if (!announcement) return {{}, announcement.error()};
-  // A goodbye is ignored, because anybody can send it for another participant. A participant is
-  // removed at the end of its lease.
+  // A message that says a participant leaves is ignored, because anybody can forge it. The
+  // participant is removed when its lease ends.
   if (announcement->leaves) return {};
   ForgetSilent(now);
   Known* one = Find(announcement->participant);
@@ -46,7 +47,8 @@ Relayed AnnouncementRelay::On(View datagram, UdpAddress sender, Instant now) {
     one = &known_.back();
     IntroduceOthersTo(*one, now);
   } else {
-    // A machine with two networks announces itself from both; only the first address is used.
+    // A machine with two networks announces itself from two addresses; only the first address is
+    // used.
     if (one->announcement.at.address != sender.address) return {};
     one->heard = now;
     if (!std::ranges::equal(one->announcement.said(), announcement->said())) one->rounds = 0;
@@ -99,7 +101,8 @@ void AnnouncementRelay::IntroduceToOthers(Known& one, Instant now) {
   for (const Known& other : known_) Introduce(one, other, now);
 }
 
-/// Announcements beyond the rates are not sent; the next round repeats them.
+/// Queues the announcement of `whom` for `to`. If a rate is exceeded, nothing is sent now; the next
+/// repetition sends the announcement.
 void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant now) {
   if (&whom == &to || whom.announcement.domain != to.announcement.domain) return;
   const Role role = whom.announcement.role;
@@ -110,8 +113,8 @@ void AnnouncementRelay::Introduce(const Known& whom, const Known& to, Instant no
   introductions_.push_back({at, whom.announcement.datagram});
 }
 
-/// Returns the entry of the address. If the table is full, the entry that was unused longest is
-/// replaced.
+/// Returns the entry of the address. If the table is full, the entry that has not been used for the
+/// longest time is replaced.
 AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, Instant now) {
   auto at = std::ranges::find(addresses_, address, &Address::address);
   if (at == addresses_.end()) {
@@ -127,7 +130,7 @@ AnnouncementRelay::Address& AnnouncementRelay::AddressOf(std::uint32_t address, 
 }
 
 bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
-  // `filled` moves by the time of whole datagrams, so that fractions are not lost.
+  // `filled` advances by the time that whole datagrams need, so that fractions are not lost.
   const Duration each = Duration(1s) / rate.each_second;
   const std::int64_t earned = std::clamp<std::int64_t>((now - filled) / each, 0, rate.burst);
   if (earned > 0) {
@@ -142,7 +145,7 @@ bool AnnouncementRelay::Purse::Take(const RelayRate& rate, Instant now) {
 namespace {
 
 constexpr int kMostAtOnce = 256;
-// Enough for the announcements of 512 participants at once.
+// Buffer size in bytes: the announcements of 512 participants fit at once.
 constexpr int kSocketBuffer = 4 << 20;
 
 sockaddr_in AddressOf(const UdpAddress& at) {
@@ -169,7 +172,7 @@ Result<RelaySocket> RelaySocket::Open(const config::HostPort& at) {
   if (!place) return CanNotOpen(at, EINVAL);
   RelaySocket opened(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   if (opened.descriptor_ < 0) return CanNotOpen(at, errno);
-  // The kernel may grant less.
+  // The kernel may set smaller buffers than requested.
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_RCVBUF, &kSocketBuffer, sizeof kSocketBuffer);
   ::setsockopt(opened.descriptor_, SOL_SOCKET, SO_SNDBUF, &kSocketBuffer, sizeof kSocketBuffer);
   const sockaddr_in address = AddressOf(*place);
@@ -208,7 +211,7 @@ void RelaySocket::Take(AnnouncementRelay& relay) {
 
 void RelaySocket::Send(const Introduction& introduction) const {
   const sockaddr_in to = AddressOf(introduction.to);
-  // A datagram that cannot be sent now is repeated in the next round.
+  // If the datagram cannot be sent now, the announcement is sent again at the next repetition.
   [[maybe_unused]] const auto sent =
       ::sendto(descriptor_, introduction.datagram.data(), introduction.datagram.size(),
                MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&to), sizeof to);

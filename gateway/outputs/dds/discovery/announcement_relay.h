@@ -20,7 +20,7 @@
 
 namespace baudgate::dds {
 
-/// At most `burst` datagrams at once, then `each_second`.
+/// A rate limit: at most `burst` datagrams at once, after that `each_second` datagrams per second.
 struct RelayRate {
   std::int64_t burst = 0;
   std::int64_t each_second = 0;
@@ -28,17 +28,18 @@ struct RelayRate {
 
 struct RelayLimits {
   std::size_t participants = 512;
-  std::size_t of_address = 128;  ///< see ParticipantLimits
-  /// In bytes. Fast DDS sends 500, with DDS Security 1,000.
+  std::size_t of_address = 128;  ///< participants of one address (ParticipantLimits::of_address)
+  /// The longest announcement in bytes. Fast DDS sends 500, with DDS Security 1,000.
   std::size_t datagram = 4096;
-  /// A participant that is silent for longer is removed, whatever its lease.
+  /// A participant that is silent for this time is removed, even if its lease is longer.
   Duration longest_lease = 60s;
   /// A participant's announcement is sent again to all others once in this time, or in
   /// `repeat_each` times the number of participants if that is longer.
   Duration repeat = 10s;
   Duration repeat_each = 200ms;
   RelayRate new_of_address = {128, 8};
-  RelayRate rounds_of_participant = {4, 1};  ///< in a round all others get its announcement
+  /// One round sends a participant's announcement to all others.
+  RelayRate rounds_of_participant = {4, 1};
   RelayRate to_address = {16384, 1024};
   RelayRate to_all = {32768, 8192};
 };
@@ -49,22 +50,22 @@ struct Introduction {
 };
 
 struct Relayed {
-  /// Valid until the next call of On.
+  /// The datagrams to send; valid until the next call of On.
   std::span<const Introduction> introductions;
-  std::string refused;  ///< why; empty: the datagram was accepted
+  std::string refused;  ///< why the datagram was refused; empty: it was accepted
 };
 
 class AnnouncementRelay {
  public:
   explicit AnnouncementRelay(const RelayLimits& limits = {});
 
-  /// Takes one datagram, and returns what to send because of it.
+  /// Takes one datagram, and returns the datagrams to send in response.
   Relayed On(View datagram, UdpAddress sender, Instant now);
 
   std::size_t participants() const { return known_.size(); }
 
  private:
-  /// What is left of a RelayRate.
+  /// A token bucket: the datagrams that a RelayRate still allows.
   struct Purse {
     std::int64_t left = 0;
     Instant filled{};
@@ -73,7 +74,7 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    int rounds = 0;  ///< since the announcement changed, at most kFirstRounds
+    int rounds = 0;  ///< rounds sent since the announcement changed; at most kFirstRounds
     Instant last_round{};
     Purse purse;
   };
@@ -86,7 +87,7 @@ class AnnouncementRelay {
 
   void ForgetSilent(Instant now);
   Known* Find(const GuidPrefix& participant);
-  /// Returns why the participant was refused; empty: it was added.
+  /// Adds a participant. Returns the reason if it is refused; empty: it was added.
   std::string Admit(Announcement announcement, UdpAddress sender, Instant now);
   bool IsDue(const Known& one, Instant now) const;
   void IntroduceOthersTo(const Known& newcomer, Instant now);
@@ -101,8 +102,8 @@ class AnnouncementRelay {
   Purse sent_;
 };
 
-// The discovery server's UDP socket: passes datagrams to AnnouncementRelay, and sends what it
-// returns.
+// The discovery server's UDP socket: passes received datagrams to AnnouncementRelay and sends the
+// datagrams that it returns.
 class RelaySocket {
  public:
   /// `at` is an IPv4 address. The error contains the address and the reason.
@@ -111,9 +112,10 @@ class RelaySocket {
   RelaySocket(RelaySocket&& other) noexcept;
   RelaySocket& operator=(RelaySocket&&) = delete;
 
-  /// To be polled for received datagrams.
+  /// The descriptor to poll for received datagrams.
   int descriptor() const { return descriptor_; }
-  /// Reads at most 256 datagrams. Refused ones are logged, with repetitions folded.
+  /// Reads at most 256 datagrams. Refused datagrams are logged; repeated log lines are folded into
+  /// one.
   void Take(AnnouncementRelay& relay);
 
  private:

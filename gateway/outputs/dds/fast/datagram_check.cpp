@@ -13,12 +13,13 @@ constexpr std::uint8_t kSecPostfix = 0x32;
 constexpr std::uint8_t kMessagePrefix = 0x33;
 constexpr std::uint8_t kMessagePostfix = 0x34;
 
-constexpr std::size_t kCryptoHeader = 20;  // kind, key id, session id (4 bytes each), suffix (8)
+constexpr std::size_t kCryptoHeader = 20;  // bytes: kind, key id, session id (4 each), suffix (8)
 constexpr std::size_t kMac = 16;
-constexpr std::size_t kReceiverMac = 20;  // key id (4 bytes), MAC
+constexpr std::size_t kReceiverMac = 20;  // bytes: key id (4), MAC (16)
 constexpr std::uint32_t kMostReceivers = 256;
 
-constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;  // two identities, three GUIDs
+// Bytes: two identities (24 each), three GUIDs (16 each).
+constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;
 
 constexpr std::size_t kHandshakeSources = 64;
 constexpr std::size_t kBurst = 512;
@@ -26,7 +27,8 @@ constexpr Duration kInterval = Duration(1s) / 128;
 constexpr std::size_t kBurstOfAddress = kBurst / 2;
 constexpr Duration kIntervalOfAddress = kInterval * 2;
 
-/// Walks through CDR. fits() is false when something would end behind the payload.
+/// Reads serialized (CDR) data step by step. fits() returns false if a field ends behind the
+/// payload.
 class SecuredWalk {
  public:
   SecuredWalk(const RtpsFields& fields, std::size_t at) : fields_(fields), at_(at) {}
@@ -63,15 +65,16 @@ bool HasRoom(Instant& full_at, Duration interval, std::size_t burst, Instant now
   return after - now <= interval * static_cast<std::int64_t>(burst);
 }
 
-/// `id` is one of kFirstSecured…
+/// True if the lengths in `body` fit. `id`: id of a DDS Security submessage (kFirstSecured or
+/// above).
 bool SecuredFits(std::uint8_t id, const RtpsFields& body) {
-  // Big-endian, regardless of the endianness flag.
+  // The fields are big-endian, regardless of the endianness flag.
   switch (id) {
     case kSecPrefix:
     case kMessagePrefix:
       return body.size() >= kCryptoHeader;
     case kSecBody: {
-      // Refuses e.g. 30 00 08 00 FF FF FF FF …: 4294967295 encrypted bytes
+      // Example of a refused body: 30 00 08 00 FF FF FF FF … claims 4294967295 encrypted bytes.
       const auto length = body.Entity(0);
       return length && *length <= body.size() - 4;
     }
@@ -85,8 +88,8 @@ bool SecuredFits(std::uint8_t id, const RtpsFields& body) {
   }
 }
 
-/// True if `payload` is a well-formed ParticipantGenericMessage: ids, a class and a sequence of
-/// tokens. `payload` begins after the encapsulation.
+/// True if `payload` is a well-formed ParticipantGenericMessage (a message of the DDS Security
+/// handshake): ids, a class and a sequence of tokens. `payload` begins after the encapsulation.
 bool IsGenericMessage(View payload, bool little) {
   const RtpsFields fields(payload, little);
   if (payload.size() < kMessageIds) return false;
@@ -124,7 +127,7 @@ bool SecuredOrder::Next(std::uint8_t id, bool first) {
       if (step_ == Step::outside) return message_;
       [[fallthrough]];
     default:
-      // Refuses 31 … 30 … 30 …: only one submessage may stand between prefix and postfix
+      // Between prefix and postfix only one submessage is allowed; so 31 … 30 … 30 … is refused.
       if (step_ == Step::body) return false;
       if (step_ == Step::prefix) step_ = Step::body;
       return true;
@@ -159,10 +162,11 @@ bool HandshakeBudget::Take(std::uint32_t address, Instant now) {
 
 namespace {
 
-// Of a reader or writer without its type, in bytes; Fast DDS needs about 500.
+// The longest announcement of a reader or writer in bytes, without the description of its type;
+// Fast DDS needs about 500.
 constexpr std::size_t kMostOfEndpoint = 8192;
 constexpr std::size_t kMostNumbersInSet = 256;   // RTPS 2.3, 8.3.5.5
-constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // eProsima: Fast DDS
+constexpr std::uint8_t kMaker[] = {0x01, 0x0F};  // vendor id of eProsima, who make Fast DDS
 
 bool IsDiscovery(std::uint32_t entity) {
   // FF 00 03 C2 is the encrypted form of 00 00 03 C2 (DDS Security 1.1, 7.4.6).
@@ -172,7 +176,8 @@ bool IsDiscovery(std::uint32_t entity) {
          entity == kSubscriptionsWriter || entity == kSubscriptionsReader;
 }
 
-/// The size of the set at `at`: base (8), count (4), a bit for each; 0: not possible.
+/// Returns the size in bytes of the set of sequence numbers at `at`: base (8), count (4), one bit
+/// per number. 0: the set is invalid.
 std::size_t SetSize(const RtpsFields& body, std::size_t at) {
   const auto base = body.SequenceNumber(at);
   const auto count = body.U32(at + 8);
@@ -190,8 +195,8 @@ Edit ShortLease(std::size_t at, bool little, Duration lease) {
   return edit;
 }
 
-// True if `payload` is a ParticipantMessageData: GUID prefix (12), kind (4), a counted few bytes
-// (RTPS 2.3, 9.6.3.1).
+// True if `payload` contains a ParticipantMessageData after the encapsulation: GUID prefix (12),
+// kind (4), length (4), and as many bytes (RTPS 2.3, 9.6.3.1).
 bool IsLivelinessMessage(View payload, bool little) {
   const RtpsFields fields(payload.subspan(kEncapsulation), little);
   const auto count = fields.U32(16);
@@ -205,10 +210,11 @@ struct DatagramCheck::Submessage {
   std::uint8_t flags = 0;
   std::size_t at = 0;  ///< offset of the body in the datagram
   RtpsFields body;
-  bool is_last = false;  ///< the length field is 0: to the end of the datagram
+  /// The length field is 0: the submessage extends to the end of the datagram.
+  bool is_last = false;
 };
 
-/// The state that is passed from one submessage to the next.
+/// The state of the check of one datagram, passed from one submessage to the next.
 struct DatagramCheck::Walk {
   Sender sender{};
   Instant now{};
@@ -242,12 +248,13 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
     const std::uint8_t flags = datagram[at + 1];
     const RtpsFields header(datagram.subspan(at, 4), (flags & kLittleEndian) != 0);
     std::size_t length = *header.U16(2);
-    // Refuses e.g. 15 05 FF FF …: 65535 bytes in a datagram of 28
+    // Example of a refused header: 15 05 FF FF … claims 65535 bytes in a datagram of 28.
     if (length > datagram.size() - at - 4) return refused(Refusal::length);
     const bool is_last = length == 0 && id != kPad && id != kInfoTimestamp;
     if (is_last) length = datagram.size() - at - 4;
     if (id >= kFirstVendor && !walk.order.open()) {
-      // Cuts off e.g. 80 01 38 00 …: statistics with a lower number than before end Fast DDS 2.9
+      // Example: 80 01 38 00 … are statistics. If their number is lower than the previous one, Fast
+      // DDS 2.9 ends; so vendors' submessages at the end are cut off.
       if (!vendors_only) walk.verdict.length = at;
       vendors_only = true;
     } else {
@@ -263,7 +270,7 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
       const Refusal reason = CheckSubmessage(submessage, walk);
       if (reason != Refusal::none) return refused(reason);
     }
-    // Fast DDS continues at a multiple of four bytes.
+    // Fast DDS expects the next submessage at a multiple of four bytes.
     at += 4 + ((length + 3) & ~std::size_t{3});
     if (is_last) break;
   }
@@ -271,7 +278,8 @@ Verdict DatagramCheck::Check(View datagram, Sender sender, Instant now) {
   return walk.verdict;
 }
 
-/// An unprotected submessage is allowed where a participant and its handshake have no keys yet.
+/// True if the submessage is protected, or needs no protection: discovery and handshakes of
+/// participants are unprotected, because there are no keys yet.
 bool DatagramCheck::MayBeClear(const Submessage& submessage, const Walk& walk) const {
   if (security_ != Secured::demanded || walk.order.inside()) return true;
   if (submessage.id != kData && submessage.id != kHeartbeat && submessage.id != kGap &&
@@ -291,7 +299,7 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
   switch (submessage.id) {
     case kData:
       return CheckData(submessage, walk);
-    case kDataFragment:  // refuses e.g. 16 03 24 00 …: inline QoS and no payload (CVE-2023-50716)
+    case kDataFragment:  // refuses e.g. 16 03 24 00 …: inline QoS without payload
     case kHeartbeatFragment:
     case kNackFragment:
       return Refusal::fragment;
@@ -300,10 +308,12 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
     case kGap:
       return CheckGap(submessage, walk);
     case kAckNack: {
-      // Refuses e.g. 06 01 … 01 00 00 00 FF FF FF FF: a set of 4294967295 numbers (8.3.7.1.3)
+      // Example of a refused set: 06 01 … 01 00 00 00 FF FF FF FF claims 4294967295 numbers
+      // (8.3.7.1.3).
       const std::size_t set = SetSize(body, 8);
       if (set == 0) return Refusal::numbers;
-      // The peer expects number 2 or later, so it has received our first announcement of a writer.
+      // An ACKNACK whose base is 2 or more acknowledges number 1, our first announcement of a
+      // writer.
       if (*body.Entity(4) == kPublicationsWriter && *body.SequenceNumber(8) > 1) {
         participants_.Confirmed(walk.source);
       }
@@ -325,8 +335,8 @@ Refusal DatagramCheck::CheckSubmessage(const Submessage& submessage, Walk& walk)
   }
 }
 
-// Layout: extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS,
-// payload
+// Layout of a DATA submessage in bytes: extra flags (2), distance to the inline QoS (2), reader
+// (4), writer (4), sequence number (8), inline QoS, payload.
 Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto to_qos = body.U16(2);
@@ -339,8 +349,8 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
   const bool key = (submessage.flags & kKey) != 0;
   if (payload && key) return Refusal::data;
   std::size_t at = 4 + std::size_t{*to_qos};
-  // Refuses e.g. 15 05 … FF FF: inline QoS begins 65535 bytes later; below 16 it would overlap the
-  // numbers
+  // Example of a refused submessage: in 15 05 … FF FF, the inline QoS begins 65535 bytes later. At
+  // a distance below 16 it would overlap the sequence number.
   if (*to_qos < 16 || at > body.size()) return Refusal::data;
   Parameters qos;
   if ((submessage.flags & kInlineQos) != 0) {
@@ -349,12 +359,12 @@ Refusal DatagramCheck::CheckData(const Submessage& submessage, Walk& walk) {
     if (reason != Refusal::none) return reason;
     at += qos.size;
   }
-  // Refuses 15 07 … with nothing after the inline QoS: the library would compute a negative size of
-  // the payload
+  // Example of a refused submessage: 15 07 … has nothing after the inline QoS, so the library would
+  // compute a negative payload size.
   if ((payload || key) && body.size() - at < kEncapsulation) return Refusal::data;
   if (!Advance(walk, *writer, *number, 0)) return Refusal::window;
   if (payload || key) return CheckPayload(submessage, at, *reader, *writer, qos.status, walk);
-  // A participant that leaves sends only the hash of its key.
+  // A participant that leaves can send only the hash of its key, without a payload.
   if (*writer == kParticipantWriter && qos.status != 0 && qos.participant) {
     participants_.Left(*qos.participant);
     endpoints_.ParticipantLeft(*qos.participant);
@@ -376,7 +386,8 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   if (security_ != Secured::off && (writer == kHandshakeWriter || reader == kHandshakeReader)) {
     return CheckHandshake(payload, kind, walk);
   }
-  // Also checks the reader, because the library dispatches by the reader and not by the writer.
+  // The reader is checked as well, because the library dispatches by the reader and not by the
+  // writer.
   if (!IsDiscovery(writer) && !IsDiscovery(reader)) return Refusal::none;
   const bool key = (submessage.flags & kKey) != 0;
   if (kind != kParametersBig && kind != kParametersLittle) return Refusal::parameters;
@@ -386,7 +397,7 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
                                          security_ != Secured::off, announced);
   if (reason != Refusal::none) return reason;
   const std::size_t list_at = submessage.at + at + kEncapsulation;
-  // A signed announcement is not changed, because its signature would become wrong.
+  // A signed announcement is not changed, because its signature would no longer match.
   if (!walk.order.inside() && !Hide(announced, list_at, walk.verdict)) {
     return Refusal::parameters;
   }
@@ -397,7 +408,8 @@ Refusal DatagramCheck::CheckPayload(const Submessage& submessage, std::size_t at
   return Admit(announced, list_at, little, gone, walk);
 }
 
-/// Adds the parameters to hide to the verdict. False: there are more than can be hidden.
+/// Adds the parameters that the library must not see to `verdict.hidden`. False: there are too
+/// many.
 bool DatagramCheck::Hide(const Parameters& announced, std::size_t list_at, Verdict& verdict) const {
   const auto hide = [&](std::span<const std::size_t> places) {
     if (places.size() > verdict.hidden.size() - verdict.hidden_count) return false;
@@ -436,8 +448,8 @@ Refusal DatagramCheck::Admit(const Parameters& announced, std::size_t list_at, b
     endpoints_.ParticipantLeft(*announced.participant);
     return Refusal::none;
   }
-  // An announcement without a lease has 100 s (RTPS 2.3, table 9.14); 02 00 08 00 FF FF FF 7F … has
-  // an infinite one.
+  // An announcement without a lease counts as 100 s (RTPS 2.3, table 9.14), and 02 00 08 00 FF FF
+  // FF 7F … is an infinite lease: both are longer than the longest lease.
   const ParticipantLimits& limits = participants_.limits();
   const Duration lease =
       announced.lease_at ? Duration(announced.lease_seconds * 1s) + 1s : limits.longest_lease;
@@ -469,20 +481,22 @@ std::uint32_t DatagramCheck::AddressOf(const Parameters& announced, Sender sende
                                                       : sender.address;
 }
 
-// Layout: reader (4), writer (4), first (8), last (8), count (4)
+// Layout of a HEARTBEAT in bytes: reader (4), writer (4), first number (8), last number (8), count
+// (4).
 Refusal DatagramCheck::CheckHeartbeat(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto first = body.SequenceNumber(8);
   const auto last = body.SequenceNumber(16);
   if (body.size() < 28) return Refusal::length;
-  // Refuses e.g. 07 01 … 00 00 00 80 00 00 00 00: last is -2^63. last == first - 1 means "no
-  // samples" (8.3.7.5.3)
+  // Example of a refused submessage: in 07 01 … 00 00 00 80 00 00 00 00, `last` is -2^63. The value
+  // last == first - 1 is allowed: it means "no samples" (8.3.7.5.3).
   if (*first < 1 || *last < *first - 1) return Refusal::numbers;
-  // Refuses e.g. 07 01 … 00 01 00 00 00 00 00 00: first is 2^40, and counting to it takes hours
+  // Example of a refused submessage: in 07 01 … 00 01 00 00 00 00 00 00, the number is 2^40, and
+  // the library would count to it for hours.
   return Advance(walk, *body.Entity(4), *last, 0) ? Refusal::none : Refusal::window;
 }
 
-// Layout: reader (4), writer (4), start (8), set
+// Layout of a GAP in bytes: reader (4), writer (4), start (8), set of sequence numbers.
 Refusal DatagramCheck::CheckGap(const Submessage& submessage, Walk& walk) {
   const RtpsFields& body = submessage.body;
   const auto start = body.SequenceNumber(8);

@@ -4,10 +4,10 @@
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | submessages: id, flags, length (2), …
 //
-// A correct peer is never refused: content that the standard tells receivers to skip passes if its
-// length fits (8.3.4.1).
+// A correct peer is never refused: parts that the standard tells receivers to skip are accepted if
+// their length fits (8.3.4.1).
 //
-// DatagramGate calls the check for the receiving threads, and counts.
+// DatagramGate makes the check available to the receiving threads, and counts datagrams.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -27,42 +27,43 @@
 
 namespace baudgate::dds {
 
-// SecuredOrder and HandshakeBudget check what can be checked of DDS Security without keys: the
-// order and lengths of its submessages, and the messages of the handshake, which are not encrypted.
-// Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
+// SecuredOrder and HandshakeBudget check the parts of DDS Security that can be checked without
+// keys: the order and lengths of its submessages, and the number of handshake messages, which are
+// not encrypted. Source: DDS Security 1.1, 7.3.6 and 9.5.3.3.
 //
 //   52 54 50 53 … | 33 SRTPS_PREFIX | 30 SEC_BODY, encrypted | 34 SRTPS_POSTFIX
 //   52 54 50 53 … | 31 SEC_PREFIX | 30 SEC_BODY, or a submessage that is signed | 32 SEC_POSTFIX
 
 enum class Secured : std::uint8_t {
   off,       ///< every submessage of DDS Security is refused
-  allowed,   ///< accepted if well formed
-  demanded,  ///< as `allowed`; unprotected are only announcements and handshakes
+  allowed,   ///< submessages of DDS Security are accepted if well formed
+  demanded,  ///< as `allowed`; only discovery and handshakes may be unprotected
 };
 
 /// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// Takes the next submessage; `first`: of the datagram. False if `id` is not allowed here.
+  /// Takes the next submessage; `first`: it is the first of the datagram. False if `id` is not
+  /// allowed at this position.
   bool Next(std::uint8_t id, bool first);
-  /// Every prefix was followed by its postfix.
+  /// True if every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
-  /// The next submessage is protected, unless it is the postfix.
+  /// True if the next submessage is protected, unless it is the postfix.
   bool open() const { return message_ || step_ == Step::prefix; }
-  /// The last submessage given to Next was protected.
+  /// True if the last submessage that Next got was protected.
   bool inside() const { return inside_; }
 
  private:
   enum class Step : std::uint8_t { outside, prefix, body };
 
   Step step_ = Step::outside;
-  bool message_ = false;  ///< between SRTPS_PREFIX and SRTPS_POSTFIX
-  bool ended_ = false;    ///< after SRTPS_POSTFIX
+  bool message_ = false;  ///< the position is between SRTPS_PREFIX and SRTPS_POSTFIX
+  bool ended_ = false;    ///< SRTPS_POSTFIX was found
   bool inside_ = false;
 };
 
-/// Limits handshake messages, because each may cost the check of a signature: 512 at once, then 128
-/// a second; half as many for one address.
+/// Limits handshake messages, because the library may have to verify a signature for each: 512
+/// messages at once, then 128 per second; half as many from one address.
 class HandshakeBudget {
  public:
   HandshakeBudget();
@@ -79,7 +80,7 @@ class HandshakeBudget {
 
 using Sender = UdpAddress;
 
-/// Eight bytes to overwrite before the datagram is passed on.
+/// Bytes `at`…`at`+7 of a datagram are overwritten with `bytes` before the library gets it.
 struct Edit {
   std::size_t at = 0;
   std::array<std::uint8_t, 8> bytes{};
@@ -88,17 +89,18 @@ struct Edit {
 struct Verdict {
   Refusal reason = Refusal::none;
   /// The number of bytes to pass on. A vendor's submessages at the end are cut off: Fast DDS 2.9
-  /// sends one (0x80, statistics) in each datagram, and a forged one ends the process.
+  /// sends one (0x80, statistics) in each datagram, and a forged one terminates the process.
   std::size_t length = 0;
-  /// Edits that shorten leases beyond `longest_lease`, because the library stores a silent
-  /// participant for its lease, and sends to it all that time.
+  /// Edits that shorten leases to `longest_lease`, because the library stores a silent participant
+  /// until its lease ends, and sends to it all that time.
   std::array<Edit, 4> edits{};
   std::size_t edit_count = 0;
-  /// Positions of two bytes each to overwrite with 0, which turns a parameter into padding. Hidden
-  /// are descriptions of types, which the library parses and stores without need, and multicast
-  /// groups for samples: if two subscribers name the same group, as Cyclone DDS does, Fast DDS 2.9
-  /// ends in an assertion (OutputTrafficManager.hpp:87). Without the group it sends to each
-  /// subscriber separately.
+  /// Positions of parameter ids (two bytes each) to overwrite with 0, so that the library skips the
+  /// parameters as padding. Hidden in this way are:
+  /// * descriptions of types, which the library would parse and store without need;
+  /// * multicast groups for samples, because Fast DDS 2.9 ends in an assertion
+  ///   (OutputTrafficManager.hpp:87) if two subscribers name the same group, as Cyclone DDS does.
+  ///   Without the group it sends to each subscriber separately.
   std::array<std::uint16_t, 256> hidden{};
   std::size_t hidden_count = 0;
 
@@ -107,8 +109,8 @@ struct Verdict {
 
 struct CheckOptions {
   Secured security = Secured::off;
-  /// Discovery servers. What a server forwards is counted for the address in the announcement, not
-  /// for the server's.
+  /// Addresses of the discovery servers. A participant that a server announces counts for the
+  /// address in the announcement, not for the server's address.
   std::vector<UdpAddress> servers{};
   ParticipantLimits participants{};
   WindowLimits window{};
@@ -152,16 +154,18 @@ class DatagramCheck {
   HandshakeBudget handshakes_;
 };
 
-// A DatagramCheck for the receiving threads of the DDS library; counts datagrams and logs refusals.
+// DatagramGate makes a DatagramCheck usable by the receiving threads of the DDS library, counts
+// datagrams and logs refusals.
 class DatagramGate {
  public:
-  /// A log line, at most once in 10 s: what was refused, from which address, how many before.
+  /// Takes a log line about refused datagrams, at most one in 10 s: reason, sender's address,
+  /// number of earlier refusals.
   using Tell = std::function<void(const std::string& line)>;
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// Returns what to pass on, with some bytes changed in place; empty: refused. Any thread may call
-  /// it.
+  /// Returns the bytes to pass to the library (part of `datagram`, some bytes may be changed in
+  /// place); empty: the datagram is refused. Any thread may call it.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;

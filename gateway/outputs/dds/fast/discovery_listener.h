@@ -1,6 +1,6 @@
-// `DiscoveryListener` gets the readers and writers of other participants from Fast DDS.
-// VolatileWriters contains the writers that are volatile, and UnmetReaders the readers that ask for
-// more than is offered.
+// `DiscoveryListener` is informed by Fast DDS about the readers and writers of other participants.
+// VolatileWriters stores which writers are volatile; UnmetReaders stores which readers request a
+// QoS that the gateway does not offer.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,17 +19,18 @@
 
 namespace baudgate::dds {
 
-// Volatile writers store nothing for later readers. Only their write requests are carried out: a
-// writer that stores samples must not send them to a new volatile reader, but Cyclone DDS 0.10
-// does, because Fast DDS 2.9 asks for all numbers that a heartbeat contains.
+// VolatileWriters stores which writers of one topic are volatile, i.e. store no samples for later
+// readers. Only write requests of volatile writers are carried out: a storing writer must not send
+// old samples to a new volatile reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for
+// all numbers that a heartbeat contains.
 class VolatileWriters {
  public:
-  /// Writers of other topics are ignored.
+  /// `topic`: only its writers are stored.
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
 
-  /// False also for an unknown writer. Any thread may call it.
+  /// True if the writer is known and volatile. Any thread may call it.
   bool Has(const Handle& writer) const;
-  /// A writer was found, has changed or has left. Any thread may call it.
+  /// To be called when a writer was found, has changed or has left. Any thread may call it.
   void OnWriter(const eprosima::fastrtps::rtps::WriterDiscoveryInfo& info);
 
  private:
@@ -40,13 +41,15 @@ class VolatileWriters {
   std::unordered_set<Handle, HandleHash> writers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// Readers whose QoS asks for more than the gateway's writers offer: DDS sends them nothing and
-// reports nothing. docs/dds.md, "What a reader may ask for", lists the policies.
+// UnmetReaders stores the readers whose QoS requests more than the gateway's writers offer: DDS
+// sends them nothing and reports nothing. docs/dds.md, "What a reader may ask for", lists the
+// policies.
 class UnmetReaders {
  public:
-  /// A reader was found, has changed or has left. Any thread may call it.
+  /// To be called when a reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// One sentence for each reader. Readers at one address that ask for the same share a sentence.
+  /// Returns one sentence per reader. Readers at one address with the same requests share a
+  /// sentence.
   std::vector<std::string> Sentences() const;
 
  private:
@@ -56,7 +59,7 @@ class UnmetReaders {
   std::map<Handle, std::string> readers_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-/// Must outlive its participant.
+/// The listener must outlive its participant.
 class DiscoveryListener final : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   explicit DiscoveryListener(std::string asked_on) : askers(std::move(asked_on)) {}

@@ -1,7 +1,6 @@
-// `ParticipantTable` decides which announced participants the DDS library may add to its tables.
-// EndpointTable limits a participant's readers and writers, and SequenceWindow limits jumps in a
-// writer's sequence numbers. No I/O, bounded memory; gateway/outputs/dds/fast/datagram_check.h
-// calls them.
+// `ParticipantTable` decides which announced participants the DDS library may store. EndpointTable
+// limits a participant's readers and writers, and SequenceWindow limits jumps in a writer's
+// sequence numbers. No I/O, bounded memory; gateway/outputs/dds/fast/datagram_check.h calls them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,11 +16,12 @@ namespace baudgate::dds {
 
 struct ParticipantLimits {
   std::size_t participants = 256;
-  /// At one IPv4 address: RTPS has ports for 120 participants on one machine (RTPS 2.3, 9.6.1.1).
+  /// The most participants at one IPv4 address: RTPS has ports for 120 participants on one machine
+  /// (RTPS 2.3, 9.6.1.1).
   std::size_t of_address = 128;
-  /// A participant that is silent for this time loses its place, whatever its lease.
+  /// A participant that is silent for this time is removed, even if its lease is longer.
   Duration longest_lease = 60s;
-  /// Interval between new participants, after a burst of as many as there is room for.
+  /// The shortest time between new participants on average. A burst of `participants` is allowed.
   Duration new_interval = 20ms;
   Duration new_interval_of_address = 125ms;
 };
@@ -30,23 +30,24 @@ class ParticipantTable {
  public:
   explicit ParticipantTable(const ParticipantLimits& limits);
 
-  /// A datagram has come from the participant.
+  /// To be called when a datagram of the participant was received.
   void Heard(const GuidPrefix& prefix, Instant now);
-  /// The participant or a discovery server announces it. Returns why it is refused, or `none`.
+  /// To be called when the participant or a discovery server announces it. Returns why the
+  /// participant is refused, or `none`.
   Refusal Announce(const GuidPrefix& prefix, std::uint32_t address, Duration lease, Instant now);
-  /// `at`: where a known participant listens for announcements. `own`: it sends from there, too.
-  /// `subscribes`: it may be a subscriber.
+  /// Describes a known participant. `at`: its address for announcements. `own`: the announcement
+  /// came from the participant itself, not from a server. `subscribes`: it may be a subscriber.
   void Describe(const GuidPrefix& prefix, UdpAddress at, bool own, bool subscribes);
-  /// A known participant has acknowledged an announcement of ours.
+  /// To be called when the participant has acknowledged an announcement of ours.
   void Confirmed(const GuidPrefix& prefix);
   void Left(const GuidPrefix& prefix);
   bool Has(const GuidPrefix& prefix) { return Find(prefix) != nullptr; }
 
   std::size_t size() const { return participants_.size(); }
-  /// Addresses of subscribers that have acknowledged announcements of ours.
+  /// Returns the addresses of subscribers that have acknowledged our announcements.
   std::vector<UdpAddress> Reached(Instant now) const;
-  /// Addresses of subscribers that have announced themselves for kUnanswered and have acknowledged
-  /// nothing.
+  /// Returns the addresses of subscribers that were announced at least kUnanswered ago and have
+  /// acknowledged nothing.
   std::vector<UdpAddress> Unanswered(Instant now) const;
   static constexpr Duration kUnanswered = 5s;
   const ParticipantLimits& limits() const { return limits_; }
@@ -65,7 +66,8 @@ class ParticipantTable {
 
     bool Lives(Instant now) const { return now - heard <= lease; }
   };
-  /// The rate of new participants of an address: at full_at a whole burst is allowed again.
+  /// The rate limit of new participants at one address: at `full_at` a whole burst is allowed
+  /// again.
   struct Source {
     std::uint32_t address = 0;
     Instant full_at{};
@@ -82,11 +84,13 @@ class ParticipantTable {
   Instant full_at_{};
 };
 
-// Limits of readers and writers, because the DDS library stores each, whatever its topic.
+// Limits of other participants' readers and writers, because the DDS library stores every endpoint,
+// whatever its topic.
 struct EndpointLimits {
   std::size_t of_participant = 512;
   std::size_t all = 8192;
-  /// Interval between new endpoints of a participant, after a burst of `of_participant`.
+  /// The shortest time between new endpoints of a participant on average. A burst of
+  /// `of_participant` is allowed.
   Duration new_interval = 10ms;
 };
 
@@ -94,8 +98,9 @@ class EndpointTable {
  public:
   explicit EndpointTable(const EndpointLimits& limits) : limits_(limits) {}
 
-  /// False: no room, or too fast. An endpoint of a participant that is not in `participants`
-  /// passes, because the library does not store it.
+  /// Adds an endpoint. False: a limit is reached, or endpoints are added too fast. An endpoint of a
+  /// participant that is not in `participants` is not added, and the result is true, because the
+  /// library does not store it.
   bool Announce(const Guid& endpoint, ParticipantTable& participants, Instant now);
   void Left(const Guid& endpoint);
   void ParticipantLeft(const GuidPrefix& prefix);
@@ -106,7 +111,7 @@ class EndpointTable {
   struct Owner {
     GuidPrefix prefix{};
     std::vector<std::uint32_t> entities;
-    Instant full_at{};  ///< as Source::full_at
+    Instant full_at{};  ///< time when a whole burst of endpoints is allowed again
   };
 
   Owner* Find(const GuidPrefix& prefix);
@@ -117,12 +122,12 @@ class EndpointTable {
 
 // Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
-  /// How many numbers all discovery writers together may skip at once, and how many each second
-  /// after that. The liveliness writer of a Cyclone DDS participant counts to about a million in
+  /// The numbers that all discovery writers together may skip at once, and per second after that.
+  /// For comparison: the liveliness writer of a Cyclone DDS participant reaches about a million in
   /// years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
-  /// The highest number with which a writer of samples may begin.
+  /// The highest first number of a writer of samples.
   std::int64_t first_of_samples = std::int64_t{1} << 32;
 };
 
@@ -130,8 +135,8 @@ class SequenceWindow {
  public:
   explicit SequenceWindow(const WindowLimits& limits);
 
-  /// The writer has announced numbers up to `to` (0 or more), and that readers never get `skipped`
-  /// of them. False: counting would take too long.
+  /// To be called when `writer` has announced numbers up to `to` (0 or more) and has marked
+  /// `skipped` numbers as never sent. False: the library would count too long.
   bool Advance(const Guid& writer, std::int64_t to, std::int64_t skipped, Instant now);
 
  private:

@@ -30,14 +30,15 @@ using eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr std::size_t kSpareInstances = 16;
 
-// Fast DDS 2.9 searches a writer's whole history for the sample that a new one replaces, and walks
-// through it with every heartbeat, under its lock: one writer of 100,000 points needs 350 us for a
-// sample, and minutes for its deletion. Several writers of this size are as fast as one.
+// The most instances of one writer. Fast DDS 2.9 searches a writer's whole history for the sample
+// that a new sample replaces, and walks through the history with every heartbeat, under its lock:
+// one writer of 100,000 points needs 350 us for a sample, and minutes for its deletion. Several
+// writers of this size together are as fast as one.
 constexpr std::size_t kInstancesPerWriter = 4096;
 
-// Stored for late subscribers, of all devices together: about 60 MB.
+// Events that are stored for late subscribers, of all devices together: about 60 MB.
 constexpr std::size_t kMostEvents = 100'000;
-// As many as gateway/records/events stores.
+// The most alarms that are stored; gateway/records/events stores as many.
 constexpr std::size_t kMostAlarms = 10'000;
 
 std::size_t EventDepth(std::size_t devices) {
@@ -48,7 +49,8 @@ std::size_t WritersFor(std::size_t instances) {
   return std::max<std::size_t>(1, (instances + kInstancesPerWriter - 1) / kInstancesPerWriter);
 }
 
-/// More than an equal share, because a hash distributes the names unevenly.
+/// Returns the instances that one writer must be able to store. It is more than an equal share,
+/// because a hash distributes the names unevenly.
 std::size_t InstancesEach(std::size_t instances) {
   const std::size_t writers = WritersFor(instances);
   const std::size_t part = (instances + writers - 1) / writers;
@@ -72,8 +74,8 @@ std::size_t Scatter(const AlarmSample& sample) {
   return hash(sample.device) * 31 + hash(sample.name);
 }
 
-// All limits together: Fast DDS accepts 10 instances by default, and makes no writer if max_samples
-// is less than instances times samples per instance.
+// Sets all resource limits, because Fast DDS accepts only 10 instances by default, and creates no
+// writer if max_samples is less than instances times samples per instance.
 fast::DataWriterQos WriterQos(std::size_t room, std::size_t depth) {
   fast::DataWriterQos qos;
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
@@ -98,14 +100,15 @@ class MatchCounter : public fast::DataWriterListener {
     current_ = static_cast<std::uint32_t>(std::max(0, status.current_count));
   }
   std::uint32_t current() const { return current_; }
-  /// To be called at the writer's deletion, which the library does not report as unmatched.
+  /// To be called when the writer is deleted, because the library does not report its readers as
+  /// unmatched then.
   void Clear() { current_ = 0; }
 
  private:
   std::atomic<std::uint32_t> current_ = 0;
 };
 
-/// The writers of one topic. Each instance always uses the same writer.
+/// The writers of one topic. An instance always uses the same writer.
 class TopicWriters {
  public:
   bool Open(fast::DomainParticipant& participant, fast::Publisher& publisher,
@@ -129,7 +132,7 @@ class TopicWriters {
 
   std::uint32_t readers() const { return readers_.current(); }
 
-  // write() needs a non-const pointer but only reads the sample.
+  // write() requires a non-const pointer, but only reads the sample.
   template <typename Sample>
   Sent Write(const Sample& sample) {
     if (writers_.empty()) return Sent::refused;
@@ -148,8 +151,8 @@ class TopicWriters {
     return true;
   }
 
-  /// Makes the deletion fast: otherwise the library returns each sample separately under a
-  /// contended lock.
+  /// Clears the writers' histories, so that their deletion is fast: otherwise the library returns
+  /// each sample separately under a contended lock.
   void Clear() {
     for (fast::DataWriter* writer : writers_) {
       std::size_t removed = 0;
@@ -266,7 +269,8 @@ class FastWriter : public SampleWriter {
   }
 
  private:
-  const std::unique_ptr<DiscoveryListener> listener_;  // listener of participant_
+  // participant_ uses it, so it is destroyed later.
+  const std::unique_ptr<DiscoveryListener> listener_;
   fast::DomainParticipant* participant_;
   fast::Publisher* publisher_ = nullptr;
   std::atomic<std::uint64_t> session_ = 1;
@@ -274,8 +278,8 @@ class FastWriter : public SampleWriter {
   TopicWriters points_;
   TopicWriters devices_;
   TopicWriters gateways_;
-  TopicWriters events_;  ///< not opened: the gateway has no events
-  TopicWriters alarms_;  ///< not opened: the gateway has no events
+  TopicWriters events_;  ///< not opened if the gateway has no events
+  TopicWriters alarms_;  ///< not opened if the gateway has no events
   std::optional<WriteTopics> requests_;
 };
 

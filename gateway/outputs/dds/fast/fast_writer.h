@@ -1,4 +1,4 @@
-// `CreateFastWriter` makes the SampleWriter that uses Fast DDS, with a participant of its own.
+// `CreateFastWriter` creates the SampleWriter that uses Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +12,13 @@
 
 namespace baudgate::dds {
 
-/// The object owns the participant and the writers of all topics. `requests_for`: the gateway whose
-/// write requests are received; empty: none. The error says what to change in `dds:`.
+/// Creates a SampleWriter that uses Fast DDS. It owns its participant and the writers of all
+/// topics. `requests_for`: name of the gateway whose write requests are received; empty: no write
+/// requests are received. The error contains what to change in `dds:`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const ParticipantOptions& options,
                                                        const Room& room,
                                                        const std::string& requests_for = {});
-/// As above, for all points and devices of `store`, with the options of `config.dds`.
+/// As above, with space for all points and devices of `store` and the options of `config.dds`.
 Result<std::unique_ptr<SampleWriter>> CreateFastWriter(const config::Config& config,
                                                        const bus::PointStore& store);
 

@@ -25,7 +25,7 @@ namespace baudgate::dds {
 
 inline constexpr std::int32_t kTakenAtOnce = 4000;
 
-/// The id of an instance or of a writer in Fast DDS.
+/// The id of an instance or writer in Fast DDS.
 using Handle = std::array<std::uint8_t, 16>;
 
 inline Handle HandleOf(const eprosima::fastdds::dds::InstanceHandle_t& from) {
@@ -34,7 +34,7 @@ inline Handle HandleOf(const eprosima::fastdds::dds::InstanceHandle_t& from) {
   return handle;
 }
 
-/// The first 12 bytes are the id of the participant.
+/// Converts a handle to a WriterId; its first 12 bytes are the id of the participant.
 inline WriterId WriterOf(const Handle& handle) {
   WriterId id;
   std::copy_n(handle.begin(), id.publisher.bytes.size(), id.publisher.bytes.begin());
@@ -44,7 +44,7 @@ inline WriterId WriterOf(const Handle& handle) {
 
 struct HandleHash {
   std::size_t operator()(const Handle& handle) const {
-    std::size_t hash = 0;  // the handle of an instance is an MD5 already
+    std::size_t hash = 0;  // copied from the handle, which is an MD5 already
     std::memcpy(&hash, handle.data(), sizeof hash);
     return hash;
   }
@@ -82,16 +82,17 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   }
   void on_sample_rejected(eprosima::fastdds::dds::DataReader*,
                           const eprosima::fastdds::dds::SampleRejectedStatus& status) override {
-    // A sample without room at the moment is sent again by its writer.
+    // Only this reason loses a sample: for other reasons, the writer sends the sample again.
     if (status.last_reason != eprosima::fastdds::dds::REJECTED_BY_INSTANCES_LIMIT) return;
     rejected_ += static_cast<std::uint64_t>(status.total_count_change);
     wake_();
   }
 
-  /// Calls back for everything that is there. Returns how long the library was busy. For one thread
-  /// only.
+  /// Takes all samples from the reader and passes them to the callbacks. Returns the time that the
+  /// library needed. Only one thread may call it.
   Duration TakeAll() {
-    // Read before the takes, because the last samples of a writer must be delivered before its end.
+    // `matches_` is read before the samples, because the last samples of a writer must be delivered
+    // before the report that it has left.
     std::vector<Match> matches;
     {
       const MutexLock lock(mutex_);
@@ -108,7 +109,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
     return busy;
   }
 
-  /// Takes that returned samples, and samples that could not be decoded. Any thread may call it.
+  /// takes() counts the calls of the library that returned samples; refused() counts samples that
+  /// could not be decoded. Any thread may call them.
   std::uint64_t takes() const { return takes_; }
   std::uint64_t refused() const { return refused_; }
 
@@ -125,8 +127,8 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   std::int32_t TakeLot(Duration& busy) {
     auto* reader = reader_.load();
     if (reader == nullptr) return 0;
-    // Loans: with sequences of our own, Fast DDS 2.9 lost a third to half of 5,000 samples a
-    // second.
+    // The library lends its own samples: with sequences of our own, Fast DDS 2.9 lost a third to
+    // half of 5,000 samples a second.
     eprosima::fastdds::dds::LoanableSequence<Sample> samples;
     eprosima::fastdds::dds::SampleInfoSeq infos;
     const Instant begun = std::chrono::steady_clock::now();
@@ -143,7 +145,7 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
 
   void Take(const Sample& sample, const eprosima::fastdds::dds::SampleInfo& info) {
     if (info.valid_data) {
-      // A sample that could not be decoded; types.cpp leaves its `gateway` empty.
+      // An empty `gateway` marks a sample that could not be decoded (types.cpp).
       if (sample.gateway.empty()) {
         ++refused_;
       } else {
@@ -202,16 +204,17 @@ class Inbox final : public eprosima::fastdds::dds::DataReaderListener {
   const Callbacks callbacks_;
   Mutex mutex_;
   std::vector<Match> matches_ BAUDGATE_GUARDED_BY(mutex_);
-  /// Null until samples have come.
+  /// The reader; null until it has received samples.
   std::atomic<eprosima::fastdds::dds::DataReader*> reader_ = nullptr;
   std::atomic<std::uint64_t> rejected_ = 0;
   std::atomic<std::uint64_t> takes_ = 0;
   std::atomic<std::uint64_t> refused_ = 0;
 
-  // Used by the thread that calls TakeAll.
+  // Only the thread that calls TakeAll uses the following members.
   std::uint64_t rejected_told_ = 0;
   std::unordered_map<Handle, Known, HandleHash> known_;
-  std::map<PublisherId, int> writers_;  ///< number of writers; a large gateway has many
+  /// Number of writers of each participant; a large gateway has many.
+  std::map<PublisherId, int> writers_;
 };
 
 }  // namespace baudgate::dds

@@ -91,7 +91,8 @@ int OptionOf(int descriptor, int name) {
   return ::getsockopt(descriptor, SOL_SOCKET, name, &value, &size) == 0 ? value : 0;
 }
 
-/// Halved, because the kernel returns twice the size that was requested.
+/// Returns the buffer size of the socket in bytes. The value is halved, because the kernel returns
+/// twice the requested size.
 int BufferOf(const Socket& socket, int name) { return OptionOf(socket.descriptor, name) / 2; }
 
 std::vector<Socket> UdpSockets() {
@@ -113,7 +114,8 @@ in_addr AddressOf(const std::string& text) {
   return address;
 }
 
-/// The kernel returns the sources of a membership only to a member.
+/// True if the socket is a member of the multicast group on this interface: the kernel returns the
+/// filter of a membership only to a member.
 bool HasJoined(const Socket& socket, const std::string& interface) {
   ip_msfilter filter{};
   filter.imsf_multiaddr = AddressOf(kGroup);
@@ -122,7 +124,6 @@ bool HasJoined(const Socket& socket, const std::string& interface) {
   return ::getsockopt(socket.descriptor, IPPROTO_IP, IP_MSFILTER, &filter, &size) == 0;
 }
 
-/// Addresses of the participant that can be used now.
 std::vector<std::string> UsedInterfaces(const ParticipantOptions& options,
                                         const OwnAddresses& own) {
   std::vector<std::string> used;
@@ -145,7 +146,7 @@ std::pair<int, int> GivenPorts() {
   return {32768, 60999};
 }
 
-/// False: another program has the port and does not share it.
+/// False: another program uses the port and does not share it.
 bool CanBind(const std::string& address, std::uint16_t port) {
   const int probe = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
   if (probe < 0) return false;
@@ -175,7 +176,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
   facts.given_ports = GivenPorts();
   const int port = MulticastPort(options.domain);
   const std::vector<Socket> sockets = UdpSockets();
-  std::vector<Socket> hear;  // sockets that receive what is sent to the group
+  std::vector<Socket> hear;  // sockets that receive datagrams of the group
   for (const Socket& socket : sockets) {
     facts.send_bytes = std::max(facts.send_bytes, BufferOf(socket, SO_SNDBUF));
     if (socket.port < port || socket.port >= port + kPortsOfADomain) continue;
@@ -193,7 +194,8 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // If all interfaces are used, some of them may not support multicast.
+  // If all interfaces are used, some may not support multicast: failed joins are reported only if
+  // no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }

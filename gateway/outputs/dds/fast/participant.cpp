@@ -35,18 +35,20 @@ using eprosima::fastrtps::rtps::IPLocator;
 using eprosima::fastrtps::rtps::Locator_t;
 
 constexpr char kMulticastGroup[] = "239.255.0.1";  // RTPS 2.3, 9.6.1.4
-/// Ports that are asked on each peer. A participant takes the lowest free port of its machine, so
-/// further participants of a machine are not found through `peers`.
+/// The number of ports at each peer to which announcements are sent. A participant takes the lowest
+/// free port of its machine, so participants beyond this number on one machine are not found
+/// through `peers`.
 constexpr std::uint32_t kParticipantsOfPeer = 32;
 
-/// Port 0 means the ports of the domain.
+/// Returns the locator of a UDP port. Port 0 stands for the ports of the domain.
 Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   Locator_t locator;
   IPLocator::createLocator(LOCATOR_KIND_UDPv4, address, port, locator);
   return locator;
 }
 
-/// With addresses in this list, the library does not add the multicast group.
+/// Restricts the participant to unicast: if this list contains addresses, the library does not add
+/// the multicast group.
 void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
@@ -56,15 +58,16 @@ void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& built
   }
 }
 
-/// Sets the hosts that are asked beside the multicast group, or instead of it. For Fast DDS a
-/// discovery server is a peer with a port.
+/// Sets the hosts to which announcements are sent besides the multicast group, or instead of it.
+/// Fast DDS treats a discovery server as a peer with a port.
 void AskPeers(const ParticipantOptions& options,
               eprosima::fastdds::dds::DomainParticipantQos& qos) {
   auto& builtin = qos.wire_protocol().builtin;
   if (!options.multicast) HearUnicastOnly(options, builtin);
   if (options.peers.empty() && options.discovery_servers.empty() && options.reached.empty()) return;
   auto& asked = builtin.initialPeersList;
-  // Given peers replace the default of the library, so the group must be added.
+  // Configured peers replace the library's default, the multicast group, so the group must be
+  // added.
   if (options.multicast) asked.push_back(LocatorOf(kMulticastGroup));
   for (const std::string& peer : options.peers) asked.push_back(LocatorOf(peer));
   for (const auto* places : {&options.discovery_servers, &options.reached}) {
@@ -72,8 +75,8 @@ void AskPeers(const ParticipantOptions& options,
   }
 }
 
-/// Adds the properties that the library needs, and returns what datagrams must fulfil. The error
-/// names the faulty file; the library makes no participant without it.
+/// Adds the properties of DDS Security for the library, and returns how datagrams must be secured.
+/// The error contains the faulty file, with which the library could not create a participant.
 Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
                             eprosima::fastrtps::rtps::PropertyPolicy& properties) {
   if (!security.on()) return Secured::off;
@@ -100,7 +103,8 @@ Result<Secured> AddSecurity(const config::DdsSecurity& security, WallTime now,
 
 constexpr char kLoopback[] = "127.0.0.1";
 
-/// The addresses that a participant of this machine may use and that `interfaces` does not contain.
+/// Returns the addresses that `interfaces` lacks to reach a participant of this machine: loopback
+/// and `host`.
 std::string Missing(const std::string& host, const std::vector<std::string>& interfaces) {
   const auto lacks = [&](const std::string& address) {
     return !MeansAll(interfaces) && std::ranges::find(interfaces, address) == interfaces.end();
@@ -140,7 +144,7 @@ using eprosima::fastrtps::rtps::LocatorsIterator;
 using eprosima::fastrtps::rtps::octet;
 using eprosima::fastrtps::rtps::SenderResource;
 
-/// The IPv4 address is in the last four bytes of a locator.
+/// Returns address and port of a locator, whose last four bytes are the IPv4 address.
 Sender SenderOf(const Locator_t& remote) {
   Sender sender;
   for (std::size_t i = 12; i < 16; ++i) sender.address = sender.address << 8 | remote.address[i];
@@ -149,7 +153,7 @@ Sender SenderOf(const Locator_t& remote) {
 }
 
 struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
-  /// `below` must have its final limits, because they are copied here.
+  /// `below` must have its final limits, because this constructor copies them.
   CheckedTransportDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below,
                              std::shared_ptr<DatagramGate> gate_of_all)
       : ChainingTransportDescriptor(std::move(below)), gate(std::move(gate_of_all)) {}
@@ -159,8 +163,9 @@ struct CheckedTransportDescriptor : rtps::ChainingTransportDescriptor {
   std::shared_ptr<DatagramGate> gate;
 };
 
-/// A transport of Fast DDS that passes on only what its gate accepts. Datagrams are sent unchanged,
-/// one at a time. It also decides at which address a participant of this machine is reached.
+/// A transport of Fast DDS that passes received datagrams to the library only if the gate accepts
+/// them. Datagrams are sent unchanged, one at a time. The transport also chooses the address at
+/// which a participant of this machine is reached.
 class CheckedTransport : public rtps::ChainingTransport {
  public:
   explicit CheckedTransport(const CheckedTransportDescriptor& descriptor)
@@ -171,15 +176,16 @@ class CheckedTransport : public rtps::ChainingTransport {
   bool send(SenderResource* below, const octet* bytes, std::uint32_t size, LocatorsIterator* to,
             LocatorsIterator* to_end,
             const std::chrono::steady_clock::time_point& timeout) override {
-    // The transport below counts datagrams by address; two threads at once would end in an
-    // assertion.
+    // The transport below counts datagrams by address, and fails an assertion if two threads send
+    // at the same time.
     const std::lock_guard lock(sending_);
     return below->send(bytes, size, to, to_end, timeout);
   }
 
   void receive(rtps::TransportReceiverInterface* next, const octet* bytes, std::uint32_t size,
                const Locator_t& local, const Locator_t& remote) override {
-    // The buffer belongs to the receiving thread; the library writes into it as well.
+    // Casting const away is safe: the buffer belongs to the receiving thread, and the library
+    // writes into it as well.
     const std::span datagram(const_cast<octet*>(bytes), size);
     const auto passed =
         descriptor_.gate->LetIn(datagram, SenderOf(remote), std::chrono::steady_clock::now());
@@ -187,14 +193,14 @@ class CheckedTransport : public rtps::ChainingTransport {
     next->OnDataReceived(passed.data(), static_cast<std::uint32_t>(passed.size()), local, remote);
   }
 
-  /// `reached`: where the participant `announced` is reached. Fast DDS 2.9 itself replaces every
-  /// address of this machine that it does not use by loopback, even if nobody listens there. False:
-  /// not reachable.
+  /// Sets `reached` to the address at which the participant `announced` is reached. False: it is
+  /// not reachable. Fast DDS 2.9 would replace every address of this machine that it does not use
+  /// by loopback, even if nobody listens there.
   bool transform_remote_locator(const Locator_t& announced, Locator_t& reached) const override {
     if (!IsLocatorSupported(announced)) return false;
     reached = announced;
     if (!is_local_locator(announced) || is_locator_allowed(announced)) return true;
-    // We have no socket at this address of this machine, so its owner was received on loopback.
+    // We have no socket at this address, so the announcement of the participant came over loopback.
     IPLocator::setIPv4(reached, "127.0.0.1");
     return is_locator_allowed(reached);
   }
@@ -210,11 +216,12 @@ rtps::TransportInterface* CheckedTransportDescriptor::create_transport() const {
 
 constexpr int kLastDomain = 232;  // the ports of higher domains would be above 65535
 constexpr Duration kAnnouncements = 1300ms;
-// The limit of readers, and of writers, for each participant that may be present.
+// The limit of readers, and of writers, of each participant.
 constexpr std::size_t kEndpointsEach = 32;
 
-// Prints the library's messages to standard error, because the default, standard output, carries
-// JSON lines. Repetitions are folded, because a hostile packet can cause endless messages.
+// Prints the library's messages to standard error, because its default, standard output, contains
+// our JSON lines. Repeated messages are folded, because a hostile packet can cause endless
+// messages.
 class FoldedLog : public fast::LogConsumer {
  public:
   void Consume(const fast::Log::Entry& entry) override {
@@ -236,7 +243,8 @@ class FoldedLog : public fast::LogConsumer {
 void PrepareProcessOnce() {
   static std::once_flag once;
   std::call_once(once, [] {
-    // Without this, a DEFAULT_FASTRTPS_PROFILES.xml in the working directory is applied silently.
+    // Without this variable, the library would silently apply a DEFAULT_FASTRTPS_PROFILES.xml in
+    // the working directory.
     ::setenv("SKIP_DEFAULT_XML_FILE", "1", 1);
     // These variables would override the configuration.
     ::unsetenv("FASTRTPS_DEFAULT_PROFILES_FILE");
@@ -254,7 +262,8 @@ Status Check(const ParticipantOptions& options) {
   return {};
 }
 
-/// With an address that this machine does not have now, the library reaches nobody.
+/// Returns the configured addresses that this machine has now, because the library reaches nobody
+/// if the list contains an address that the machine does not have. An error if none is left.
 Result<std::vector<std::string>> Present(const std::vector<std::string>& interfaces) {
   const OwnAddresses own = FindOwnAddresses();
   std::vector<std::string> present;
@@ -303,7 +312,8 @@ Status Settle(const ParticipantOptions& options, fast::DomainParticipantQos& qos
   if (!options.peers.empty()) udp->maxInitialPeersRange = kParticipantsOfPeer;
   transport.user_transports.push_back(
       std::make_shared<CheckedTransportDescriptor>(udp, GateFor(options, *security)));
-  // The library's own limits, in case the check lets more in. They include our own participant.
+  // The library's own limits apply if the check accepts too many participants. They include our
+  // participant.
   auto& places = qos.allocation();
   places.participants.maximum = options.participants + 1;
   places.readers.maximum = places.writers.maximum = kEndpointsEach;

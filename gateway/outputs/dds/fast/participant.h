@@ -1,5 +1,5 @@
-// `CreateParticipant` makes a Fast DDS participant with the gateway's settings, for publishers and
-// subscribers. UnansweredRemark is the sentence about a participant that acknowledges nothing.
+// `CreateParticipant` creates a Fast DDS participant with the gateway's settings, for publishers
+// and subscribers. UnansweredRemark describes a participant that acknowledges nothing.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,32 +20,33 @@ class DomainParticipantListener;
 
 namespace baudgate::dds {
 
-/// About a participant that announces itself and acknowledges nothing. `host`: where it listens.
-/// `on_this_machine`: `host` is our address. `interfaces`: of our participant. Another Fast DDS on
-/// this machine sends to loopback if it uses loopback, and never to an address of the machine that
-/// it does not use itself.
+/// Returns a sentence about a participant that announces itself and acknowledges nothing. `host`:
+/// its address. `on_this_machine`: `host` is an address of this machine. `interfaces`: addresses
+/// that our participant uses. Background: another Fast DDS on this machine sends to loopback if it
+/// uses loopback, and never to an address of the machine that it does not use itself.
 std::string UnansweredRemark(const std::string& host, bool on_this_machine,
                              const std::vector<std::string>& interfaces);
 
-/// XML profiles are never read. `listener` gets everything that is discovered, and must outlive the
-/// participant. `role` is for discovery servers. The error names what to change.
+/// Creates a participant; XML profiles are never read. `listener` is informed about everything that
+/// is discovered, and must outlive the participant. `role` is sent to discovery servers. The error
+/// contains the setting to change.
 Result<eprosima::fastdds::dds::DomainParticipant*> CreateParticipant(
     const ParticipantOptions& options,
     eprosima::fastdds::dds::DomainParticipantListener* listener = nullptr, Role role = Role::any);
 
-/// True if no interface is named, or 0.0.0.0.
+/// True if the list is empty or contains 0.0.0.0.
 bool MeansAll(const std::vector<std::string>& interfaces);
 
-/// Datagrams by UDP. Any thread may call it.
+/// Returns the counts of received UDP datagrams. Any thread may call it.
 DatagramCounters DatagramsOf(const eprosima::fastdds::dds::DomainParticipant& participant);
 
-/// Returns the matched subscribers, and a sentence for each address of dds.interfaces that is gone
-/// and each subscriber that cannot be answered (not with DDS Security, where strangers are not
-/// answered anyway).
+/// Returns the matched subscribers, and remarks: a sentence for each address of dds.interfaces that
+/// is gone and for each subscriber that does not acknowledge. With DDS Security, the latter are
+/// left out, because strangers get no answer.
 Neighbours NeighboursOf(const eprosima::fastdds::dds::DomainParticipant& participant,
                         const ParticipantOptions& options);
 
-/// Also deletes its entities.
+/// Deletes the participant and its publishers, subscribers and topics.
 void DeleteParticipant(eprosima::fastdds::dds::DomainParticipant* participant);
 
 }  // namespace baudgate::dds

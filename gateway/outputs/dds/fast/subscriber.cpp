@@ -23,7 +23,7 @@ TakingThread::TakingThread(std::function<Duration()> round)
   worker_.Start();
 }
 
-/// A wake-up during the rest takes effect after the rest.
+/// Wakes the thread. During a rest the wake-up takes effect when the rest is over.
 void TakingThread::Wake() {
   if (!work_.exchange(true)) worker_.Wake();
 }
@@ -95,7 +95,8 @@ struct DdsSubscriber::Impl {
             OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
-  /// Starts of gateways first, because the `seq` of the other samples counts from them.
+  /// Takes all samples; those of gateways first, because the `seq` of other samples counts from the
+  /// start of their gateway.
   Duration TakeAll() {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();
@@ -117,7 +118,7 @@ struct DdsSubscriber::Impl {
 
   fast::DomainParticipant* participant;
   fast::Subscriber* subscriber = nullptr;
-  TakingThread taking;  // safe: the readers wake it, and they are made after all members
+  TakingThread taking;  // the readers call it from their threads, and are created after all members
   Inbox<PointSample> points;
   Inbox<DeviceSample> devices;
   Inbox<GatewaySample> gateways;

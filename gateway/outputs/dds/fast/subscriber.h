@@ -15,20 +15,21 @@
 
 namespace baudgate::dds {
 
-// The thread on which a subscriber takes its samples. It rests after each take, because Fast DDS
-// 2.9 walks through all instances with every take: a thread that takes at each sample would fall
-// behind.
+// TakingThread is the thread on which a subscriber takes its samples. The thread rests after each
+// take, because Fast DDS 2.9 walks through all instances with every take: without rests, the thread
+// could not keep up.
 
-/// Nine times the last round, at most 50 ms: a few points are taken at once, thousands in batches.
+/// Returns the rest after a take: nine times the duration of the take, at most 50 ms. So a few
+/// points are taken at once, and thousands of points in batches.
 Duration RestAfter(Duration round);
 
 class TakingThread {
  public:
-  /// `round` takes what is there, and returns how long the library was busy.
+  /// `round` takes all samples, and returns how long the library was busy.
   explicit TakingThread(std::function<Duration()> round);
 
-  void Stop() { worker_.Stop(); }  ///< `round` does not run after this
-  /// There is something to take. Any thread may call it; it never waits for a round.
+  void Stop() { worker_.Stop(); }  ///< ends the thread; `round` does not run after this
+  /// To be called when samples have arrived. Any thread may call it; it never waits for a take.
   void Wake();
 
  private:
@@ -40,48 +41,52 @@ class TakingThread {
   Worker worker_;
 };
 
-/// Why there will be no more samples of a point or device.
+/// The reason why no more samples of a point or device are expected.
 enum class Gone : std::uint8_t {
-  disposed,  ///< a writer has disposed it; gateways never do
-  /// Its gateway has left, or was silent for its lease. After an orderly stop, the last samples
+  disposed,  ///< a writer has disposed the instance; gateways never do
+  /// The gateway has left, or was silent for its lease. After an orderly stop, the last samples
   /// have the quality "not connected" (0x08).
   no_writers,
 };
 
 struct SubscriberOptions {
   ParticipantOptions participant{.domain = 0, .interfaces = {"127.0.0.1"}};
-  std::size_t max_instances = 100'000;  ///< of points; samples beyond are counted as rejected
+  /// Most points that are stored; samples of further points are rejected.
+  std::size_t max_instances = 100'000;
 };
 
-/// Called one at a time, on a thread of the subscriber. The arguments are valid during the call.
+/// The callbacks are called one at a time, on a thread of the subscriber. Their arguments are valid
+/// during the call.
 struct SubscriberCallbacks {
   std::function<void(const PointSample&, const Origin&)> on_point;
-  /// Only the key of the sample is valid; its other fields are those of the last sample.
+  /// Called when a point is gone. Of the sample, only the key is valid; its other fields are those
+  /// of the last sample.
   std::function<void(const PointSample&, Gone)> on_point_gone;
   std::function<void(const DeviceSample&, const Origin&)> on_device;
   std::function<void(const DeviceSample&, Gone)> on_device_gone;
-  /// The start of a gateway: its time and version.
+  /// Called when a gateway has started; the sample contains the time of the start and the version.
   std::function<void(const GatewaySample&, const Origin&)> on_gateway{};
   std::function<void(const GatewaySample&, Gone)> on_gateway_gone{};
-  /// Number of publishers of points that are connected now.
+  /// Called with the number of publishers of points that are connected now.
   std::function<void(int gateways)> on_gateways;
-  /// A publisher of points has left, or was silent for its lease.
+  /// Called when a publisher of points has left, or was silent for its lease.
   std::function<void(const PublisherId&)> on_publisher_left;
-  /// Samples of points that were lost so far because max_instances is too small.
+  /// Called with the number of samples of points that were lost so far because max_instances is too
+  /// small.
   std::function<void(std::uint64_t samples)> on_rejected;
-  /// First the newest events of each device, at most 1000, then each new one. An event may come
-  /// twice, with the same `seq`. Null: events are not subscribed to.
+  /// Called with the newest events of each device, at most 1000, then with each new event. An event
+  /// can come twice, with the same `seq`. Null: events are not subscribed to.
   std::function<void(const EventSample&, const Origin&)> on_event{};
-  /// First each alarm in its present state, then changes; state 0 is over. Null: alarms are not
-  /// subscribed to.
+  /// Called with the present state of each alarm, then after each change; state 0: the alarm is
+  /// over and acknowledged. Null: alarms are not subscribed to.
   std::function<void(const AlarmSample&, const Origin&)> on_alarm{};
   std::function<void(const AlarmSample&, Gone)> on_alarm_gone{};
 };
 
-/// Counts since the start, of all topics.
+/// Counts of all topics since the start.
 struct SubscriberCounters {
   std::uint64_t takes = 0;    ///< calls of take that returned samples
-  std::uint64_t refused = 0;  ///< samples longer than their bounds, or in an unknown encoding
+  std::uint64_t refused = 0;  ///< samples with a text beyond its bound, or in an unknown encoding
 };
 
 class DdsSubscriber {
@@ -90,7 +95,6 @@ class DdsSubscriber {
                                                        SubscriberCallbacks callbacks);
   ~DdsSubscriber();  ///< no callback runs after this
 
-  /// Any thread may call these.
   DatagramCounters datagrams() const;
   SubscriberCounters counters() const;
 

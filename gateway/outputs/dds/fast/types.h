@@ -1,5 +1,5 @@
-// `NewPointType` and its siblings make the Fast DDS type support of the samples: the adapter
-// between Fast DDS payloads and gateway/outputs/dds/published_types.h. HashKey computes key hashes.
+// `NewPointType` and its siblings create the Fast DDS type supports, which convert between Fast DDS
+// payloads and the samples of gateway/outputs/dds/published_types.h. HashKey computes key hashes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,10 +18,10 @@ inline eprosima::fastrtps::Duration_t DdsTime(Duration duration) {
           static_cast<std::uint32_t>((duration % 1s) / 1ns)};
 }
 
-/// The key hash, as every DDS vendor computes it from baudgate.idl (RTPS 9.6.3.8): the MD5 of the
-/// key fields in big-endian CDR, because the key may be longer than 16 bytes.
+/// The key hash of a sample, as every DDS vendor computes it from baudgate.idl (RTPS 9.6.3.8): the
+/// MD5 of the key fields in big-endian CDR, because the key can be longer than 16 bytes.
 using KeyHash = std::array<std::uint8_t, 16>;
-/// Instantiated for all samples of gateway/outputs/dds/published_types.h.
+/// HashKey is instantiated for all samples of gateway/outputs/dds/published_types.h.
 template <typename Sample>
 KeyHash HashKey(const Sample& sample);
 
@@ -33,9 +33,10 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// For baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent, AlarmState,
-/// WriteRequest and WriteReply. The caller gives the result to a Fast DDS TypeSupport, which owns
-/// it. Fast DDS passes a sample as a pointer to its struct (PointSample, DeviceSample …).
+/// Return the type supports of baudgate::v1::PointSample, DeviceStatus, GatewayStatus, DeviceEvent,
+/// AlarmState, WriteRequest and WriteReply. The caller passes the result to a Fast DDS TypeSupport,
+/// which owns it. Fast DDS passes a sample as a pointer to its struct (PointSample, DeviceSample
+/// …).
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();

@@ -18,15 +18,17 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// Names of clients, of all gateways. The library stores a name while a writer with it exists.
+// The most client names in requests, to all gateways. The library stores a name while a writer with
+// this name exists.
 constexpr int kNamesOfRequests = 4096;
-// Names in replies of this gateway. The library stores them until the writer is deleted.
+// The most client names in replies of this gateway. The library stores them until the writer is
+// deleted.
 constexpr int kNamesOfReplies = 1024;
-// Samples of a name. Requests are taken at once: several wait only if one datagram contains
-// several.
+// Samples that are stored for each name. Requests are taken at once, so several are stored only if
+// one datagram contains several.
 constexpr int kSamplesEach = 4;
 
-/// Sets all limits together, see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp.
+/// Returns a QoS with all limits set (see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp).
 template <typename Qos>
 Qos Bounded(fast::DurabilityQosPolicyKind durability, int names) {
   Qos qos;
@@ -49,7 +51,8 @@ fast::Topic* MakeTopic(fast::DomainParticipant& participant, fast::TopicDataType
 
 }  // namespace
 
-/// Replies first: a client that discovers the reader of requests can also discover their writer.
+/// Creates the writer of replies before the reader of requests, so that a client that discovers the
+/// reader can also discover the writer.
 bool WriteTopics::Open(fast::DomainParticipant& participant) {
   publisher_ = participant.create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant.create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
@@ -59,7 +62,8 @@ bool WriteTopics::Open(fast::DomainParticipant& participant) {
          requests_ != nullptr && OpenWriter() && OpenReader();
 }
 
-/// Transient local: a client's reader of replies may be discovered after its writer of requests.
+/// Creates the writer of replies. It is transient local, because a client's reader of replies can
+/// be discovered later than its writer of requests.
 bool WriteTopics::OpenWriter() {
   auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
   qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
@@ -85,14 +89,15 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// A writer without room for another name is replaced by one that has no stored replies.
+/// Writes a reply. If the writer has no space for a new client name, it is replaced by a new writer
+/// without stored replies.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);
   return OpenWriter() && TryWrite(reply) ? Sent::yes : Sent::refused;
 }
 
-// write() needs a non-const pointer but only reads the sample.
+// write() requires a non-const pointer, but only reads the sample.
 bool WriteTopics::TryWrite(const ReplySample& reply) {
   try {
     const auto code = writer_->write(const_cast<ReplySample*>(&reply), fast::HANDLE_NIL);
@@ -102,7 +107,7 @@ bool WriteTopics::TryWrite(const ReplySample& reply) {
   }
 }
 
-/// A request that could not be decoded has an empty `gateway`.
+/// Takes the requests. A request that could not be decoded has an empty `gateway`.
 void WriteTopics::on_data_available(fast::DataReader* reader) {
   WriteArrival arrival;
   fast::SampleInfo info{};
@@ -118,7 +123,8 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
     const Now now = ReadClocks();
     arrival.received = now.instant;
     arrival.published = WallTime(Duration(info.source_timestamp.to_ns()));
-    // Computed with the steady clock, so a changed wall clock makes no difference.
+    // The time when the reader was opened is computed with the steady clock, so that setting the
+    // wall clock makes no difference.
     arrival.early = arrival.published < now.wall - (now.instant - opened_.load());
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);

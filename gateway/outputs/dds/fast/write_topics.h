@@ -1,5 +1,5 @@
-// `WriteTopics` contains a DDS reader of write requests to one gateway, and the writer of replies.
-// Requests from before the reader was there are marked as early.
+// `WriteTopics` contains the DDS reader of write requests to one gateway, and the writer of the
+// replies. Requests that were published before the reader existed are marked as early.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,17 +21,18 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   WriteTopics(std::string gateway, const VolatileWriters& writers)
       : gateway_(std::move(gateway)), writers_(writers) {}
 
-  /// False: the library made no reader or no writer. The participant must end before this object.
+  /// Creates writer and reader. False: the library could not create them. The participant must be
+  /// deleted before this object.
   bool Open(eprosima::fastdds::dds::DomainParticipant& participant);
 
-  /// See SampleWriter.
   void OnRequest(SampleWriter::TakeRequest take);
   Sent Write(const ReplySample& reply);
-  /// Requests that were dropped: the library had no room, or has had none since the last Renew.
+  /// Returns the number of dropped requests: while the library had no space, and after that until
+  /// Renew.
   std::uint64_t dropped() const { return dropped_; }
-  /// Replaces the reader if the library had no room: it then holds requests back and delivers them
-  /// later, so requests are dropped until there is a new reader, which never gets old ones. To be
-  /// called now and then, by one thread.
+  /// Replaces the reader if the library had no space. A reader without space holds requests back
+  /// and delivers them later, so all requests are dropped until there is a new reader, which never
+  /// gets old requests. To be called regularly, by one thread.
   void Renew();
 
  private:
@@ -51,7 +52,7 @@ class WriteTopics final : private eprosima::fastdds::dds::DataReaderListener {
   eprosima::fastdds::dds::Topic* requests_ = nullptr;
   eprosima::fastdds::dds::DataWriter* writer_ = nullptr;  ///< writer of replies
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;  ///< reader of requests
-  std::atomic<Instant> opened_ = Instant{};               ///< when `reader_` was made
+  std::atomic<Instant> opened_ = Instant{};               ///< when `reader_` was created
   std::atomic<bool> full_ = false;
   std::atomic<std::uint64_t> dropped_ = 0;
   Mutex mutex_;

@@ -1,5 +1,5 @@
-// `ChildProcess` starts baudgate-dds as a child with its end of the link as descriptor 3, and waits
-// for its end. BoundedLines turns the child's output into log lines.
+// `ChildProcess` starts baudgate-dds as a child, passes it one socket of the link as descriptor 3,
+// and waits until it has ended. BoundedLines turns the child's output into log lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,14 +16,15 @@
 
 namespace baudgate::dds {
 
-// Splits output into printable lines of limited length, at most kMost lines in kPeriod.
+// BoundedLines splits output into printable lines of limited length, at most kMost lines in
+// kPeriod.
 class BoundedLines {
  public:
   static constexpr std::size_t kLongest = 500;  ///< in bytes; the rest of a longer line is dropped
   static constexpr std::size_t kMost = 20;      ///< lines per kPeriod; further lines are counted
   static constexpr Duration kPeriod = 10s;
 
-  /// Returns the lines that are complete now.
+  /// Returns the lines that `bytes` has completed.
   std::vector<std::string> Add(std::string_view bytes, Instant now);
 
  private:
@@ -35,14 +36,14 @@ class BoundedLines {
   std::size_t left_out_ = 0;
 };
 
-/// In the child.
+/// The number of the link's descriptor in the child process.
 inline constexpr int kLinkDescriptor = 3;
 
 class ChildProcess {
  public:
-  /// The child inherits only the link and a pipe for its standard output and error. It is in a
-  /// process group of its own, so Ctrl-C does not reach it. The calling thread must outlive the
-  /// child, because the kernel ends the child together with this thread.
+  /// Starts a child that inherits only the link and a pipe for its standard output and error. The
+  /// child has a process group of its own, so Ctrl-C does not reach it. The calling thread must
+  /// outlive the child, because the kernel terminates the child together with this thread.
   static Result<ChildProcess> Start(const std::string& program,
                                     const std::vector<std::string>& arguments,
                                     const Descriptor& link);
@@ -51,11 +52,11 @@ class ChildProcess {
   ChildProcess& operator=(ChildProcess&& other) noexcept;
 
   pid_t id() const { return id_; }
-  /// The child's standard output and error; non-blocking.
+  /// Returns the pipe of the child's standard output and error; non-blocking.
   int output() const { return output_.get(); }
   void CloseOutput() { output_.Close(); }
-  /// Waits until the child has ended, and kills it after `most`. Returns e.g. "was ended by signal
-  /// 6" or "left with exit code 1".
+  /// Waits until the child has ended, and kills it after `most`. Returns how it ended, e.g. "was
+  /// ended by signal 6" or "left with exit code 1".
   std::string Reap(Duration most);
 
  private:
@@ -65,8 +66,8 @@ class ChildProcess {
   Descriptor output_;
 };
 
-/// Looks in the folder of this process's binary and in that of installed programs. The error
-/// contains both.
+/// Returns the path of the program, from the folder of this process's binary or from the folder of
+/// installed programs. The error contains both folders.
 Result<std::string> FindProgram(const std::string& name);
 
 }  // namespace baudgate::dds

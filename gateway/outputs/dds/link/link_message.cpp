@@ -22,9 +22,9 @@ constexpr std::size_t kSecurityFiles = 7;
 constexpr std::uint32_t kMostInstances = 10'000'000;
 constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
-// Before the sample: participant, entity, time of arrival, time of publication, flags.
+// Bytes before the sample: participant, entity, time of arrival, time of publication, flags.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
-// In the order of the message.
+// The counts of subscribers in the order of the message.
 constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
                                                     &Subscribers::events, &Subscribers::alarms};
 constexpr unsigned kLasting = 1;
@@ -66,7 +66,7 @@ void PutText(Bytes& to, std::string_view text) {
   Append(to, text);
 }
 
-/// `most` must be below 256.
+/// Writes the number of texts, then the texts. `most` must be below 256.
 void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most,
               std::size_t bound) {
   const std::size_t count = std::min(texts.size(), most);
@@ -109,7 +109,6 @@ class Fields {
     good_ = good_ && count <= most;
     return good_ ? count : 0;
   }
-  /// True if all fields were good and no bytes are left.
   bool AllTaken() const { return good_ && rest_.empty(); }
 
  private:
@@ -122,7 +121,6 @@ class Fields {
   bool good_ = true;
 };
 
-/// Writes the number of places, then the address and port of each.
 void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size_t most) {
   const std::size_t count = std::min(places.size(), most);
   to.push_back(static_cast<std::uint8_t>(count));
@@ -132,7 +130,7 @@ void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size
   }
 }
 
-/// Fails if there are more than `most` places.
+/// Reads places. The message is invalid if there are more than `most`.
 std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
   std::vector<config::HostPort> places(fields.Count(most));
   for (config::HostPort& at : places) {
@@ -142,7 +140,7 @@ std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
   return places;
 }
 
-/// In the order of the message.
+/// Returns the paths of the security files in the order of the message.
 template <typename Security>
 auto FilesOf(Security& security) {
   return std::array{&security.ca,         &security.permissions_ca, &security.identity,
@@ -150,14 +148,14 @@ auto FilesOf(Security& security) {
                     &security.permissions};
 }
 
-/// Only the number 0 if security is off.
+/// Writes the number of files and their paths; if security is off, only the number 0.
 void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   to.push_back(security.on() ? kSecurityFiles : 0);
   if (!security.on()) return;
   for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
 }
 
-/// False if the number of files is another one than kSecurityFiles.
+/// Reads the paths. False if the number of files is neither 0 nor kSecurityFiles.
 bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   const auto count = fields.Number<std::uint8_t>();
   if (count == 0) return true;

@@ -1,6 +1,6 @@
 // `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
-// baudgate-dds. Each packet of their SOCK_SEQPACKET socket is one message. process_link.h and
-// link_server.h send and receive.
+// baudgate-dds. Each packet of the SOCK_SEQPACKET socket between them is one message.
+// process_link.h and link_server.h send and receive the messages.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
@@ -23,44 +23,46 @@ namespace baudgate::dds {
 
 inline constexpr std::uint8_t kLinkVersion = 7;
 inline constexpr std::size_t kLinkHeaderBytes = 4;
-/// In bytes; a longer packet is refused.
+/// The longest message in bytes; a longer packet is refused.
 inline constexpr std::size_t kMaxLinkMessage = 8192;
-/// The most time that baudgate-dds takes to publish the final samples of all points.
+/// The longest time in which baudgate-dds publishes the final samples of all points.
 inline constexpr Duration kEndTime = 700ms;
 
 enum class LinkKind : std::uint8_t {
   // from the gateway to baudgate-dds
-  open = 1,     ///< first: what to open; later: replace the writers by ones with another room
-  point = 2,    ///< a sample to publish
-  device = 3,   ///< a sample to publish
-  gateway = 4,  ///< a sample to publish
-  end = 5,      ///< publish that all points are gone, wait for acknowledgement, then exit
+  open = 1,     ///< opens DDS; later `open` messages replace the writers
+  point = 2,    ///< a sample of a point to publish
+  device = 3,   ///< a sample of a device to publish
+  gateway = 4,  ///< the sample of the gateway to publish
+  end = 5,      ///< publish all points as not connected, wait for acknowledgement, then exit
   reply = 6,    ///< a reply to a write request
-  event = 7,    ///< a sample to publish
-  alarm = 8,    ///< a sample to publish
+  event = 7,    ///< a sample of an event to publish
+  alarm = 8,    ///< a sample of an alarm to publish
   // from baudgate-dds to the gateway
-  opened = 64,  ///< answer to `open`: ready for samples
-  failed = 65,  ///< other answer to `open`: what to change, one sentence
-  counts = 66,  ///< LinkCounts: after a change, and once a second to show that the process is alive
+  opened = 64,   ///< answer to `open`: DDS is open, samples can be sent
+  failed = 65,   ///< answer to `open`: DDS could not be opened; a sentence with what to change
+  counts = 66,   ///< LinkCounts: sent after a change, and once a second as a sign of life
   request = 67,  ///< a write request from a client
-  left = 68,     ///< answer to `end`, if subscribers have acknowledged everything, also events
+  left = 68,     ///< answer to `end`: subscribers have acknowledged everything, also events
 };
 
-/// The body of `open`: what baudgate-dds is to open.
+/// The body of `open`.
 struct LinkOpen {
-  std::string gateway;  ///< the gateway's name
+  std::string gateway;
   ParticipantOptions participant;
   Room room;
   bool requests = false;  ///< true: receive write requests to `gateway`
 };
 
-/// The body of `counts`. It counts from the time at which the process opened DDS.
+/// The body of `counts`. The counts begin at 0 when the process opens DDS.
 struct LinkCounts {
   Subscribers subscribers;
-  std::uint64_t written = 0;  ///< samples
-  std::uint64_t refused = 0;  ///< samples that the library did not accept
-  std::uint64_t dropped = 0;  ///< write requests without room in the queue
-  /// Events and alarms that the library did not accept, and without room in the queue.
+  std::uint64_t written = 0;  ///< samples that the library accepted
+  /// Samples of points, devices and the gateway that the library did not accept.
+  std::uint64_t refused = 0;
+  std::uint64_t dropped = 0;  ///< write requests that found the queue full
+  /// Events and alarms that were lost: the library did not accept them, and the retry queue was
+  /// full.
   std::uint64_t events_dropped = 0;
   DatagramCounters datagrams{};
   Neighbours neighbours{};
@@ -68,17 +70,17 @@ struct LinkCounts {
   bool operator==(const LinkCounts&) const = default;
 };
 
-/// Return whole packets.
+/// The Encode functions return whole packets.
 Bytes EncodeOpen(const LinkOpen& open);
-Bytes EncodeFailed(const std::string& sentence);  ///< cut after 1,000 bytes
+Bytes EncodeFailed(const std::string& sentence);  ///< `sentence` is cut after 1,000 bytes
 Bytes EncodeCounts(const LinkCounts& counts);
 Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which have no body
 /// Writes a packet into `to`, without allocating. Returns its length; 0 if the sample is longer
 /// than its bounds or `to` is shorter than kMaxLinkMessage.
 template <typename Sample>
 std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
-/// Empty if the request is longer than its bounds. `received` is sent as it is, because both
-/// processes use the clock of this machine.
+/// Returns an empty packet if the request is longer than its bounds. `received` can be sent
+/// unchanged, because both processes use the clock of this machine.
 Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {
@@ -86,14 +88,14 @@ struct LinkMessage {
   View body;  ///< part of the packet
 };
 
-/// Checks the header. The error continues "sent …": too short, another version, an unknown kind, or
-/// a wrong length.
+/// Checks the header of a packet. The error completes the sentence "the daemon sent …": it is too
+/// short, has another version, an unknown kind, or a wrong length.
 Result<LinkMessage> ParseLink(View packet);
 
-/// Check every field of a body against its bound, and refuse extra bytes.
+/// The Decode functions check every field of a body against its bound, and refuse extra bytes.
 Result<LinkOpen> DecodeOpen(View body);
 Result<LinkCounts> DecodeCounts(View body);
 Result<WriteArrival> DecodeRequest(View body);
-std::string DecodeFailed(View body);  ///< printable, at most 1,000 bytes
+std::string DecodeFailed(View body);  ///< returns a printable text of at most 1,000 bytes
 
 }  // namespace baudgate::dds

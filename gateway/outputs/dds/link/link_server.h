@@ -1,5 +1,5 @@
 // `LinkServer` is the side of baudgate-dds on the link: it carries out the gateway's messages and
-// makes the answers. It uses neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h
+// creates the answers. It uses neither sockets nor Fast DDS; gateway/outputs/dds/process/serve.h
 // connects it to them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -24,19 +24,20 @@ class LinkServer {
   /// `wake` is called, on any thread, when NextRequest has a packet.
   explicit LinkServer(MakeWriter make, std::function<void()> wake = {});
 
-  /// After an error, which is the reason, the caller must close the link.
+  /// Carries out one message of the gateway. After an error, the caller must close the link.
   Status Take(View packet);
-  /// Returns the packet that is due to the gateway, if any: the answer to `open`, or counts.
+  /// Returns the next packet for the gateway, if one is due: the answer to `open` or `end`, or
+  /// counts.
   std::optional<Bytes> Answer(Instant now);
   Instant NextAnswer() const;
-  /// Returns a packet with a write request, if any.
+  /// Returns the packet of the next write request, if there is one.
   std::optional<Bytes> NextRequest();
   /// True after the message `end`: the caller must call Leave.
   bool ended() const { return ended_; }
-  /// Ends publishing, after the gateway has sent `end` or has closed the link. Publishes the latest
-  /// sample of each point again with quality bad_not_connected, unless it has that quality already,
-  /// for at most kEndTime. Then waits at most 550 ms for subscribers, and destroys the writers.
-  /// Returns when to call it again; empty: finished.
+  /// Ends publishing, after the gateway has sent `end` or has closed the link. Leave publishes the
+  /// latest sample of each point again with quality bad_not_connected (unless it has that quality
+  /// already), for at most kEndTime, waits at most 550 ms for subscribers, and destroys the
+  /// writers. Returns the time of the next call; nothing: Leave has finished.
   std::optional<Instant> Leave(Instant now);
 
  private:
@@ -54,24 +55,24 @@ class LinkServer {
   LinkCounts Counts() const;
 
   const MakeWriter make_;
-  RequestIntake requests_;  // declared before writer_, whose threads fill it
+  RequestIntake requests_;  // declared before writer_, whose threads put requests into it
   std::unique_ptr<SampleWriter> writer_;
   /// The latest encoded sample of each point, by device + NUL + point. A point with quality
   /// bad_not_connected has no entry, because Leave need not publish it.
   std::unordered_map<std::string, Bytes> latest_;
-  std::optional<Pacer> end_pacer_;  // empty before Leave
+  std::optional<Pacer> end_pacer_;  // empty: Leave has not been called yet
   std::optional<Instant> leave_by_;
-  bool acknowledged_ = false;  ///< WaitAcknowledged was called
+  bool acknowledged_ = false;  ///< Leave has called WaitAcknowledged
   std::optional<Instant> closes_at_;
-  PointSample point_;  ///< reused memory
+  PointSample point_;  ///< a member to reuse its memory
   DeviceSample device_;
   GatewaySample gateway_;
-  /// Not accepted by the library yet, in their order.
+  /// Events that the library has not accepted yet, in their order.
   std::deque<EventSample> events_;
-  /// Not accepted by the library yet, in their order.
+  /// Alarms that the library has not accepted yet, in their order.
   std::deque<AlarmSample> alarms_;
   Instant events_retry_{};
-  std::optional<Bytes> answer_;  ///< the answer to `open`
+  std::optional<Bytes> answer_;  ///< the answer to `open` or `end`, if it was not sent yet
   LinkCounts counts_;
   LinkCounts told_;
   Instant told_at_{};

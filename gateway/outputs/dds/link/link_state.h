@@ -16,28 +16,29 @@ struct LinkState {
   enum class Phase : std::uint8_t {
     starting,  ///< the process runs and has not opened DDS yet
     up,
-    silent,   ///< the process runs and has sent nothing for two seconds
+    silent,   ///< the process runs, but has sent nothing for two seconds
     waiting,  ///< there is no process
   };
   Phase phase = Phase::waiting;
   bool opened = false;  ///< the process has opened DDS
-  Instant heard{};      ///< time of its last message
+  Instant heard{};      ///< time of the process's last message
   std::string reason;   ///< why the last process ended, e.g. "was ended by signal 6"
-  /// In `waiting`: when we start the next process; empty: another program starts it.
+  /// In the state `waiting`: the time when the gateway starts the next process; nothing: another
+  /// program starts it.
   std::optional<Instant> next_start{};
-  std::uint32_t times_lost = 0;  ///< processes that ended after they had opened DDS
+  std::uint32_t times_lost = 0;  ///< how many processes have ended after they had opened DDS
   Subscribers subscribers;
   std::uint64_t written = 0;  ///< samples written by all processes so far
   std::uint64_t refused = 0;  ///< samples that the library did not accept, by all processes so far
-  /// With `dds: { write: allow }`: write requests that were handled; and those that came too fast
-  /// and were dropped.
+  /// Write requests that were handled; empty: writing over DDS is not allowed.
   std::optional<std::uint64_t> requests{};
-  std::uint64_t requests_dropped = 0;
-  /// If devices have events: events that were published, and those that could not be.
+  std::uint64_t requests_dropped = 0;  ///< write requests that came too fast
+  /// Events that were published; empty: no device has events.
   std::optional<std::uint64_t> events{};
-  std::uint64_t events_skipped = 0;
-  DatagramCounters datagrams;  ///< of all processes so far; `participants`: of the present process
-  /// Why subscribers receive nothing at present, one sentence each.
+  std::uint64_t events_skipped = 0;  ///< events that were lost before they could be published
+  /// Counts of all processes so far; `participants` are those of the present process.
+  DatagramCounters datagrams;
+  /// Sentences, each with a reason why subscribers receive nothing at present.
   std::vector<std::string> remarks;
 };
 

@@ -1,5 +1,5 @@
-// `SendPacket` and others use the local SOCK_SEQPACKET socket of the link, in which each packet is
-// one message. No function blocks. The kernel's buffer holds 208 KiB, about 200 samples.
+// `SendPacket` and others use the local SOCK_SEQPACKET socket of the link. Each packet is one
+// message. No function blocks. The kernel's buffer holds 208 KiB, about 200 samples.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,7 +15,6 @@
 
 namespace baudgate::dds {
 
-/// Owns a file descriptor, and closes it in the destructor.
 class Descriptor {
  public:
   Descriptor() = default;
@@ -46,14 +45,16 @@ using PacketBuffer = std::array<std::uint8_t, kMaxLinkMessage + 1>;
 enum class PacketGot : std::uint8_t { packet, nothing_yet, closed };
 struct ReceivedPacket {
   PacketGot got = PacketGot::closed;
-  View packet;  ///< in the buffer
+  View packet;  ///< part of the buffer
 };
 ReceivedPacket ReceivePacket(int socket, PacketBuffer& buffer);
 
-/// Returns both ends. All descriptors made here are non-blocking and closed at exec.
+/// Returns both sockets of a connected pair. All descriptors made here are non-blocking and closed
+/// at exec.
 Result<std::pair<Descriptor, Descriptor>> MakePacketPair();
-/// Replaces a socket file without a server. The file's owner and the members of `group` may
-/// connect; if there is no such group, those of the process's own group.
+/// Returns a listening socket at `path`, and replaces a file on which no process listens. The owner
+/// of the file and the members of `group` can connect; if there is no such group, the members of
+/// the process's group.
 Result<Descriptor> ListenAt(const std::string& path, const std::string& group);
 Result<Descriptor> ConnectTo(const std::string& path);
 
@@ -62,7 +63,7 @@ struct Peer {
   int process = 0;
   unsigned user = 0;
 };
-/// Empty: nobody has connected.
+/// Returns the next client; nothing: nobody has connected.
 std::optional<Peer> AcceptPeer(int listener);
 
 }  // namespace baudgate::dds

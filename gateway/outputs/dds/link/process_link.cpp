@@ -95,10 +95,11 @@ void LinkKeeper::Ended(std::string reason, Instant now) {
 
 namespace {
 
-// The process publishes the final samples, waits 400 ms for acknowledgement, leaves subscribers 150
-// ms to take the samples, and deletes its participant.
+// The longest time from `end` to the end of the process: it publishes the final samples, waits 400
+// ms for acknowledgement, gives subscribers 150 ms to take the samples, and deletes its
+// participant.
 constexpr Duration kGoodbye = kEndTime + 550ms;
-constexpr Duration kRoomPause = 5ms;  // before a retry with a full socket
+constexpr Duration kRoomPause = 5ms;  // pause before a retry when the socket is full
 
 }  // namespace
 
@@ -122,7 +123,7 @@ Sent LinkWriter::SendHeld(std::size_t size) {
     case PacketSent::yes:
       return Sent::yes;
     case PacketSent::full:
-    // The thread that reads the socket notices this as well, and calls Detach.
+    // The thread that reads the socket detects this too, and calls Detach.
     case PacketSent::closed:
       break;
   }
@@ -231,10 +232,11 @@ void LinkWriter::TellSession() const {
 
 namespace {
 
-constexpr Duration kReapTime = 300ms;  // from the end of the link to the end of the process
+// Longest time from the end of the link to the end of the process.
+constexpr Duration kReapTime = 300ms;
 constexpr int kMostPacketsAtOnce = 100;
 constexpr std::size_t kMostTold = 100;
-// Limit for the age of a request, far beyond any deadline: a wrong `received` must not overflow.
+// The greatest age of a request, far beyond any deadline: a wrong `received` must not overflow.
 constexpr Duration kOldest = 1h;
 
 Instant Clock() { return ReadClocks().instant; }
@@ -289,7 +291,7 @@ Instant ProcessLink::Round(bool last) {
     Act(Clock());
     Publish(before);
     Wait();
-    return {};  // at once
+    return {};  // call Round again at once
   }
   writer_->Detach();
   socket_.Close();
@@ -352,7 +354,8 @@ void ProcessLink::Talk(Descriptor socket, Instant now) {
   keeper_.Started(now);
   LinkOpen open = writer_->open();
   open.participant.reached = keeper_.reached();
-  SendPacket(socket_.get(), EncodeOpen(open));  // an empty socket has room for one packet
+  // Cannot fail: an empty socket has space for one packet.
+  SendPacket(socket_.get(), EncodeOpen(open));
 }
 
 void ProcessLink::Listen(Instant now) {
@@ -416,7 +419,7 @@ void ProcessLink::End(std::string reason, Instant now) {
   writer_->Detach();
   socket_.Close();
   if (child_) {
-    // The child's exit is the reason only if the child ended without us.
+    // How the child ended is the reason only if the child has closed the link itself.
     const bool by_itself = reason == "closed the link";
     const std::string end = child_->Reap(by_itself ? kReapTime : Duration::zero());
     PassOutput(now);
@@ -455,7 +458,7 @@ void ProcessLink::Publish(const LinkState& before) {
     case Phase::silent:
       Tell(log::Level::warning, "the process does not read its samples");
       break;
-    // Without the time until the restart, so that the log can fold repeated lines.
+    // The line omits the time until the restart, so that the log can fold repeated lines.
     case Phase::waiting:
       Tell(log::Level::warning, "the process " + state.reason +
                                     (state.next_start ? "; the gateway starts it again" : ""));

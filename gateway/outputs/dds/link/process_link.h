@@ -1,6 +1,7 @@
-// `ProcessLink` is the gateway's side of the link: a thread that starts baudgate-dds (or waits for
-// the one that systemd starts) and receives its messages. Lines and Modbus never wait for it.
-// LinkKeeper decides when the process is started and given up, and LinkWriter sends samples to it.
+// `ProcessLink` is the gateway's side of the link: a thread that starts baudgate-dds (or waits
+// until the baudgate-dds that systemd starts connects) and receives its messages. Lines and Modbus
+// never wait for it. LinkKeeper decides when the process is started and given up, and LinkWriter
+// sends samples to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,26 +24,27 @@
 
 namespace baudgate::dds {
 
-// Decides when baudgate-dds is started, reported as silent, given up and started again. No I/O:
-// what happened and the time are arguments.
+// LinkKeeper decides when baudgate-dds is started, reported as silent, given up and started again.
+// No I/O, no clock: the caller passes events and the time.
 class LinkKeeper {
  public:
   enum class Wish {
     nothing,
-    start,    ///< start a process, then call Started
-    give_up,  ///< end the link, then call Ended
+    start,    ///< the caller must start a process, then call Started
+    give_up,  ///< the caller must close the link, then call Ended
   };
-  /// Since the last message of the process: after kSilent `status` reports it as silent; after
-  /// kGivenUp it is restarted, or after kOpening if it has not opened DDS yet.
+  /// Times since the last message of the process: after kSilent, `status` reports it as silent;
+  /// after kGivenUp, it is given up and restarted. While it has not opened DDS yet, kOpening
+  /// replaces kGivenUp.
   static constexpr Duration kSilent = 2s;
   static constexpr Duration kGivenUp = 10s;
   static constexpr Duration kOpening = 1min;
-  /// A process of this age has met all running subscribers.
+  /// After this time a process has found all running subscribers.
   static constexpr Duration kYoung = 15s;
 
-  /// `starts`: we start the process, the first time at once, then 0.1, 0.5, 1, 2, 5, 10, 10 … s
-  /// after each end, and from 0.1 s again after a minute of life. Otherwise another program starts
-  /// it.
+  /// `starts` true: the gateway starts the process. The first start is immediate; after the process
+  /// has ended, the next start is 0.1, 0.5, 1, 2, 5, 10, 10 … s later, and 0.1 s again if the
+  /// process has run for a minute. `starts` false: another program starts it.
   explicit LinkKeeper(bool starts) : starts_(starts) {}
 
   Wish Look(Instant now);
@@ -50,18 +52,19 @@ class LinkKeeper {
   Instant NextLook() const;
 
   void Started(Instant now);
-  /// The process is ready for samples.
+  /// To be called when the process is ready for samples.
   void Opened(Instant now);
-  /// The process has sent counts, so it is alive.
+  /// To be called when the process has sent counts, which show that it is alive.
   void Counted(const LinkCounts& counts, Instant now);
-  /// `reason` continues "it …", e.g. "was ended by signal 6".
+  /// To be called when the process has ended. `reason` completes "the process …", e.g. "was ended
+  /// by signal 6".
   void Ended(std::string reason, Instant now);
 
   const LinkState& state() const { return state_; }
-  /// Where the next process looks for subscribers: the addresses that the present process has
-  /// matched and, while it is younger than kYoung, those of the process before.
+  /// Returns the addresses at which the next process looks for subscribers: those that the present
+  /// process has matched and, while it is younger than kYoung, those of the process before.
   const std::vector<config::HostPort>& reached() const { return reached_; }
-  /// How long the process may be silent now.
+  /// Returns the time without messages after which the process is given up.
   Duration patience() const { return state_.opened ? kGivenUp : kOpening; }
 
  private:
@@ -69,8 +72,8 @@ class LinkKeeper {
   LinkState state_;
   bool first_ = true;
   Instant started_{};
-  std::size_t rung_ = 0;  ///< index of the next wait in kLadder
-  LinkCounts before_;     ///< sums of the processes that have ended
+  std::size_t rung_ = 0;  ///< index of the next waiting time in kLadder
+  LinkCounts before_;     ///< sums of the counts of the processes that have ended
   std::vector<config::HostPort> reached_;
 };
 
@@ -87,8 +90,8 @@ class LinkWriter : public SampleWriter {
   Sent Write(const EventSample& sample) override;
   Sent Write(const AlarmSample& sample) override;
   Sent Write(const ReplySample& reply) override;
-  /// Sends `end`, and waits until the process has ended, which takes longer than `most`: the
-  /// process publishes the final samples and leaves.
+  /// Sends `end`, and waits until the process has ended. That takes longer than `most`, because the
+  /// process first publishes the final samples.
   bool WaitAcknowledged(Duration most) override;
   Sent Reopen(const Room& room) override;
   Subscribers subscribers() const override;
@@ -96,14 +99,14 @@ class LinkWriter : public SampleWriter {
   void OnSession(const std::function<void()>& changed) override;
   void OnRequest(TakeRequest take) override;
 
-  /// Returns the message `open` for the next process, with the room of the latest Reopen.
+  /// Returns the message `open` for the next process, with the Room of the latest Reopen.
   LinkOpen open() const;
-  /// Sends samples to `socket`, which the caller keeps open until Detach. A second call with the
-  /// same socket: the process has replaced its writers.
+  /// Sends samples to `socket` from now on; the caller keeps it open until Detach. A second call
+  /// with the same socket means that the process has replaced its writers.
   void Attach(int socket);
   void Detach();
   void SetSubscribers(const Subscribers& subscribers);
-  /// Subscribers have acknowledged everything, and the process leaves.
+  /// To be called when subscribers have acknowledged everything and the process exits.
   void SetLeft();
   void HandOn(WriteArrival arrival) const;
   /// True after WaitAcknowledged was called.
@@ -123,8 +126,9 @@ class LinkWriter : public SampleWriter {
   Subscribers subscribers_ BAUDGATE_GUARDED_BY(mutex_);
   bool ending_ BAUDGATE_GUARDED_BY(mutex_) = false;
   bool left_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  /// The process was asked to replace its writers and has not answered yet. Nothing is sent
-  /// meanwhile, because the new session repeats the oldest events, and their order would change.
+  /// True while the process replaces its writers and has not answered yet. Nothing is sent
+  /// meanwhile, because the new session repeats the oldest events, so events would arrive out of
+  /// order.
   bool reopening_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::array<std::uint8_t, kMaxLinkMessage> packet_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable Mutex telling_;
@@ -134,29 +138,34 @@ class LinkWriter : public SampleWriter {
 
 struct ProcessLinkOptions {
   LinkOpen open;
-  std::string program;  ///< empty: baudgate-dds, at the path of FindProgram
-  /// Not empty: no process is started; one must connect to this socket.
+  /// Path of the program; empty: the path of baudgate-dds that FindProgram returns.
+  std::string program;
+  /// Path of a socket to which baudgate-dds must connect; no process is started. Empty: the gateway
+  /// starts the process.
   std::string socket;
-  /// The group that may open the socket, and the user that is accepted beside root and our own.
+  /// The group that can open the socket, and the user that is accepted besides root and the
+  /// gateway's user.
   std::string socket_group = "baudgate-dds";
   std::string socket_user = "baudgate-dds";
-  std::uint64_t memory = 1ULL << 30;  ///< address space of a process that we start, in bytes
+  /// Limit of the address space of a process that the gateway starts, in bytes.
+  std::uint64_t memory = 1ULL << 30;
 };
 
 class ProcessLink {
  public:
-  /// Called on the link's thread, when something changes.
+  /// Takes a log line when something changes, on the link's thread.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// The error is the reason why the socket cannot be opened. A missing program is no error: the
-  /// gateway runs without it, and state() shows it.
+  /// Returns an error if the socket cannot be opened. A missing program is no error: the gateway
+  /// runs without it, and state() reports it.
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
   ~ProcessLink();  ///< calls Stop
 
-  /// The writer may outlive the link, and then has no receiver.
+  /// Returns the writer. It can outlive the link; its samples then reach nobody.
   std::shared_ptr<LinkWriter> writer() const { return writer_; }
   LinkState state() const;
-  /// Ends process and thread within half a second; after the publisher's Stop. Idempotent.
+  /// Ends the process and the thread within half a second. To be called after the publisher's Stop.
+  /// A second call does nothing.
   void Stop();
 
  private:
@@ -187,7 +196,7 @@ class ProcessLink {
   Descriptor socket_;
   std::optional<ChildProcess> child_;
   BoundedLines output_;
-  // Logged remarks; at most kMostTold, because strangers can cause them.
+  // Remarks that were logged; at most kMostTold, because strangers can cause remarks.
   std::set<std::string> told_;
   std::unique_ptr<PacketBuffer> buffer_ = std::make_unique<PacketBuffer>();
 

@@ -27,7 +27,7 @@ const char* Name(Phase phase) {
   return "waiting";
 }
 
-/// Returns a sentence about the fault; empty: none.
+/// Returns a sentence about the fault of the process; nothing: it has no fault.
 std::string Diagnose(const dds::LinkState& state, Instant now) {
   const std::string times =
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
@@ -48,8 +48,8 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   return text + times;
 }
 
-/// Returns e.g. "accepted 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists";
-/// empty: no datagram came.
+/// Returns the counts as text, e.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken
+/// parameter lists"; empty: no datagram was received.
 std::string DatagramText(const dds::DatagramCounters& datagrams) {
   const std::uint64_t all = datagrams.AllRefused();
   if (datagrams.passed == 0 && all == 0) return {};
@@ -80,7 +80,8 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
           {"text", DatagramText(datagrams)}};
 }
 
-/// "text" is e.g. "took 12 write requests, dropped 3 that came too fast".
+/// Returns the counts of write requests; null: writing is not allowed. "text" is e.g. "took 12
+/// write requests, 3 more came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");
@@ -90,7 +91,8 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// "text" is e.g. "published 30 events, skipped 2 that were already deleted".
+/// Returns the counts of events; null: there are none. "text" is e.g. "published 30 events, 2 more
+/// were gone before they could be".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");

@@ -29,32 +29,34 @@ class DdsOutput final : public outputs::Output {
   /// All references must stay valid for the lifetime of the output.
   struct Links {
     bus::PointStore& store;
-    bus::CommandSink& sink;                      ///< takes the writes
-    bus::RequestBook::Past past;                 ///< see RequestBook
+    bus::CommandSink& sink;
+    bus::RequestBook::Past past;                 ///< returns the write requests of earlier runs
     std::shared_ptr<dds::EventSupply> events{};  ///< null: no events and no alarms
-    bool keeps_events = false;                   ///< false: only alarms are published
+    bool keeps_events = false;                   ///< false: only alarms are published, no events
   };
   explicit DdsOutput(Links links) : links_(std::move(links)) {}
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
-  /// See OutputRow::consumer.
+  /// Returns the name under which the progress of DDS is stored (OutputRow::consumer); empty: DDS
+  /// is off.
   static std::string Consumer(const config::Config& config) {
     return config.dds.enabled ? EventSamples::kConsumer : "";
   }
   ~DdsOutput() override { DdsOutput::Stop(); }
 
   std::string_view name() const override { return "dds"; }
-  /// An error contains the name or setting to change. A baudgate-dds that cannot be started is no
-  /// error: the status shows it.
+  /// Starts the output. An error contains the name or setting to change. If baudgate-dds cannot be
+  /// started, that is no error: the status reports it.
   Status Open(const Configuration& config) override;
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// Afterwards no write goes to the sink. Writes in progress still get their replies.
+  /// After StopRequests, no write is passed to the sink. Writes in progress still get their
+  /// replies.
   void StopRequests() override;
-  /// Publishes that all points are gone, which takes up to about two seconds.
+  /// Publishes all points as not connected, which takes up to about two seconds.
   void Stop() override;
   std::string Summary() override;
   std::optional<Json> Section(const Wish& wish) const override;

@@ -65,7 +65,7 @@ dds::EventSample EventSamples::SampleOf(const events::FedEvent& event) const {
   sample.clock_quality = static_cast<std::uint16_t>(record.clock);
   sample.channel = static_cast<std::uint16_t>(std::min<std::uint32_t>(record.channel, 0xFFFF));
   sample.code = record.code;
-  // A sample has no field for the line, so the text contains it: "line bay-1: port down".
+  // A sample has no field for the line, so the text begins with it: "line bay-1: port down".
   const bool of_line = record.device.empty() && !record.line.empty();
   dds::AssignBounded(sample.text,
                      of_line ? "line " + record.line + ": " + record.text : record.text,

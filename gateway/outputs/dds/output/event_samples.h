@@ -15,11 +15,11 @@ namespace baudgate::dds {
 
 class EventSamples final : public dds::EventSupply {
  public:
-  /// The name of DDS in the CursorBook, which stores how far each output has come.
+  /// The name of DDS in the CursorBook, which stores for each output the last event that was sent.
   static constexpr char kConsumer[] = "dds";
 
-  /// `events` false: only alarms are supplied, because the numbers of events would restart with
-  /// each start of the gateway. `cursors`: null: the place among the events is not stored.
+  /// `events` false: only alarms are supplied, because the events are not stored and their numbers
+  /// restart at each start. `cursors` null: the number of the last sent event is not stored.
   EventSamples(std::string gateway, std::shared_ptr<events::EventFeed> feed,
                std::shared_ptr<events::CursorBook> cursors, bool events = true)
       : gateway_(std::move(gateway)),

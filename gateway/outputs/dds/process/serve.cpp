@@ -34,7 +34,7 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #error "the numbers of system calls are not known here: see linux/audit.h"
 #endif
 
-/// Never needed by a publisher on DDS.
+/// System calls that a publisher on DDS never needs.
 constexpr int kDenied[] = {SYS_execve,
                            SYS_execveat,
                            SYS_ptrace,
@@ -75,7 +75,7 @@ constexpr int kDenied[] = {SYS_execve,
                            SYS_setuid,
                            SYS_setgid};
 
-/// x86-64 has a second set of numbers for the same calls (x32), which begins here.
+/// x86-64 has a second set of numbers for the same system calls (x32), which begins at this number.
 constexpr std::uint32_t kOtherNumbers = 0x40000000;
 constexpr std::uint32_t kRefuse = SECCOMP_RET_ERRNO | EPERM;
 
@@ -85,7 +85,7 @@ class Filter {
  public:
   void Load(std::size_t offset) { Add(BPF_LD | BPF_W | BPF_ABS, Field(offset), 0, 0); }
   void Return(std::uint32_t what) { Add(BPF_RET | BPF_K, what, 0, 0); }
-  /// Skips the next `skipped` instructions unless the loaded value is `value`.
+  /// Adds a jump over the next `skipped` instructions if the loaded value is not `value`.
   void SkipUnless(std::uint32_t value, std::uint8_t skipped) {
     Add(BPF_JMP | BPF_JEQ | BPF_K, value, 0, skipped);
   }
@@ -108,8 +108,8 @@ class Filter {
   std::vector<sock_filter> code_;
 };
 
-/// Refuses `call` unless its first argument is `value` (if `wanted`) or is not `value` (if not
-/// `wanted`).
+/// Adds instructions that refuse the system call `call` by its first argument: if `wanted`, any
+/// argument but `value`; else the argument `value`.
 void JudgeArgument(Filter& filter, long call, std::uint32_t value, bool wanted) {
   filter.SkipUnless(static_cast<std::uint32_t>(call), 4);
   filter.Load(offsetof(seccomp_data, args));  // the lower half of the argument
@@ -150,7 +150,7 @@ Status DenyCalls() {
     filter.SkipUnless(static_cast<std::uint32_t>(call), 1);
     filter.Return(kRefuse);
   }
-  // tgkill to this process is allowed, because abort() needs it.
+  // The process is allowed to send a signal to itself by tgkill, because abort() needs it.
   JudgeArgument(filter, SYS_tgkill, static_cast<std::uint32_t>(::getpid()), true);
   JudgeArgument(filter, SYS_socket, AF_UNIX, false);
   filter.Return(SECCOMP_RET_ALLOW);
@@ -163,12 +163,12 @@ Status DenyCalls() {
 
 namespace {
 
-// The longest delay before a new number of subscribers is reported.
+// The longest delay until a changed number of subscribers is reported.
 constexpr Duration kLook = 100ms;
 constexpr int kMostPacketsAtOnce = 256;
 
-/// A request that does not fit into the socket now stays in `held`. False: the gateway has closed
-/// the link.
+/// Sends the waiting requests to the gateway. A request for which the socket has no space stays in
+/// `held`. False: the gateway has closed the link.
 bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Bytes>& held) {
   for (;;) {
     if (!held) held = server.NextRequest();
@@ -180,7 +180,6 @@ bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Byte
   }
 }
 
-/// Publishes the final samples, and sends the last answer to the gateway.
 ServeEnd TakeLeave(const Descriptor& link, LinkServer& server, ServeEnd why) {
   while (const auto next = server.Leave(ReadClocks().instant)) std::this_thread::sleep_until(*next);
   if (const auto left = server.Answer(ReadClocks().instant)) SendPacket(link.get(), *left);
@@ -221,7 +220,7 @@ Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp&
     if (!SendRequests(link, server, held)) return leave(ServeEnd::closed);
     const Instant now = ReadClocks().instant;
     if (const auto answer = server.Answer(now)) {
-      // If the socket is full, this answer is lost; the next one contains the counts again.
+      // If the socket is full, this answer is lost; the next answer contains the counts again.
       if (SendPacket(link.get(), *answer) == PacketSent::closed) return leave(ServeEnd::closed);
     }
     if (now >= next_alive) {

@@ -1,6 +1,6 @@
 // `Serve` is the main loop of baudgate-dds: it passes packets between the gateway's socket and
 // gateway/outputs/dds/link/link_server.h, and reports to systemd that the process is alive.
-// DenyCalls and LimitMemory restrict the process before.
+// DenyCalls and LimitMemory restrict the process before the loop starts.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,18 +15,20 @@
 
 namespace baudgate::dds {
 
-// Restrictions of baudgate-dds at its start, before any other thread and any call of the DDS
-// library: a datagram that takes over the process must not get far. The systemd unit has the same
-// and more.
+// These functions restrict baudgate-dds at its start, before it starts threads or calls the DDS
+// library, so that a datagram that takes over the process can do little. The systemd unit contains
+// the same restrictions and more.
 
-/// A sanitizer needs the address space and the calls that are denied here.
+/// True in builds with a sanitizer, which needs the address space and the calls that are denied
+/// here.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 inline constexpr bool kSanitized = true;
 #else
 inline constexpr bool kSanitized = false;
 #endif
 
-/// The kernel sends SIGTERM when `parent` ends. False: it has ended already.
+/// Requests that the kernel sends SIGTERM to this process when `parent` ends. False: `parent` has
+/// ended already.
 bool EndWith(pid_t parent);
 
 /// Limits the address space to `bytes`, and disables core files.
@@ -43,7 +45,7 @@ enum class ServeEnd {
   stopped,  ///< the descriptor `stop` became readable
 };
 
-/// Wakes the loop from any thread.
+/// WakeUp wakes the loop of Serve from any thread.
 class WakeUp {
  public:
   WakeUp();
@@ -55,10 +57,10 @@ class WakeUp {
   Descriptor event_;
 };
 
-/// Serves until the link ends, then publishes that all points are gone. An error is a fault of the
-/// link; the gateway then restarts the process, so nothing is published. `alive` is called at least
-/// once a second, on the thread that reads the link; its error ends the link. `wake` must ring when
-/// the server has a write request.
+/// Serves until the link ends, then publishes all points as not connected. An error is a fault of
+/// the link; the gateway then restarts the process, so nothing is published. `alive` is called at
+/// least once a second, on the thread that reads the link; its error ends the link. The owner of
+/// `server` must ring `wake` when there is a write request.
 Result<ServeEnd> Serve(const Descriptor& link, LinkServer& server, const WakeUp& wake, int stop,
                        const std::function<Status()>& alive);
 

@@ -29,7 +29,7 @@ namespace {
 
 constexpr std::size_t kSubmessageHeader = 4;
 constexpr Duration kUsualLease = 100s;  // RTPS 2.3, table 9.14
-// Ports of domain D are 7400 + 250 D and up (9.6.1.1).
+// The ports of domain D begin at 7400 + 250 D (9.6.1.1).
 constexpr std::uint32_t kFirstPort = 7400;
 constexpr std::uint32_t kPortsOfDomain = 250;
 
@@ -41,7 +41,7 @@ struct Submessage {
   bool little() const { return (flags & kLittleEndian) != 0; }
 };
 
-/// The submessages that are forwarded; the first announcement, if there are several.
+/// The submessages of a datagram that are forwarded. `data` is its first announcement.
 struct Found {
   Submessage time;
   Submessage data;
@@ -49,7 +49,6 @@ struct Found {
 
 Error Broken(Refusal reason) { return Error{std::string(Words(reason))}; }
 
-/// Returns the submessage at `at`, and moves `at` behind it.
 Result<Submessage> Next(View datagram, std::size_t& at) {
   const auto header = ByteReader(datagram).Slice(at, kSubmessageHeader);
   if (!header) return Broken(Refusal::length);
@@ -64,7 +63,8 @@ Result<Submessage> Next(View datagram, std::size_t& at) {
   return submessage;
 }
 
-/// Also checks the reader, because a DDS library may dispatch by the reader and not by the writer.
+/// True for the announcement of a participant. The reader is checked too, because a DDS library may
+/// dispatch by the reader and not by the writer.
 bool IsAnnouncement(const Submessage& submessage) {
   if (submessage.id != kData) return false;
   const RtpsFields body(submessage.body, submessage.little());
@@ -92,15 +92,16 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// The content of the DATA: its parameters, their offset, and whether the participant ends.
+/// The content of the DATA submessage: its parameters, their offset, and whether the participant
+/// leaves.
 struct Content {
   Parameters said;
   std::size_t at = 0;
   bool leaves = false;
 };
 
-// Layout: extra flags (2), bytes to inline QoS (2), reader (4), writer (4), number (8), inline QoS,
-// payload
+// Layout of DATA in bytes: extra flags (2), distance to the inline QoS (2), reader (4), writer (4),
+// sequence number (8), inline QoS, payload.
 Result<Content> ReadContent(const Submessage& data) {
   const RtpsFields body(data.body, data.little());
   const auto number = body.SequenceNumber(12);
@@ -192,9 +193,9 @@ Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender) {
 
 namespace {
 
-// More parameters make no sense: Fast DDS sends about 40, Cyclone DDS 25.
+// The most parameters of a list. For comparison: Fast DDS sends about 40, Cyclone DDS 25.
 constexpr std::size_t kMostParameters = 256;
-// Limit of the addresses of one participant or endpoint, all kinds together.
+// The most addresses of one participant or endpoint, of all kinds together.
 constexpr std::size_t kMostLocators = 64;
 static_assert(kMostLocators <= std::tuple_size_v<decltype(Parameters::groups)>);
 
@@ -229,7 +230,8 @@ constexpr std::uint16_t kLastSecurity = 0x1006;
 
 constexpr std::size_t Padded(std::size_t size) { return (size + 3) & ~std::size_t{3}; }
 
-/// Walks through strings and sequences. fits() is false when one would end behind the parameter.
+/// Reads strings and sequences one after the other. fits() returns false if one ends behind the
+/// parameter.
 class Walk {
  public:
   explicit Walk(const RtpsFields& fields) : fields_(fields) {}
@@ -246,14 +248,13 @@ class Walk {
     const std::size_t length = Number();
     fits_ = fits_ && length <= fields_.size() - at_;
     if (fits_) at_ = Padded(at_ + length);
-    if (at_ > fields_.size()) at_ = fields_.size();  // the last text needs no padding
+    if (at_ > fields_.size()) at_ = fields_.size();  // the last text may lack its padding
   }
   void Sequence(int texts_each) {
     for (std::uint32_t left = Number(); fits_ && left > 0; --left) {
       for (int i = 0; i < texts_each; ++i) Counted();
     }
   }
-  /// True if there are bytes after those that were read.
   bool more() const { return fits_ && at_ < fields_.size(); }
 
  private:
@@ -272,7 +273,8 @@ bool DescribesType(std::uint16_t id) {
   return id == kTypeId || id == kTypeObject || id == kTypeInformation;
 }
 
-/// In bytes; 0: the size depends on the content, or the parameter is not read.
+/// Returns the least size of a parameter in bytes; 0: the size depends on the content, or the
+/// parameter is not used.
 std::size_t LeastSize(std::uint16_t id) {
   if (IsLocator(id)) return 24;
   switch (id) {
@@ -306,13 +308,14 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
       content.Sequence(1);
       return content.fits();
     case kProperties:
-      // Checks e.g. 59 00 08 00 FF FF FF FF …: 4294967295 properties in 8 bytes
+      // Example of a refused parameter: 59 00 08 00 FF FF FF FF … claims 4294967295 properties in 8
+      // bytes.
       content.Sequence(2);
       return content.fits();
     case kIdentityToken:
     case kPermissionsToken:
-      // Checks e.g. 01 10 14 00 … 00 00 00 10 00 00 00 10: a token with 268435456 properties made
-      // Fast DDS 2.9.1 allocate 1.8 GB within seconds
+      // Example of a refused parameter: 01 10 14 00 … 00 00 00 10 00 00 00 10 claims a token with
+      // 268435456 properties, for which Fast DDS 2.9.1 allocated 1.8 GB within seconds.
       content.Counted();
       content.Sequence(2);
       if (content.more()) content.Sequence(2);
@@ -326,7 +329,8 @@ bool ContentFits(std::uint16_t id, const RtpsFields& fields) {
   }
 }
 
-// Layout: kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3, 9.3.2
+// Layout of a locator in bytes: kind (4), port (4), twelve zeros, IPv4 address (4): RTPS 2.3,
+// 9.3.2.
 void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
   constexpr std::uint32_t kUdpV4 = 1;
   constexpr std::uint32_t kLastPort = 65535;
@@ -339,7 +343,8 @@ void NoteMetatraffic(const RtpsFields& fields, Parameters& found) {
 
 void Note(std::uint16_t id, const RtpsFields& fields, std::size_t at, Parameters& found) {
   if (id == kParticipantGuid || id == kKeyHash) {
-    // The participant's GUID has priority. A dispose contains only the key hash.
+    // The participant's GUID has priority over the key hash. A dispose message contains only the
+    // key hash.
     if (id == kParticipantGuid || !found.participant) found.participant = PrefixOf(fields.From(0));
     if (id == kKeyHash && !found.endpoint) found.endpoint = GuidOf(fields.From(0));
   } else if (id == kEndpointGuid) {
@@ -375,7 +380,7 @@ Refusal CheckParameters(View list, bool little, bool security, Parameters& found
       return Refusal::none;
     }
     const auto value = fields.Slice(at, *length);
-    // Refuses e.g. 00 80 FF FF: a length of 65535 bytes at the end of the datagram
+    // Example of a refused parameter: 00 80 FF FF claims 65535 bytes at the end of the datagram.
     if (!value || Padded(*length) > fields.size() - at) return Refusal::parameters;
     if (!security && *id >= kIdentityToken && *id <= kLastSecurity) return Refusal::security;
     if (IsLocator(*id) && ++locators > kMostLocators) return Refusal::parameters;

@@ -1,7 +1,7 @@
 // `ReadAnnouncement` reads the announcement of an RTPS participant (SPDP): its id, its DDS domain,
-// and the address at which it receives announcements. It returns a copy without other content,
-// which gateway/outputs/dds/discovery/announcement_relay.h forwards. Source: DDSI-RTPS 2.3, 8.5.3
-// and 9.6.2.2.
+// and the address at which it receives announcements. The result contains a copy of the
+// announcement without other submessages, which gateway/outputs/dds/discovery/announcement_relay.h
+// forwards. Source: DDSI-RTPS 2.3, 8.5.3 and 9.6.2.2.
 //
 //   52 54 50 53 | 02 03 | 01 0F | GUID prefix (12) | 09 01 08 00 time | 15 05 … DATA of 00 01 00 C2
 //
@@ -24,44 +24,44 @@
 namespace baudgate::dds {
 
 struct UdpAddress {
-  std::uint32_t address = 0;  ///< IPv4, host order
+  std::uint32_t address = 0;  ///< IPv4 address in host order
   std::uint16_t port = 0;
 
   bool operator==(const UdpAddress&) const = default;
 };
 
-/// Empty if `host` is no IPv4 address.
+/// Returns nothing if `host` is no IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
-/// E.g. "10.0.0.7".
+/// Returns the address, e.g. "10.0.0.7".
 std::string HostOf(const UdpAddress& at);
-/// E.g. "10.0.0.7:7410".
+/// Returns address and port, e.g. "10.0.0.7:7410".
 std::string Text(const UdpAddress& at);
 
-/// The role of a participant, sent as its user data. Participants with the same role are not
-/// introduced to each other, because they exchange nothing: 100 gateways would need 9,900
-/// introductions.
+/// The role of a participant, which it sends as user data. Participants with the same role are not
+/// announced to each other, because they exchange nothing: among 100 gateways, 9,900 announcements
+/// would be sent.
 enum class Role : std::uint8_t { any, publishes, subscribes };
 
-/// Empty for `any`.
+/// Returns the user data for a role; empty for `any`.
 std::string_view UserDataOf(Role role);
 
 struct Announcement {
   GuidPrefix participant{};
-  bool leaves = false;       ///< the participant ends; all following members are empty
-  std::uint32_t domain = 0;  ///< from the announcement, or else from its port
-  UdpAddress at;             ///< where the participant receives announcements
-  Role role = Role::any;     ///< `any`: also for participants that are not of baudgate
+  bool leaves = false;       ///< the participant leaves; all following members are empty
+  std::uint32_t domain = 0;  ///< from the announcement; if it has none, from the participant's port
+  UdpAddress at;             ///< address at which the participant receives announcements
+  Role role = Role::any;     ///< `any` also for participants of other programs than baudgate
   Duration lease{};
   Bytes datagram;           ///< RTPS header, time stamp and the announcement; nothing else
-  std::size_t said_at = 0;  ///< where the participant's own data begin in `datagram`
+  std::size_t said_at = 0;  ///< position of the participant's parameters in `datagram`
 
   View said() const { return View(datagram).subspan(said_at); }
 };
 
-/// `at` of the result is an address that the announcement contains and from which it was sent, so a
-/// sender that cannot forge its address cannot direct datagrams to a third party. The error is a
-/// sentence.
+/// Reads an announcement. `at` of the result is an address that the announcement contains and from
+/// which it was sent, so a sender that cannot forge its address cannot direct datagrams to a third
+/// party. The error is a sentence.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 
 // CheckParameters checks every length in an RTPS parameter list (inline QoS or discovery data)
@@ -69,13 +69,13 @@ Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 
 /// The parameters that the callers use. Offsets count from the first byte of the list.
 struct Parameters {
-  std::size_t size = 0;  ///< of the list, including the sentinel, in bytes
+  std::size_t size = 0;  ///< size of the list in bytes, including the sentinel
   std::optional<GuidPrefix> participant;
   std::optional<Guid> endpoint;
   std::optional<std::size_t> lease_at;
   std::uint32_t lease_seconds = 0;
   std::optional<std::uint32_t> domain;
-  View user_data;  ///< within the list
+  View user_data;  ///< part of the list
   /// UDPv4 addresses and ports at which a participant receives announcements, 16 at most.
   std::array<UdpAddress, 16> metatraffic{};
   std::size_t metatraffic_count = 0;
@@ -86,11 +86,13 @@ struct Parameters {
   /// Offsets of the multicast addresses for samples (not for announcements).
   std::array<std::size_t, 64> groups{};
   std::size_t group_count = 0;
-  std::uint32_t status = 0;  ///< bit 0: disposed, bit 1: unregistered
+  /// Status of the announced entity: bit 0: disposed, bit 1: unregistered.
+  std::uint32_t status = 0;
 };
 
-/// Returns why the list is refused, or `none` and its content in `found`. `list` may be longer than
-/// the parameter list. `security`: parameters of DDS Security are allowed.
+/// Checks a list and returns its content in `found`. Returns why the list is refused, or `none`.
+/// `list` may contain further bytes after the parameter list. `security`: parameters of DDS
+/// Security are allowed.
 Refusal CheckParameters(View list, bool little, bool security, Parameters& found);
 
 }  // namespace baudgate::dds

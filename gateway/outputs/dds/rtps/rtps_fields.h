@@ -1,5 +1,6 @@
-// The numbers of RTPS (kinds of submessages, flags, entities), and `RtpsFields`, which reads the
-// fields of a submessage in its byte order. Source: DDSI-RTPS 2.3, chapters 8.3 and 9.4.
+// `RtpsFields` reads the fields of an RTPS submessage in its byte order. The constants are the
+// numbers of RTPS: kinds of submessages, flags, entities. Source: DDSI-RTPS 2.3, chapters 8.3 and
+// 9.4.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,12 +14,13 @@
 namespace baudgate::dds {
 
 using GuidPrefix = std::array<std::uint8_t, 12>;
-/// A participant's GuidPrefix and the id of one of its entities.
+/// The global id of an entity: the participant's GuidPrefix (12 bytes) and the entity's id (4
+/// bytes).
 using Guid = std::array<std::uint8_t, 16>;
 
 inline constexpr std::size_t kRtpsHeader = 20;
 
-// Submessages, 9.4.5.1.
+// Ids of submessages (9.4.5.1).
 inline constexpr std::uint8_t kAckNack = 0x06;
 inline constexpr std::uint8_t kHeartbeat = 0x07;
 inline constexpr std::uint8_t kGap = 0x08;
@@ -41,14 +43,14 @@ inline constexpr std::uint8_t kPayload = 0x04;
 inline constexpr std::uint8_t kKey = 0x08;
 inline constexpr std::uint8_t kNoTimestamp = 0x02;
 
-// Encapsulations of a payload (10.5).
+// Encapsulation kinds of a payload (10.5).
 inline constexpr std::uint16_t kCdrBig = 0x0000;
 inline constexpr std::uint16_t kCdrLittle = 0x0001;
 inline constexpr std::uint16_t kParametersBig = 0x0002;
 inline constexpr std::uint16_t kParametersLittle = 0x0003;
 inline constexpr std::size_t kEncapsulation = 4;
 
-// Entities, 9.3.1.3.
+// Ids of entities (9.3.1.3).
 inline constexpr std::uint32_t kParticipantWriter = 0x000100C2;
 inline constexpr std::uint32_t kParticipantReader = 0x000100C7;
 inline constexpr std::uint32_t kPublicationsWriter = 0x000003C2;
@@ -60,7 +62,8 @@ inline constexpr std::uint32_t kLivelinessReader = 0x000200C7;
 inline constexpr std::uint32_t kHandshakeWriter = 0x000201C3;  // DDS Security 1.1, 7.4.5
 inline constexpr std::uint32_t kHandshakeReader = 0x000201C4;
 
-/// Reads numbers from a submessage or an encapsulated list; empty beyond the end.
+/// Reads numbers from a submessage or an encapsulated list. A number beyond the end is returned as
+/// empty.
 class RtpsFields {
  public:
   RtpsFields(View bytes, bool little) : reader_(bytes), bytes_(bytes), little_(little) {}

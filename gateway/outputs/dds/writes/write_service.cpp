@@ -14,7 +14,7 @@
 namespace baudgate::dds {
 namespace {
 
-// 2^53: a larger double is not exact for every whole number.
+// 2^53: above this number, a double cannot represent every whole number.
 constexpr double kExactWhole = 9007199254740992;
 
 bool CountsInWholes(config::Type type) {
@@ -51,7 +51,8 @@ constexpr char kLasting[] =
     "the writer of requests is not volatile, so old requests could be delivered; set its "
     "durability to volatile";
 
-/// Longer than any deadline, and too short to overflow the addition below.
+/// An upper limit of the time to the deadline: longer than any deadline, and short enough for the
+/// addition below not to overflow.
 constexpr Duration kMostAhead = 24h;
 
 Duration PatienceOf(const RequestSample& request) {
@@ -60,7 +61,8 @@ Duration PatienceOf(const RequestSample& request) {
                                   : std::min(wanted, WriteService::kMostPatience);
 }
 
-/// Returns the earlier of deadline_ms and not_after_ns, with any value of the machine's clock.
+/// Returns the earlier of deadline_ms and not_after_ns as a time of the steady clock; it cannot
+/// overflow, whatever the wall clock shows.
 Instant DeadlineOf(const WriteArrival& arrival, Now now) {
   const RequestSample& request = arrival.request;
   const Instant deadline = arrival.received + PatienceOf(request);
@@ -75,8 +77,9 @@ std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
-/// Empty: not too old. The DDS library may deliver requests from before the start of this gateway.
-/// The check needs a correct clock of the client.
+/// Returns why the request is too old; nothing: it is not. The check is needed because the DDS
+/// library can deliver requests from before the start of this gateway. It assumes that the client's
+/// clock is right.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
   constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())
@@ -95,14 +98,14 @@ std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) 
          " ago, and its deadline has passed" + kAdvice;
 }
 
-/// For the record; a value that is no finite number becomes text.
+/// Returns the requested value for the record of writes; NaN and infinities become text.
 Value Asked(const RequestSample& request) {
   if (!request.text.empty()) return request.text;
   if (!std::isfinite(request.value)) return FormatNumber(request.value);
   return request.value;
 }
 
-/// The number 0 is enough, because a DDS client makes no selections.
+/// The number of the writer is 0, because a DDS client makes no selections that would need one.
 bus::Writer WriterOf(const WriteArrival& arrival) { return {"dds:" + Text(arrival.writer), 0}; }
 
 }  // namespace
@@ -231,8 +234,10 @@ void WriteService::Reply(const Ticket& ticket, const bus::RequestAnswer& answer)
 
 namespace {
 
-constexpr Duration kReplyPause = 10ms;  // before a reply that found no room is tried again
-// Beyond this number the oldest reply is dropped, and its client repeats the request.
+// If the library has no space for a reply, the reply is sent again after this pause.
+constexpr Duration kReplyPause = 10ms;
+// The most replies that wait; beyond this number the oldest reply is dropped, and its client
+// repeats the request.
 constexpr std::size_t kMostReplies = 1024;
 
 }  // namespace
@@ -247,7 +252,8 @@ struct DdsWrites::Mail {
     const MutexLock lock(mutex);
     if (worker != nullptr) worker->Wake();
   }
-  /// The RequestBook of the service limits the number of requests in progress, and so of results.
+  /// Stores a result for the service's thread. `ended` is bounded, because the RequestBook limits
+  /// the number of requests in progress.
   void Add(WriteService::Ticket ticket, const WriteResult& result) {
     const MutexLock lock(mutex);
     if (worker == nullptr) return;

@@ -1,6 +1,6 @@
 // `WriteService` handles the write requests that come over DDS: it answers repeated requests, and
-// passes new ones to gateway/bus/writes/write_gate.h with the client name "dds:GUID". No thread of
-// its own: DdsWrites calls it. ValueOf returns the value that a request contains.
+// passes new requests to gateway/bus/writes/write_gate.h with the client name "dds:GUID". It has no
+// thread: DdsWrites calls it. ValueOf returns the value that a request contains.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,22 +28,24 @@
 
 namespace baudgate::dds {
 
-// ValueOf uses `text` if it is not empty or if the point is a string, and `value` otherwise:
+// ValueOf uses `text` if `text` is not empty or the point is a string, and `value` otherwise:
 //
 //   uint16   value 1               1
 //   uint64   text "12345678901234567890"
 //   bool     value 1, text "on"    true
 //   float32  value nan             an error
 
-/// The error says in one sentence what would be right.
+/// Returns the value of the request in the point's type. The error is a sentence that contains what
+/// is allowed.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
-/// The value is part of the identity as hexadecimal text, so that two NaNs are equal. deadline_ms
-/// and not_after_ns are not, because they may differ when a client repeats its request.
+/// Returns the id by which a repeated request is detected. The value is part of it, as hexadecimal
+/// text, so that two NaNs are equal. deadline_ms and not_after_ns are not part of it, because they
+/// may differ when a client repeats its request.
 bus::RequestId IdOf(const RequestSample& request);
 
 class WriteService {
  public:
-  /// The longest wait of a request. Without deadline_ms it is kWaitForDevice.
+  /// The longest deadline_ms of a request. Without deadline_ms, a request waits for kWaitForDevice.
   static constexpr Duration kMostPatience = 60s;
 
   /// A request that was passed to its line.
@@ -55,9 +57,9 @@ class WriteService {
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
-  /// The references must outlive this object. `answer` is called on the thread of Take and End.
-  /// `ended` may be called on any thread, also after this object's end; the owner passes its
-  /// arguments to End.
+  /// The references must outlive this object. `answer` is called on the thread that calls Take or
+  /// End. `ended` can be called on any thread, even after the end of this object; the owner passes
+  /// its arguments to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 
@@ -74,9 +76,9 @@ class WriteService {
   };
   Result<Place> Find(const RequestSample& request);
   void LearnDevices();
-  /// Records that the request was denied, if it names an existing point.
+  /// Records that the request was denied, if the request names an existing point.
   void Record(const WriteArrival& arrival, const std::string& reason);
-  /// Passes the request to its line. Returns the answer if that fails.
+  /// Passes the request to its line. If that fails, returns the answer to the client.
   std::optional<bus::RequestAnswer> Carry(const WriteArrival& arrival, Now now);
   void Reply(const Ticket& ticket, const bus::RequestAnswer& answer);
 
@@ -85,29 +87,30 @@ class WriteService {
   bus::WriteGate gate_;
   const Answer answer_;
   const Ended ended_;
-  std::unordered_map<std::string, std::uint32_t> devices_;  ///< by name
-  std::uint32_t known_ = 0;  ///< number of the store's devices that are in devices_
+  std::unordered_map<std::string, std::uint32_t> devices_;  ///< index of each device, by name
+  std::uint32_t known_ = 0;  ///< the number of the store's devices that devices_ contains
   bus::RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };
 
-// The thread that handles the write requests of a SampleWriter and sends the replies. Lines never
-// wait for it.
+// DdsWrites is the thread that handles the write requests of a SampleWriter and sends the replies.
+// Lines never wait for it.
 class DdsWrites {
  public:
-  /// Handles the requests of `writer` until StopTaking. `config`, `store`, `sink` and what `past`
-  /// refers to must outlive this object.
+  /// Handles the requests of `writer` until StopTaking. `config`, `store`, `sink` and the objects
+  /// that `past` refers to must outlive this object.
   DdsWrites(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
             bus::RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< calls StopTaking and Stop
 
-  /// Afterwards no request goes to the sink. Idempotent.
+  /// After StopTaking, no request is passed to the sink. A second call does nothing.
   void StopTaking();
-  /// Sends the replies that are ready, and ends the thread; later results are dropped. Idempotent.
+  /// Sends the replies that are ready, and ends the thread; later results are dropped. A second
+  /// call does nothing.
   void Stop();
 
   std::uint64_t taken() const { return service_.taken(); }
-  /// Requests that came too fast.
+  /// Returns the number of requests that were dropped because they came too fast.
   std::uint64_t dropped() const;
 
  private:
@@ -117,8 +120,8 @@ class DdsWrites {
   void SendReplies();
 
   const std::shared_ptr<SampleWriter> writer_;
-  const std::shared_ptr<Mail> mail_;  // shared with the callbacks of the lines
-  std::deque<ReplySample> replies_;   // used by the thread only
+  const std::shared_ptr<Mail> mail_;  // shared with the callbacks that lines call
+  std::deque<ReplySample> replies_;   // only the service's thread uses it
   WriteService service_;
   Worker worker_;
 };

@@ -1,6 +1,6 @@
-// Computes the contents of registers and bits: values, their quality and age, status blocks and
-// event blocks. Pure. FillRegisters and FillBits read one consistent DeviceRecord of the point
-// store and fill the private copy in responder.h. EventBlockOf returns the event block of a unit.
+// `FillRegisters` and `FillBits` compute the contents of registers and bits: values, their quality
+// and age, and status blocks. They read one consistent DeviceRecord of the point store and fill the
+// private copy in responder.h. EventBlockOf computes the event block of a unit. No I/O, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,8 +19,8 @@
 
 namespace baudgate::modbus {
 
-// Limits a number to the largest value of T, for the fields of status and event blocks. Fields of
-// 32 bits have the word order ABCD (Put32).
+// Limits a number to the largest value of T. Used for the fields of status and event blocks; 32-bit
+// fields have the word order ABCD (Put32).
 template <typename T>
 T Saturated(std::uint64_t number) {
   constexpr std::uint64_t kMost = std::numeric_limits<T>::max();
@@ -32,7 +32,7 @@ inline void Put32(std::span<std::uint16_t> block, std::size_t at, std::uint32_t 
   block[at + 1] = static_cast<std::uint16_t>(number);
 }
 
-/// Figures of the gateway itself; the composition root supplies them.
+/// Numbers about the gateway itself, for its status block; the main program supplies them.
 struct GatewayFigures {
   unsigned version_major = 0;
   unsigned version_minor = 0;
@@ -44,46 +44,49 @@ struct GatewayFigures {
   std::size_t devices_online = 0;
 };
 
-/// Counters of the Modbus server: totals since it was started.
+/// The counters of the Modbus server since it was started.
 struct ModbusCounters {
-  std::uint64_t clients = 0;  ///< connected now
+  std::uint64_t clients = 0;  ///< clients that are connected now
   std::uint64_t accepted = 0;
-  std::uint64_t refused = 0;    ///< not allowed, or too many
-  std::uint64_t malformed = 0;  ///< closed because no frame boundary could be trusted
-  std::uint64_t idle = 0;       ///< closed because no request came for the idle timeout
-  std::uint64_t stalled = 0;    ///< closed because the client did not read its replies
-  /// No file descriptor or memory for a client; accepting is tried again later.
+  std::uint64_t refused = 0;    ///< clients that were not allowed to connect, or were too many
+  std::uint64_t malformed = 0;  ///< connections closed because no frame boundary could be trusted
+  std::uint64_t idle = 0;       ///< connections closed because no request came for the idle timeout
+  std::uint64_t stalled = 0;    ///< connections closed because the client did not read its replies
+  /// Connections for which no file descriptor or memory was left; accepting is tried again later.
   std::uint64_t accept_errors = 0;
   std::uint64_t requests = 0;
   std::uint64_t exceptions = 0;
 };
 
-/// Status block of a device, from register 9000. New fields are only appended. +0 state, +1 last
-/// outcome, +2 age of the last good reply (u32, ms; all bits set = never or more), +4 exchanges, +6
-/// ok, +8 no reply, +10 corrupt, +12 retries (u32 each), +14 last and +15 mean round trip (ms,
-/// 65535 = more). The layout lists the offset of each field; its last entry is the length of the
-/// block.
+/// The status block of a device, from register 9000. New fields are only appended.
+///
+///   +0 state  +1 last outcome  +2 age of the last good reply (u32, ms; all bits set: none, or
+///   older) +4 exchanges  +6 ok  +8 no reply  +10 corrupt  +12 retries (u32 each) +14 last and +15
+///   mean round trip (ms; 65535: longer)
+///
+/// The layout lists the offset of each field; its last entry is the length of the block.
 inline constexpr std::array<std::uint16_t, 11> kDeviceBlockLayout = {0,  1,  2,  4,  6, 8,
                                                                      10, 12, 14, 15, 16};
 using DeviceBlock = std::array<std::uint16_t, kDeviceBlockLayout.back()>;
 DeviceBlock DeviceBlockOf(const bus::DeviceStatus& status, Instant now);
 
-/// Status block of the gateway (units 0 and 255), from register 9000. New fields are only appended.
-/// +0 version (major * 10000 + minor * 100 + patch), +1 lines, +2 uptime (u32, s), +4 devices, +5
-/// devices online, +6 Modbus clients, +7 lines up, +8 requests answered, +10 requests answered with
-/// an exception (u32 each).
+/// The status block of the gateway (units 0 and 255), from register 9000. New fields are only
+/// appended. Offsets: +0 version (major * 10000 + minor * 100 + patch), +1 lines, +2 uptime (u32,
+/// in s), +4 devices, +5 devices online, +6 Modbus clients, +7 lines up, +8 requests answered, +10
+/// requests answered with an exception (u32 each).
 inline constexpr std::array<std::uint16_t, 10> kGatewayBlockLayout = {0, 1, 2, 4,  5,
                                                                       6, 7, 8, 10, 12};
 using GatewayBlock = std::array<std::uint16_t, kGatewayBlockLayout.back()>;
 GatewayBlock GatewayBlockOf(const GatewayFigures& info, const ModbusCounters& counters);
 
-/// Fills `out` with the pieces of a request (PlanRead). Returns kNoTarget when a value may not be
-/// shown.
+/// Fills `out` with the pieces of a request (see PlanRead). Returns kNoTarget if a value must not
+/// be shown because of its quality.
 ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Piece> pieces,
                             Instant now, std::span<std::uint16_t> out);
-/// Fills `out` with one bit. In a read of several bits a bit without a value is 0, because the bit
-/// at N + 20000 shows that it is not good. Read alone (`alone`) it is an exception, because the
-/// reader, such as an operator's lamp, may not read that quality bit.
+/// Fills `out` with one bit. A bit without a value is 0 in a read of several bits, because the
+/// quality bit at N + 20000 shows that it is not good. If the bit is read alone (`alone`),
+/// kNoTarget is returned instead, because the client, e.g. an operator's lamp, may not read the
+/// quality bit.
 ExceptionCode FillBit(const bus::DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
                       std::uint8_t& out);
 ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> pieces, Instant now,
@@ -94,8 +97,8 @@ ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> p
 void FillFromBlock(std::span<const std::uint16_t> block, const Piece& piece,
                    std::span<std::uint16_t> out);
 
-// The events of a unit as registers, from 9016. Pure. The events come from
-// gateway/records/events/event_feed.h; gateway/outputs/modbus/service/own_units.cpp asks for them.
+// EventBlock contains the events of a unit as registers, from 9016. The events come from
+// gateway/records/events/event_feed.h; gateway/outputs/modbus/service/own_units.cpp requests them.
 //
 //   +0 first to show  +2 newest  +4 oldest stored  +6 lost (u32 each)  +8 how many follow  +9 0
 //   +10 … seven times: +0 number  +2 seconds since 1970 (u32 each)  +4 milliseconds
@@ -120,8 +123,8 @@ inline constexpr std::array<std::uint16_t, 56> kEventBlockLayout = [] {
 static_assert(kEventBlockLayout.back() == 80);
 using EventBlock = std::array<std::uint16_t, kEventBlockLayout.back()>;
 
-/// `first`: the event number that the client has written. Numbers of more than 32 bits are shown by
-/// their low 32 bits.
+/// `first`: the event number that the client has written. Event numbers of more than 32 bits are
+/// shown by their low 32 bits.
 EventBlock EventBlockOf(const events::EventFeed::Page& shown, std::uint32_t first);
 
 }  // namespace baudgate::modbus

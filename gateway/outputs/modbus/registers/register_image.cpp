@@ -9,7 +9,7 @@
 namespace baudgate::modbus {
 namespace {
 
-/// Fills the words of one point in one area, as for a read of several points.
+/// Fills the words of one point in one area, like a read of several points.
 template <typename Word>
 ExceptionCode FillOne(const bus::DeviceRecord& record, Area area, const Span& span, Instant now,
                       std::span<Word> out) {
@@ -111,8 +111,8 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
   if (table != config::Table::bits) return find(registers_);
-  // A read of one bit may be an exception that a read of several bits is not, so it is read
-  // directly.
+  // A read of one bit can be answered with an exception where a read of several bits is not, so one
+  // bit is not read from the image.
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 

@@ -1,5 +1,6 @@
 // Builds the map from the configuration, divides requests into pieces, and encodes values in
-// registers. The float setters of libmodbus are not used: Debian's are wrong.
+// registers. The float functions of libmodbus are not used, because those of Debian's version are
+// wrong.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 
@@ -25,8 +26,8 @@ bool InValueArea(const Span& span) {
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }
 
-/// Looks up ascending addresses in sorted spans. Most requests ask for adjacent points, so the span
-/// after the last result is tried before a search.
+/// Finds the spans of ascending addresses. Most requests are for adjacent points, so the span after
+/// the last result is tried before a search.
 class Finder {
  public:
   explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
@@ -45,8 +46,8 @@ class Finder {
   std::size_t next_ = 0;
 };
 
-/// Adds a span. The configuration check refuses overlaps and addresses outside the value areas; if
-/// one passes all the same, the first point keeps the addresses and the later point is left out.
+/// Adds a span. The configuration check refuses overlaps and addresses outside the value areas. If
+/// it misses one, the point that came first gets the addresses and the later point is left out.
 void Insert(std::vector<Span>& spans, const Span& span) {
   if (!InValueArea(span)) return;
   const auto after = std::upper_bound(spans.begin(), spans.end(), span.start, StartsBelow);
@@ -155,7 +156,7 @@ class Planner {
     return true;
   }
 
-  /// Adds one address to the hole before it, or begins a new hole.
+  /// Adds the address to the hole that ends before it, or begins a new hole.
   void AddHole() {
     if (!pieces_.empty() && pieces_.back().area == Area::hole) {
       ++pieces_.back().count;
@@ -218,7 +219,7 @@ using config::Type;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// The value in two's complement, or nothing when it lies outside the range.
+/// Returns the value in two's complement; nothing: the value is outside the range.
 std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRange range) {
   const auto of_signed = [&](std::int64_t held) -> std::optional<std::uint64_t> {
     if (held < range.lowest) return std::nullopt;
@@ -244,7 +245,8 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRang
   return std::nullopt;
 }
 
-/// Encodes any type but string.
+/// Returns the bits of a value of any type except string; nothing: the type cannot represent the
+/// value.
 std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
   if (!HasValue(value) || std::holds_alternative<std::string>(value)) return std::nullopt;
   if (type == Type::boolean) {
@@ -277,7 +279,7 @@ std::uint64_t BytesSwapped(std::uint64_t bits) {
   return ((bits >> 8) & kLow) | ((bits & kLow) << 8);
 }
 
-/// Writes bits to registers. The word order applies only to values of more than one register.
+/// Writes the bits to registers. The word order matters only for values of more than one register.
 void PutBits(std::uint64_t bits, config::WordOrder order, std::span<std::uint16_t> out) {
   const std::size_t count = out.size();
   if (SwapsBytes(order) && count > 1) bits = BytesSwapped(bits);
@@ -342,7 +344,8 @@ Shown ShowFault(const config::Point& point, bool held) {
   return kind == Kind::hold && held ? Shown::held : Shown::no_value;
 }
 
-/// Extends the sign of a number of 32 bits or fewer: int16 is -2 and not 65534.
+/// Extends the sign of a number of at most 32 bits. Example: the int16 FF FE becomes -2 and not
+/// 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
   if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);
   if (type == Type::int32) return static_cast<std::int32_t>(bits);
@@ -428,8 +431,6 @@ std::optional<Value> DecodeRegisters(const config::Point& point, config::WordOrd
     }
   }
 }
-
-// Converts writes of functions 5, 6, 15 and 16 to points and their values.
 
 namespace {
 

@@ -1,4 +1,4 @@
-// The only file that calls libmodbus.
+// No other file calls libmodbus.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/responder.h"
 
@@ -25,14 +25,14 @@ Responder::Responder() : library_(std::make_unique<Library>()) {
     ready_ = Error{"libmodbus has no memory for a context"};
     return;
   }
-  // A packet socket keeps message boundaries, so one read returns one whole reply.
+  // A packet socket preserves message boundaries, so one read returns one whole reply.
   const int kind = SOCK_SEQPACKET | SOCK_NONBLOCK | SOCK_CLOEXEC;
   if (::socketpair(AF_UNIX, kind, 0, pair_.data()) != 0) {
     ready_ = Error{"no socket pair for the Modbus answers; raise the limit of open files"};
     return;
   }
-  // modbus_reply sleeps for the response timeout before it sends an exception of its own; keep that
-  // short.
+  // Before modbus_reply sends an exception itself, it sleeps for the response timeout: so the
+  // timeout is 1 us.
   modbus_set_response_timeout(library_->context, 0, 1);
 }
 

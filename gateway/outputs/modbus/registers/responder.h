@@ -1,8 +1,8 @@
 // `Responder` encodes the replies to checked requests with libmodbus, from a private copy of the
-// registers or bits that were asked for. gateway/outputs/modbus/service/own_units.cpp fills the
-// copy. Replies go straight to a client's socket, or through a socket pair to its output buffer.
-// Only well-formed requests may come here: on others modbus_reply sleeps, or trusts lengths that it
-// should not.
+// requested registers or bits, which gateway/outputs/modbus/service/own_units.cpp fills. Replies
+// are sent directly to a client's socket, or appended to its output buffer. Only well-formed
+// requests may be passed to it, because modbus_reply sleeps on others, or trusts lengths that are
+// wrong.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,9 +21,9 @@ class Responder {
  public:
   enum class Sent : std::uint8_t {
     whole,
-    would_block,  ///< the socket's buffer was full; nothing was sent
-    cut,          ///< a part was sent; its size is unknown, so the connection must be closed
-    failed,       ///< the connection has ended
+    would_block,  ///< the socket's buffer was full; no byte was sent
+    cut,  ///< a part of the reply was sent; its size is unknown, so the connection must be closed
+    failed,  ///< the connection has ended
   };
 
   Responder();
@@ -31,16 +31,17 @@ class Responder {
   Responder(const Responder&) = delete;
   Responder& operator=(const Responder&) = delete;
 
-  /// The error: why libmodbus or the socket pair is missing. No other function may be called then.
+  /// An error: libmodbus or the socket pair could not be created; then no other function may be
+  /// called.
   const Status& ready() const { return ready_; }
 
-  /// The private copy: request.count registers or bits (one byte each) of the next reply.
+  /// The contents of the next reply: request.count registers or bits (one byte each).
   std::span<std::uint16_t> registers() { return registers_; }
   std::span<std::uint8_t> bits() { return bits_; }
 
-  /// Sends the reply straight to a connected, non-blocking socket.
+  /// Sends the reply directly to a connected, non-blocking socket.
   Sent Send(const ModbusRequest& request, int socket);
-  /// Appends the reply to `out`. False when the kernel has no memory for it.
+  /// Appends the reply to `out`. False: the kernel has no memory for the reply.
   bool Append(const ModbusRequest& request, Bytes& out);
 
  private:

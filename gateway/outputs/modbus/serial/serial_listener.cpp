@@ -30,14 +30,12 @@ bool ReplyEcho::IsEcho(View frame, Instant ended) {
   return !owed.empty() && ended <= until_ && std::ranges::equal(owed, frame);
 }
 
-// `MasterSession` receives the requests of a serial master and keeps the pauses of its bus.
-
 namespace {
 
-/// USB adapters deliver received bytes every 16 ms at worst, so a frame may pause that long. Most
-/// requests end by their length and do not wait for this gap.
+/// The longest pause within an RTU frame: USB adapters deliver received bytes up to 16 ms late.
+/// Most requests are recognised by their length and do not wait for this time.
 constexpr Duration kUsbGap = 20ms;
-/// The longest pause between two characters of Modbus ASCII (MODBUS over Serial Line 1.02,
+/// The longest pause between two characters of a Modbus ASCII frame (MODBUS over Serial Line 1.02,
 /// 2.5.2.1).
 constexpr Duration kAsciiGap = 1s;
 
@@ -75,7 +73,8 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
   assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
-/// Logs a warning if the bytes since the last request are a request in another framing.
+/// Logs a warning if the bytes since the last request are a request in another framing (RTU or
+/// ASCII).
 void MasterSession::NameOther() {
   const auto other = OtherFraming(heard_, listener_.framing, frames_);
   if (!other || !book_.HeardOther(port_, *other)) return;
@@ -83,8 +82,8 @@ void MasterSession::NameOther() {
             ExplainOther(*other, listener_.framing));
 }
 
-/// A request for another slave also shows that the master no longer waits for the gateway's reply.
-/// A master that broadcasts waits for no reply.
+/// Handles a whole frame. A request to another slave also shows that the master no longer waits for
+/// the gateway's reply; so does a broadcast.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
     if (listener_.echo == config::Listener::Echo::off) book_.HeardEcho(port_);
@@ -120,8 +119,8 @@ void MasterSession::Answer(View frame, Instant) {
   owner_.Rearm();
 }
 
-/// A reply waits for the quiet time, and until it is certain that the bytes since its request are
-/// no new request.
+/// Returns when OnTime has work. A reply is sent after the quiet time, when it is certain that no
+/// new request is arriving.
 std::optional<Instant> MasterSession::Deadline() const {
   std::optional<Instant> next;
   if (HoldsBytes()) {

@@ -1,6 +1,6 @@
-// `SerialListener` is a serial port at which a Modbus master sends requests to the gateway: the
-// port, its timer and the clock. `MasterSession` handles the bytes. `ReplyEcho` recognises the echo
-// of the gateway's own replies.
+// `SerialListener` is a serial port over which a Modbus master sends requests to the gateway: it
+// has the port, a timer and the clock. `MasterSession` handles the bytes. `ReplyEcho` recognises
+// the echo of the gateway's own replies.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,55 +24,55 @@
 namespace baudgate::modbus {
 
 // `ReplyEcho` recognises the gateway's own replies among the bytes that a two-wire adapter
-// receives. The reply to a write of one register equals its request, so an echo that is taken for a
-// request would be carried out and answered again without end. Sans-I/O; used by `MasterSession`.
+// receives. The reply to a write of one register equals the request, so an echo that is taken for a
+// request would be carried out and answered again endlessly. No I/O, no clock.
 
-/// Mode `strip`: if the first bytes that come after a reply repeat the reply, they are removed,
-/// however late they come. Mode `off`: no bytes are removed. In both modes the first whole frame
-/// after a reply is its echo if it equals the reply and ended in time, so an echo behind noise is
+/// In mode `strip`, if the first bytes after a reply repeat the reply, they are removed, however
+/// late they come. In mode `off`, no bytes are removed. In both modes, the first whole frame after
+/// a reply is its echo if it equals the reply and ended in time, so that an echo behind noise is
 /// found as well.
 class ReplyEcho {
  public:
-  /// The echo must have ended within this time after the time that the reply takes on the line.
-  /// Covers an adapter, its driver and a busy machine.
+  /// An echo must have ended within this time after the reply's last byte was sent. The time covers
+  /// an adapter, its driver and a busy machine.
   static constexpr Duration kLatest = 50ms;
 
   explicit ReplyEcho(config::Listener::Echo mode)
       : strips_(mode == config::Listener::Echo::strip) {}
 
   /// To be called before a reply is sent. `until`: the latest time at which the last byte of its
-  /// echo can come.
+  /// echo can arrive.
   void OnSent(View reply, Instant until);
-  /// Returns the received bytes without the echo, in order.
+  /// Returns the received bytes in order, without the echo.
   Bytes Filter(View received);
-  /// True while received bytes are withheld because they may be the start of an echo.
+  /// True while received bytes are withheld because they can be the beginning of an echo.
   bool holding() const { return strips_ && filter_.holding(); }
-  /// To be called when the bus is silent: returns the bytes that were withheld.
+  /// To be called when the bus is silent. Returns the withheld bytes.
   Bytes OnSilence() { return filter_.OnExchangeEnd().bytes; }
-  /// True if `frame`, cut from the filtered bytes, is the echo. `ended`: when its last byte came.
-  /// Each reply has one echo at most: the first frame after the reply decides.
+  /// True if `frame`, cut from the filtered bytes, is the echo. `ended`: the time of its last byte.
+  /// A reply has at most one echo: only the first frame after the reply is compared.
   bool IsEcho(View frame, Instant ended);
 
  private:
   bool strips_;
   bus::EchoFilter filter_{config::Echo::strip};
-  Bytes owed_;  ///< the last reply; empty once a frame or its whole echo has come
+  Bytes owed_;  ///< the last reply, whose echo has not come; else empty
   Instant until_;
 };
 
 // `MasterSession` handles the requests of a serial master while the port is open. Bytes come from
-// `SerialListener`, which has the port and the clock. Requests go in their Modbus TCP form to
-// gateway/outputs/modbus/service/client_requests.h, and replies go back as frames of the serial
-// line. Other slaves may answer on the same bus.
+// `SerialListener`. Requests are passed in their Modbus TCP form to
+// gateway/outputs/modbus/service/client_requests.h, and replies return as frames of the serial
+// line. Other slaves can be on the same bus.
 
-/// The master has one request at a time: if it sends another before the reply, it has given up the
-/// first, and the reply to the first is dropped.
+/// A master has only one request at a time: if it sends another request before the reply, it has
+/// given up the first, and the first reply is dropped.
 class MasterSession final : public ClientWire {
  public:
   class Owner {
    public:
     virtual void Send(Bytes frame) = 0;
-    /// To be called when Deadline may have changed.
+    /// To be called when the result of Deadline may have changed.
     virtual void Rearm() = 0;
 
    protected:
@@ -80,19 +80,19 @@ class MasterSession final : public ClientWire {
   };
 
   /// `port`: the master's number in the traffic book. All references must outlive the session. The
-  /// protocol of the listener's framing must be loaded and have a carrier.
+  /// protocol of the listener's framing must be loaded and must support framing (have a carrier).
   MasterSession(const config::Listener& listener, ServerShared& shared, std::size_t port,
                 Owner& owner, const Now& now);
   ~MasterSession() { requests_.Close(); }
   MasterSession(const MasterSession&) = delete;
   MasterSession& operator=(const MasterSession&) = delete;
 
-  /// `now.instant` is the time when the bytes came.
+  /// `now.instant` is the time when the bytes were received.
   void OnBytes(View bytes, const Now& now);
-  /// To be called at Deadline; may be called at any other time.
+  /// To be called at Deadline; earlier calls do no harm.
   void OnTime(const Now& now);
-  /// The next time at which OnTime has work: the end of a silence, of the quiet time before a
-  /// reply, or of a request's deadline. Empty: there is none.
+  /// Returns the next time at which OnTime has work: the end of a silence, of the quiet time before
+  /// a reply, or of a request's deadline. Nothing: there is no such time.
   std::optional<Instant> Deadline() const;
 
  private:
@@ -114,24 +114,26 @@ class MasterSession final : public ClientWire {
   const std::size_t port_;
   Owner& owner_;
   const Duration quiet_;  ///< minimum silence between a request and its reply
-  const Duration gap_;    ///< a frame that pauses for so long is not continued
+  const Duration gap_;    ///< a frame that is interrupted for this time is not continued
 
   ClientRequests requests_;
   protocols::Assembler assembler_;
   ReplyEcho echo_;
   Bytes heard_;  ///< the first bytes since the last silence or request, at most kMostLookedAt
   Instant last_byte_;
-  std::uint16_t transaction_ = 0;         // of the last request
-  std::optional<std::uint16_t> awaited_;  // the request whose reply the master waits for
-  Bytes reply_;                           // a reply that waits for the quiet time
+  std::uint16_t transaction_ = 0;  // transaction number of the last request
+  // Transaction number of the request whose reply the master waits for.
+  std::optional<std::uint16_t> awaited_;
+  Bytes reply_;  // a reply that is sent after the quiet time
 };
 
-/// All calls on the server's thread. Must be made by make_shared.
+/// Must be created by make_shared. Only the server's thread may call it, except ClosePort.
 class SerialListener final : public std::enable_shared_from_this<SerialListener>,
                              private transports::PortThread::Owner,
                              public MasterSession::Owner {
  public:
-  /// `shared` must outlive the listener until Stop. For the protocol see MasterSession.
+  /// `shared` must outlive the listener until Stop. The protocol must be loaded as for
+  /// MasterSession.
   SerialListener(asio::io_context& io, config::Listener listener, ServerShared& shared);
   ~SerialListener() { Stop(); }
 
@@ -139,7 +141,7 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   void Open() { port_.Start(); }
   /// Ends the session: nothing is received or answered any more. The port stays open.
   void Leave();
-  /// Closes the port; the driver may take long. After Leave it may be called on any thread, but the
+  /// Closes the port; the driver can take long. After Leave, any thread may call ClosePort, but the
   /// listener must be destroyed on the server's thread.
   void ClosePort() { port_.Stop(); }
   void Stop();
@@ -160,8 +162,8 @@ class SerialListener final : public std::enable_shared_from_this<SerialListener>
   transports::PortThread port_;
   const std::size_t place_;  ///< the master's number in the traffic book
   bool left_ = false;
-  asio::steady_timer timer_;              // for the session's deadline
-  std::optional<MasterSession> session_;  // while the port is open
+  asio::steady_timer timer_;              // for the deadline of the session
+  std::optional<MasterSession> session_;  // exists while the port is open
 };
 
 }  // namespace baudgate::modbus

@@ -15,7 +15,7 @@ namespace baudgate::modbus {
 
 namespace {
 
-/// The number of clients that are served in a row before other work of the io_context has its turn.
+/// The number of clients that are served in a row before the io_context does other work.
 constexpr std::size_t kServedInARow = 256;
 
 }  // namespace
@@ -67,7 +67,7 @@ void ClientPoll::Remove(int socket, Client& client) {
 }
 
 void ClientPoll::Wait() {
-  // A new wait checks the set again, so clients that are ready already are not lost.
+  // A new wait checks the epoll set again, so clients that are ready already are not missed.
   set_.async_wait(asio::posix::stream_descriptor::wait_read,
                   [self = shared_from_this()](const asio::error_code& failed) {
                     if (failed || !self->set_.is_open()) return;
@@ -77,9 +77,10 @@ void ClientPoll::Wait() {
 }
 
 void ClientPoll::Serve() {
-  // With a single client the event must be for that client.
+  // With a single client, an event of the epoll set is an event of this client.
   if (only_ != nullptr) return only_->OnEvents(EPOLLIN, ReadClocks());
-  // A single client sends nothing more before it has read its reply, so a second look is useless.
+  // A single client sends nothing more before it has read its reply, so a second epoll_wait is
+  // useless.
   const std::size_t worth = count_ > 1 ? 1 : 2;
   std::size_t served = 0;
   std::size_t batch = 0;
@@ -150,10 +151,10 @@ bool ClientSocket::Flush(Instant now) {
 
 namespace {
 
-/// Frames of one client that are answered in one turn, before other clients have theirs.
+/// The number of frames of one client that are answered before other clients are served.
 constexpr int kFramesPerTurn = 8;
-/// After so much silence an incomplete frame is not continued: RTU has no end mark; ASCII may pause
-/// as long as its specification allows.
+/// After this silence an incomplete RTU frame is not continued, because RTU frames have no end
+/// mark. ASCII frames can pause longer.
 constexpr Duration kLongestGap = 50ms;
 constexpr Duration kLongestAsciiGap = 1s;
 
@@ -186,8 +187,7 @@ void ClientSession::Close() {
 
 void ClientSession::OnEvents(std::uint32_t events, const Now& now) {
   const auto self = shared_from_this();
-  // A client that is paced (not read now) is closed without reading the rest: no answer could reach
-  // it.
+  // A blocked client (not read now) is closed without reading the rest: no answer could reach it.
   if ((events & (EPOLLERR | EPOLLHUP)) != 0 && !socket_.is_read()) return Close();
   if (!socket_.is_blocked()) return Receive(now);
   Flush(now.instant);
@@ -238,9 +238,9 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// After a stall the network may deliver a request that the client has given up together with the
-/// next request, so only the last of several complete frames is answered. A broadcast gets no
-/// reply, so it is handled even if another frame follows.
+/// Drops the replies to earlier requests. After a stall, the network can deliver a request that the
+/// client has given up together with its next request, so only the last of several complete frames
+/// is answered. A broadcast gets no reply, so it is handled even if another frame follows.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();
@@ -277,7 +277,7 @@ bool ClientSession::SendAtOnce(const ModbusRequest& request, Responder& responde
       return true;
     case Responder::Sent::would_block:
       break;
-    // The client has left the kernel's whole send buffer unread.
+    // The client does not read, and its replies fill the kernel's whole send buffer.
     case Responder::Sent::cut:
       CloseStalled("the client does not read its replies, and they pile up");
       break;
@@ -301,7 +301,8 @@ void ClientSession::AnswerNothing(Instant now) {
 
 void ClientSession::Answered(Instant now) {
   if (in_turn_) return;
-  // Bytes that the client has sent meanwhile may be a new request, which makes the reply pointless.
+  // Bytes that the client has sent meanwhile can be a new request, which means that the client no
+  // longer waits for this reply.
   if (framing_->one_at_a_time()) Fill(now);
   if (closed_) return;
   Flush(now);
@@ -333,8 +334,8 @@ void ClientSession::Sweep(const Now& clocks) {
   requests_.Sweep(clocks);
 }
 
-/// Closes a client that sends requests in another framing. Called before the first request was
-/// understood. False: the bytes may still become a request.
+/// Closes a client that uses another framing (e.g. RTU instead of TCP). Called before the first
+/// request was understood. False: the bytes can still become a request.
 bool ClientSession::CloseOther(const Now& now) {
   const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;

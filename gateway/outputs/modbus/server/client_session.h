@@ -1,9 +1,9 @@
 // `ClientSession` is one connected client of Modbus TCP, or of RTU or ASCII over TCP: it takes the
-// client's requests in order and sends the replies. Bytes come from and go to its socket;
-// gateway/outputs/modbus/service/client_requests.h handles the requests.
-// All on the server's thread, which passes the time. A client cannot delay others: a turn answers a
-// few frames, a client that does not read its replies stops only itself, and memory is bounded.
-// `ClientPoll` is the epoll set of all clients, and `ClientSocket` the socket of one.
+// client's requests in order and sends the replies.
+// gateway/outputs/modbus/service/client_requests.h handles the requests. Everything runs on the
+// server's thread, which passes the time. A client cannot delay others: a turn answers a few
+// frames, a client that does not read its replies stops only itself, and memory is bounded.
+// `ClientPoll` is the epoll set of all clients, and `ClientSocket` is the socket of one client.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,18 +32,18 @@
 
 namespace baudgate::modbus {
 
-// `ClientPoll` reports to clients that their sockets can be read or written, many at a time: one
-// epoll set for clients only, inside the server's io_context. asio alone would cost one more system
-// call per request. Sockets come from listener.cpp; ClientSocket reads and writes them.
+// `ClientPoll` informs clients that their sockets can be read or written. It is one epoll set for
+// clients only, inside the server's io_context: asio alone would cost one more system call per
+// request. listener.cpp accepts the sockets; ClientSocket reads and writes them.
 
-/// All functions but Open: on the thread that runs the io_context.
+/// All functions but Open must be called on the thread that runs the io_context.
 class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
  public:
   class Client {
    public:
-    /// `events`: some of EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two come without being
-    /// asked for. The call is repeated for as long as an event lasts. `now` is read once for all
-    /// clients that are ready together. The client may remove itself and others.
+    /// `events` contains EPOLLIN, EPOLLOUT, EPOLLERR and EPOLLHUP; the last two are always
+    /// reported. The call is repeated as long as an event lasts. `now` is read once for all clients
+    /// that are ready at the same time. The client can remove itself and others.
     virtual void OnEvents(std::uint32_t events, const Now& now) = 0;
 
    protected:
@@ -52,18 +52,18 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
 
   explicit ClientPoll(asio::io_context& io) : set_(io) {}
 
-  /// Makes the epoll set. An error: the system has no resources for it.
+  /// Creates the epoll set. An error: the system has no resources for it.
   Status Open();
   void Start() { Wait(); }
   void Close();
 
-  /// False when the kernel has no memory for the client. Remove must be called before the client or
-  /// its socket is destroyed.
+  /// Adds a client. False: the kernel has no memory for it. Remove must be called before the client
+  /// or its socket is destroyed.
   bool Add(int socket, Client& client, std::uint32_t events);
   bool Change(int socket, Client& client, std::uint32_t events);
   void Remove(int socket, Client& client);
 
-  /// Runs `task`, which takes a `const Now&`, after all work that is already posted.
+  /// Runs `task`, which takes a `const Now&`, after all work that is posted already.
   template <typename Task>
   void Post(Task task) {
     asio::post(set_.get_executor(), [task = std::move(task)] { task(ReadClocks()); });
@@ -72,22 +72,24 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
  private:
   void Wait();
   void Serve();
-  /// Serves the clients that are ready now; returns how many.
+  /// Serves the clients that are ready now, and returns their number.
   std::size_t ServeBatch();
 
   asio::posix::stream_descriptor set_;
   std::array<epoll_event, 128> events_{};
-  std::span<epoll_event> unserved_;  ///< the rest of the current batch
+  std::span<epoll_event> unserved_;  ///< the events of the current batch that were not served yet
   std::size_t count_ = 0;
-  Client* only_ = nullptr;  ///< the client, if there is only one and it waits for input; else null
+  /// The only client, if it waits for input; null: there are several, or it waits for something
+  /// else.
+  Client* only_ = nullptr;
 };
 
-// `ClientSocket` is the socket of one client: the events that the poll watches it for, and the
-// replies that are not sent yet. The destructor closes the socket.
+// `ClientSocket` is the socket of one client, with the events for which the poll watches it and the
+// replies that were not sent yet. The destructor closes the socket.
 class ClientSocket {
  public:
-  /// `socket` must be connected and non-blocking. The poll and the client, which receives the
-  /// events, must outlive this object.
+  /// `socket` must be connected and non-blocking. `poll` and `client`, which receives the events,
+  /// must outlive this object.
   ClientSocket(int socket, ClientPoll& poll, ClientPoll::Client& client, Instant now)
       : socket_(socket), poll_(poll), client_(client), blocked_since_(now) {}
   ~ClientSocket() { Close(); }
@@ -95,27 +97,28 @@ class ClientSocket {
   ClientSocket& operator=(const ClientSocket&) = delete;
 
   int number() const { return socket_; }
-  /// Adds the socket to the poll. False when the kernel has no memory for it.
+  /// Adds the socket to the poll. False: the kernel has no memory for it.
   bool Start();
   bool Watch(std::uint32_t events);
   bool is_read() const { return (watched_ & EPOLLIN) != 0; }
   void Close();
 
-  /// Reads into `space` and returns the number of bytes; 0: the connection has ended. Empty: no
-  /// bytes are there now.
+  /// Reads into `space` and returns the number of bytes; 0: the connection has ended; nothing: no
+  /// bytes have arrived.
   std::optional<std::size_t> Receive(std::span<std::uint8_t> space);
 
   Bytes& unsent() { return unsent_; }
-  /// Sends as much of the unsent replies as the client takes. False: the connection has ended.
+  /// Sends as many bytes of the unsent replies as the socket accepts. False: the connection has
+  /// ended.
   bool Flush(Instant now);
-  /// True if the client's buffers are full, so that nothing should be read or answered.
+  /// True if the socket's send buffer is full, so that nothing more should be read or answered.
   bool is_blocked() const { return blocked_; }
   bool IsBlockedLonger(Duration time, Instant now) const {
     return blocked_ && now - blocked_since_ > time;
   }
 
   /// Runs `turn`, which takes a `const Now&` and must keep this object alive, after all work that
-  /// is already posted. Does nothing if a turn is posted already.
+  /// is posted already. Does nothing if a turn is posted already.
   template <typename Turn>
   void PostTurn(Turn turn) {
     if (std::exchange(turn_posted_, true)) return;
@@ -129,15 +132,15 @@ class ClientSocket {
   int socket_;
   ClientPoll& poll_;
   ClientPoll::Client& client_;
-  std::uint32_t watched_ = 0;  ///< the events that the poll watches the socket for
+  std::uint32_t watched_ = 0;  ///< the events for which the poll watches the socket
   Bytes unsent_;
   bool blocked_ = false;
   Instant blocked_since_;
   bool turn_posted_ = false;
 };
 
-/// Logs a client that was turned away or closed: WarnOfClient("10.0.0.7:40112", "refused", why).
-/// Repeats are folded by address, without the port, because the port differs every time.
+/// Logs that a client was refused or closed: WarnOfClient("10.0.0.7:40112", "refused", why).
+/// Repeated messages are folded by address, without the port, because the port differs every time.
 inline void WarnOfClient(std::string_view peer, std::string_view what, std::string_view why) {
   const std::string_view address = peer.substr(0, peer.rfind(':'));
   log::WarnFolded(fmt::format("modbus: client {} {}", address, what), "modbus: client {} {}: {}",
@@ -150,55 +153,55 @@ class ClientSession final : public ClientPoll::Client,
  public:
   class Owner {
    public:
-    /// Called once, when the session has closed.
+    /// Called once, when the session has closed itself.
     virtual void OnClosed(ClientSession& session) = 0;
-    /// Sweep must be called at this time or earlier.
+    /// Requests that Sweep is called at the time `at` or earlier.
     virtual void SweepAt(Instant at) = 0;
 
    protected:
     ~Owner() = default;
   };
 
-  /// Owns `socket`, which must be connected and non-blocking. Clients, listener, `shared` and owner
-  /// must outlive every session that is not closed.
+  /// Owns `socket`, which must be connected and non-blocking. `clients`, `listener`, `shared` and
+  /// `owner` must outlive every session that is not closed.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);
 
   void Start();
   void Close();
-  /// Closes an idle or stalled client, and ends incomplete frames of a client of RTU or ASCII.
+  /// Closes an idle or stalled client, and drops incomplete frames of a client of RTU or ASCII.
   /// Answers requests whose deadline has passed, if the line has not answered them.
   void Sweep(const Now& now);
-  /// The next time at which Sweep has a request to answer. Empty: no request waits.
+  /// Returns the next time at which Sweep has a request to answer; nothing: no request waits.
   std::optional<Instant> Deadline() const { return requests_.Deadline(); }
 
  private:
   void OnEvents(std::uint32_t events, const Now& now) override;
   void Watch(std::uint32_t events);
   void Receive(const Now& now);
-  /// Reads bytes from the socket; false when there are none.
+  /// Reads bytes from the socket. False: no bytes have arrived.
   bool Fill(Instant now);
   void Turn(const Now& now);
-  /// RTU and ASCII: drops the replies to all earlier requests. False if this frame is given up as
-  /// well, because a further request is here.
+  /// For RTU and ASCII: drops the replies to all earlier requests. False: this frame is not
+  /// answered either, because another request follows.
   bool Supersede(View frame);
-  /// Waits for the next event: room for replies, a turn for more frames, or bytes from the client.
+  /// Waits for the next event: space for replies, a turn for more frames, or bytes from the client.
   void Continue();
   void Answer(const ModbusRequest& request, Responder& responder, Instant now) override;
   void Answer(View frame, Instant now) override;
   void AnswerNothing(Instant now) override;
   void SweepAt(Instant at) override { owner_.SweepAt(at); }
-  /// Sends the reply straight to the socket. False if it must be appended to the unsent replies
-  /// instead.
+  /// Sends the reply directly to the socket. False: the reply must be appended to the unsent
+  /// replies.
   bool SendAtOnce(const ModbusRequest& request, Responder& responder);
-  /// To be called after each reply that is complete.
+  /// To be called after each complete reply.
   void Answered(Instant now);
-  /// Sends unsent replies. A reply of RTU or ASCII waits until it is certain that the bytes behind
-  /// its request are no new request.
+  /// Sends unsent replies. A reply of RTU or ASCII waits until it is certain that no new request is
+  /// arriving behind its request.
   void Flush(Instant now);
-  /// Keeps the session alive while an answer may close it. Null in a turn, whose caller keeps the
-  /// session alive.
+  /// Returns a pointer that keeps the session alive while an answer may close it. Null during a
+  /// turn, because the caller of the turn keeps the session alive.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
   bool CloseOther(const Now& now);
   void CloseMalformed(Instant now);
@@ -211,9 +214,10 @@ class ClientSession final : public ClientPoll::Client,
   Owner& owner_;
   std::unique_ptr<ClientFraming> framing_;
   ClientRequests requests_;
-  /// The first bytes of the client, at most kMostLookedAt; empty once a request has come.
+  /// The first bytes of the client, at most kMostLookedAt, to detect another framing. Empty after
+  /// the first request was understood.
   std::optional<Bytes> first_ = Bytes();
-  bool in_turn_ = false;  ///< replies are flushed at the end of the turn
+  bool in_turn_ = false;  ///< a turn is running; it sends the replies at its end
   Instant last_bytes_;
   Instant last_frame_;
   bool closed_ = false;

@@ -34,7 +34,7 @@ bool IsMapped(const PeerAddress& peer) {
   return std::equal(kMapped.begin(), kMapped.end(), peer.begin());
 }
 
-/// True if the network was written with dots only: the last four bytes decide.
+/// True for an IPv4 network; only the last four bytes of its mapped address count.
 bool IsIpv4(const config::Network& network) {
   return network.prefix >= kIpv4Prefix && network.text.find(':') == std::string::npos;
 }
@@ -121,7 +121,8 @@ namespace {
 
 using asio::ip::tcp;
 
-/// Without file descriptors or memory, accepting again at once would loop without progress.
+/// Pause before accept() is called again when file descriptors or memory are missing. Without it,
+/// accept() would be called in an endless loop.
 constexpr Duration kAcceptPause = 100ms;
 /// How often incomplete frames of RTU and ASCII clients are checked.
 constexpr Duration kSerialSweep = 50ms;

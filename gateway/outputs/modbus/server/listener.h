@@ -1,6 +1,6 @@
-// `Listener` is one listening TCP port of the Modbus server: it accepts clients that are allowed,
-// and sweeps them. `Allows` decides which clients may connect, and `PassedSockets` takes over
-// sockets that systemd has opened.
+// `Listener` is one listening TCP port of the Modbus server: it accepts the clients that are
+// allowed, and calls their Sweep. `Allows` decides which clients may connect, and `PassedSockets`
+// contains sockets that systemd has opened.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,11 +32,12 @@ bool Contains(const config::Network& network, const PeerAddress& peer);
 /// True if a network of the list contains the peer, or the list is empty.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
-/// The priority of the first client rule that contains the peer, else the listener's.
+/// Returns the priority of the first client rule that contains the peer; if there is none, the
+/// listener's.
 config::Priority PriorityOf(const config::Listener& listener, const PeerAddress& peer);
 
-// `PassedSockets` contains the listening sockets that systemd has opened for this process (a
-// .socket unit), each for the listener of the same address.
+// `PassedSockets` contains the listening sockets that systemd has opened for this process (.socket
+// unit). A listener takes the socket of its address.
 // https://www.freedesktop.org/software/systemd/man/sd_listen_fds.html
 class PassedSockets {
  public:
@@ -48,7 +49,7 @@ class PassedSockets {
   PassedSockets(const PassedSockets&) = delete;
   PassedSockets& operator=(const PassedSockets&) = delete;
 
-  /// Returns the descriptor that listens at exactly this address; the caller owns it from now on.
+  /// Returns the descriptor that listens at exactly this address; the caller then owns it.
   std::optional<int> Take(const asio::ip::tcp::endpoint& endpoint);
 
  private:
@@ -64,20 +65,20 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   /// `shared` must outlive the listener until Stop.
   Listener(asio::io_context& io, config::Listener listener, ServerShared& shared);
 
-  /// Opens the port; clients wait until Start. Takes the socket of `passed` for its address if
-  /// there is one, else opens its own. May be called on any thread; without Start the object may be
-  /// destroyed. The error contains the reason and the remedy.
+  /// Opens the port; clients that connect wait until Start. Uses the socket of `passed` for this
+  /// address if there is one, else opens one. Any thread may call Open; the object can be destroyed
+  /// without Start. The error contains the reason and the remedy.
   Status Open(PassedSockets* passed = nullptr);
   void Start();
-  /// Applies the new settings of a reload at the same address. The port stays open; clients are
+  /// Applies the new settings of a reload at the same address. The port stays open; its clients are
   /// disconnected.
   void Renew(const config::Listener& listener);
   void Stop();
-  /// The error: why no client can connect now.
+  /// An error: the reason why no client can connect now.
   Status HasAddress() const { return transports::HasAddressOf(acceptor_); }
-  /// E.g. "Modbus TCP on 0.0.0.0:502".
+  /// Returns e.g. "Modbus TCP on 0.0.0.0:502".
   std::string Summary() const;
-  /// The port that is open; differs from the configured port only when that is 0.
+  /// Returns the port that is open. It differs from the configured port only if that is 0.
   std::uint16_t port() const { return port_; }
 
  private:
@@ -95,7 +96,7 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   std::shared_ptr<ClientPoll> clients_;
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
-  config::Listener listener_;  // sessions refer to it
+  config::Listener listener_;  // sessions refer to it; changes only when there are none
   ServerShared& shared_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;

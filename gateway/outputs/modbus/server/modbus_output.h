@@ -30,19 +30,19 @@ class ModbusOutput final : public outputs::Output {
     const bus::PointStore& store;
     bus::CommandSink& commands;
     std::function<modbus::GatewayFigures()> figures;
-    /// Raises the limit of file descriptors for this configuration. Returns the share of
-    /// `max_clients` that may connect.
+    /// Raises the limit of file descriptors as far as `config` needs. Returns the share of
+    /// `max_clients` that can connect with the available descriptors.
     std::function<double(const config::Config& config)> make_room;
-    /// The lines that routes lead to, by their index in the store.
+    /// Returns the lines to which routes lead, by their index in the store.
     std::function<std::vector<bus::RouteTarget*>()> lines;
-    modbus::ModbusLinks server;  ///< without `lines`
+    modbus::ModbusLinks server;  ///< everything but its member `lines`
   };
   explicit ModbusOutput(Links links) : links_(std::move(links)) {}
   ~ModbusOutput() override { StopRequests(); }
   static outputs::DescriptorNeeds Descriptors(const config::Config& config);
 
   std::string_view name() const override { return "modbus"; }
-  /// If the configuration has a server: opens its ports, then starts the thread. The error names
+  /// Opens the ports, then starts the thread, if the configuration has a server. The error contains
   /// the port.
   Status Open(const Configuration& config) override;
   void CountClients(std::map<std::string, std::size_t>& by_listener) const override;
@@ -59,12 +59,11 @@ class ModbusOutput final : public outputs::Output {
   modbus::TrafficStatus Traffic() const;
 
   const Links links_;
-  Configuration config_;  // the configuration that is served
+  Configuration config_;  // the configuration that is in use
   transports::LoopThread loop_{"modbus"};
   std::unique_ptr<modbus::ModbusServer> server_;  // null: the server is off
 };
 
-/// Metrics of any traffic status; for ModbusOutput and tests.
 std::vector<outputs::Series> MetricsOf(const modbus::TrafficStatus& traffic);
 
 }  // namespace baudgate::modbus

@@ -1,4 +1,3 @@
-// Starts and stops the listeners of the Modbus TCP server, and exchanges them at a reload.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/server/modbus_server.h"
 
@@ -60,7 +59,8 @@ Result<ListenerPort> ModbusServer::OpenPort(const config::Listener& listener,
   if (Status status = port.tcp->Open(passed); !status) return Error{status.error()};
   return port;
 } catch (const std::system_error& failed) {
-  // Thrown if the thread of a serial port cannot be made, because descriptors are missing.
+  // std::system_error: the thread of a serial port cannot be created, because descriptors are
+  // missing.
   return Error{failed.code().message()};
 }
 

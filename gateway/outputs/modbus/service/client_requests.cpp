@@ -36,8 +36,8 @@ void ServerShared::Apply(const config::Config& config, std::span<bus::RouteTarge
 
 namespace {
 
-/// True for exceptions that come from the gateway, not from a device. A silent listener does not
-/// send them.
+/// True for exceptions with which the gateway reports a fault, unlike those that a device has sent.
+/// A silent listener does not send them.
 bool IsGatewayTrouble(ExceptionCode exception) {
   return exception == kNoPath || exception == kNoTarget || exception == kBusy;
 }
@@ -88,8 +88,8 @@ void ClientReplies::CountException() {
   ClientRecord::Add(record_->exceptions);
 }
 
-/// On a serial framing a write to unit 0 is a broadcast, wherever a route may lead it. Its sender
-/// waits for no reply, and would take one for the reply to its next request.
+/// False for a broadcast: a write to unit 0 on a serial framing, even if a route has unit 0. Its
+/// sender waits for no reply, and would take a reply for that to its next request.
 bool ClientReplies::IsAwaited(View request) const {
   const bool to_all =
       listener_.speaks_serial() && UnitOf(request) == 0 && IsPlainWrite(FunctionOf(request));
@@ -311,7 +311,8 @@ void RoutedRequests::Finish(std::uint64_t number, bus::RoutedReply reply, const 
   replies_->Answer(AduOf(TransactionOf(asked), UnitOf(asked), reply.pdu), now.instant);
 }
 
-/// Without a client number, because a client that broadcasts does not wait and may leave at once.
+/// Sends a broadcast. The request contains no client number, because a client that broadcasts does
+/// not wait and can disconnect at once.
 void RoutedRequests::Broadcast(View frame, std::size_t route, const RouteTargets::Line& line,
                                bool has_room, const Now& now) {
   bus::RoutedRequest request = RequestOf(frame, line.deadline, now);
@@ -337,12 +338,12 @@ void RoutedRequests::Sweep(const Now& now) {
   bus::RoutedReply nothing;
   nothing.outcome = Outcome::no_reply;
   nothing.reason = "no result was known when its deadline passed";
-  nothing.sent = true;  // unknown, so the worse case is assumed
+  nothing.sent = true;  // whether it was sent is unknown, so the worse case is assumed
   for (const std::uint64_t number : pending_.Overdue(now.instant)) Finish(number, nothing, now);
 }
 
-/// The router is asked even if no request is pending: a target may still have a request that Sweep
-/// has answered.
+/// Abandons all requests. The router is informed even if no request is pending, because a target
+/// can still have a request that Sweep has answered.
 void RoutedRequests::Abandon() {
   router_.Abandon(replies_->client().number);
   const auto abandoned = pending_.TakeAll();
@@ -436,7 +437,7 @@ void ClientRequests::HandleRouted(View frame, std::size_t index, const Now& now)
     const RouteTargets::Line line{router_.TargetOf(index), route.deadline};
     return HandleBroadcast(frame, index, std::span(&line, 1), now);
   }
-  // No slave of a line has the address 0; at a remote server 0 is a unit like any other.
+  // No slave of a line has the address 0. At a remote server, 0 is a unit like any other.
   if (slave == 0 && !route.line.empty()) return local_->Handle(frame, HasRoom(), now);
   routed_->Forward(frame, index, slave, HasRoom(), now);
 }

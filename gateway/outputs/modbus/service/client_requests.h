@@ -1,12 +1,12 @@
 // `ClientRequests` handles the requests of one client, over TCP or a serial line: it decides
-// whether each request is permitted and whether the gateway or a route answers it. Whole frames in
-// their Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp (sockets) and
-// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies go back to them. All
-// on the server's thread; the time is an argument.
-// `ClientWire` and `ClientReplies` lead back to the client, `LocalRequests` and `RoutedRequests`
+// whether a request is permitted, and whether the gateway or a route answers it. Whole frames in
+// Modbus TCP form come from gateway/outputs/modbus/server/client_session.cpp (sockets) and
+// gateway/outputs/modbus/serial/serial_listener.cpp (a serial master); replies go back to them.
+// Everything runs on the server's thread; the time is an argument.
+// `ClientWire` and `ClientReplies` send replies to the client, `LocalRequests` and `RoutedRequests`
 // handle requests, `PendingRequests` lists requests that are not answered yet, and `Permits` checks
-// `permit`. `ServerShared` contains what all clients share; other threads use only its book and the
-// snapshot of its counters. `ModbusLinks` is what the composition root passes to the server.
+// `permit`. `ServerShared` contains everything that all clients share; other threads use only its
+// book and the snapshot of its counters. `ModbusLinks` is passed to the server by the main program.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -37,14 +37,15 @@
 
 namespace baudgate::modbus {
 
-// `Inbox` carries the end of a write or a routed request from a line's thread to the Modbus
-// server's thread. It may outlive the server, because lines answer late; tasks that are posted
-// after Close are dropped.
+// `Inbox` passes results of writes and routed requests from a line's thread to the Modbus server's
+// thread. It can outlive the server, because lines answer late; tasks that are posted after Close
+// are dropped.
 class Inbox {
  public:
   using Clocks = std::function<Now()>;
 
-  /// Tasks run on `io` from now on; each receives `clocks()`, read when it runs.
+  /// From now on, posted tasks run on `io`. Each task gets the result of `clocks()` at the time
+  /// when it runs.
   void Open(asio::io_context& io, Clocks clocks) {
     const MutexLock lock(mutex_);
     io_ = &io;
@@ -54,7 +55,7 @@ class Inbox {
     const MutexLock lock(mutex_);
     io_ = nullptr;
   }
-  /// May be called on any thread. `task` takes a `const Now&`.
+  /// Runs `task`, which takes a `const Now&`, on the server's thread. Any thread may call Post.
   template <typename Task>
   void Post(Task task) {
     const MutexLock lock(mutex_);
@@ -70,23 +71,23 @@ class Inbox {
 
 /// Limits that cannot be configured; tests shorten them.
 struct ModbusLimits {
-  /// A write that is not confirmed after this time is answered with exception 0x0B.
+  /// A write that is not confirmed within this time is answered with exception 0x0B.
   Duration write_deadline = bus::kWaitForDevice;
-  Duration stall = 10s;     ///< a client that leaves its replies unread for so long is closed
+  Duration stall = 10s;  ///< a client that does not read its replies for this time is disconnected
   double client_share = 1;  ///< share of each listener's max_clients that may connect
 };
 
-/// The parts of the gateway that routes, serial framings, events and alarms need besides the store.
+/// The parts of the gateway besides the store that routes, serial framings, events and alarms need.
 /// All must outlive the server.
 struct ModbusLinks {
-  /// By index in config.lines; empty when no route leads to a line.
+  /// The lines, by index in config.lines; empty: no route leads to a line.
   std::vector<bus::RouteTarget*> lines;
   Frames frames{};  ///< the protocols for clients that use RTU or ASCII
   /// Records routed writes and acknowledgements; null: they are not recorded.
   audit::WriteLog* writes = nullptr;
   std::shared_ptr<const events::EventFeed> events{};  ///< null: no events are recorded
   events::EventSource* alarms = nullptr;  ///< acknowledges alarms; null: there are no alarms
-  OnRoutedReport routed{};                ///< may be null
+  OnRoutedReport routed{};                ///< gets the result of each routed request; can be null
 };
 
 // `ServerShared` contains the parts that all clients of a Modbus server share: units, routes, the
@@ -97,22 +98,22 @@ class ServerShared {
                std::function<GatewayFigures()> info, ModbusLimits limits,
                const ModbusLinks& links = {});
 
-  /// Applies the configuration of a reload. Clients and their pending requests stay. `routes`: see
-  /// Origins.
+  /// Applies the configuration of a reload. Clients and their pending requests stay. `routes`: the
+  /// old index of each route (Origins).
   void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
-  /// See ModbusLimits; applies to clients that connect from now on.
+  /// Sets the share of max_clients that can connect, for clients that connect from now on.
   void SetClientShare(double share) { limits_.client_share = share; }
 
-  /// Accepts answers of lines and servers from now on, and makes the remote servers of the routes.
-  /// `clocks`: see Inbox.
+  /// Accepts answers of lines and servers from now on, and creates the remote servers of the
+  /// routes. `clocks`: see Inbox.
   void Open(asio::io_context& io, Inbox::Clocks clocks);
-  /// Drops the answers that come from now on.
+  /// From now on, answers of lines and servers are dropped.
   void CloseInbox() { inbox_->Close(); }
   /// Closes the connections to the servers that routes lead to.
   void CloseRoutes() { router_.Close(); }
 
-  /// The error: why no request can be answered.
+  /// An error: the reason why no request can be answered.
   Status Ready() { return units_.responder().ready(); }
   OwnUnits& units() { return units_; }
   Router& router() { return router_; }
@@ -122,7 +123,7 @@ class ServerShared {
   const LiveCounters& counters() const { return counters_; }
   const ModbusLimits& limits() const { return limits_; }
   const std::shared_ptr<Inbox>& inbox() const { return inbox_; }
-  /// Shared, because its other users may outlive the server.
+  /// The traffic book. It is shared, because its other users can outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
@@ -135,19 +136,21 @@ class ServerShared {
   const std::shared_ptr<Inbox> inbox_ = std::make_shared<Inbox>();
 };
 
-// `ClientWire` is the way back to one client. A session implements it, so that requests of its
-// client can be answered at once or later. On the server's thread.
+// `ClientWire` sends replies to one client. A session implements it, so that requests can be
+// answered at once or later. It is used on the server's thread only.
 class ClientWire {
  public:
-  /// Answers a read from the store. The responder's private copy contains the values, during this
+  /// Answers a read from the store. The responder's private copy contains the values during this
   /// call only.
   virtual void Answer(const ModbusRequest& request, Responder& responder, Instant now) = 0;
-  /// Sends a whole frame in its Modbus TCP form: a confirmed write, an exception, a routed reply.
+  /// Sends a whole frame in Modbus TCP form, e.g. a confirmed write, an exception or a routed
+  /// reply.
   virtual void Answer(View frame, Instant now) = 0;
-  /// A request gets no reply (a broadcast, a silent listener): a wire that takes one request at a
-  /// time goes on with the next.
+  /// To be called when a request gets no reply (a broadcast, a silent listener): a serial session
+  /// then handles the next request.
   virtual void AnswerNothing(Instant now) = 0;
-  /// Sweep must be called at this time or earlier. No call replaces an earlier one.
+  /// Requests that Sweep is called at the time `at` or earlier. A later call does not cancel an
+  /// earlier one.
   virtual void SweepAt(Instant at) = 0;
 
  protected:
@@ -156,15 +159,15 @@ class ClientWire {
 
 // `ClientReplies` sends the replies to one client and counts bytes, functions, exceptions and
 // pending requests in the traffic book. It decides which exceptions a silent listener does not
-// send, and which requests get no reply. On the server's thread.
+// send, and which requests get no reply. It is used on the server's thread only.
 class ClientReplies {
  public:
-  /// Listener, wire and counters must outlive this object until Close.
+  /// `listener`, `wire` and `counters` must outlive this object until Close.
   ClientReplies(const config::Listener& listener, ClientWire& wire, LiveCounters& counters,
                 std::shared_ptr<TrafficBook> book, const std::string& peer,
                 config::Priority priority, WallTime since);
 
-  /// The client's name and number, as its writes and routed requests carry them.
+  /// The client's name and number, which its writes and routed requests contain.
   const bus::Writer& client() const { return client_; }
 
   void OnRequest(View frame, Instant now);
@@ -173,18 +176,19 @@ class ClientReplies {
   void AnswerNothing(Instant now) { wire_.AnswerNothing(now); }
   void Refuse(View frame, ExceptionCode exception, Instant now);
   void CountException();
-  /// False if the client waits for no reply to `request`, as after a broadcast on a serial framing.
+  /// False if the client waits for no reply to `request`, because it is a broadcast on a serial
+  /// framing.
   bool IsAwaited(View request) const;
 
-  /// Counts a pending request, and has the client swept at `limit`.
+  /// Counts a pending request, and requests that the client is swept at `limit`.
   void Await(Instant limit);
   /// Counts `count` requests as no longer pending.
   void Settle(std::size_t count = 1);
 
-  /// Counts that the client uses another framing.
+  /// Counts that the client uses the framing `heard` instead of the configured one.
   void HeardOther(Framing heard, WallTime at);
-  /// To be called when the client has left: removes it from the book. The wire must not be called
-  /// any more.
+  /// To be called when the client has left: removes the client from the book. The wire is not
+  /// called after Close.
   void Close() { book_->Leave(*record_); }
 
  private:
@@ -198,33 +202,33 @@ class ClientReplies {
   const bus::Writer client_;
 };
 
-// One request of a client that is not answered yet: a write to a device, or a routed request. Pure.
 struct PendingRequest {
-  /// At the deadline the line answers requests that it has not sent, and writes that wait for their
-  /// confirmation. The server answers a request that is still on the wire so much later; the record
-  /// of a write still gets the end that the line reports.
+  /// At the deadline, the line answers requests that it has not sent, and writes that wait for
+  /// their confirmation. If a request is still on the wire then, the server answers it this much
+  /// later; the record of a write still gets the result that the line reports.
   static constexpr Duration kGrace = 20ms;
 
   std::uint64_t number = 0;
   Instant deadline;
-  /// The beginning of the request: to the function code; for a write, all bytes that a good reply
-  /// repeats.
+  /// The first bytes of the request: up to the function code, and for a write, all bytes that a
+  /// good reply repeats.
   Bytes frame;
-  std::size_t route = 0;   ///< the number of its route, for a routed request
-  bool abandoned = false;  ///< the request goes on, but is not answered
+  std::size_t route = 0;   ///< number of the route of a routed request
+  bool abandoned = false;  ///< the request is carried out, but not answered
 
-  /// The time at which the server answers the request itself.
+  /// The time at which the server answers the request if the line has not.
   Instant Limit() const { return deadline + kGrace; }
 };
 
 class PendingRequests {
  public:
-  /// Requests of one client that may wait for lines and servers; further ones are answered "busy".
+  /// The most requests of one client that can wait for lines and servers; further requests are
+  /// answered "busy".
   static constexpr std::size_t kMost = 32;
 
   std::uint64_t NextNumber() { return next_number_++; }
   void Add(PendingRequest request) { requests_.push_back(std::move(request)); }
-  /// Removes and returns the request; empty: it was answered before.
+  /// Removes and returns the request; nothing: it was answered before.
   std::optional<PendingRequest> Take(std::uint64_t number);
   std::vector<PendingRequest> TakeAll() { return std::exchange(requests_, {}); }
   void AbandonAll();
@@ -234,15 +238,17 @@ class PendingRequests {
   std::vector<std::uint64_t> Overdue(Instant now) const;
 
  private:
-  std::vector<PendingRequest> requests_;  ///< in the order in which they came
+  std::vector<PendingRequest> requests_;  ///< in the order of arrival
   std::uint64_t next_number_ = 0;
 };
 
 // `LocalRequests` handles the requests of one client that the gateway answers from its own units:
-// reads at once, writes when they have ended or their deadline has passed. On the server's thread.
+// reads at once, writes when they have ended or their deadline has passed. It is used on the
+// server's thread only.
 class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
  public:
-  /// Listener and units must outlive this object until Close. `write_deadline`: see ModbusLimits.
+  /// `listener` and `units` must outlive this object until Close. `write_deadline`: see
+  /// ModbusLimits.
   LocalRequests(const config::Listener& listener, OwnUnits& units, std::shared_ptr<Inbox> inbox,
                 std::shared_ptr<ClientReplies> replies, Duration write_deadline);
 
@@ -250,14 +256,15 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   void Handle(View frame, bool has_room, const Now& now);
   /// Returns the exception for a wrong unit, function, count or length, else kNoException.
   ExceptionCode Check(View frame) const;
-  /// Records a write that is not permitted as denied. The caller answers.
+  /// Records a write that is not permitted as denied. The caller sends the reply.
   void Deny(View frame, const std::string& reason, const Now& now);
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// Drops all pending writes without a reply; writes that are not on the wire yet are not sent.
+  /// Drops all pending writes without a reply. Writes that were not sent to the device yet are not
+  /// sent.
   void Abandon();
-  /// To be called when the client has left: forgets its writes and its selections.
+  /// To be called when the client has left: removes its writes and its selections.
   void Close();
   std::size_t outstanding() const { return pending_.size(); }
 
@@ -271,16 +278,17 @@ class LocalRequests : public std::enable_shared_from_this<LocalRequests> {
   const std::shared_ptr<ClientReplies> replies_;
   const Duration write_deadline_;
   PendingRequests pending_;
-  /// The flag of the writes since the last Abandon, which sets it; null: there were no writes.
+  /// A flag that all writes since the last Abandon share; Abandon sets it. Null: there were no
+  /// writes.
   std::shared_ptr<std::atomic<bool>> abandoned_;
 };
 
-// `RoutedRequests` handles the requests of one client that go to slaves unchanged, and broadcasts.
-// On the server's thread.
+// `RoutedRequests` handles the requests of one client that are passed to slaves unchanged, and
+// broadcasts. It is used on the server's thread only.
 class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
  public:
-  /// Listener and router must outlive this object until the last call of Abandon. `priority` is for
-  /// functions for which the listener configures none.
+  /// `listener` and `router` must outlive this object until the last call of Abandon. `priority` is
+  /// used for functions for which the listener configures no priority.
   RoutedRequests(const config::Listener& listener, Router& router, std::shared_ptr<Inbox> inbox,
                  std::shared_ptr<ClientReplies> replies, config::Priority priority);
 
@@ -289,13 +297,13 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   /// Sends a request to all slaves of a line; the caller sends no reply.
   void Broadcast(View frame, std::size_t route, const RouteTargets::Line& line, bool has_room,
                  const Now& now);
-  /// Counts and records a request that is not permitted. The caller answers.
+  /// Counts and records a request that is not permitted. The caller sends the reply.
   void Deny(View frame, std::size_t route, const std::string& reason, const Now& now);
 
   void Sweep(const Now& now);
   std::optional<Instant> Deadline() const { return pending_.Deadline(); }
-  /// Drops all pending requests without a reply; requests that are not on the wire yet are not
-  /// sent.
+  /// Drops all pending requests without a reply. Requests that were not sent to the slave yet are
+  /// not sent.
   void Abandon();
   std::size_t outstanding() const { return pending_.size(); }
   std::size_t broadcasts() const { return broadcasts_; }
@@ -316,35 +324,35 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
 };
 
 /// True if clients with this permission may use the function code. gateway/bus/writes/write_gate.h
-/// decides which points may be written.
+/// decides which points can be written.
 bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {
  public:
-  /// Listener, `shared` and wire must outlive this object until Close.
+  /// `listener`, `shared` and `wire` must outlive this object until Close.
   ClientRequests(const config::Listener& listener, ServerShared& shared, ClientWire& wire,
                  const std::string& peer, config::Priority priority, const Now& now);
 
-  /// Handles one whole frame, MBAP header included. Leads to exactly one call of the wire, now or
-  /// later, unless the request is abandoned before.
+  /// Handles one whole frame, including the MBAP header. `wire` is called exactly once for it, now
+  /// or later, unless the request is abandoned before.
   void Handle(View frame, const Now& now);
   /// True if a device, the gateway or a route answers for this unit.
   bool Serves(std::uint8_t unit) const { return router_.WayOf(unit).kind != Way::Kind::none; }
-  /// Answers requests whose deadline has passed without an answer. A reply may close the client,
-  /// but must not destroy this object.
+  /// Answers requests whose deadline has passed. A reply can close the client, but must not destroy
+  /// this object.
   void Sweep(const Now& now);
-  /// To be called when the client waits for none of its requests any more. Drops the requests
-  /// without a reply. Those that are not on the wire yet are not sent: routed requests by
-  /// RouteTarget::Abandon, writes by WriteCommand::abandoned.
+  /// To be called when the client no longer waits for any of its requests. Drops the requests
+  /// without a reply. Requests that were not sent to a device yet are not sent:
+  /// RouteTarget::Abandon removes routed requests, WriteCommand::abandoned stops writes.
   void Abandon();
   void HeardOther(Framing heard, WallTime at) { replies_->HeardOther(heard, at); }
-  /// To be called when the client has left. Calls Abandon, and forgets the client's selections and
-  /// its first event (OwnUnits::Forget) and its entry in the traffic book. The wire is not called
-  /// again.
+  /// To be called when the client has left. Calls Abandon, and removes the client's selections, its
+  /// first event (OwnUnits::Forget) and its entry in the traffic book. The wire is not called after
+  /// Close.
   void Close();
 
   std::size_t outstanding() const { return local_->outstanding() + routed_->outstanding(); }
-  /// The next time at which Sweep has a request to answer; empty: no request waits.
+  /// Returns the next time at which Sweep has a request to answer; nothing: no request waits.
   std::optional<Instant> Deadline() const;
 
  private:

@@ -23,7 +23,7 @@ std::string NameOf(const Route& route) {
          (route.line.empty() ? HostAndPort(route.host, route.port) : route.line);
 }
 
-/// Hands out each index of the running list once.
+/// Assigns each index of the running list to at most one entry of the next list.
 class Places {
  public:
   explicit Places(std::size_t count) : free_(count, true) {}
@@ -59,7 +59,6 @@ void CompareListeners(const std::vector<Listener>& running, const std::vector<Li
   }
 }
 
-/// True if the routes differ in nothing but their alarms.
 bool LeadsTheSame(Route was, const Route& is) {
   was.alarms = is.alarms;
   return Same(was, is);
@@ -96,9 +95,9 @@ void CompareRoutes(const std::vector<Route>& running, const std::vector<Route>& 
 bool IsAny(const std::string& host) { return host == "0.0.0.0" || host == "::"; }
 bool IsIpv6(const std::string& host) { return host.find(':') != std::string::npos; }
 
-/// True if one address cannot be bound while the other is open: Linux binds no port at all
-/// addresses while a socket listens on that port at one address, and vice versa. "::" includes
-/// IPv4; "0.0.0.0" does not include IPv6.
+/// True if one address cannot be bound while the other is open: while a socket listens on a port at
+/// one address, Linux does not bind this port at all addresses, and vice versa. "::" includes IPv4;
+/// "0.0.0.0" does not include IPv6.
 bool Blocks(const Listener& one, const Listener& other) {
   if (one.is_serial() || other.is_serial() || one.port != other.port || one.port == 0) return false;
   if (one.host == "::" || other.host == "::") return true;

@@ -1,6 +1,6 @@
-// `CompareModbus` compares modbus.listen and modbus.routes of two configurations. Pure. Listeners
-// are matched by their address, routes by all their settings. The result is empty if Modbus is off
-// in one of the configurations.
+// `CompareModbus` compares modbus.listen and modbus.routes of two configurations. Listeners are
+// matched by their address, routes by all their settings. The result is empty if Modbus is off in
+// one of the configurations.
 //
 //   running                        next                          result
 //   127.0.0.1:1502                 127.0.0.1:1502 write: deny    changed, was 0
@@ -19,7 +19,6 @@
 
 namespace baudgate::reload {
 
-// What a reload does to a line, a listener or a route.
 enum class Action : std::uint8_t {
   same,       ///< the line or listener runs on unchanged
   in_place,   ///< the line or listener runs on with the changed settings
@@ -29,38 +28,39 @@ enum class Action : std::uint8_t {
 };
 
 struct ListenerChange {
-  std::string place;  ///< config::Listener::Place()
+  std::string place;  ///< the listener's address (config::Listener::Place())
   Action action = Action::same;
-  std::string what;                ///< the changed settings, "write, allow"
-  std::optional<std::size_t> was;  ///< index in the running list
-  /// The number of clients that will be disconnected, if they were counted.
+  std::string what;  ///< the settings that differ, e.g. "write, allow"
+  /// Index in the running modbus.listen; nothing: the listener is new.
+  std::optional<std::size_t> was;
+  /// The number of clients that will be disconnected; nothing: they were not counted.
   std::optional<std::size_t> clients = {};
 };
 
 struct RouteChange {
-  std::string route;  ///< "33-40 to drive"
+  std::string route;  ///< e.g. "33-40 to drive"
   Action action = Action::same;
-  std::string what;  ///< the changed settings, "remap"
-  /// Index in the running list; empty: the route is new or restarted.
+  std::string what;  ///< the settings that differ, e.g. "remap"
+  /// Index in the running modbus.routes; nothing: the route is new or restarted.
   std::optional<std::size_t> was;
 };
 
 struct ModbusDifference {
-  // All entries of the new configuration in its order, then those that are removed.
+  // The entries of the new configuration in its order, then the removed entries.
   std::vector<ListenerChange> listeners;
   std::vector<RouteChange> routes;
-  bool route_order = false;  ///< unchanged routes have another order
-  /// Listeners that need a restart, because their ports can be opened only after another is closed:
-  /// "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
+  bool route_order = false;  ///< the unchanged routes have another order than before
+  /// Sentences about listeners that need a restart of the gateway, because their port can be opened
+  /// only after another is closed: "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
   std::vector<std::string> restart;
 };
 
 ModbusDifference CompareModbus(const config::Modbus& running, const config::Modbus& next);
 
-/// E.g. "listener 127.0.0.1:1502: changed settings: write; its 3 clients are disconnected". Empty
+/// Returns e.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected". Empty
 /// if nothing changed.
 std::string SentenceOf(const ListenerChange& change);
-/// E.g. "route 33-40 to drive: is new". Empty if nothing changed.
+/// Returns e.g. "route 33-40 to drive: is new". Empty if nothing changed.
 std::string SentenceOf(const RouteChange& change);
 
 }  // namespace baudgate::reload

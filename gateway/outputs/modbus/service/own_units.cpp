@@ -35,7 +35,8 @@ bool AckRegister::IsFor(const ModbusRequest& request) {
          request.start + request.count <= kAckRegister + 2;
 }
 
-/// Makes a record like that of a write to a point with the name "alarms".
+/// Returns a record of an acknowledgement. It has the form of a write to a point with the name
+/// "alarms".
 audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const UnitMap& unit,
                                          const bus::Writer& writer) const {
   audit::WriteRecord record;
@@ -194,9 +195,9 @@ ExceptionCode OwnUnits::ReadRecord(const ModbusRequest& request, const UnitMap& 
     OwnUnits& reader;
     const ModbusRequest& request;
     Instant now;
-    ExceptionCode exception = kDeviceFailure;  // if the store has no such device
+    ExceptionCode exception = kDeviceFailure;  // result if the store has no such device
   } look{*this, request, now};
-  // A single captured reference keeps std::function off the heap.
+  // A lambda that captures only one reference needs no heap memory in std::function.
   store_.Read(unit.device, [&look](const bus::DeviceRecord& record) {
     OwnUnits& self = look.reader;
     look.exception =
@@ -220,7 +221,8 @@ ExceptionCode OwnUnits::ReadGateway(const ModbusRequest& request) {
   return kNoException;
 }
 
-/// A device shows its own events, the gateway those of all devices.
+/// Fills the registers of the event block. The unit of a device shows the device's events, a unit
+/// of the gateway the events of all devices.
 void OwnUnits::FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client) {
   const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);
   if (piece == pieces_.end()) return;

@@ -1,6 +1,6 @@
-// `OwnUnits` answers requests for the units that a Modbus server serves itself: devices of the
-// gateway, from the point store, and the gateway. Requests come from client_requests.cpp. All on
-// the server's thread. `EventWindow` and `AckRegister` are the registers for events and alarms, and
+// `OwnUnits` answers requests for the units that the Modbus server serves itself: devices of the
+// gateway, from the point store, and the gateway. client_requests.cpp passes the requests, on the
+// server's thread. `EventWindow` and `AckRegister` are the registers for events and alarms, and
 // `ExceptionOf` returns the exception for a failed write.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -31,12 +31,13 @@
 
 namespace baudgate::modbus {
 
-// `EventWindow` contains, per client and unit, the number of the first event to show. The client
-// writes that number, and then reads the event block of
-// gateway/outputs/modbus/registers/register_contents.h. On the server's thread.
+// `EventWindow` contains, for each client and unit, the number of the first event to show. The
+// client writes the number, and then reads the event block of
+// gateway/outputs/modbus/registers/register_contents.h. EventWindow is used on the server's thread
+// only.
 class EventWindow {
  public:
-  /// Null: no events are recorded.
+  /// `events` null: no events are recorded.
   explicit EventWindow(std::shared_ptr<const events::EventFeed> events)
       : events_(std::move(events)) {}
 
@@ -44,22 +45,23 @@ class EventWindow {
   void SetFirst(std::uint64_t client, std::uint8_t unit, std::uint32_t first) {
     firsts_[{client, unit}] = first;
   }
-  /// `source`: the device whose events are shown; empty: the events of all devices.
+  /// Returns the event block. `source`: the device whose events are shown; nothing: events of all
+  /// devices.
   EventBlock Show(std::uint64_t client, std::uint8_t unit,
                   std::optional<events::Source> source) const;
-  /// To be called when the client has left.
+  /// Removes the numbers of a client that has left.
   void Forget(std::uint64_t client);
 
  private:
   const std::shared_ptr<const events::EventFeed> events_;
-  /// By client and unit; an absent entry means the newest events.
+  /// The first event by client and unit. No entry: the newest events are shown.
   std::map<std::pair<std::uint64_t, std::uint8_t>, std::uint32_t> firsts_;
 };
 
 // `AckRegister` is the register that acknowledges alarms, 9096 of every unit. A client writes the
-// number of the event that raised the alarm (its low 32 bits), or all ones for all alarms. The unit
-// of a device acknowledges that device's alarms; the gateway's units acknowledge those of all
-// devices.
+// number of the event that raised the alarm (its low 32 bits), or all bits set for all alarms. The
+// unit of a device acknowledges the device's alarms; the units of the gateway acknowledge alarms of
+// all devices.
 class AckRegister {
  public:
   static constexpr std::uint32_t kAll = 0xFFFFFFFF;
@@ -69,11 +71,11 @@ class AckRegister {
   AckRegister(const bus::PointStore& store, events::EventSource* alarms, audit::WriteLog* log)
       : store_(store), alarms_(alarms), log_(log) {}
 
-  /// True if the request writes to this register, and to no other.
+  /// True if the request writes to this register and to no other.
   static bool IsFor(const ModbusRequest& request);
   /// Acknowledges alarms. Unless an exception is returned, `done` is called once, on any thread,
-  /// when the acknowledgement is on the disk. kIllegalValue: half of the number, or no alarm of
-  /// that number waits to be acknowledged.
+  /// when the acknowledgement is on the disk. kIllegalValue: only half of the number was written,
+  /// or no alarm with this number waits to be acknowledged.
   ExceptionCode Submit(const ModbusRequest& request, const UnitMap& unit, const bus::Writer& writer,
                        Instant now, std::function<void(const WriteResult&)> done);
   /// Records an acknowledgement that was not permitted or not accepted.
@@ -89,21 +91,21 @@ class AckRegister {
   audit::WriteLog* const log_;
 };
 
-/// The exception for a write that has ended; kNoException if it ended well.
+/// Returns the exception for the result of a write; kNoException if the write was successful.
 ExceptionCode ExceptionOf(const WriteResult& result);
-/// The exception for a write that was not begun.
+/// Returns the exception for a write that was denied before it started.
 ExceptionCode ExceptionOf(const bus::WriteDenial& denial);
 
 struct Asker {
   bus::Writer writer{};
-  Instant deadline{};                                  ///< no request of the write is sent later
-  std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not begun
+  Instant deadline{};  ///< the line sends no request of the write after this time
+  std::shared_ptr<const std::atomic<bool>> abandoned;  ///< once true, the write is not started
 };
 
 class OwnUnits {
  public:
-  /// References must outlive this object. `block` returns the gateway's status block. `events`: see
-  /// EventWindow.
+  /// References must outlive this object. `block` returns the gateway's status block. `events`
+  /// null: no events are recorded.
   OwnUnits(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
            std::function<GatewayBlock()> block, std::shared_ptr<const events::EventFeed> events,
            const AckRegister& acks);
@@ -114,25 +116,25 @@ class OwnUnits {
   ExceptionCode Check(View frame, ModbusRequest& request) const;
   /// Fills responder() for the reply, from the point store or the gateway's status block. Never
   /// waits for a line or the disk. `client`: the number of the client, which selects the first
-  /// event that it is shown.
+  /// event to show.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
-  /// Begins a write. Its first register decides what is written: values of points, the selection of
+  /// Starts a write. The first register decides what is written: values of points, the selection of
   /// a point, the acknowledgement of alarms, or the first event to show. Unless an exception is
   /// returned, `done` is called once, on any thread.
   ExceptionCode Write(const ModbusRequest& request, const Asker& asker, Instant now,
                       std::function<void(const WriteResult&)> done);
-  /// Records a write that another part has denied with the end `refused`; does nothing for reads.
+  /// Records a write that the caller has denied, with the result `refused`. Does nothing for reads.
   void Deny(View frame, const bus::Writer& writer, const WriteResult& refused, const Now& now);
-  /// To be called when the client has left: forgets its selections and its first events.
+  /// To be called when the client has left: removes its selections and its first events.
   void Forget(const bus::Writer& writer);
 
   Responder& responder() { return responder_; }
 
  private:
   void MakeImages();
-  /// Answers from the unit's image if that contains the whole request and is fresh or may be
-  /// renewed; else empty.
+  /// Answers from the unit's image if it contains the whole request and is up to date or may be
+  /// encoded again; else returns nothing.
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);
@@ -146,10 +148,11 @@ class OwnUnits {
   RegisterMap map_;
   EventWindow events_;
   const std::function<GatewayBlock()> block_;
-  /// By unit; null if the unit is no device.
+  /// The image of each unit; null: the unit is no device.
   std::array<std::unique_ptr<RegisterImage>, 256> images_;
   Responder responder_;
-  std::vector<Piece> pieces_;  ///< of the current request; a member, so that its memory is reused
+  /// Pieces of the current request; a member, so that its memory is reused.
+  std::vector<Piece> pieces_;
   bus::WriteGate gate_;
   AckRegister acks_;
 };

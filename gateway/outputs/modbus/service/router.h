@@ -1,7 +1,7 @@
 // `Router` contains the transparent routes of a Modbus server: it passes requests on to lines and
-// remote servers, counts each in the traffic book, and records each that may write. Shared by all
-// clients. On the server's thread. `RouteTargets` are the lines and servers to which routes lead,
-// and `RoutedReport` is the result of a routed request.
+// remote servers, counts each request in the traffic book, and records each request that can write.
+// All clients share it, on the server's thread. `RouteTargets` are the lines and servers to which
+// routes lead, and `RoutedReport` is the result of a routed request.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,44 +26,45 @@
 
 namespace baudgate::modbus {
 
-// `RouteTargets` contains the targets of transparent routes: the lines, which the composition root
-// passes, and the remote servers, which are made here.
+// `RouteTargets` contains the targets of transparent routes: the lines, which the main program
+// passes, and the remote servers, which Open creates.
 class TrafficBook;
 class Upstream;
 
 class RouteTargets {
  public:
-  /// A line that broadcasts go to, with the deadline of the first route that leads to it.
+  /// A line to which broadcasts are sent, with the deadline of the first route that leads to it.
   struct Line {
     bus::RouteTarget* target = nullptr;
     Duration deadline{};
   };
 
-  /// References must outlive this object. `lines`: by their index in the store.
+  /// References must outlive this object. `lines`: the lines by their index in the store.
   RouteTargets(const RouteList& routes, std::span<bus::RouteTarget* const> lines);
   ~RouteTargets();
   RouteTargets(const RouteTargets&) = delete;
   RouteTargets& operator=(const RouteTargets&) = delete;
 
-  /// Open makes the remote servers, one per host and port; Close stops them. Both on the server's
-  /// thread.
+  /// Open creates the remote servers, one per host and port; Close stops them. To be called on the
+  /// server's thread.
   void Open(asio::io_context& io, const std::shared_ptr<TrafficBook>& book);
   void Close();
 
-  /// To be called at a reload, after the routes were renewed; `lines` may have other indexes. A
-  /// server to which no route leads any more finishes its requests and closes. On the server's
-  /// thread.
+  /// To be called at a reload, after the routes were renewed; `lines` can have other indices than
+  /// before. A server to which no route leads any more finishes its requests and closes. To be
+  /// called on the server's thread.
   void Relink(std::span<bus::RouteTarget* const> lines);
 
-  /// Null: the route leads nowhere now.
+  /// Returns the target of a route; null: the route leads nowhere now.
   bus::RouteTarget* of(std::size_t route) const { return targets_[route]; }
-  /// Calls RouteTarget::Submit and remembers the target, for Abandon.
+  /// Calls RouteTarget::Submit and stores the target for Abandon.
   bool Submit(bus::RouteTarget& target, bus::RoutedRequest request);
-  /// Calls RouteTarget::Abandon of every target that may hold requests of this client.
+  /// Calls RouteTarget::Abandon of every target that can have requests of this client.
   void Abandon(std::uint64_t client);
-  /// The name of the target, "drive" or "10.0.0.9:502", from the first route that leads to it.
+  /// Returns the name of the target, e.g. "drive" or "10.0.0.9:502", from the first route that
+  /// leads to it.
   std::string NameOf(const bus::RouteTarget* target) const;
-  /// Every line that a route leads to, once.
+  /// Returns every line to which a route leads, once.
   std::span<const Line> lines() const { return lines_; }
 
  private:
@@ -75,14 +76,14 @@ class RouteTargets {
   void CameLate(const HostPort& server, std::uint8_t slave);
 
   const RouteList& routes_;
-  asio::io_context* io_ = nullptr;  ///< null: not open
+  asio::io_context* io_ = nullptr;  ///< null: Open was not called
   std::shared_ptr<TrafficBook> book_;
-  /// Servers are never removed, because clients that have sent requests there may still call
+  /// Servers are never removed, because clients that have sent requests to them can still call
   /// Abandon.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
-  std::vector<bus::RouteTarget*> targets_;  ///< by route number
+  std::vector<bus::RouteTarget*> targets_;  ///< the target of each route, by route number
   std::vector<Line> lines_;
-  /// By client: the targets that may still hold requests of it.
+  /// For each client: the targets that can still have requests of the client.
   std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;
 };
 
@@ -91,10 +92,10 @@ struct RoutedAsk {
   std::uint8_t unit = 0;  ///< the unit that the client has addressed
   std::string_view peer{};
   bus::RouteTarget* target = nullptr;
-  bool has_room = true;  ///< false: the client has too many requests under way
+  bool has_room = true;  ///< false: the client has too many pending requests
 };
 
-// `RoutedReport` is the result of a routed request. It goes to the part that raises alarms for
+// `RoutedReport` is the result of a routed request. It is passed to the part that raises alarms for
 // slaves that do not answer clients (gateway/records/event_path.h).
 struct RoutedReport {
   const config::Route& route;
@@ -103,47 +104,48 @@ struct RoutedReport {
   const bus::RoutedReply& reply;
 };
 
-/// Called on the server's thread; must return at once.
+/// Gets a RoutedReport, on the server's thread. The function must return at once.
 using OnRoutedReport = std::function<void(const RoutedReport& end, Now now)>;
 
 class Router {
  public:
-  /// Lines and log must outlive this object; for null arguments see ModbusLinks.
+  /// `lines` and `log` must outlive this object. ModbusLinks describes null arguments.
   Router(const config::Config& config, std::span<bus::RouteTarget* const> lines,
          audit::WriteLog* log, OnRoutedReport routed, std::shared_ptr<TrafficBook> book);
 
   void Open(asio::io_context& io) { targets_.Open(io, book_); }
   void Close() { targets_.Close(); }
-  /// Applies the configuration of a reload. `routes`: see Origins.
+  /// Applies the configuration of a reload. `routes`: the old index of each route (Origins).
   void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
 
   const Way& WayOf(std::uint8_t unit) const { return table_.of(unit); }
   const config::Route& route(std::size_t number) const { return routes_.at(number); }
-  /// Null: the route leads nowhere now.
+  /// Returns the target of a route; null: the route leads nowhere now.
   bus::RouteTarget* TargetOf(std::size_t route) const { return targets_.of(route); }
   std::span<const RouteTargets::Line> lines() const { return targets_.lines(); }
 
-  /// Passes a request on. False: the target or the client has too many requests, and `request.done`
-  /// is not called.
+  /// Passes a request to its target. False: the target or the client has too many requests;
+  /// `request.done` is then not called.
   bool Submit(const RoutedAsk& ask, bus::RoutedRequest request, const Now& now);
   /// Counts and records a request that the listener does not permit.
   void Deny(const RoutedAsk& ask, View pdu, const std::string& reason, const Now& now);
-  /// To be called with the answer of a target, except to a broadcast.
+  /// To be called with the reply of a target, except for broadcasts.
   void OnEnd(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              const Now& now);
-  /// To be called for each pending request whose client does not wait for it any more.
+  /// To be called for each pending request whose client no longer waits for it.
   void OnAbandoned(std::size_t route, std::uint8_t unit) {
     book_->Ended(route, unit, RouteOutcome::abandoned, {}, {});
   }
-  /// Targets send no more requests of this client.
+  /// From now on, targets send no more requests of this client.
   void Abandon(std::uint64_t client) { targets_.Abandon(client); }
 
-  /// Shared, because its other users may outlive the server.
+  /// The traffic book. It is shared, because its other users can outlive the server.
   const std::shared_ptr<TrafficBook>& book() const { return book_; }
 
  private:
-  /// Makes the record of a request that may write; null for other requests, or if there is no log.
+  /// Creates the record of a request that can write; null for other requests, or if there is no
+  /// log.
   std::shared_ptr<audit::Witness> WitnessOf(const RoutedAsk& ask, View pdu, bool broadcast,
                                             const Now& now) const;
 

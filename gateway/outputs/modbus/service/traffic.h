@@ -1,6 +1,6 @@
-// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: one entry per
-// client, serial master and route. Written on the server's thread, read from any
-// (gateway/outputs/control).
+// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: an entry for
+// each client, serial master and route. The server's thread writes the counters; any thread can
+// read them (gateway/outputs/control).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,50 +18,52 @@
 namespace baudgate::modbus {
 
 struct ClientStatus {
-  std::uint64_t id = 0;  ///< RoutedRequest::client
-  std::string peer;      ///< "10.0.0.7:40112", or the serial port of a master
-  std::string listener;  ///< config::Listener::Address()
+  std::uint64_t id = 0;  ///< the client's number, as in RoutedRequest::client
+  std::string peer;      ///< e.g. "10.0.0.7:40112", or the serial port of a master
+  std::string listener;  ///< address of the listener (config::Listener::Address())
   config::Priority priority = config::Priority::normal;
   WallTime since{};
-  WallTime last_request{};  ///< the epoch: no request yet
+  WallTime last_request{};  ///< the epoch: there was no request yet
   std::uint64_t requests = 0;
-  std::uint64_t exceptions = 0;  ///< exceptions of slaves included
+  std::uint64_t exceptions = 0;  ///< replies that were exceptions, including those of slaves
   std::uint64_t bytes_in = 0;
   std::uint64_t bytes_out = 0;
-  std::uint32_t outstanding = 0;  ///< requests not answered yet
+  std::uint32_t outstanding = 0;  ///< requests that are not answered yet
 };
 
-/// A serial port that waits for a master, whether a master sends or not.
+/// The state of a serial port that waits for a master; it exists even if no master is connected.
 struct MasterStatus {
   std::string port;
   bool is_open = false;
-  std::string text;           ///< a description of the open port, or why it is not open
+  std::string text;           ///< describes the open port; if it is not open, the reason
   WallTime since{};           ///< the time of the last change of is_open
-  std::uint64_t frames = 0;   ///< whole requests and replies, those of other slaves included
-  std::uint64_t damaged = 0;  ///< received runs of bytes that were no frame
-  /// The framing in which the damage was a whole request; reset by a good request.
+  std::uint64_t frames = 0;   ///< whole requests and replies, including those of other slaves
+  std::uint64_t damaged = 0;  ///< pieces of received bytes that were no frame
+  /// Another framing in which the damaged bytes were a whole request; a good request clears it.
   std::optional<Framing> other;
   Framing expected = Framing::rtu;
   std::uint64_t echoes = 0;  ///< own replies that were received and ignored, although `echo` is off
-  WallTime last_frame{};     ///< the epoch: no frame yet
+  WallTime last_frame{};     ///< the epoch: there was no frame yet
 };
 
 /// Counts how routed requests ended. requests == ok + refused + denied + no_reply + expired + busy
-/// + dropped + broadcasts + those under way.
+/// + dropped + broadcasts + pending requests.
 struct RouteCounters {
   std::uint64_t requests = 0;
   std::uint64_t ok = 0;
-  std::uint64_t refused = 0;     ///< the slave answered with an exception
-  std::uint64_t denied = 0;      ///< the listener does not permit the request; 0x01
-  std::uint64_t no_reply = 0;    ///< no good reply: silence, damage, port closed; 0x0B
-  std::uint64_t expired = 0;     ///< waited beyond the deadline and was not sent; 0x0B
-  std::uint64_t busy = 0;        ///< the queue was full; 0x06
+  std::uint64_t refused = 0;  ///< the slave answered with an exception
+  std::uint64_t denied = 0;   ///< the listener does not permit the request; the client got 0x01
+  /// No good reply (silence, damage, port closed); the client got 0x0B.
+  std::uint64_t no_reply = 0;
+  /// The request waited beyond its deadline and was not sent; the client got 0x0B.
+  std::uint64_t expired = 0;
+  std::uint64_t busy = 0;        ///< the queue was full; the client got 0x06
   std::uint64_t dropped = 0;     ///< the client had left
-  std::uint64_t broadcasts = 0;  ///< sent to all slaves, never answered
-  /// Counts those of ok and refused that the exchange of an identical request answered.
+  std::uint64_t broadcasts = 0;  ///< requests that were sent to all slaves and are never answered
+  /// Requests among ok and refused that were answered by the exchange of an identical request.
   std::uint64_t shared = 0;
-  Duration longest_wait{};  ///< in the queue
-  Duration total_wait{};    ///< of ok and refused
+  Duration longest_wait{};  ///< longest time of a request in the queue
+  Duration total_wait{};    ///< sum of the times in the queue, of the requests in ok and refused
 
   Duration MeanWait() const {
     const auto answered = static_cast<std::int64_t>(ok + refused);
@@ -86,14 +88,14 @@ void VisitFields(const RouteCounters*, Visit visit) {
 }
 
 struct RouteStatus : RouteCounters {
-  std::string units;         ///< "33-40"
-  std::string target;        ///< "line drive", "server 10.0.0.9:502"
-  std::string last_trouble;  ///< reason of the last request without a good reply
+  std::string units;         ///< units of the route, e.g. "33-40"
+  std::string target;        ///< target of the route, e.g. "line drive" or "server 10.0.0.9:502"
+  std::string last_trouble;  ///< reason why the last request without a good reply had none
   WallTime last_trouble_at{};
   /// Replies of a server that came after their deadline and were dropped. If several routes lead to
-  /// one unit of a server, a late reply counts for each of them.
+  /// one unit of a server, a late reply is counted for each of them.
   std::uint64_t late = 0;
-  std::map<std::uint8_t, RouteCounters> by_unit;  ///< unit ids as clients address them
+  std::map<std::uint8_t, RouteCounters> by_unit;  ///< counters by the unit that clients address
 };
 
 template <typename Visit>
@@ -106,38 +108,40 @@ void VisitFields(const RouteStatus*, Visit visit) {
   visit(bus::Counted<&RouteStatus::late>());
 }
 
-/// A listener to which no client can connect; it is checked again each second.
+/// A listener to which no client can connect. It is checked again each second.
 struct ClosedListener {
-  std::string place;     ///< config::Listener::Address()
-  std::string why;       ///< "address already in use; …"
+  std::string place;     ///< address of the listener (config::Listener::Address())
+  std::string why;       ///< the reason, e.g. "address already in use; …"
   bool is_open = false;  ///< the port is open, but its address has left the machine
 };
 
-/// Clients that used another framing than their listener.
+/// Clients of one listener that used another framing than the listener.
 struct OtherSpeaker {
-  std::string listener;  ///< config::Listener::Address()
-  std::string peer;      ///< the last such client
+  std::string listener;  ///< address of the listener (config::Listener::Address())
+  std::string peer;      ///< address of the last client that used another framing
   Framing heard = Framing::tcp;
   Framing expected = Framing::tcp;
   std::uint64_t times = 0;
   WallTime last{};
 };
 
-/// The number of requests of all clients of a listener by function and exception.
+/// The number of requests with one function and one exception, of all clients of a listener.
 struct FunctionCount {
-  std::string listener;        ///< config::Listener::Address()
-  std::uint8_t function = 0;   ///< 0: a function that is in no standard
-  std::uint8_t exception = 0;  ///< 0: no exception
+  std::string listener;        ///< address of the listener (config::Listener::Address())
+  std::uint8_t function = 0;   ///< function code; 0: a function that is in no standard
+  std::uint8_t exception = 0;  ///< exception code; 0: no exception
   std::uint64_t requests = 0;
 };
 
 struct TrafficStatus {
-  std::vector<ClientStatus> clients;  ///< connected now, by id
+  std::vector<ClientStatus> clients;  ///< clients that are connected now, sorted by id
   std::vector<MasterStatus> masters;  ///< in the order in which their ports were added
   std::vector<ClosedListener> closed;
-  std::vector<OtherSpeaker> others;      ///< one for each listener that had such clients
+  /// One entry for each listener that had clients with another framing.
+  std::vector<OtherSpeaker> others;
   std::vector<FunctionCount> functions;  ///< functions that were used since the start
-  /// In the order of the running file; after them one for broadcasts, if there were any.
+  /// The routes in the order of the running file; after them an entry for broadcasts, if there were
+  /// any.
   std::vector<RouteStatus> routes;
 };
 

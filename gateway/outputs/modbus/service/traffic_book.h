@@ -1,6 +1,7 @@
-// `TrafficBook` contains the counters of clients, serial masters and routes behind TrafficStatus.
-// client_requests.cpp, router.cpp, gateway/outputs/modbus/serial/serial_listener.cpp and
-// gateway/outputs/modbus/upstream/upstream.cpp report to it on the server's thread;
+// `TrafficBook` contains the counters of clients, serial masters and routes from which
+// TrafficStatus is filled. client_requests.cpp, router.cpp,
+// gateway/outputs/modbus/serial/serial_listener.cpp and
+// gateway/outputs/modbus/upstream/upstream.cpp count on the server's thread;
 // gateway/outputs/modbus/server/modbus_server.cpp returns the numbers on any thread.
 // `FunctionCounters` and `LiveCounters` are the counters of functions and clients.
 // SPDX-License-Identifier: Apache-2.0
@@ -27,11 +28,11 @@
 
 namespace baudgate::modbus {
 
-// `FunctionCounters` counts how often each function was used at a listener, and how it was
-// answered. Only the server's thread counts, without a lock; any thread reads.
+// `FunctionCounters` counts how often each function was used at a listener, and which exceptions
+// were the answer. Only the server's thread counts, without a lock; any thread can read.
 class FunctionCounters {
  public:
-  /// `exception`: 0 for none; 0x0C and above are counted as 0x0B.
+  /// Counts a request. `exception`: 0 for no exception; codes above 0x0B are counted as 0x0B.
   void Add(std::uint8_t function, std::uint8_t exception = 0) {
     constexpr auto kRelaxed = std::memory_order_relaxed;
     auto& counter = counters_[PlaceOf(function)][std::min<std::size_t>(exception, kExceptions - 1)];
@@ -48,10 +49,11 @@ class FunctionCounters {
   }
 
  private:
-  /// Functions of the standard; all others share one counter.
+  /// The functions of the standard, each with its own counter. All other functions share one
+  /// counter.
   static constexpr std::array<std::uint8_t, 19> kFunctions = {
       1, 2, 3, 4, 5, 6, 7, 8, 11, 12, 15, 16, 17, 20, 21, 22, 23, 24, 43};
-  static constexpr std::size_t kExceptions = 12;  // codes 0 to 0x0B
+  static constexpr std::size_t kExceptions = 12;  // exception codes 0 to 0x0B
 
   static std::size_t PlaceOf(std::uint8_t function) {
     return static_cast<std::size_t>(std::ranges::find(kFunctions, function) - kFunctions.begin());
@@ -73,7 +75,7 @@ struct LiveCounters {
   std::atomic<std::uint64_t> exceptions = 0;
 
   ModbusCounters Snapshot() const;
-  /// One thread writes, so a locked instruction is not needed.
+  /// Only one thread writes, so a locked instruction is not needed.
   static void Add(std::atomic<std::uint64_t>& counter) {
     counter.store(counter.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
   }
@@ -99,7 +101,7 @@ struct ClientRecord {
   }
 };
 
-/// How a routed request ended; each value has its counter in RouteCounters.
+/// How a routed request ended. Each value has its counter in RouteCounters.
 enum class RouteOutcome : std::uint8_t {
   ok,
   refused,
@@ -113,45 +115,47 @@ enum class RouteOutcome : std::uint8_t {
 
 class TrafficBook {
  public:
-  /// Stands in place of a route's number: broadcasts that no route names are counted here, one per
-  /// line.
+  /// A number in place of a route's number: broadcasts that belong to no route are counted under
+  /// it, one broadcast per line.
   static constexpr std::size_t kBroadcasts = std::numeric_limits<std::size_t>::max();
 
   TrafficBook();
 
-  /// Sets the routes that Status returns. Requests of removed routes are still counted there.
+  /// Sets the routes that Status returns. Requests of removed routes are still counted, but not
+  /// returned.
   void Show(const RouteList& routes);
 
   std::shared_ptr<ClientRecord> Enter(const std::string& peer, const config::Listener& listener,
                                       config::Priority priority, WallTime since);
   void Leave(const ClientRecord& client);
 
-  /// Adds a serial port that waits for a master; returns its number in the book.
+  /// Adds a serial port that waits for a master. Returns the port's number in the book.
   std::size_t AddMaster(const config::Listener& listener, WallTime since);
   void RemoveMaster(std::size_t master);
   void ShowClosed(std::vector<ClosedListener> closed);
   void ShowPort(std::size_t master, bool is_open, const std::string& text, WallTime at);
   void Heard(std::size_t master, WallTime at);
   void HeardDamage(std::size_t master);
-  /// To be called when damaged bytes were a request in another framing. True if this was not known.
+  /// To be called when damaged bytes were a request in another framing. True if the framing is new
+  /// for this port.
   bool HeardOther(std::size_t master, Framing heard);
   /// Counts a TCP client that used another framing.
   void HeardOther(const std::string& listener, const std::string& peer, Framing heard,
                   Framing expected, WallTime at);
-  /// Counts one of the gateway's own replies that was received, where `echo` is off.
+  /// To be called when a master's port has received an echo of a reply although `echo` is off.
   void HeardEcho(std::size_t master);
 
   /// Counts a request. `route`: the route's number, or kBroadcasts.
   void Asked(std::size_t route, std::uint8_t unit);
-  /// Counts the end of a request. `reply` may be empty if there was none, and `at` if the client
-  /// has left.
+  /// Counts the end of a request. `reply` can be empty if there was no reply, and `at` if the
+  /// client has left.
   void Ended(std::size_t route, std::uint8_t unit, RouteOutcome end, const bus::RoutedReply& reply,
              WallTime at);
 
-  /// Counts a reply for which no client waits any more.
+  /// Counts a reply that came after the deadline of its request.
   void CameLate(std::size_t route);
 
-  /// May be called on any thread.
+  /// Returns all counters. Any thread may call it.
   TrafficStatus Status(const Now& now) const;
 
  private:
@@ -165,9 +169,10 @@ class TrafficBook {
   std::map<std::size_t, MasterStatus> masters_ BAUDGATE_GUARDED_BY(mutex_);
   std::size_t next_master_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
-  std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);  // by listener
-  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);             // by number
-  // The numbers of the running file's routes.
+  // By the listener's address.
+  std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by route number
+  // The numbers of the routes in the running file.
   std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
 };

@@ -14,12 +14,12 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// Older trouble of a route is not reported.
+/// Trouble of a route that is older than this is not reported.
 constexpr Duration kRecentTrouble = 10min;
 constexpr std::size_t kMostUnits = 8;
 constexpr const char* kCheckWire = "check bit rate, parity and wiring";
 
-/// Describes the silence of an open port; empty while requests come.
+/// Returns a sentence about an open port without requests; empty: requests arrive.
 std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   const bool never = master.last_frame == WallTime{};
   const Duration silent = now - (never ? master.since : master.last_frame);
@@ -36,7 +36,8 @@ std::string Silence(const modbus::MasterStatus& master, WallTime now) {
 
 std::uint64_t Answered(const modbus::RouteCounters& unit) { return unit.ok + unit.refused; }
 
-/// Names units that have never answered, with the advice that follows if others have.
+/// Returns sentences about units that have never answered. The advice depends on whether other
+/// units of the route have answered.
 Sentences DeadUnits(const modbus::RouteStatus& route) {
   const auto good = std::ranges::find_if(
       route.by_unit, [](const auto& unit) { return Answered(unit.second) > 0; });

@@ -1,7 +1,7 @@
 // `TrafficJson` returns Modbus clients, serial masters and transparent routes as JSON, a part of
-// the answer to `baudgate status`. docs/status-reference.md describes every field; fields
-// are only ever added. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem
-// in one sentence. Pure.
+// the answer to `baudgate status`. docs/status-reference.md describes every field; fields are only
+// ever added. `DiagnoseMaster`, `DiagnoseOther` and `DiagnoseRoute` describe each problem in one
+// sentence.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,24 +14,26 @@
 
 namespace baudgate::modbus {
 
+/// Returns
 /// {"clients":[…],"masters":[…],"closed":[…],"other_framing":[…],"routes":[…],"labels":{…}}. If
-/// `line` is not empty, only the routes that lead to that line are included; the other arrays are
+/// `line` is not empty, only the routes that lead to this line are included; the other arrays are
 /// empty.
 nlohmann::ordered_json TrafficJson(const modbus::TrafficStatus& traffic, const std::string& line,
                                    Now now);
 
-/// A master without a request for so long has stopped polling, because panels and PLCs poll all the
-/// time.
+/// A master that has sent no request for this time has stopped polling, because panels and PLCs
+/// poll all the time.
 inline constexpr Duration kSilentMaster = 1min;
-/// A share of damaged frames above this is no occasional disturbance.
+/// A share of damaged frames above this limit is reported, because occasional disturbances cause
+/// less.
 inline constexpr double kNotableDamage = 0.01;
 
-/// Empty when the master is received well.
+/// Returns sentences about problems with a master; empty: its requests arrive undamaged.
 std::vector<std::string> DiagnoseMaster(const modbus::MasterStatus& master, WallTime now);
 
 std::string DiagnoseOther(const modbus::OtherSpeaker& other, WallTime now);
 
-/// Empty when every request had a good reply.
+/// Returns sentences about the problems of a route; empty: every request had a good reply.
 std::vector<std::string> DiagnoseRoute(const modbus::RouteStatus& route, WallTime now);
 
 }  // namespace baudgate::modbus

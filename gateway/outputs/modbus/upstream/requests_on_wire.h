@@ -1,7 +1,7 @@
-// `RequestsOnWire` contains the requests that were sent to a remote server and not answered yet. It
-// decides which request may be sent beside them, which request a reply answers, what follows when a
-// deadline passes, and what is sent again when the connection ends. No socket, no clock; used by
-// upstream.cpp.
+// `RequestsOnWire` contains the requests that were sent to a remote server and are not answered
+// yet. It decides which further requests may be sent, which request a reply answers, what happens
+// when a deadline passes, and which requests are sent again when the connection ends. No socket, no
+// clock; used by upstream.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,32 +23,33 @@ namespace baudgate::modbus {
 
 class RequestsOnWire {
  public:
-  /// The number of requests on the wire at once. The last kKeptForWrites places are for short
-  /// writes only, so that reads of units that do not answer cannot delay a stop command.
+  /// The most requests on the wire. The last kKeptForWrites places are for short writes only, so
+  /// that reads from units that do not answer cannot delay a stop command.
   static constexpr std::size_t kMost = 16;
   static constexpr std::size_t kKeptForWrites = 4;
-  /// The number of requests to one unit at once; beyond it only short writes are sent.
+  /// The most requests on the wire to one unit; beyond this number only short writes are sent.
   static constexpr std::size_t kMostPerUnit = 4;
-  /// The number of deadlines that pass in a row before the connection is renewed, if the server
-  /// sends nothing in that time. A unit that lets as many pass has one request at a time until it
-  /// answers.
+  /// If this number of deadlines passes in a row and the server sends nothing meanwhile, the
+  /// connection is renewed. If a unit lets this number of deadlines pass, it gets only one request
+  /// at a time until it answers.
   static constexpr int kSilentDeadlines = 3;
-  /// A server that closes the connection because of a request does so within this time.
+  /// A repeated request is on trial for this time: if it makes the server close the connection, the
+  /// server does so within this time.
   static constexpr Duration kTriedOut = std::chrono::milliseconds(200);
 
-  /// One request on the wire, with the identical reads that its reply answers as well.
+  /// A request on the wire, with identical reads of other clients, which its reply answers as well.
   struct Sent {
     std::uint16_t id = 0;
     std::uint8_t unit = 0;
     Bytes pdu;
     Instant at;
-    Instant deadline;  ///< the latest deadline of `requests`
+    Instant deadline;  ///< the latest deadline among `requests`
     bus::RouteQueue::Batch requests;
 
     std::uint8_t function() const { return pdu[0]; }
     bool only_reads() const { return IsRead(function()); }
-    /// True if the request was on the wire before when a connection ended, and may have caused
-    /// that.
+    /// True if the request was already on the wire when an earlier connection ended, so it may be
+    /// the cause.
     bool repeated() const {
       return std::ranges::any_of(
           requests, [](const bus::RoutedRequest& request) { return request.tries > 0; });
@@ -56,52 +57,56 @@ class RequestsOnWire {
     void Answer(Outcome outcome, View pdu, const std::string& reason) const;
   };
 
-  /// To be called when a new connection is attempted: forgets what the last connection has shown.
+  /// To be called when a new connection is attempted: clears the observations about the last
+  /// connection.
   void OnConnecting(Instant now);
 
   bool empty() const { return sent_.empty(); }
   bool full() const { return sent_.size() >= kMost; }
-  /// True if a request that is no short write may be sent to this unit. A unit that does not answer
-  /// is limited to kMostPerUnit places, and to one place in the end.
+  /// True if a request that is no short write may be sent to this unit. A unit has at most
+  /// kMostPerUnit places, and only one place after kSilentDeadlines deadlines have passed.
   bool HasRoom(std::uint8_t unit) const;
   /// True if the request overtakes no write to its unit.
   bool MayFollow(const bus::RoutedRequest& request) const;
-  /// True while a repeated request is so new that the server may still close the connection because
+  /// True while a repeated request is on trial: the server can still close the connection because
   /// of it.
   bool IsTryingOut(Instant now) const { return TriedOutAt(now).has_value(); }
-  /// The next time after `now` at which a repeated request stops being on trial; empty: none is.
+  /// Returns the next time after `now` at which a repeated request is no longer on trial; nothing:
+  /// no request is on trial.
   std::optional<Instant> TriedOutAt(Instant now) const;
 
   /// Gives `batch` an id that no request on the wire has.
   Sent Number(bus::RouteQueue::Batch batch, Instant now);
   void Add(Sent sent) { sent_.push_back(std::move(sent)); }
 
-  /// The PDU of the request that a reply with this id from this unit answers; empty: there is no
-  /// such request.
+  /// Returns the PDU of the request that a reply with this id from this unit answers; empty: there
+  /// is no such request.
   View PduOf(std::uint16_t id, std::uint8_t unit) const;
   struct Replied {
-    std::optional<Sent> sent{};  ///< the request with this id, possibly to another unit
-    bool late = false;           ///< no request waits, but an expired one had this id
+    /// The request with this id; it can have been sent to another unit.
+    std::optional<Sent> sent{};
+    bool late = false;  ///< no request waits for the reply, but an expired request had this id
   };
-  /// Removes the request that a reply with this id answers.
+  /// Removes and returns the request that a reply with this id answers. Counts that the server and
+  /// the unit have answered.
   Replied TakeReplied(std::uint16_t id, std::uint8_t unit);
 
-  /// Removes requests whose deadline has passed, and returns them. Requests with a later deadline
-  /// that share the same exchange stay.
+  /// Removes and returns the requests whose deadline has passed. Requests with a later deadline
+  /// that share the exchange stay.
   std::vector<Sent> TakeExpired(Instant now);
   bool IsSilent() const { return silent_ >= kSilentDeadlines; }
-  /// True if an incomplete frame with this id (empty: the id has not come yet) can only be the
-  /// reply to an expired request.
+  /// True if an incomplete frame with this id (nothing: the id has not been received yet) can only
+  /// be the reply to an expired request.
   bool IsOfExpired(std::optional<std::uint16_t> id) const;
   std::optional<Instant> Deadline() const;
 
-  /// Returns the request that may have made the server close the connection; null: none. A server
-  /// that closes because of a request does so again when the request is repeated. Repeated requests
-  /// are sent one at a time, so the latest of them is the suspect.
+  /// Returns the request that may have made the server close the connection; null: there is none. A
+  /// server that closes because of a request does so again when the request is repeated. Repeated
+  /// requests are sent one at a time, so the latest repeated request is the suspect.
   const Sent* Suspect() const;
   /// Removes the reads that may be sent again and returns them, latest first. A write is never sent
-  /// again, because the server may have carried it out. A read is sent again once, and once more
-  /// each time that another request was the `reason`.
+  /// again, because the server may have carried it out. A read is sent again once, and again each
+  /// time that another request was the `reason` why the connection ended.
   std::vector<bus::RouteQueue::Batch> TakeReads(const Sent* reason);
   std::vector<Sent> TakeAll() { return std::exchange(sent_, {}); }
   /// Answers the requests of a client that has left. The exchange stays on the wire, so that its
@@ -109,7 +114,7 @@ class RequestsOnWire {
   void Abandon(std::uint64_t client);
 
  private:
-  /// A request that expired on the wire: its reply may still come.
+  /// A request whose deadline has passed on the wire. Its reply can still come.
   struct Expired {
     std::uint16_t id = 0;
     std::uint8_t unit = 0;
@@ -121,11 +126,11 @@ class RequestsOnWire {
   }
 
   std::vector<Sent> sent_;
-  std::vector<Expired> expired_;  // the latest of this connection
+  std::vector<Expired> expired_;  // the latest expired requests of this connection
   std::uint16_t next_id_ = 0;
-  std::array<int, 256> ignored_{};  // by unit: deadlines that have passed since its last reply
-  int silent_ = 0;                  // deadlines that have passed since the last reply of the server
-  Instant silent_from_;  // a deadline counts in silent_ only if its request was sent after this
+  std::array<int, 256> ignored_{};  // per unit: deadlines that have passed since its last reply
+  int silent_ = 0;                  // deadlines that have passed since the server's last reply
+  Instant silent_from_;  // silent_ counts only deadlines of requests that were sent after this time
 };
 
 }  // namespace baudgate::modbus

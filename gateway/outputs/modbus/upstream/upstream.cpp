@@ -18,11 +18,11 @@ namespace baudgate::modbus {
 
 namespace {
 
-constexpr Duration kConnectTimeout = 5s;  // for name look-up and connecting together
+constexpr Duration kConnectTimeout = 5s;  // for the name look-up and connecting together
 
 }  // namespace
 
-// ---------------------------------------------------------------- from any thread
+// ---------------------------------------------------------------- called on any thread
 
 bool Upstream::Link::Submit(bus::RoutedRequest request) {
   const UpstreamQueue::Entry entry = queue_.Submit(std::move(request));
@@ -33,12 +33,12 @@ bool Upstream::Link::Submit(bus::RoutedRequest request) {
 }
 
 void Upstream::Link::Abandon(std::uint64_t client) {
-  // Dispatched, not posted: on the server's thread it is done at once, before the client's next
-  // request comes.
+  // dispatch() and not post(): on the server's thread Drop runs at once, before the client's next
+  // request is handled.
   asio::dispatch(io_, [self = shared_from_this(), client] { self->Drop(client); });
 }
 
-// ---------------------------------------------------------------- on the server's thread
+// ---------------------------------------------------------------- called on the server's thread
 
 void Upstream::Link::Start() {
   resting_ = false;
@@ -76,7 +76,7 @@ void Upstream::Link::Drop(std::uint64_t client) {
   on_wire_.Abandon(client);
 }
 
-/// Does all work that is due; to be called after any change.
+/// Does all work that is due. To be called after any change.
 void Upstream::Link::Work() {
   const Instant now = clock_();
   ExpireWaiting(now);
@@ -131,8 +131,9 @@ void Upstream::Link::RefusePaused(Instant now) {
   }
 }
 
-/// Answers expired requests. If a reply has come in part and can only be late, the connection is
-/// renewed: should the rest never come, the start of the next reply would be taken for it.
+/// Answers expired requests. If a part of a reply has been received that can only be late, the
+/// connection is renewed: if the rest never came, the beginning of the next reply would be taken
+/// for it.
 void Upstream::Link::ExpireSent(Instant now) {
   const std::vector<Sent> expired = on_wire_.TakeExpired(now);
   for (const Sent& sent : expired) {
@@ -175,8 +176,8 @@ void Upstream::Link::OnConnected() {
   Work();
 }
 
-/// If the connection ends between two frames, the server has read none of the later requests, so
-/// the reads among them are sent again.
+/// Handles the end of the connection. If it ends between two frames, the server has read none of
+/// the later requests, so the reads among them are sent again.
 void Upstream::Link::OnBroken(const std::string& reason) {
   const Instant now = clock_();
   if (connection_->connected() && !connection_->in_frame()) {
@@ -268,8 +269,8 @@ void Upstream::Link::OnFrame(View frame) {
     return sent->Answer(Outcome::unexpected, {},
                         name_ + " answered for unit " + std::to_string(unit));
   }
-  // The id assigns the reply to this request. Exception and function code are checked here; the
-  // client checks the rest.
+  // The id has identified the request of this reply. Exception and function code are checked here;
+  // the client checks the rest.
   const View pdu = PduOf(frame);
   const bool refused = pdu[0] == (sent->function() | kExceptionBit) && pdu.size() == 2;
   if (refused) return sent->Answer(Outcome::refused, pdu, "");

@@ -1,7 +1,7 @@
-// `Upstream::Link` is the implementation of Upstream: the connection to one remote server. Requests
-// that wait for the server are in `UpstreamQueue`, those on the wire in requests_on_wire.h.
-// `Reconnect` decides when a connection may be made, `UnitPauses` which units are not asked for a
-// while, and `UpstreamConnection` is one TCP connection.
+// `Upstream::Link` is the implementation of Upstream: the connection to one remote server.
+// `UpstreamQueue` contains requests that wait to be sent; requests that were sent are in
+// requests_on_wire.h. `Reconnect` decides when a connection may be attempted, `UnitPauses` decides
+// which units get no requests for a while, and `UpstreamConnection` is one TCP connection.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -33,12 +33,12 @@
 
 namespace baudgate::modbus {
 
-// `Reconnect` decides when the next request may make a connection to a remote server, and contains
-// the reason of the last failure. Time is an argument; used by upstream.cpp.
+// `Reconnect` decides when the next request may open a connection to a remote server, and stores
+// the reason of the last failure. The time is an argument.
 class Reconnect {
  public:
-  /// A short limit, because only a request makes the gateway try again: a server that returns is
-  /// found at the first request after the pause.
+  /// The longest pause after a failure. It is short, because only a request makes the gateway
+  /// connect again: a server that returns is found at the first request after the pause.
   static constexpr Duration kLongestPause = std::chrono::seconds(5);
 
   explicit Reconnect(std::uint32_t seed) : ladder_(seed) {}
@@ -47,16 +47,17 @@ class Reconnect {
     trouble_.clear();
     ladder_.Reset();
   }
-  /// To be called when the connection has ended or could not be made. The next request makes a new
-  /// connection: at once if the server has `accepted` this one, else after a pause. Returns true if
-  /// `why` differs from the last reason.
+  /// To be called when the connection has ended or could not be opened. The next request opens a
+  /// new connection: at once if the server had `accepted` this connection, else after a pause.
+  /// Returns true if `why` differs from the last reason.
   bool OnBroken(bool accepted, const std::string& why, Instant now) {
     may_at_ = accepted ? Instant::min() : now + std::min(ladder_.Next(), kLongestPause);
     return std::exchange(trouble_, why) != why;
   }
 
   bool MayConnect(Instant now) const { return now >= may_at_; }
-  /// Why there was no connection last time; empty: there was one.
+  /// Returns why the last connection failed or ended; empty: the server is connected, or no
+  /// connection was attempted yet.
   const std::string& trouble() const { return trouble_; }
 
  private:
@@ -65,8 +66,8 @@ class Reconnect {
   std::string trouble_;
 };
 
-// `UnitPauses` lists the units of a server that are not asked for a while, because the server
-// closes the connection, which all units share, when they are asked. Used by upstream.cpp; time is
+// `UnitPauses` lists the units of a server that get no requests for a while, because the server
+// closes the connection, which all units share, when it gets a request to such a unit. The time is
 // an argument.
 class UnitPauses {
  public:
@@ -76,7 +77,8 @@ class UnitPauses {
 
   void OnAnswer(std::uint8_t unit) { units_[unit] = {.answers = true}; }
   /// To be called when a request to the unit has ended the connection twice. A unit that has
-  /// answered since its last such request gets no pause, because other clients are served by it.
+  /// answered since its last request of this kind gets no pause, because other clients use it
+  /// successfully.
   void OnClosed(std::uint8_t unit, Instant now) {
     State& state = units_[unit];
     if (state.answers) {
@@ -97,31 +99,30 @@ class UnitPauses {
   std::array<State, 256> units_{};
 };
 
-/// `UpstreamQueue` contains the requests that wait for one remote server. Other threads hand
-/// requests in by Submit; all other functions are for one thread.
+/// `UpstreamQueue` contains the requests that wait for one remote server. Any thread may call
+/// Submit; all other functions must be called on one thread.
 class UpstreamQueue final : public bus::RouteQueue {
  public:
-  /// The number of requests that may wait to be sent; beyond it only some short writes are
+  /// The number of requests that can wait to be sent; beyond this number only some short writes are
   /// accepted.
   static constexpr std::size_t kMostWaiting = 512;
 
   enum class Entry : std::uint8_t {
     refused,
-    first,  ///< accepted; Gather is to be called
-    more,   ///< accepted; Gather was requested before
+    first,  ///< the request is accepted; the caller must have Gather called
+    more,   ///< the request is accepted; an earlier request has led to a call of Gather
   };
-  /// May be called on any thread.
   Entry Submit(bus::RoutedRequest request);
 
   /// Accepts requests from now on, also after Close.
   void Open();
   /// Queues the requests that other threads have submitted. False: the queue is closed.
   bool Gather();
-  /// Queues submitted requests once more, and accepts none from then on. False: it was closed
-  /// already.
+  /// Queues the submitted requests a last time, and accepts no more requests. False: the queue was
+  /// closed already.
   bool Close();
   /// Updates the length that Submit checks. To be called after requests were taken and before they
-  /// are answered, because a client that is answered may submit the next request at once.
+  /// are answered, because a client can submit its next request as soon as it is answered.
   void Count() { queued_ = size(); }
 
  private:
@@ -130,28 +131,29 @@ class UpstreamQueue final : public bus::RouteQueue {
   Mutex mutex_;
   bool open_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::vector<bus::RoutedRequest> incoming_ BAUDGATE_GUARDED_BY(mutex_);
-  std::atomic<std::size_t> queued_ = 0;  // length without incoming_
+  std::atomic<std::size_t> queued_ = 0;  // length of the queue without incoming_
 };
 
-// `UpstreamConnection` is one connection to a Modbus TCP server: name look-up, connecting, whole
-// frames in and out. Made by upstream.cpp, which interprets the frames.
+// `UpstreamConnection` is one connection to a Modbus TCP server: it looks up the name, connects,
+// and sends and receives whole frames. upstream.cpp creates it and interprets the frames.
 
-/// All calls on the thread that runs the io_context. Pending operations keep the object alive.
+/// All functions must be called on the thread that runs the io_context. Pending operations keep the
+/// object alive.
 class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnection> {
  public:
-  /// Receives the callbacks, which never come from within a call of the connection. May close the
-  /// connection from within a callback.
+  /// Receives the callbacks, which are never made from within a call of the connection. The owner
+  /// can close the connection from within a callback.
   class Owner {
    public:
     virtual void OnConnected() = 0;
-    /// Called for each frame; OnFramesRead follows once all frames that came together were passed.
+    /// Called for each frame. OnFramesRead is called after all frames that arrived together.
     virtual void OnFrame(View frame) = 0;
     virtual void OnFramesRead() = 0;
-    /// Returns the length of the PDU of the frame that begins with `head`: see
-    /// MbapAssembler::Length.
+    /// Returns the length of the PDU of the frame that begins with `head` (see
+    /// MbapAssembler::Length).
     virtual std::size_t LengthOf(View head, std::size_t told) const = 0;
-    /// The connection has failed and must not be used any more. `reason` continues a sentence that
-    /// begins with the server's name.
+    /// Called when the connection has failed; it must not be used any more. `reason` completes a
+    /// sentence that begins with the server's name.
     virtual void OnBroken(const std::string& reason) = 0;
 
    protected:
@@ -164,19 +166,20 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
           return owner_ == nullptr ? told : owner_->LengthOf(head, told);
         }) {}
 
-  /// Looks up the name and connects; to be called once. There is no timeout; Close ends the
+  /// Looks up the name and connects. To be called once. There is no timeout; Close ends the
   /// attempt.
   void Open(const std::string& host, std::uint16_t port);
-  /// Passes the whole frame to the kernel; an error if the kernel does not take all of it now.
+  /// Passes the whole frame to the kernel. Returns an error if the kernel does not accept all of it
+  /// now.
   Status Send(View frame);
-  /// No callback comes from now on. Bytes that neither side has read are dropped, not delivered
-  /// late.
+  /// Closes the connection; no callback is called any more. Bytes that neither side has read are
+  /// dropped, so that they are not delivered late.
   void Close();
 
   bool connected() const { return connected_; }
-  /// True if a part of the next frame has come.
+  /// True if a part of the next frame has been received.
   bool in_frame() const { return !input_.empty(); }
-  /// The transaction id of that frame, if two bytes of it have come.
+  /// Returns the transaction id of the next frame, if two bytes of the frame have been received.
   std::optional<std::uint16_t> frame_id() const { return input_.transaction(); }
 
  private:
@@ -188,7 +191,7 @@ class UpstreamConnection : public std::enable_shared_from_this<UpstreamConnectio
   asio::io_context& io_;
   transports::HostNames::Ticket look_up_;
   asio::ip::tcp::socket socket_;
-  Owner* owner_;  // null: closed
+  Owner* owner_;  // null: the connection is closed
   bool connected_ = false;
   MbapAssembler input_;
 };
@@ -221,7 +224,7 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   std::size_t LengthOf(View head, std::size_t told) const override;
   void OnBroken(const std::string& reason) override;
 
-  // In upstream.cpp: queue, deadlines and connection.
+  // Implemented in upstream.cpp: queue, deadlines and connection.
   void TakeIncoming();
   void Drop(std::uint64_t client);
   void Work();
@@ -236,13 +239,13 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   void AnswerUnsent(const std::vector<bus::RoutedRequest>& requests, Outcome outcome,
                     const std::string& reason);
 
-  // In upstream.cpp: requests that are sent, and their replies.
+  // Implemented in upstream.cpp: requests that are sent, and their replies.
   void Pump(Instant now);
   bus::RouteQueue::Batch Choose(Instant now);
   void Send(bus::RouteQueue::Batch batch, Instant now);
 
   asio::io_context& io_;
-  asio::steady_timer timer_;  // for the next deadline of any kind
+  asio::steady_timer timer_;  // expires at the next deadline of any kind
   const std::string host_;
   const std::uint16_t port_;
   const OnLate on_late_;
@@ -253,8 +256,10 @@ class Upstream::Link final : public std::enable_shared_from_this<Link>,
   RequestsOnWire on_wire_;
   UnitPauses pauses_;
   Reconnect reconnect_;
-  bool resting_ = false;  // no route leads here: the connection is closed after the last request
-  std::shared_ptr<UpstreamConnection> connection_;  // null: no connection and no attempt
+  // No route leads to this server: the connection is closed after the last request.
+  bool resting_ = false;
+  // Null: there is no connection and no attempt to connect.
+  std::shared_ptr<UpstreamConnection> connection_;
   Instant connect_by_;
 };
 

@@ -10,10 +10,10 @@ namespace baudgate::modbus {
 
 namespace {
 
-constexpr std::size_t kShortest = 2;  // unit and function
+constexpr std::size_t kShortest = 2;  // bytes: unit and function
 constexpr std::size_t kLongest = kMaxAdu - kMbapPrefix;
 
-/// Returns why bytes, as far as they are here, cannot begin a frame; empty: they can.
+/// Returns why the received bytes cannot be the beginning of a frame; empty: they can.
 std::string_view DefectOf(View held) {
   const ByteReader header(held);
   if (header.U16Be(2).value_or(0) != 0) return "protocol id is not 0";
@@ -56,7 +56,7 @@ std::string_view MbapAssembler::Defect() const {
   return surplus_ > 0 ? std::string_view() : DefectOf(Held());
 }
 
-/// The size of the next frame, whose header must be here.
+/// Returns the size of the next frame, whose header must have been received.
 std::size_t MbapAssembler::Size() const {
   const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
   if (!length_ || Held().size() <= kMbapHeader) return told;
@@ -64,7 +64,7 @@ std::size_t MbapAssembler::Size() const {
 }
 
 /// Searches for the next header after a frame that was shorter than its header announced. Skips
-/// only bytes that cannot begin a header.
+/// only bytes that cannot be the beginning of a header.
 void MbapAssembler::FindHeader() {
   for (; surplus_ > 0; --surplus_, ++begin_) {
     if (Held().size() < kMbapPrefix) return;
@@ -117,8 +117,8 @@ bool IsTcp(View heard) {
   assembler.Commit(count);
   View frame;
   if (assembler.Take(frame) != MbapAssembler::State::frame) return false;
-  // Only functions of known length are accepted: six bytes of another protocol may look like a
-  // header by chance.
+  // Only functions with a known length are accepted, because six bytes of another protocol can look
+  // like a header by chance.
   ModbusRequest request;
   return ParseRequest(frame, request) == kNoException;
 }

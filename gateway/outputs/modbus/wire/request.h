@@ -1,9 +1,9 @@
-// Turns the bytes of a Modbus client into checked requests, and frames its replies. Pure.
-// `ClientFraming` cuts Modbus TCP frames, or RTU or ASCII frames over TCP; inside the server every
-// frame is in its Modbus TCP form. `MbapAssembler` cuts Modbus TCP. `ModbusRequest` is one request
-// in its frame, checked byte for byte before anything acts on it. `Frames` lists the protocols.
-// `OtherFraming` recognises a client that uses another framing. Bytes come from
-// gateway/outputs/modbus/server/client_session.cpp, requests go to
+// `ModbusRequest` is a request in its frame, checked byte for byte before it has any effect.
+// `ClientFraming` cuts the bytes of a client into Modbus TCP frames, or RTU or ASCII frames over
+// TCP, and frames the replies; inside the server every frame has its Modbus TCP form.
+// `MbapAssembler` cuts Modbus TCP. `Frames` lists the protocols. `OtherFraming` recognises a client
+// that uses another framing. No I/O, no clock. Bytes come from
+// gateway/outputs/modbus/server/client_session.cpp, requests are passed to
 // gateway/outputs/modbus/service/own_units.h. protocols/modbus_pdu/modbus_pdu.h decides which PDUs
 // are valid.
 // SPDX-License-Identifier: Apache-2.0
@@ -27,12 +27,13 @@
 
 namespace baudgate::modbus {
 
-// `MbapAssembler` cuts the bytes that a Modbus TCP client sends into frames; no sockets, bounded
-// memory. Rule: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
+// `MbapAssembler` cuts the bytes of a Modbus TCP client into frames. No sockets, bounded memory.
+// Source: MODBUS Messaging on TCP/IP 1.0b, 3.1.3.
 
-/// Bytes of the header: transaction, protocol, length and unit.
+/// Size of the header in bytes: transaction, protocol, length and unit.
 inline constexpr std::size_t kMbapHeader = 7;
-/// Bytes in front of the part that the length field counts, which is the unit and the PDU.
+/// Bytes before the part of a frame that the length field counts. That part is the unit and the
+/// PDU.
 inline constexpr std::size_t kMbapPrefix = 6;
 inline constexpr std::size_t kMaxAdu = 260;
 
@@ -43,33 +44,34 @@ class MbapAssembler {
   enum class State : std::uint8_t {
     need_more,
     frame,
-    malformed,  ///< no frame boundary can be trusted any more: close the connection
+    malformed,  ///< no frame boundary can be trusted any more: the caller must close the connection
   };
 
-  /// Returns the length of a PDU in bytes, at most `told`. `head` begins with the frame's header,
-  /// which announces a PDU of `told` bytes.
+  /// Returns the real length of a PDU in bytes, at most `told`. `head` begins with the frame's
+  /// header, which announces a PDU of `told` bytes.
   using Length = std::function<std::size_t(View head, std::size_t told)>;
 
-  /// `length` is needed where a header may announce more bytes than its frame has: the next header
-  /// is then searched for among the bytes that were announced and not taken.
+  /// `length` is needed for servers whose header can announce more bytes than the frame has: the
+  /// next header is then searched for among the announced bytes that are no part of the frame.
   explicit MbapAssembler(Length length = {}) : length_(std::move(length)) {}
 
-  /// The free space for the next bytes from the socket. Not empty after Take or Peek returned
-  /// need_more. Invalidates the last frame.
+  /// Returns the free space for the next bytes from the socket; it is not empty after Take or Peek
+  /// returned need_more. The frame of the last Take becomes invalid.
   std::span<std::uint8_t> Space();
-  /// Adds `count` bytes that were written to Space(); at most Space().size().
+  /// Adds `count` bytes that were written to Space(), at most Space().size().
   void Commit(std::size_t count);
 
-  /// True if the buffer contains no byte of the next frame, except bytes that may still belong to
-  /// the frame before.
+  /// True if the buffer contains no byte of the next frame. Bytes that can still belong to the
+  /// previous frame do not count.
   bool empty() const { return begin_ + surplus_ >= end_; }
-  /// The transaction of the next frame, if two bytes of the frame are here.
+  /// Returns the transaction number of the next frame, if two bytes of the frame have been
+  /// received.
   std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
-  /// Returns what Take would return.
+  /// Returns what Take would return, without taking the frame.
   State Peek() const;
-  /// Returns the next whole frame in `frame`, header included; valid until Space.
+  /// Returns the next whole frame, including its header, in `frame`; valid until Space is called.
   State Take(View& frame);
-  /// The reason why Peek or Take returns malformed; empty when they do not.
+  /// Returns the reason if Peek or Take returns malformed, else an empty text.
   std::string_view Defect() const;
 
  private:
@@ -84,13 +86,14 @@ class MbapAssembler {
   std::array<std::uint8_t, kCapacity> buffer_;
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
-  /// Bytes before the next header: announced by the last header, and not part of its frame.
+  /// Bytes between the last frame and the next header: the last header announced them, but they are
+  /// no part of its frame.
   std::size_t surplus_ = 0;
 };
 
 /// A checked request of function 1-6, 15 or 16 and the frame that contains it.
 struct ModbusRequest : PlainRequest {
-  View frame;  ///< header included; a view of the caller's frame, and valid as long as that frame
+  View frame;  ///< the frame including its header: a view of the caller's bytes
   std::uint8_t unit = 0;
 
   config::Table table() const {
@@ -106,36 +109,36 @@ inline std::uint16_t TransactionOf(View frame) {
 inline Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
 
-/// Fills `request` from a whole frame (MbapAssembler::Take), or returns the exception for the
-/// reply.
+/// Fills `request` from a whole frame (MbapAssembler::Take). If the request is invalid, returns the
+/// exception for the reply.
 ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
 std::size_t ReplySize(const ModbusRequest& request);
 
 std::array<std::uint8_t, 9> ExceptionReply(View frame, ExceptionCode code);
 
-// The protocols of the frames that masters of the gateway may send. Null: the module is not loaded.
+// The protocols of the serial framings that clients can use. Null: the module is not loaded.
 struct Frames {
   const protocols::Protocol* rtu = nullptr;
   const protocols::Protocol* ascii = nullptr;
 
-  /// The protocol of a framing. Null as well for Modbus TCP, which needs no module.
+  /// Returns the protocol of a framing. Also null for Modbus TCP, which needs no module.
   const protocols::Protocol* Of(Framing framing) const {
     return framing == Framing::rtu ? rtu : framing == Framing::ascii ? ascii : nullptr;
   }
 };
 
 // OtherFraming recognises a client that uses another framing than its listener expects, by the
-// first bytes that the client sends. Pure.
+// first bytes that the client sends:
 //
 //   00 01 00 00 00 06 01 03 00 00 00 01     Modbus TCP
 //   01 03 00 00 00 01 84 0A                 Modbus RTU: the CRC is right
 //   :010300000001FB CR LF                   Modbus ASCII: the LRC is right
 
-/// So many of the first received bytes are examined, at most.
+/// The most bytes, from the first received byte on, that are examined.
 inline constexpr std::size_t kMostLookedAt = 520;
 
-/// Returns the framing in which `heard` contains a request, other than `expected`. Empty: no
+/// Returns the framing, other than `expected`, in which `heard` contains a request; nothing: no
 /// framing fits.
 std::optional<Framing> OtherFraming(View heard, Framing expected, const Frames& frames);
 
@@ -145,27 +148,28 @@ class ClientFraming {
 
   virtual ~ClientFraming() = default;
 
-  /// As MbapAssembler::Space.
+  /// Returns the free space for the next bytes from the socket.
   virtual std::span<std::uint8_t> Space() = 0;
   virtual void Commit(std::size_t count) = 0;
   /// To be called when the client has been silent for a while: the rest of an incomplete frame will
   /// not come.
   virtual void Settle() = 0;
 
-  /// Returns what Take would return.
+  /// Returns what Take would return, without taking the frame.
   virtual State Peek() = 0;
-  /// Returns the next whole frame in `frame`, in its Modbus TCP form; valid until Space or the next
-  /// Take.
+  /// Returns the next whole frame in `frame`, in its Modbus TCP form; valid until the next call of
+  /// Space or Take.
   virtual State Take(View& frame) = 0;
-  /// True if bytes after the last request are, or may become, the next request. A reply without a
-  /// transaction number would then be mistaken for the reply to that request.
+  /// True if bytes after the last request are, or can become, the next request. A reply without a
+  /// transaction number would then be taken for the reply to the next request.
   virtual bool HoldsMore() = 0;
   virtual std::string_view Defect() const = 0;
 
-  /// Appends a reply, given in its Modbus TCP form, to `out` in the client's framing.
+  /// Appends a reply to `out` in the client's framing. `frame` is the reply in its Modbus TCP form.
   virtual void Append(Bytes& out, View frame) const = 0;
-  /// True if replies carry no transaction number. A client that sends the next request has then
-  /// given up the one before, and replies differ on the wire from their Modbus TCP form.
+  /// True if replies contain no transaction number (RTU, ASCII). A client that sends the next
+  /// request has then given up the previous request, and replies differ on the wire from their
+  /// Modbus TCP form.
   virtual bool one_at_a_time() const = 0;
 };
 
@@ -187,7 +191,7 @@ class MbapFraming final : public ClientFraming {
 
 class SerialFraming final : public ClientFraming {
  public:
-  /// `protocol` must have a carrier and outlive this object.
+  /// `protocol` must support framing (have a carrier) and outlive this object.
   explicit SerialFraming(const protocols::Protocol& protocol);
 
   std::span<std::uint8_t> Space() override;
@@ -206,7 +210,7 @@ class SerialFraming final : public ClientFraming {
   const protocols::PduCarrier& carrier_;
   protocols::Assembler assembler_;
   std::array<std::uint8_t, kCapacity> buffer_;
-  /// A request, in its Modbus TCP form, that Peek has found and Take has not returned yet.
+  /// A request in its Modbus TCP form that Peek has found and Take has not returned yet.
   Bytes next_;
   Bytes taken_;
   bool settled_ = false;

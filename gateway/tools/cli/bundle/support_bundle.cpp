@@ -34,7 +34,7 @@ constexpr const char* kFolder = "baudgate-support";  // the top folder inside th
 
 struct Ran {
   std::string output;
-  bool well = false;  ///< the command could be started and its exit code is 0
+  bool well = false;  ///< true: the command could be started, and its exit code is 0
 };
 Ran Run(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");
@@ -47,7 +47,7 @@ Ran Run(const std::string& command) {
   return {std::move(text), ::pclose(pipe) == 0};
 }
 
-/// The files of a bundle, in a folder that only this user may read until tar(1) packs them.
+/// The files of a bundle, in a folder that only this user can read, until tar(1) packs them.
 class Archive {
  public:
   /// `at`: the modification time of every file.
@@ -63,8 +63,8 @@ class Archive {
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  /// Adds a file. In `name`, characters other than letters, digits, '.', '-', '_' and '/' become
-  /// '_', and so does a '.' before another '.'.
+  /// Adds a file. In `name`, '_' replaces all characters other than letters, digits, '.', '-', '_'
+  /// and '/', and each '.' before another '.'.
   void Add(std::string name, const std::string& content) {
     if (folder_.empty()) return;
     for (char& c : name) {
@@ -209,7 +209,7 @@ class Bundle {
     std::error_code gone;
     const auto kind = std::filesystem::status(file, gone).type();
     if (!gone && kind != std::filesystem::file_type::regular) {
-      return Miss("configuration", file + ": is no regular file");  // reading a pipe would block
+      return Miss("configuration", file + ": is no regular file");  // opening a pipe would block
     }
     const auto text = config::ReadWholeFile(file);
     if (!text) return Miss("configuration", file + ": " + text.error());
@@ -230,12 +230,12 @@ class Bundle {
   Archive archive_;
   bool answers_ = false;
   std::string gateway_version_;
-  std::string file_;  // the running gateway's configuration
+  std::string file_;  // configuration file of the running gateway
   std::vector<std::string> names_;
   std::vector<std::string> missing_;
 };
 
-/// Writes a new file that only its owner may read, because the bundle shows much of a plant.
+/// Writes a new file that only its owner can read, because the bundle shows much of a plant.
 Status WriteNew(const std::string& file, const std::string& content) {
   const int descriptor = ::open(file.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
   if (descriptor < 0) return Error{file + ": " + std::strerror(errno)};

@@ -1,5 +1,5 @@
 // `baudgate support-bundle`: packs status, traces, log, configuration and versions into one archive
-// without secrets for a bug report. Without a running gateway it contains less.
+// for a bug report. The archive contains no secrets. Without a running gateway it contains less.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,7 @@ Result<std::string> SystemLog();
 
 struct BundleOptions {
   std::string file{};  ///< the archive to write (tar.gz); it must not exist yet
-  /// The configuration file; empty: that of the running gateway, else that of the service.
+  /// The configuration file; empty: the file of the running gateway, else the file of the service.
   std::string config{};
   std::string socket{};  ///< empty: the gateway in the default places
   std::function<Result<std::string>()> log = SystemLog;

@@ -75,8 +75,8 @@ constexpr std::array<const char*, 4> kRegisters = {"active_import", "active_expo
                                                    "reactive_import", "reactive_export"};
 
 struct Key {
-  std::size_t device = 0;  // index into HistoryOptions::points
-  std::size_t period = 0;  // index into kPeriods
+  std::size_t device = 0;  // index in HistoryOptions::points
+  std::size_t period = 0;  // index in kPeriods
   Day date{};
   int tariff = 0;  // 0: the total of all tariffs
   auto operator<=>(const Key&) const = default;
@@ -85,13 +85,13 @@ struct Key {
 struct BillingRow {
   std::string time;
   std::array<Json, kRegisters.size()> values{};
-  std::string quality{};  // qualities of the values that are not good
+  std::string quality{};  // the qualities of values that are not good
 };
 
 using BillingRows = std::map<Key, BillingRow>;
 
-/// Returns the meter's local date whose midnight is this UTC time: 2026-10-31T21:00Z is the first
-/// of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
+/// Returns the meter's local date whose midnight is this UTC time. Example: 2026-10-31T21:00Z is
+/// the first of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
 Day DateOf(WallTime midnight) { return floor<days>(midnight + 12h); }
 
 bool IsWanted(Day date, const HistoryOptions& options) {
@@ -107,7 +107,8 @@ class Reader {
     if (asked_.until) *asked_.until += days(2);
   }
 
-  /// Returns the exit code. A value that is not recorded is an error only if none of the device is.
+  /// Reads all billing values of a device and returns the exit code. A value that is not recorded
+  /// is an error only if no value of the device is recorded.
   int Read(std::size_t device, std::ostream& err) {
     bool any = false;
     for (std::size_t period = 0; period < kPeriods.size(); ++period) {
@@ -121,7 +122,7 @@ class Reader {
       }
     }
     if (any) return 0;
-    const std::string told = told_.str();  // the message about the first name is enough
+    const std::string told = told_.str();  // only the message about the first value is printed
     err << told.substr(0, told.find('\n') + 1);
     return kUnknown;
   }
@@ -185,7 +186,6 @@ void PrintTable(const BillingRows& rows, const HistoryOptions& options, std::ost
   table.PrintAligned(out, "", options.width);
 }
 
-/// Prints dates and numbers in formats that spreadsheets import.
 void PrintCsv(const BillingRows& rows, const HistoryOptions& options, std::ostream& out) {
   const std::vector<std::string> head = {"meter",
                                          "reading",
@@ -281,7 +281,7 @@ class HistoryPrinter {
   }
 
  private:
-  static constexpr std::size_t kTogether = 1000;  // this many rows share one column alignment
+  static constexpr std::size_t kTogether = 1000;  // this many rows have the same column widths
 
   static std::string Rounded(const Json& record, const char* key) {
     const auto found = record.find(key);
@@ -313,7 +313,8 @@ class HistoryPrinter {
   std::vector<StreamTable::Row> rows_;
 };
 
-/// Collects named points and points that match patterns, each once. Returns the exit code.
+/// Collects the named points, and the points that match a pattern; each point once. Returns the
+/// exit code.
 int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream& err,
              std::vector<std::string>& points) {
   const auto add = [&points](const std::string& point) {
@@ -332,7 +333,6 @@ int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream&
   return 0;
 }
 
-/// Prints which files could not be read. Returns true if values are missing in the output.
 bool TellUnread(const std::vector<HistoryStream>& streams, std::ostream& err) {
   std::set<std::string> told;
   for (const HistoryStream& stream : streams) {
@@ -357,8 +357,8 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   HistoryPrinter printer(options, out);
   if (options.csv) printer.PrintCsvHead();
-  // Prints the oldest next record of all streams. Records of one stream keep their order, even if
-  // the clock was set back.
+  // Prints the oldest next record of all streams. The records of one stream keep their order, even
+  // if the clock was set back.
   for (bool any = false;; any = true) {
     HistoryStream* oldest = nullptr;
     std::string time;

@@ -1,5 +1,5 @@
-// `baudgate history`: prints recorded values, or their means, minima and maxima, oldest first; with
-// --billing, billing readings of meters.
+// `baudgate history`: prints recorded values, or their means, minima and maxima, oldest first. With
+// --billing, prints billing readings of meters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,13 +22,13 @@ struct HistoryOptions {
   std::optional<Duration> every{};
   bool json = false;
   bool csv = false;
-  bool billing = false;   ///< print billing readings, see RunBilling
+  bool billing = false;   ///< true: print billing readings, see RunBilling
   std::string socket{};   ///< empty: the gateway in the default places
-  std::size_t width = 0;  ///< of tables, in characters per line; 0: no limit
+  std::size_t width = 0;  ///< width of tables, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also if there are no records, which is printed; 2 unknown point, or its values
-/// are not recorded; 4 no gateway answers, or the gateway records no values.
+/// Exit codes: 0, also if there are no records, which is then printed; 2 unknown point, or its
+/// values are not recorded; 4 no gateway answers, or the gateway records no values.
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
 // `HistoryStream` reads the records of one point from the gateway, page by page.
@@ -36,16 +36,16 @@ class HistoryStream {
  public:
   using Json = ControlClient::Json;
 
-  /// `client` and `err` must stay valid for the lifetime of this object. `point`:
-  /// LINE.DEVICE.POINT, or LINE.DEVICE.load_1.active_import for a load profile of a meter.
+  /// `client` and `err` must outlive this object. `point`: LINE.DEVICE.POINT, or
+  /// LINE.DEVICE.load_1.active_import for a load profile of a meter.
   HistoryStream(ControlClient& client, const HistoryOptions& options, const std::string& point,
                 std::ostream& err);
 
-  /// Sets `record` to the next record; null: no more. Returns the exit code; a failure is printed
-  /// on `err`.
+  /// Sets `record` to the next record; null: there are no more records. Returns the exit code. A
+  /// failure is printed on `err`.
   int Next(const Json*& record);
   void Pop() { ++at_; }
-  /// The files that could not be read so far, with the reasons.
+  /// The files that the gateway could not read so far, with the reasons.
   const std::vector<std::string>& unread() const { return unread_; }
 
  private:
@@ -67,8 +67,8 @@ class HistoryStream {
 //   meters.m1  month    2026-11-01  all     1500.25     0
 //   meters.m1  month    2026-11-01  1       1000.25     0
 
-/// `options.points` contains LINE.DEVICE. Days are the meter's local dates; `until` is the first
-/// date that is not printed. Exit codes as for RunHistory.
+/// Each of `options.points` is a LINE.DEVICE. Days are the meter's local dates; `until` is the
+/// first date that is not printed. The exit codes are those of RunHistory.
 int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

@@ -16,12 +16,10 @@ using Json = ControlClient::Json;
 constexpr int kNotClosed = 4;
 constexpr Duration kLookForRelease = 20ms;
 
-/// Returns "12:04:05 UTC" for an ISO time.
 std::string Clock(const std::string& time) {
   return time.size() < 19 ? time : time.substr(11, 8) + " UTC";
 }
 
-/// The last state that was seen while waiting for the port to be released or taken back.
 struct Seen {
   int code = 0;
   bool reached = false;
@@ -45,7 +43,6 @@ Seen WaitFor(const ReleaseOptions& options, bool released, std::ostream& err) {
   }
 }
 
-/// Offers the port over the network and waits until clients can connect.
 int RunOffer(const ReleaseOptions& options, std::ostream& out, std::ostream& err) {
   Json answer;
   Json request = {{"command", "release"},
@@ -110,8 +107,9 @@ int RunRelease(const ReleaseOptions& options, std::ostream& out, std::ostream& e
   if (seen.code != 0) return seen.code;
   if (!seen.reached) {
     err << "baudgate: " << options.line
-        << ": the port is not closed yet, because its driver is busy; see "
-        << "'baudgate status " << options.line << "' before you use the port\n";
+        << ": the port is not closed yet, because its driver is busy; use the port "
+           "only when 'baudgate status "
+        << options.line << "' shows it as released\n";
     return kNotClosed;
   }
   out << options.line << ": " << answer.value("port", "the port")
@@ -184,7 +182,8 @@ std::string Age(const Json& age) {
   return age.is_null() ? "never" : FormatDuration(std::chrono::milliseconds(age.get<long>()));
 }
 
-/// Marks a value that was read before this request, so that nobody takes it for an answer.
+/// Returns the quality of a value. Marks a value that was read before this request, so that users
+/// do not take it for an answer.
 std::string QualityOf(const Json& point, bool read) {
   const std::string quality = point.value("quality_text", "");
   if (read || point.value("fresh", false)) return quality;
@@ -201,7 +200,6 @@ void PrintPoints(const Json& points, bool read, std::ostream& out) {
   table.PrintAligned(out);
 }
 
-/// Returns a hint for the user; empty: no hint.
 std::string Advice(const WriteOptions& options, const Json& answer) {
   const std::string needs = answer.value("needs", "");
   if (needs == "confirm") {
@@ -213,7 +211,6 @@ std::string Advice(const WriteOptions& options, const Json& answer) {
          "configuration";
 }
 
-/// Returns the result as a sentence: "bay-1.feeder-1.setting_group: refused: …".
 std::string Sentence(const WriteOptions& options, const Json& answer) {
   const std::string end = answer.value("end", "");
   const std::string reason = answer.value("reason", "");

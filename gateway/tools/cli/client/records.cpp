@@ -27,25 +27,24 @@ constexpr Duration kLookForRecords = 500ms;
 
 struct RecordPages {
   ControlClient::Json request;  ///< the request for the first page
-  /// The key of an answer whose object contains the state of the record file.
+  /// The member of an answer that contains the state of the record file.
   const char* state = "";
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
   std::string socket{};               ///< empty: the gateway in the default places
-  /// Return kNotCurrent if the gateway cannot write the file, because the records are then
+  /// True: returns kNotCurrent if the gateway cannot write the file, because the records are then
   /// outdated.
   bool current = false;
-  /// With `follow`: read all records in every round; `looked` is called at the end of each round.
+  /// True, with `follow`: reads all records again and again, and calls `looked` after each time.
   bool whole = false;
   std::function<void()> looked{};
 };
 
-/// Prints the problems of a record file whenever its state has changed.
+/// Prints the gateway's advice on a record file whenever the state of the file has changed.
 class Troubles {
  public:
   Troubles(std::string key, std::ostream& err) : key_(std::move(key)), err_(err) {}
 
-  /// Prints the advice if the state has changed. Returns the state.
   const std::string& Tell(const Json& answer) {
     const auto found = answer.find(key_);
     if (found == answer.end() || !found->is_object()) return told_;
@@ -66,7 +65,7 @@ class Troubles {
 };
 
 /// Reads pages, calls `print` with the records of each page (maybe none), and returns the exit
-/// code. Tries again while a gateway that has just started opens the file.
+/// code. A gateway that has just started may still be opening its file; then reads again.
 int ReadPages(const RecordPages& pages, const std::function<void(const Json& records)>& print,
               std::ostream& out, std::ostream& err) {
   const StopSignals signals;
@@ -82,7 +81,7 @@ int ReadPages(const RecordPages& pages, const std::function<void(const Json& rec
     const bool opening = troubles.Tell(answer) == "opening";
     print(answer.value("records", Json::array()));
     out.flush();
-    if (!out) return 0;  // the reader of the output has closed it
+    if (!out) return 0;  // the program that reads the output has closed it
     request["after"] = answer.value("next", std::int64_t{0});
     if (answer.value("more", false)) continue;
     if (pages.looked) pages.looked();
@@ -112,7 +111,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// The indices are the numbers of clock_quality (docs/events.md).
+/// The index is the number of clock_quality (docs/events.md).
 constexpr std::array<std::string_view, 5> kClocks = {"none", "gateway", "device", "minute guessed",
                                                      "out of step"};
 constexpr std::array<const char*, 10> kFields = {
@@ -141,7 +140,7 @@ StreamTable::Row EventRow(const Json& record) {
           FieldText(record, "text")};
 }
 
-/// "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)".
+/// Examples: "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)".
 std::string ValueText(const Json& value) {
   const std::string shown = FieldText(value, "value");
   const std::string unit = FieldText(value, "unit");
@@ -152,9 +151,9 @@ std::string ValueText(const Json& value) {
   return text;
 }
 
-/// Values that were recorded with an event; the title tells whether they are complete.
 struct Kept {
-  /// "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the event
+  /// Name and state. Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the
+  /// event.
   std::string title{};
   std::vector<std::string> values{};
 };
@@ -269,7 +268,8 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// Returns ", channel 3" for the name "3:5" (channel and code of a device's event).
+/// Returns the channel of a device's event, for an alarm named "CHANNEL:CODE". Example: ", channel
+/// 3" for "3:5".
 std::string ChannelOf(const Json& alarm) {
   const std::string name = FieldText(alarm, "name");
   const std::size_t colon = name.find(':');
@@ -278,7 +278,7 @@ std::string ChannelOf(const Json& alarm) {
   return channel == "0" ? "" : ", channel " + channel;
 }
 
-/// Returns the alarm's place in the form that `baudgate ack` takes.
+/// Returns the alarm's place in the form that `baudgate ack` accepts.
 std::string PlaceOf(const Json& alarm) {
   std::string place = FieldText(alarm, "line");
   for (const char* part : {"device", "point"}) {
@@ -332,8 +332,8 @@ class AlarmPrinter {
   bool any_ = false;
 };
 
-/// Finds the alarms that have changed since the previous round. An alarm that is no longer listed
-/// is normal again.
+/// Finds the alarms that have changed since all alarms were read the last time. An alarm that is no
+/// longer listed is normal again.
 class AlarmChanges {
  public:
   void Add(const Json& alarms) {

@@ -1,5 +1,5 @@
-// `baudgate events`, `alarms` and `writes` print records of a running gateway page by page, and new
-// records as they come if wanted; `baudgate ack` acknowledges alarms.
+// `baudgate events`, `alarms` and `writes` print records of a running gateway page by page, and
+// with `follow` also new records as they come. `baudgate ack` acknowledges alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,53 +13,52 @@
 
 namespace baudgate::tools {
 
-/// Returns a field as printable text; empty: the field is missing.
+/// Returns a member of the record as printable text; empty: the member is missing.
 std::string FieldText(const ControlClient::Json& record, const char* key);
 
 struct EventsOptions {
-  bool follow = false;    ///< go on and print new events
+  bool follow = false;    ///< true: go on, and print new events
   std::int64_t from = 1;  ///< the number of the first event to print
-  std::string device{};   ///< DEVICE or LINE.DEVICE; empty: all
+  std::string device{};   ///< DEVICE or LINE.DEVICE; empty: all devices
   std::optional<WallTime> since{};
   bool json = false;
   bool csv = false;
   std::string socket{};               ///< empty: the gateway in the default places
-  std::optional<Duration> seconds{};  ///< with `follow`, for tests: end after this time
-  std::size_t width = 0;              ///< of the table, in characters per line; 0: no limit
+  std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
+  std::size_t width = 0;              ///< width of the table, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also without any events; 2 unknown device; 4 no gateway answers, or it records no
-/// events.
+/// Exit codes: 0, also if there are no events; 2 unknown device; 4 no gateway answers, or it
+/// records no events.
 int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate alarms` lists active and unacknowledged alarms, `baudgate ack` acknowledges them.
 struct AlarmsOptions {
   bool json = false;
-  bool follow = false;    ///< go on, and print each alarm again whenever it changes
+  bool follow = false;    ///< true: go on, and print each alarm again whenever it changes
   std::string socket{};   ///< empty: the gateway in the default places
-  std::size_t width = 0;  ///< of the table, in characters per line; 0: no limit
+  std::size_t width = 0;  ///< width of the table, in characters per line; 0: no limit
 };
-/// Exit codes: 0, also without any alarms; 4 no gateway answers, or its disk fails.
+/// Exit codes: 0, also if there are no alarms; 4 no gateway answers, or its disk fails.
 int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err);
 
 struct AckOptions {
   std::string target;    ///< LINE, LINE.DEVICE, LINE.DEVICE.POINT, or the number of an event
   std::string socket{};  ///< empty: the gateway in the default places
 };
-/// Exit codes as for RunAlarms; 2 unknown device, point or alarm.
+/// Exit codes: those of RunAlarms; 2 unknown device, point or alarm.
 int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
 
 // `baudgate writes`: prints the audit records, oldest first.
 struct WritesOptions {
-  bool follow = false;  ///< go on, and print new writes when they have ended
+  bool follow = false;  ///< true: go on, and print new writes when they have ended
   std::optional<WallTime> since{};
   bool json = false;
   std::string socket{};               ///< empty: the gateway in the default places
-  std::optional<Duration> seconds{};  ///< with `follow`, for tests: end after this time
-  std::size_t width = 0;              ///< of the table, in characters per line; 0: no limit
+  std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
+  std::size_t width = 0;              ///< width of the table, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also without any writes; 4 no gateway answers, or it records no writes.
+/// Exit codes: 0, also if there are no writes; 4 no gateway answers, or it records no writes.
 int RunWrites(const WritesOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

@@ -20,11 +20,11 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t kParts = 3;      // lines, devices, sentences
-constexpr std::size_t kLeastPart = 4;  // title, two rows, and how many more
+constexpr std::size_t kLeastPart = 4;  // title, two rows, and the number of rows left out
 constexpr std::size_t kNoLimit = 1000;
 
-/// Returns the worst tone of line and devices, and the line's own tone to decide between equal
-/// ones.
+/// The sort key of a line: the worst tone of the line and its devices; for equal ones, the tone of
+/// the line itself.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
   for (const Json& device : line.at("devices")) worst = std::max(worst, ToneOfDevice(device));
@@ -48,7 +48,8 @@ std::string FirstLines(const std::string& text, std::size_t count) {
   return text.substr(0, end);
 }
 
-/// Returns at most `height` lines. Only the first sentence may be cut; others are printed whole.
+/// Returns at most `height` lines. Only the first sentence can be cut; other sentences are printed
+/// whole or left out.
 std::string Sentences(const std::vector<std::string>& sentences, std::size_t width,
                       std::size_t height) {
   std::string text;
@@ -56,7 +57,7 @@ std::string Sentences(const std::vector<std::string>& sentences, std::size_t wid
   for (std::size_t i = 0; i < sentences.size(); ++i) {
     const std::string one = WrapSentence(sentences[i], width);
     const auto lines = static_cast<std::size_t>(std::ranges::count(one, '\n'));
-    // A line for the number of sentences left out.
+    // One line is needed for the number of sentences left out.
     const std::size_t kept = i + 1 < sentences.size() ? 1 : 0;
     if (used + lines + kept > height && i == 0) {
       return FirstLines(one, height - 1) + "…\n";
@@ -111,7 +112,7 @@ std::string RenderStatusFrame(const Json& status, const TableView& view) {
   const std::string head = WrapSentence(HeadSentence(sorted), view.width);
   const auto above = static_cast<std::size_t>(std::ranges::count(head, '\n')) + kParts;
   const std::size_t room = view.height == 0 ? kNoLimit : view.height - std::min(view.height, above);
-  const bool small = room < kParts * kLeastPart;  // when space is short, only the devices are shown
+  const bool small = room < kParts * kLeastPart;  // on a small terminal, only the devices are shown
   const auto shares = Shares(room, {small ? 0 : lines.size() + 1, devices == 0 ? 0 : devices + 1,
                                     LinesOf(sentences, view.width)});
   const auto part = [&](std::size_t height) { return TableView{view.width, height, view.colour}; };
@@ -153,7 +154,7 @@ std::string Frame(const Json& status, const std::string& target, const TableView
   }
 }
 
-/// Draws the last status that was received, below the reason why there is no newer status.
+/// Draws the last status that was received. Above it, the reason why there is no newer status.
 void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   TableView view = TerminalView(STDOUT_FILENO).value_or(*options.terminal);
   const std::size_t height = view.height;
@@ -166,7 +167,7 @@ void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   screen.Draw(above + Frame(look.status, options.target, view), height);
 }
 
-/// Returns false on a stop signal. A resized terminal is redrawn at once.
+/// Returns false at a signal to stop. If the terminal was resized, calls `draw` at once.
 bool WaitUntil(Instant until, const StopSignals& signals, const std::function<void()>& draw) {
   for (Instant now = ReadClocks().instant; now < until; now = ReadClocks().instant) {
     if (!signals.Wait(until - now)) continue;
@@ -189,7 +190,7 @@ int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream
   }
   LiveScreen screen(out);
   const auto draw = [&] { Draw(look, options, screen); };
-  while (out) {  // until the reader of the output has closed it
+  while (out) {  // until the program that reads the output has closed it
     draw();
     const Instant next = std::min(ReadClocks().instant + kBetweenFrames, end);
     if (!WaitUntil(next, signals, draw) || next == end) break;

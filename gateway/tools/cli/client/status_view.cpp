@@ -19,7 +19,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Returns the percentage, or "-" if `whole` is 0.
 std::string ShareText(std::uint64_t part, std::uint64_t whole) {
   if (whole == 0) return "-";
   return fmt::format("{:.1f} %", 100.0 * static_cast<double>(part) / static_cast<double>(whole));
@@ -129,8 +128,8 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// The sort key for advice, so that causes come before consequences: devices that do not answer,
-/// then those with the most failures among their latest exchanges.
+/// The sort key of a device for advice, so that causes come before consequences: devices that do
+/// not answer, then devices with the most failures among their latest exchanges.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();
@@ -153,8 +152,8 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
-/// "3 subscribers", or "3 subscribers of points, 3 of devices, none of events, none of alarms" if
-/// the topics differ.
+/// Returns "3 subscribers". If the topics have different numbers, returns for example "3
+/// subscribers of points, 3 of devices, none of events, none of alarms".
 std::string Subscribers(const Json& dds) {
   const std::uint64_t points = Number(dds, "subscribers");
   std::string text = Plural(points, "subscriber");
@@ -184,7 +183,7 @@ std::vector<std::string> DdsTraffic(const Json& status) {
   if (dds.is_null()) return {};
   std::vector<std::string> sentences;
   for (const char* part : {"events", "requests", "datagrams"}) {
-    const auto found = dds.find(part);  // an answer of an older gateway lacks these members
+    const auto found = dds.find(part);  // an older gateway does not send these members
     if (found == dds.end() || found->is_null() || Text(*found, "text").empty()) continue;
     sentences.push_back("DDS " + Harmless(Text(*found, "text")));
   }
@@ -242,11 +241,12 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kBarWidth = 40;
-/// The upper end of the chart's first row, in µs. Each row covers twice the range of the row
-/// before.
+/// The upper end of the chart's first row, in µs. Each row covers twice the range of the previous
+/// row.
 constexpr double kFirstRowUs = 64;
 
-/// Returns exchanges by outcome: "12345: ok 12300, no_reply 45".
+/// Returns the number of exchanges, and how many had each outcome. Example: "12345: ok 12300,
+/// no_reply 45".
 std::string ExchangesText(const Json& of) {
   std::string text;
   for (const auto& [outcome, count] : of.at("outcomes").items()) {
@@ -256,7 +256,8 @@ std::string ExchangesText(const Json& of) {
   return NumberText(of, "exchanges") + text;
 }
 
-/// Returns the counters that have a label: "retries 3, missed periods 2, late 4 (by up to 80 ms)".
+/// Returns the counters that have a label. Example: "retries 3, missed periods 2, late 4 (by up to
+/// 80 ms)".
 std::string LabelledText(const Json& labels, const Json& of) {
   std::string text;
   for (const auto& [key, label] : labels.items()) {
@@ -305,7 +306,7 @@ std::string Chart(const Json& trips) {
   return text;
 }
 
-/// Returns the sentences after an empty line; nothing if there are none.
+/// Returns the sentences after an empty line. Returns nothing if there is no sentence.
 std::string Paragraph(const std::vector<std::string>& sentences, const TableView& view) {
   std::string text;
   for (const std::string& sentence : sentences) text += WrapSentence(sentence, view.width);
@@ -382,8 +383,8 @@ std::string JsonValueText(const Json& value) {
   return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
 }
 
-/// "quiet 5.2 ms, reply 1000 ms (line), …". Times other than the protocol's default show their
-/// source.
+/// Example: "quiet 5.2 ms, reply 1000 ms (line), …". A time other than the protocol's default is
+/// followed by its source in brackets.
 std::string TimesText(const Json& times) {
   std::string text;
   for (const Json& time : times) {
@@ -418,7 +419,7 @@ std::string OneDevice(const Json& status, const TableView& view) {
   const Json& device = lines.at(0).at("devices").at(0);
   const Json& points = device.at("points");
   const std::string reason = Text(device, "last_reason");
-  // An answer of an older gateway lacks this member.
+  // An older gateway does not send this member.
   const std::string learned = device.value("learned", std::string());
   std::string text =
       fmt::format("{}.{}: {}, address {}{}\n", Text(lines.at(0), "name"), Text(device, "name"),

@@ -1,4 +1,4 @@
-// Renders Modbus clients, serial masters and transparent routes
+// Functions that render Modbus clients, serial masters and transparent routes
 // (gateway/outputs/modbus/service/traffic_json.h) as text for `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -12,13 +12,15 @@
 
 namespace baudgate::tools {
 
-/// Returns the control lines that are on in `modem`: "DTR RTS CTS"; empty: the port has none.
+/// Returns the modem control lines that are on: "DTR RTS CTS". Empty: none is on, or the port has
+/// none.
 std::string ControlLinesText(const nlohmann::ordered_json& modem);
-/// Returns labelled facts of a line's status: "lines" and "clients", if there are any.
+/// Returns labelled facts about the port of a line: the modem control lines, and the clients that
+/// use the port. Leaves out what the status does not contain.
 std::vector<std::pair<std::string, std::string>> PortFacts(const nlohmann::ordered_json& line);
 
-/// Returns tables of routes, masters and clients, each after an empty line. Empty tables are left
-/// out.
+/// Returns tables of routes, masters and clients, each after an empty line. Leaves out empty
+/// tables.
 std::string RenderTraffic(const nlohmann::ordered_json& modbus, const TableView& view);
 
 }  // namespace baudgate::tools

@@ -33,8 +33,8 @@ constexpr std::uint16_t kPortsToTry = 10;
 constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
 
-/// The Modbus units of the shipped profiles, so that `-a 1` in the documentation stays the SPAJ 140
-/// C. A profile that is not listed gets a unit from kFirstFreeUnit on.
+/// The Modbus units of the shipped profiles are fixed, so that the examples in the documentation
+/// stay valid: `-a 1` is the SPAJ 140 C. Other profiles get units from kFirstFreeUnit on.
 struct FixedUnit {
   std::string_view profile;
   std::uint8_t unit;
@@ -66,7 +66,8 @@ constexpr FixedUnit kUnits[] = {
 };
 constexpr std::uint8_t kFirstFreeUnit = 101;
 
-/// Device names may only contain letters, digits, '_' and '-', but profile names may contain dots.
+/// A device name is allowed to contain only letters, digits, '_' and '-'; a profile name can
+/// contain dots.
 std::string DeviceName(std::string profile) {
   for (char& c : profile) {
     if (c == '.') c = '_';
@@ -74,7 +75,7 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// Returns all protocols; those that carry no Modbus come first.
+/// Returns all protocols. Protocols that do not carry Modbus come first.
 std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<const protocols::Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
@@ -83,8 +84,8 @@ std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catal
   return protocols;
 }
 
-/// Makes one device for each of the protocol's own profiles, with addresses from 1 on. Devices that
-/// may send unasked get separate lines.
+/// Makes one device for each profile of the protocol itself, with addresses from 1 on. Devices that
+/// can send unasked get separate lines.
 std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
                                   const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
@@ -106,7 +107,8 @@ std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
   return lines;
 }
 
-/// A second demo beside the first gets another gateway name, the key of its DDS samples.
+/// Makes the configuration of the demo. A second demo on the machine gets another port and so
+/// another gateway name, which is the key of its DDS samples.
 Result<config::Config> DemoConfig(const config::Catalog& catalog,
                                   const std::filesystem::path& directory,
                                   const DemoOptions& options, std::uint16_t port,
@@ -172,7 +174,7 @@ std::string Hints(const config::Config& config, const DemoOptions& options) {
   return text;
 }
 
-/// Runs the twins on a separate thread, because they stand for the outside world.
+/// Runs the twins on a separate thread, because they represent devices outside the gateway.
 class Twins {
  public:
   ~Twins() {
@@ -217,7 +219,7 @@ class LiveDemo {
       if (height > 0) view->height -= std::min(height - 1, static_cast<std::size_t>(around));
       screen_.Draw(head_ + RenderPoints(Rows(daemon_.store()), *view) + tail_, height);
     }
-    if (!out_) io_->stop();  // the reader of the output has closed it
+    if (!out_) io_->stop();  // the program that reads the output has closed it
     refresh_.emplace(*io_, kRefresh);
     refresh_->async_wait([this](const asio::error_code& error) {
       if (!error) Draw();
@@ -267,7 +269,7 @@ void Show(const daemon::Daemon& daemon, const DemoOptions& options, std::ostream
 
 int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err) {
-  // Otherwise a closed output would end this process before it removes its scratch directory.
+  // Without this, a closed output would end the process before the scratch directory is removed.
   signal(SIGPIPE, SIG_IGN);
   const ScratchDirectory scratch("demo");
   if (scratch.path().empty()) {
@@ -294,7 +296,7 @@ int RunDemo(const DemoOptions& options, const config::Catalog& catalog, std::ost
     daemon::Daemon daemon(*config, catalog);
     if (const Status status = daemon.Start(); !status) {
       err << "baudgate: " << status.error() << "\n";
-      // Most likely another gateway uses the port, so the next port is tried.
+      // The most likely reason is that another gateway uses the port, so the next port is tried.
       const bool page = status.error().starts_with("web:");
       ++(page ? web_offset : offset);
       err << "baudgate: trying port " << (page ? web_port : port) + 1 << " instead\n";

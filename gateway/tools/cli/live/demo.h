@@ -1,4 +1,5 @@
-// `baudgate demo`: runs twins of all shipped device types and a gateway, and shows live readings.
+// `baudgate demo`: runs twins (simulated devices) of all shipped device types and a gateway, and
+// shows live readings.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -11,8 +12,8 @@
 namespace baudgate::tools {
 
 struct DemoOptions {
-  std::optional<Duration> seconds;  ///< empty: until SIGINT or SIGTERM
-  /// The port of Modbus TCP; if it is taken, the next free port above it is used.
+  std::optional<Duration> seconds;  ///< ends after this time; empty: ends at SIGINT or SIGTERM
+  /// The port of Modbus TCP. If it is in use, the next free port above it is taken.
   std::uint16_t port = 1502;
   int domain = 0;
 };

@@ -31,7 +31,7 @@ std::string YamlText(const std::string& text) {
   return quoted + "\"";
 }
 
-/// Returns "usb-x" for "/dev/serial/by-id/usb-x".
+/// Returns the last part of the path as a name. Example: "usb-x" for "/dev/serial/by-id/usb-x".
 std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
@@ -48,7 +48,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
-/// Loads a configuration of one port. The error lists all problems, one on each line.
+/// Loads a configuration of one port. The error contains all problems, one on each line.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);
@@ -61,7 +61,8 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
 
 constexpr std::uint16_t kUsualPort = 1502;
 
-/// Adds the default port: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an error.
+/// Adds the default port. Example: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an
+/// error.
 Result<config::HostPort> Place(const std::string& listen) {
   if (ParseInteger<std::uint16_t>(listen)) {
     return Error{"--listen: " + listen + " is a port without an address; write 127.0.0.1:" +
@@ -70,7 +71,9 @@ Result<config::HostPort> Place(const std::string& listen) {
   const auto place = config::ParseServer(listen, kUsualPort);
   if (!place) return Error{"--listen: " + place.error()};
   if (!config::IsIpAddress(place->host)) {
-    return Error{"--listen: " + place->host + " is no IP address of this machine"};
+    return Error{"--listen: " + place->host +
+                 " is not an IP address; write an address of this machine, for example "
+                 "127.0.0.1"};
   }
   return place;
 }
@@ -134,7 +137,8 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// How long to wait for the port and for the first readings; then the values read so far are shown.
+/// How long to wait for the port and for the first readings. After that, the values that were read
+/// so far are shown.
 constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookAtValuesEvery = 20ms;
 
@@ -160,8 +164,8 @@ Result<std::string> Yaml(const ReadPortOptions& options, const std::string& prot
   return yaml;
 }
 
-/// True if the device has replied, but a point still waits: part of a reply was refused and is
-/// requested in smaller pieces, or the point's turn has not come.
+/// True if the device has replied, but a point is still waiting to be read: a part of a reply was
+/// refused and is requested again in smaller pieces, or the point's request was not sent yet.
 bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   if (record.status.Count(Outcome::ok) == 0) return false;
   for (std::size_t i = 0; i < record.points.size(); ++i) {
@@ -171,7 +175,7 @@ bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   return false;
 }
 
-/// True if the device has been asked and either all its points were read or it is silent.
+/// True if the device was asked, and either all its points were read or it has not replied.
 bool IsKnown(const bus::PointStore& store) {
   bool known = false;
   store.Read(0, [&](const bus::DeviceRecord& record) {
@@ -187,7 +191,8 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Waits until the device has been read once. The error is the reason why the port is not open.
+/// Waits until the device was asked for all points. The error contains the reason why the port is
+/// not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {
@@ -205,7 +210,7 @@ Status AwaitPort(const bus::PointStore& store) {
 struct Traffic {
   int requests = 0;
   std::string request{};  ///< the last request, in hex
-  bool anything = false;  ///< at least one byte was received
+  bool anything = false;  ///< true: at least one byte was received
 };
 Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   Traffic traffic;
@@ -225,7 +230,8 @@ Traffic TrafficOf(const std::string& socket, std::ostream& err) {
   return traffic;
 }
 
-/// Prints the request that got no answer; if bytes were received, the advice of the status.
+/// Prints why the device could not be read: the request that got no answer, or, if bytes were
+/// received, the advice of the status.
 void ExplainFailure(const ReadPortOptions& options, const std::string& serial,
                     const std::string& socket, std::ostream& err) {
   const Traffic traffic = TrafficOf(socket, err);
@@ -301,7 +307,7 @@ int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, 
     err << "baudgate: " << options.port << ": " << open.error()
         << "; 'baudgate ports' lists the ports and the programs that use them\n";
   }
-  // Skips destructors, because they would wait for a blocked driver.
+  // Destructors are skipped, because they would wait for a blocked driver.
   if (!daemon.Stop()) {
     out.flush();
     std::_Exit(code);

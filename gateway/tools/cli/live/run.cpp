@@ -37,19 +37,19 @@ namespace baudgate::tools {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
-/// Shorter than TimeoutStopSec of the service.
+/// The stop must end within this time, which is shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// The report interval: a tenth of WatchdogSec, at most 1 s. systemd misses nine reports before it
-/// acts.
+/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s. systemd acts
+/// when nine reports in a row are missing.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// Reports to the watchdog until a stop signal arrives, but not while a thread hangs. This thread
-/// reports itself, so its own hang also stops the reports.
+/// Reports to systemd's watchdog until a stop signal arrives. While a thread of the daemon hangs,
+/// makes no report; if this thread hangs, the reports end as well.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -68,7 +68,7 @@ Result<std::string> ReadText(const std::string& file, Kind kind = Kind::regular)
   return *std::move(text);
 }
 
-/// Unlike a start, a reload refuses a pipe, because it would wait for the pipe's writer.
+/// A reload refuses a pipe, because it would wait for the pipe's writer. A start accepts one.
 Result<std::string> ReadAgain(const std::string& file) {
   std::error_code gone;
   const auto kind = std::filesystem::status(file, gone).type();
@@ -83,8 +83,8 @@ std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
   return all;
 }
 
-/// The configuration to start with: the file, or the last confirmed one if the file was rolled
-/// back.
+/// The configuration to start with: the file, or the last confirmed configuration if the file was
+/// rolled back.
 struct Choice {
   config::Loaded loaded;
   daemon::ReloadOptions reload;
@@ -144,7 +144,6 @@ Choice Choose(const std::string& file, const config::Catalog& catalog, std::ostr
   return choice;
 }
 
-/// Ends the process if its stop takes longer than kStopWithin.
 class StopGuard {
  public:
   StopGuard()
@@ -164,7 +163,7 @@ class StopGuard {
   Worker worker_;
 };
 
-/// Call this before any thread starts, so that all threads inherit the blocked signals.
+/// Must be called before any thread starts, so that all threads inherit the blocked signals.
 sigset_t BlockSignals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -172,7 +171,7 @@ sigset_t BlockSignals() {
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  // With SIGXFSZ ignored, a write beyond the file size limit fails like a write to a full disk.
+  // If SIGXFSZ is ignored, a write beyond the file size limit fails like a write to a full disk.
   for (const int ignored : {SIGPIPE, SIGUSR1, SIGUSR2, SIGXFSZ}) signal(ignored, SIG_IGN);
   return signals;
 }
@@ -182,7 +181,7 @@ sigset_t BlockSignals() {
 int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
           const config::Catalog& catalog) try {
   const sigset_t signals = BlockSignals();
-  // Declared first, so that it still guards the daemon's destructor.
+  // Declared before the daemon, so that it still guards the daemon's destructor.
   std::optional<StopGuard> stop_guard;
   daemon::Daemon daemon(std::move(config), catalog);
   if (reload) {
@@ -200,7 +199,7 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
   stop_guard.emplace();
   sd_notify(0, "STOPPING=1");
   log::Info("baudgate stops");
-  // Skips destructors, because they would wait for a blocked driver.
+  // Destructors are skipped, because they would wait for a blocked driver.
   if (!daemon.Stop()) {
     log::Flush();
     std::_Exit(0);
@@ -214,7 +213,7 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
 }
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog) {
-  // Reading a pipe may block until its writer comes: SIGTERM and SIGINT still end the process.
+  // Reading a pipe can block until its writer comes; SIGTERM and SIGINT still end the process then.
   // SIGHUP is blocked, because there is nothing to reload yet.
   sigset_t later;
   sigemptyset(&later);
@@ -224,14 +223,15 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
   Choice choice = Choose(file, catalog, problems);
   log::Plain(problems.str());
   if (!choice.loaded.ok()) return kExitBadConfiguration;
-  // The parser of a large file leaves hundreds of megabytes of free memory: return them.
+  // The parser of a large file leaves hundreds of megabytes of free memory, which are returned to
+  // the system here.
   ::malloc_trim(0);
   return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog);
 }
 
 namespace {
 
-constexpr int kSignOfLife = 1000;  // ms
+constexpr int kSignOfLife = 1000;  // in ms
 
 void TellSystemd(std::size_t participants) {
   sd_notifyf(0, "WATCHDOG=1\nSTATUS=knows %zu participants", participants);
@@ -284,8 +284,8 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
   return text;
 }
 
-/// Writes `text` into a memory file that the started program inherits. Returns its path; empty: it
-/// cannot be created, and points are sorted by name.
+/// Writes `text` into a memory file, which the started program inherits. Returns its path; empty:
+/// it cannot be created, so points are sorted by name.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
@@ -303,7 +303,8 @@ int RunWatch(const std::vector<std::string>& words, const config::Catalog& catal
     err << "watch: " << program.error() << "; install the package baudgate-dds\n";
     return kExitCanNot;
   }
-  std::vector<std::string> all{"baudgate", "watch"};  // baudgate-dds uses this name in its messages
+  // The program baudgate-dds uses these words in its messages.
+  std::vector<std::string> all{"baudgate", "watch"};
   all.insert(all.end(), words.begin(), words.end());
   if (const std::string order = FileOf(PointsOfProfiles(catalog)); !order.empty()) {
     all.insert(all.end(), {"--point-order", order});

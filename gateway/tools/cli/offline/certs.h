@@ -14,16 +14,17 @@
 
 namespace baudgate::tools {
 
-/// Adds problems of the DDS Security files. Returns "CN=baudgate, until 2031-11-21" for the
-/// summary; empty: DDS is off or runs without security.
+/// Checks the DDS Security files and adds their problems to `problems`. Returns a text for the
+/// summary, such as "CN=baudgate, until 2031-11-21"; empty: DDS is off or runs without security.
 std::string CheckDdsSecurity(const config::Config& config, WallTime now,
                              std::vector<config::Problem>& problems);
 
 struct CertsOptions {
   std::string directory;
-  /// Gateway names; if nothing is requested and there is no authority yet: "baudgate"
+  /// The names of gateways. If nothing is requested and there is no authority yet: "baudgate".
   std::vector<std::string> gateways;
-  /// Number of subscribers; empty: 1 if nothing is requested and there is no authority yet, else 0.
+  /// The number of subscribers. Empty: 1 if nothing is requested and there is no authority yet,
+  /// else 0.
   std::optional<int> subscribers;
   int writers = 0;
 };

@@ -1,4 +1,4 @@
-// `baudgate check`: prints the problems of a configuration, or what it configures.
+// `baudgate check`: prints the problems of a configuration, or a summary of it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,12 +12,11 @@
 
 namespace baudgate::tools {
 
-/// Exit codes: 0 usable, warnings included; 3 not usable. Problems go to `err`, a summary to `out`;
-/// with `json` everything goes to `out` as one object.
+/// Exit codes: 0 the configuration can be used, even with warnings; 3 it cannot. Problems go to
+/// `err` and a summary to `out`. With `json`, one object with problems and summary goes to `out`.
 int RunCheck(const std::string& file, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err, bool json);
 
-/// Prints problems, one on each line.
 void PrintProblems(const std::vector<config::Problem>& problems, std::ostream& err);
 
 }  // namespace baudgate::tools

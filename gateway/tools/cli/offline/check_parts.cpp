@@ -47,7 +47,8 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
-/// Prints "load profiles of meters.m1 (1, 2), meters.m2 (1)": records that meters store themselves.
+/// Prints which records that meters store themselves are read. Example: "load profiles of meters.m1
+/// (1, 2), meters.m2 (1)".
 void PrintOfMeters(const config::Config& config, std::ostream& out) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
       {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
@@ -100,7 +101,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 8;
 
-/// Returns "a, b, c and 4 more".
+/// Returns the first names and the number of the others. Example: "a, b, c and 4 more".
 std::string Listed(const std::vector<std::string>& all) {
   std::string text;
   for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
@@ -110,7 +111,6 @@ std::string Listed(const std::vector<std::string>& all) {
   return text;
 }
 
-/// Lists all points with rules, and then some of the others.
 std::string ListedWithRules(const std::vector<std::string>& ruled,
                             const std::vector<std::string>& plain) {
   std::string text;
@@ -119,7 +119,8 @@ std::string ListedWithRules(const std::vector<std::string>& ruled,
   return text + (text.empty() ? "" : ", ") + Listed(plain);
 }
 
-/// Returns " (0.5 to 40 xIn, selected first)", or nothing if writing the point has no rules.
+/// Returns the rules for writing the point, such as " (0.5 to 40 xIn, selected first)"; empty: it
+/// has none.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;
@@ -145,7 +146,7 @@ std::string Rules(const config::Point& point) {
 
 struct WriteRules {
   std::vector<std::string> allowed;
-  std::vector<std::string> ruled;  ///< allowed points with rules, and the rules
+  std::vector<std::string> ruled;  ///< allowed points with rules, each followed by its rules
   std::vector<std::string> plain;  ///< allowed points without rules
   std::vector<std::string> off;
 };
@@ -189,7 +190,7 @@ nlohmann::ordered_json WritesJson(const config::Device& device) {
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
   if (!config.web.on || config.web.token_file.empty()) return;
   const auto token = web::ReadToken(config.web.token_file);
-  // A warning only: `check` may run as a user who cannot read the token file.
+  // The problem is only a warning, because the user of `check` may not be able to read the file.
   if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
 }
 
@@ -258,8 +259,8 @@ std::vector<std::string> Passing(const config::Modbus& modbus) {
   });
 }
 
-/// True if writes to unit 0 go to all slaves of the route's line. Reads of unit 0 are still
-/// answered by the gateway itself.
+/// True if writes to unit 0 go to all slaves of the route's line. The gateway itself still answers
+/// reads of unit 0.
 bool IsBroadcast(const Route& route) {
   return route.first == 0 && !route.remap && !route.line.empty();
 }

@@ -21,7 +21,8 @@ struct Captures {
   std::vector<diagnosis::Capture> exchanges;
 };
 
-/// True if `piece` belongs to the message in `capture`. An unasked message ends with a silence.
+/// True if `piece` belongs to the message in `capture`. A pause ends a message that was sent
+/// unasked.
 bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
@@ -52,7 +53,7 @@ diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
           .last = true};
 }
 
-/// Adds a line of the input to `captures`. The error describes what is wrong with the line.
+/// Adds a line of the input to `captures`. The error tells what is wrong with the line.
 Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Capture>& captures) {
   const diagnosis::TraceLine marked = diagnosis::ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
@@ -60,7 +61,8 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
     captures.back().ended = true;
   }
-  // If records were lost before this line, it belongs to another exchange than the last capture.
+  // If the line is about another device or the last capture has ended, records were lost, and the
+  // line does not belong to the capture.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {
@@ -87,7 +89,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// The error contains the number of the line that is no hex.
+/// Reads all captures. The error contains the number of the line that is no hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -102,11 +104,11 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// The error names the wrong protocol, profile or option. `catalog` must stay valid for the
-/// lifetime of the decoder.
+/// Makes a decoder. The error names the wrong protocol, profile or option. `catalog` must outlive
+/// the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
-  // A decoder takes the address from each request; this address only has to be valid.
+  // The decoder gets the address from each request; the address given here must only be valid.
   auto line =
       MakeLine({.protocol = traced.protocol,
                 .devices = {{.profile = traced.profile, .address = "1", .set = traced.set}}},
@@ -162,7 +164,7 @@ Json ToJson(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture&
   return json;
 }
 
-/// Returns "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
+/// Returns a line such as "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
 std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture& capture,
                     std::size_t width) {
   std::string head = capture.time.empty() ? "" : capture.time + " " + capture.device + ": ";
@@ -174,8 +176,8 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
   return text;
 }
 
-/// Makes a decoder for each device in the capture's head. A protocol or profile of the command line
-/// replaces those of the head.
+/// Makes a decoder for each device in the head of the capture. A protocol or profile of the command
+/// line replaces the one in the head.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -191,7 +193,7 @@ class TracedDecoders {
     return Error{"the captures have no trace head that names the protocol; add --protocol"};
   }
 
-  /// Returns the decoder, or null and the reason in the status.
+  /// Returns the decoder of a device; null: the status contains the reason.
   std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;
@@ -208,7 +210,8 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// The decoder of the device that sends unasked; null: none, or it cannot be made.
+  /// Returns the decoder of the device that sends unasked; null: there is none, or it cannot be
+  /// made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
@@ -221,7 +224,8 @@ class TracedDecoders {
   }
 
  private:
-  /// Slaves that only routes reach are not in the head, but use the protocol of their line.
+  /// Returns the protocol of slaves that only routes reach: they are not in the head, but use the
+  /// protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;
@@ -264,7 +268,7 @@ int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std:
   for (const diagnosis::Capture& capture : captures->exchanges) {
     if (capture.unasked) {
       diagnosis::ExchangeDecoder* const speaker = decoders.Speaker();
-      // A trace may begin in the middle of an exchange, so stray bytes are skipped.
+      // A trace can begin in the middle of an exchange, so bytes without a request are skipped.
       if (speaker == nullptr && !capture.time.empty()) continue;
       if (speaker == nullptr) {
         return fail(

@@ -1,4 +1,4 @@
-// `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. Reads
+// `baudgate decode`: decodes captured exchanges with the rules and codecs of the daemon. It reads
 // lines "> hex" (request) and "< hex" (reply or a part of it), and the formats of `baudgate trace`
 // and the flight recorder; other lines are comments.
 // SPDX-License-Identifier: Apache-2.0
@@ -16,26 +16,26 @@
 
 namespace baudgate::tools {
 
-/// Makes decoders from the head of a trace, which consists of comment lines
-/// (gateway/records/trace/trace_text.h). A device gets no decoder if its profile is a file that is
-/// missing here.
+/// Makes decoders from the comment lines at the head of a trace
+/// (gateway/records/trace/trace_text.h). A device gets no decoder if its profile is a file that
+/// does not exist on this machine.
 diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
                                const config::Catalog& catalog);
 
 struct DecodeOptions {
-  std::string protocol{};  ///< empty: each device's protocol in the head of the trace
-  /// The profile; empty: each device's profile in the head; without any, values are named by
-  /// address.
+  std::string protocol{};  ///< empty: the protocol of each device in the head of the trace
+  /// The profile; empty: the profile of each device in the head of the trace. Without a profile,
+  /// values are named by address.
   std::string profile{};
-  /// Device options, "key=value", in addition to those of the head.
+  /// Device options, "key=value", in addition to the options in the head of the trace.
   std::vector<std::string> set{};
-  std::string device{};   ///< of a trace: only exchanges with this device; empty: all
-  bool prose = false;     ///< readable text; false: one JSON object per line
-  std::size_t width = 0;  ///< of prose, in characters per line; 0: no limit
+  std::string device{};   ///< only exchanges with this device of a trace; empty: all
+  bool prose = false;     ///< true: readable text; false: one JSON object per line
+  std::size_t width = 0;  ///< width of readable text, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0 done, whatever the outcomes; 2 an input line is no hex, or no protocol is given; 3
-/// unknown protocol, profile or option.
+/// Exit codes: 0 decoded, whatever the outcomes of the exchanges; 2 an input line is no hex, or no
+/// protocol is given; 3 unknown protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);
 

@@ -1,4 +1,5 @@
-// MakeLine makes a line from words of the command line, checked like a configuration file.
+// `MakeLine` makes a line of a configuration from words of the command line, and checks it like a
+// configuration file.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,7 +14,7 @@ namespace baudgate::tools {
 
 struct WantedDevice {
   std::string name = "device";
-  std::string profile = {};  ///< a name in the catalog, or a path; empty: no points
+  std::string profile = {};  ///< name in the catalog, or path of a file; empty: no points
   std::string address = {};
   std::vector<std::string> set = {};  ///< options of the protocol, "key=value"
 };
@@ -21,15 +22,15 @@ struct WantedDevice {
 struct WantedLine {
   std::string name = "line";
   std::string port = "/dev/null";
-  std::string protocol = {};  ///< empty: the protocol that has the first device's profile
-  std::string serial = {};    ///< "9600 7E1"; empty: the protocol's default
+  std::string protocol = {};  ///< empty: the protocol of the first device's profile
+  std::string serial = {};    ///< serial settings: "9600 7E1"; empty: the protocol's default
   std::vector<WantedDevice> devices = {};
 };
 
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Every option of every device gets a value, if necessary its default. The error lists all
-/// problems, one on each line.
+/// Makes the line. Each option of each device is set, if necessary to its default. The error
+/// contains all problems, one on each line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools

@@ -20,7 +20,8 @@ namespace {
 
 constexpr int kLastFiveDigitAddress = 9998;
 
-// Returns the 1-based register number of PLC manuals: five digits if they suffice, else six.
+// Returns a register number as in PLC manuals, counted from 1: five digits if they suffice, else
+// six.
 std::string Conventional(char table, int address) {
   const bool five = address <= kLastFiveDigitAddress;
   std::string number = std::to_string(address + 1);
@@ -61,13 +62,13 @@ using Json = nlohmann::ordered_json;
 using config::kAgeOffset;
 using config::kQualityOffset;
 
-/// Returns what Modbus clients may do: "r", "rw"; empty: nothing.
+/// Returns what Modbus clients are allowed to do: "r", "rw"; empty: nothing.
 std::string AccessText(const config::Point& point) {
   if (point.writing.allowed) return std::string(config::Name(point.access));
   return point.access == config::Access::write ? "" : "r";
 }
 
-// Word order matters only for values of several registers.
+// The word order is needed only for values of several registers.
 std::string OrderText(const config::Device& device, const MapPlace& place) {
   return place.served && place.registers > 1 ? std::string(config::Name(device.word_order)) : "";
 }
@@ -86,7 +87,7 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
   return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
 }
 
-/// Returns the register to write before the point is written; empty: no selection needed.
+/// Returns the register that must be written before the point is written; empty: none.
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
@@ -250,7 +251,7 @@ namespace {
 
 constexpr int kBitsOfAWord = 16;
 
-/// Returns a PLC identifier: "feeder-1" and "current_l1" → "feeder_1_current_l1".
+/// Returns a PLC identifier. Example: "feeder-1" and "current_l1" → "feeder_1_current_l1".
 std::string Identifier(const std::string& device, const std::string& point) {
   std::string name = device + "_" + point;
   for (char& c : name) {
@@ -261,7 +262,7 @@ std::string Identifier(const std::string& device, const std::string& point) {
   return name.front() >= '0' && name.front() <= '9' ? "_" + name : name;
 }
 
-/// Returns the IEC type of the place. A register is a word, so a boolean in it is a WORD.
+/// Returns the IEC type at the place. A register is a word, so a boolean in a register is a WORD.
 std::string TypeAt(const config::Point& point, const MapPlace& place) {
   if (place.bit) return "BOOL";
   if (point.type == config::Type::boolean) return "WORD";
@@ -270,10 +271,11 @@ std::string TypeAt(const config::Point& point, const MapPlace& place) {
   return config::IecName(point);
 }
 
-/// The inputs or the outputs of one device: its registers, followed by its bits.
+/// The part of the PLC's inputs, or of its outputs, for one device: registers, then bits.
 class Area {
  public:
-  /// `letter`: I or Q. `next`: the first free word, which is moved behind the area.
+  /// `letter`: I for inputs, Q for outputs. `next`: the first free word; it is set to the first
+  /// word behind the area.
   Area(char letter, const config::Device& device, int& next) : letter_(letter) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);
@@ -297,7 +299,7 @@ class Area {
     return fmt::format("%{}X{}.{}", letter_, 2 * bits_.base + bit / 8, bit % 8);
   }
 
-  /// Prints the settings for the PLC's Modbus client.
+  /// Prints the settings for the PLC's Modbus client as comments.
   void PrintOrders(std::ostream& out) const {
     const bool input = letter_ == 'I';
     if (words_.size() > 0) {

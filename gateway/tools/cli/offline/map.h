@@ -1,4 +1,4 @@
-// `baudgate map`: prints the place of every point on Modbus and DDS, for PLC programmers.
+// `baudgate map`: prints the place of each point on Modbus and DDS, for PLC programmers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,10 +16,10 @@ struct MapPlace {
   bool bit = false;
   int address = 0;
   int registers = 0;
-  std::string tables;        ///< "input, holding"
-  std::string read_codes;    ///< "4,3"
-  std::string write_codes;   ///< "6,16"; empty: read-only
-  std::string conventional;  ///< "30001/40001"
+  std::string tables;        ///< Modbus tables: "input, holding"
+  std::string read_codes;    ///< function codes for reading: "4,3"
+  std::string write_codes;   ///< function codes for writing: "6,16"; empty: read-only
+  std::string conventional;  ///< register numbers as in PLC manuals: "30001/40001"
 };
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point);
@@ -31,8 +31,9 @@ int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat fo
            std::ostream& out, std::ostream& err);
 
 /// `baudgate map --format st`: prints the points as global variables in Structured Text (IEC
-/// 61131-3). Registers and bits of all units follow each other in the PLC's inputs, writable points
-/// in its outputs. Comments tell which registers the PLC has to copy where.
+/// 61131-3). The registers and bits of all units follow each other in the PLC's inputs, and the
+/// writable points in its outputs. Comments in the text tell which registers the PLC has to copy,
+/// and where to.
 void PrintStructuredText(const config::Config& config, std::ostream& out);
 
 }  // namespace baudgate::tools

@@ -19,8 +19,8 @@ namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
-/// Returns the separator of a first line "sep=;", which Excel reads, or '\0' without one. Removes
-/// the line's text but keeps its end, so that line numbers stay right.
+/// Returns the separator of a first line "sep=;", which Excel reads; '\0': there is no such line.
+/// Removes the text of the line but not its end, so that line numbers stay correct.
 char TakeNamedSeparator(std::string_view& text) {
   const std::size_t end = std::min(text.find_first_of("\r\n"), text.size());
   std::string_view line = text.substr(0, end);
@@ -32,7 +32,6 @@ char TakeNamedSeparator(std::string_view& text) {
   return line[4];
 }
 
-/// Returns the separator that the first non-empty row contains most often.
 char SeparatorOf(std::string_view text) {
   const auto begin = text.find_first_not_of("\r\n");
   if (begin == std::string_view::npos) return ',';
@@ -109,7 +108,6 @@ CsvTable ReadCsv(std::string_view text) {
 
 namespace {
 
-/// Returns the letters and digits, in lower case.
 std::string Bare(std::string_view text) {
   std::string bare;
   for (const char c : Lower(text)) {
@@ -118,7 +116,7 @@ std::string Bare(std::string_view text) {
   return bare;
 }
 
-/// Names for the meaning `is`; `words` is a list separated by blanks.
+/// `words`: the names, separated by blanks, that all mean `is`.
 struct Meaning {
   std::string_view is;
   std::string_view words;
@@ -255,7 +253,6 @@ Decimal CountOf(WallTime time) {
   return Decimal(std::chrono::floor<Unit>(time.time_since_epoch()).count());
 }
 
-/// Parses a date or a time as manuals print it.
 std::optional<Decimal> TimeNumber(const std::string& text, const std::string& form) {
   if (form == "TIME") {
     const auto span = ParseDuration(text);
@@ -267,7 +264,7 @@ std::optional<Decimal> TimeNumber(const std::string& text, const std::string& fo
                        : CountOf<std::chrono::seconds>(*time);
 }
 
-/// Returns the integer range of these registers; empty: they contain a float.
+/// Returns the range of integers in these registers; empty: they contain a float.
 std::optional<config::IntegerRange> RangeOfForm(const std::string& form) {
   if (form == "bcd16") return config::IntegerRange{0, 9'999};
   if (form == "bcd32") return config::IntegerRange{0, 99'999'999};
@@ -321,7 +318,8 @@ Result<std::string> ListedExample(const std::string& text, const std::string& fo
 
 namespace {
 
-/// The protocol of the new profile. modbus_tcp and modbus_ascii use its profiles as well.
+/// The protocol of the new profile. modbus_tcp and modbus_ascii use the profiles of modbus_rtu as
+/// well.
 constexpr const char* kProtocol = "modbus_rtu";
 
 /// The characters of Windows-1252 from 0x80 to 0x9F: dashes, quotes and the euro.
@@ -331,7 +329,7 @@ constexpr std::string_view kOfWindows[] = {
     "?",      "\u2018", "\u2019", "\u201C", "\u201D", "\u2022", "\u2013", "\u2014",
     "\u02DC", "\u2122", "\u0161", "\u203A", "\u0153", "?",      "\u017E", "\u0178"};
 
-/// Converts text to UTF-8: spreadsheets write UTF-8, or Windows-1252.
+/// Converts text to UTF-8. Spreadsheets write UTF-8 or Windows-1252.
 std::string AsUtf8(const std::string& text) {
   if (FirstNotUtf8(text) == std::string::npos) return text;
   std::string utf8;

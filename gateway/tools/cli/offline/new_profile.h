@@ -15,7 +15,7 @@
 
 namespace baudgate::tools {
 
-// A row of an exported spreadsheet: cells are separated by commas, semicolons or tabs, and quoted
+// A row of a spreadsheet in CSV: cells are separated by commas, semicolons or tabs, and are quoted
 // if they contain a separator.
 struct CsvRow {
   int line = 0;  ///< line number in the file, from 1 on
@@ -27,8 +27,8 @@ struct CsvTable {
   std::vector<CsvRow> rows;  ///< without empty rows; the first row is the header
 };
 
-/// The separator is that of a first line "sep=;" (Excel), else the most frequent one of the first
-/// row. Blanks around cells are dropped.
+/// Parses CSV. The separator is that of a first line "sep=;" (Excel), else the most frequent
+/// separator in the first row. Blanks around cells are dropped.
 CsvTable ReadCsv(std::string_view text);
 
 enum class ListColumn {
@@ -45,47 +45,48 @@ enum class ListColumn {
   order
 };
 
-/// Returns the column of a header: "Data Type" → type. Ignores case, blanks and punctuation.
+/// Returns the column with this header. Example: "Data Type" → type. Ignores case, blanks and
+/// punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// Returns the type of the registers: "U16", "WORD", "unsigned int 16" → "uint16"; "Date" → "DATE";
-/// "STRING(16)", "char[16]" → "string(16)", or "string" if the length is missing.
+/// Returns the type of the registers. Examples: "U16", "WORD", "unsigned int 16" → "uint16"; "Date"
+/// → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" if the length is missing.
 std::optional<std::string> FormNamed(std::string_view text);
 
-/// Returns the Modbus table: "Holding Register", "FC3", "4x" → "holding".
+/// Returns the Modbus table. Examples: "Holding Register", "FC3", "4x" → "holding".
 std::optional<std::string> TableNamed(std::string_view text);
 
-/// Returns the access: "R/W", "read-write" → "rw".
+/// Returns the access. Examples: "R/W", "read-write" → "rw".
 std::optional<std::string> AccessNamed(std::string_view text);
 
-/// Returns the byte order: "low word first", "word swap" → "CDAB". Returns nothing for "little
-/// endian", which stands for CDAB in some manuals and for DCBA in others.
+/// Returns the byte order. Examples: "low word first", "word swap" → "CDAB". Returns nothing for
+/// "little endian", because it is CDAB in some manuals and DCBA in others.
 std::optional<std::string> OrderNamed(std::string_view text);
 
-/// Returns 1 for bits.
+/// Returns the number of registers of the form; 1 for bits.
 std::size_t RegistersOf(const std::string& form);
-/// Returns 16 for "string(16)".
+/// Returns the length of a string form. Example: 16 for "string(16)".
 std::size_t LengthOf(const std::string& form);
-/// True if the form is two registers with a time or a date of IEC 61131-3.
+/// True if the form is a time or a date of IEC 61131-3, which takes two registers.
 bool IsTimeForm(std::string_view form);
 
-/// Parses "0.1", "0,1" and "1E-05".
+/// Parses a number as lists contain it. Examples: "0.1", "0,1", "1E-05".
 std::optional<Decimal> ListedNumber(const std::string& text);
 
-/// Returns the raw value for `simulate:` in YAML: "230,4" with a scale of 0.1 → "2304",
-/// "2026-11-27" with the form DATE → 1795737600. `form`: the type of the registers.
+/// Returns the raw value for `simulate:` in YAML. `form`: the type of the registers. Examples:
+/// "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE → 1795737600.
 Result<std::string> ListedExample(const std::string& text, const std::string& form,
                                   const Decimal& scale);
 
 struct NewProfileOptions {
   std::string file;
   std::optional<FirstRegister> first{};
-  std::string table = "holding";  ///< table of the register numbers that do not show their table
-  std::string title{};            ///< the profile's `device:`; empty: the file's name
+  std::string table = "holding";  ///< the table, for register numbers that do not show their table
+  std::string title{};            ///< text for the profile's `device:`; empty: the file's name
 };
 
-/// Prints the profile only if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3
-/// the list has errors (on `err`); 4 it cannot be read.
+/// Prints the profile if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3 the
+/// list has errors, which are printed on `err`; 4 the list cannot be read.
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 

@@ -30,7 +30,7 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
   std::ranges::stable_sort(points, [](const ListedPoint* a, const ListedPoint* b) {
     return a->table != b->table ? a->table < b->table : a->address < b->address;
   });
-  const ListedPoint* before = nullptr;  // the point before in the same table that reaches farthest
+  const ListedPoint* before = nullptr;  // the point of the same table that reaches farthest so far
   for (const ListedPoint* point : points) {
     const bool shared = before != nullptr && before->table == point->table &&
                         point->address < EndOfRegisters(*before);
@@ -56,7 +56,7 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
 struct Register {
   std::string table;  // empty: the number does not show its table
   std::uint16_t address = 0;
-  std::optional<std::size_t> count;  // set if the list gives a range
+  std::optional<std::size_t> count;  // number of registers; empty: the list gives no range
 };
 
 std::optional<std::uint32_t> Number(std::string_view text) {
@@ -80,10 +80,11 @@ std::string WithPlainDashes(std::string text) {
 
 struct Range {
   std::uint32_t first = 0;
-  std::optional<std::size_t> count;  // set if the range has a last number
+  std::optional<std::size_t> count;  // number of registers; empty: the text gives no last number
 };
 
-/// Parses "40003", "40003-40004", "40003..40004", "40003-4".
+/// Parses a register or a range of registers. Examples: "40003", "40003-40004", "40003..40004",
+/// "40003-4".
 std::optional<Range> RangeOf(std::string_view text) {
   text = Trim(text);
   const auto dash = text.find_first_of("-.", 1);
@@ -100,7 +101,7 @@ std::optional<Range> RangeOf(std::string_view text) {
   return Range{*first, *last - *first + 1};
 }
 
-/// Parses "0.1", "0,1", "1E-05", "/10", "1/10".
+/// Parses a scale. Examples: "0.1", "0,1", "1E-05", "/10", "1/10".
 std::optional<Decimal> ScaleOf(const std::string& text) {
   const auto slash = text.find('/');
   if (slash == std::string::npos) return ListedNumber(text);
@@ -110,7 +111,7 @@ std::optional<Decimal> ScaleOf(const std::string& text) {
   return *above / *below;
 }
 
-/// True for "VoltageL1", which is hard to read without its capitals.
+/// True for a name such as "VoltageL1", which is hard to read in lower case.
 bool IsCamelCase(std::string_view text) {
   const auto lower = [](char c) { return c >= 'a' && c <= 'z'; };
   for (std::size_t i = 1; i < text.size(); ++i) {
@@ -119,7 +120,7 @@ bool IsCamelCase(std::string_view text) {
   return false;
 }
 
-/// Returns a point name: "Voltage L1-N" → "voltage_l1_n".
+/// Returns a valid point name. Example: "Voltage L1-N" → "voltage_l1_n".
 std::string PointName(std::string_view text) {
   std::string name;
   for (const char c : Lower(text)) {
@@ -135,7 +136,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// Returns table and address of a number in the 40001 notation, with five or six digits.
+/// Returns table and address for a register number such as 40001, with five or six digits.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -208,8 +209,8 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// Returns false and adds an error if a row has more cells than the header, because a separator
-  /// in a cell is not quoted.
+  /// True if the row has no more cells than the header. Else adds an error: a separator in a cell
+  /// is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -229,7 +230,8 @@ class ListReader {
     return "write a cell that holds a separator in quotes";
   }
 
-  /// Warns if the numbers look as if the list used the 40001 notation.
+  /// Warns if the register numbers look like the 40001 notation although another notation was
+  /// given.
   void CheckCounting() {
     if (!first_ || *first_ == FirstRegister::modicon) return;
     const auto within = [&](std::uint32_t from, std::uint32_t to) {
@@ -304,7 +306,7 @@ class ListReader {
     return table.value_or("");
   }
 
-  /// Parses "holding 12", "40013", "40013-40014".
+  /// Parses the register of a row. Examples: "holding 12", "40013", "40013-40014".
   std::optional<Register> ParseRegister(const std::string& given) {
     const std::string text = WithPlainDashes(given);
     const auto blank = text.find(' ');
@@ -380,7 +382,7 @@ class ListReader {
     }
   }
 
-  /// Ignores the order of single registers, because lists often give an order in every row.
+  /// Ignores the order of a single register, because lists often give an order in every row.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;
@@ -421,7 +423,8 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// A scaled value needs a float that holds all digits of the raw number.
+  /// Returns the type of the value. A scaled value needs a float that can represent all digits of
+  /// the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;
@@ -461,7 +464,7 @@ class ListReader {
   std::optional<std::uint32_t> lowest_;
   std::uint32_t highest_ = 0;
   char separator_ = ',';
-  std::size_t width_ = 0;  // number of columns of the header
+  std::size_t width_ = 0;  // number of columns in the header
   RegisterList list_;
 };
 

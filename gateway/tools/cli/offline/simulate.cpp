@@ -71,7 +71,8 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTrialHead = "# A trial of ";
 
-/// The folder of a trial's ports. The destructor removes it if it is empty.
+/// The folder of the twins' ports for a written configuration. The destructor removes the folder if
+/// it is empty.
 class TrialFolder {
  public:
   Status Make(fs::path path) {
@@ -96,7 +97,6 @@ class Bench {
   Bench(const SimulateConfigOptions& options, const config::Catalog& catalog)
       : options_(options), catalog_(catalog) {}
 
-  /// Makes one port for each line.
   Status Build(const config::Config& config) {
     if (!options_.write.empty()) {
       fs::path folder = options_.ports;
@@ -186,7 +186,7 @@ class Bench {
   std::vector<std::unique_ptr<Simulator>> simulators_;
 };
 
-/// Refuses to overwrite a file unless it is an older trial.
+/// Refuses to overwrite a file, unless `--write` has written it.
 Status CheckTarget(const std::string& file, const std::string& original) {
   std::error_code error;
   if (fs::equivalent(file, original, error)) {
@@ -228,7 +228,7 @@ int Fail(const std::string& message, std::ostream& err) {
 
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err) {
-  signal(SIGPIPE, SIG_IGN);  // otherwise a client that disconnects could end the twins
+  signal(SIGPIPE, SIG_IGN);  // without this, a client that disconnects could end the process
   const auto text = ReadWhole(options.file);
   const config::Loaded loaded = text ? config::LoadText(*text, options.file, catalog)
                                      : config::LoadFile(options.file, catalog);

@@ -25,11 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// An adapter is a few folders above its port; folders further up are hubs.
+/// An adapter is a few folders above its port; the folders above that are hubs.
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
-/// Makes the first line of a file printable: a device's texts may contain any bytes.
+/// Returns the first line of a file in printable form: a device's texts can contain any bytes.
 std::string ReadText(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
@@ -37,7 +37,8 @@ std::string ReadText(const fs::path& file) {
   return Harmless(text);
 }
 
-/// Linux 6.5 and later has two devices of serial-base between port and driver, "port" and "ctrl".
+/// Since Linux 6.5, two devices of serial-base are between a port and its driver: "port" and
+/// "ctrl".
 std::string DriverOf(fs::path device) {
   for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
     std::error_code error;
@@ -64,7 +65,7 @@ void ReadAdapter(fs::path device, FoundPort& port) {
   port.interface.clear();
 }
 
-/// True unless "type" is 0: then the board has an address for the port, but no hardware there.
+/// False if "type" is 0: the board then has an address for the port, but no hardware.
 bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
 
 std::optional<FoundPort> Look(const fs::path& tty) {
@@ -79,8 +80,8 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for links by the place of the adapter. Links by serial number are not unique if two
-/// adapters have the same number.
+/// True for a link by the place of the adapter. If two adapters have the same serial number, links
+/// by serial number are not unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -114,7 +115,7 @@ void MarkTwins(std::vector<FoundPort>& ports) {
   }
 }
 
-/// A sort key that puts ttyS2 before ttyS10.
+/// A sort key by number: ttyS2 comes before ttyS10.
 auto Order(const FoundPort& port) {
   const std::size_t digits = port.name.find_last_not_of("0123456789") + 1;
   return std::pair(port.name.substr(0, digits),
@@ -161,7 +162,8 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// A user who has joined another group has to log in again before these groups contain it.
+/// Returns the groups of this process. If the user has joined another group, the user must log in
+/// again before this list contains the group.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());
@@ -179,7 +181,7 @@ std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const st
                   entry != nullptr ? entry->gr_name : std::to_string(info.st_gid), info.st_mode};
 }
 
-/// Returns this process's user and, if it exists on this machine, the service's user.
+/// Returns the user of this process and, if it exists on this machine, the user of the service.
 std::vector<Person> PeopleHere() {
   std::vector<Person> people;
   people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
@@ -191,7 +193,8 @@ std::vector<Person> PeopleHere() {
 
 }  // namespace
 
-/// Decides like the kernel: the first of owner, group and others that fits.
+/// Decides like the kernel: of owner, group and others, the first that fits the person determines
+/// the access.
 bool MayUse(const Person& person, const PortFile& file) {
   if (person.id == 0) return true;
   unsigned shift = 0;
@@ -227,20 +230,21 @@ constexpr char kNoPorts[] =
     "This machine has no serial port. Plug an adapter in; if none appears, `sudo dmesg | tail` "
     "shows what the kernel reports. Serial servers in the network need no port: "
     "port: tcp://HOST:PORT.\n";
-/// FTDI adapters start with 16 ms, which is long between two frames.
+/// FTDI adapters start with a latency of 16 ms, which is long between two frames.
 constexpr int kShortLatency = 1;
 
 struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
-  bool ours = false;  ///< the gateway uses the port
+  bool ours = false;  ///< true: the gateway uses the port
   Json modem;         ///< control lines of a port that the gateway uses; null: unknown
   std::vector<std::string> advice;
 };
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// Adds users like "line bay of substation-7 (open: DTR RTS CTS)" if the gateway uses the port.
+/// Adds the gateway's use of the port to `row.held_by`, if there is one. Example: "line bay of
+/// substation-7 (open: DTR RTS CTS)".
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {

@@ -15,20 +15,21 @@
 
 namespace baudgate::tools {
 
-// A serial port as /sys and the links in /dev describe it. It is not opened: that would switch DTR
-// and RTS.
+// A serial port as /sys and the links in /dev describe it. The port is not opened, because that
+// would switch DTR and RTS.
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
-  std::string driver;  ///< "ftdi_sio"; empty: unknown
-  /// The following members are only set for a USB adapter, from its descriptors.
-  std::string at;       ///< USB place in the kernel's notation: "1-1.2"
+  std::string driver;  ///< driver in the kernel: "ftdi_sio"; empty: unknown
+  /// The following members are set only for a USB adapter. They come from its descriptors.
+  std::string at;       ///< place on the USB in the kernel's notation: "1-1.2"
   std::string vendor;   ///< "0403"
   std::string product;  ///< "6001"
   std::string maker;
   std::string model;
   std::string serial;
-  std::string interface;  ///< "00"; each port of an adapter with several ports has another number
-  /// Stable paths, best first; only paths by place if two adapters have the same serial number.
+  std::string interface;  ///< "00"; each port of an adapter has another number
+  /// Stable paths of the port, the best first. If two adapters have the same serial number,
+  /// contains only paths by the place of the adapter.
   std::vector<std::string> links;
   bool twin = false;              ///< another adapter has the same serial number
   std::optional<int> latency_ms;  ///< how long an FTDI adapter delays received bytes
@@ -37,14 +38,16 @@ struct FoundPort {
   bool is_usb() const { return !vendor.empty(); }
 };
 
-/// Returns the ports sorted by name, without ports that have no hardware. `root`: "/", or a tree
-/// with sys/class/tty and dev.
+/// Returns the ports sorted by name. Leaves out ports without hardware. `root`: "/", or for tests a
+/// folder that contains sys/class/tty and dev.
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
-/// Returns "ttyUSB0" for "/dev/serial/by-id/usb-…"; empty: the path leads to no port.
+/// Returns the name of the port to which a path leads. Example: "ttyUSB0" for
+/// "/dev/serial/by-id/usb-…"; empty: it leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
-/// The device file of a port: /dev/ttyUSB0 root:dialout 0660.
+/// The device file of a port, with its owner, group and mode. Example: /dev/ttyUSB0 root:dialout
+/// 0660.
 struct PortFile {
   std::string path;
   uid_t owner = 0;
@@ -57,19 +60,20 @@ struct Person {
   std::string name;
   uid_t id = 0;
   std::vector<gid_t> groups;
-  bool is_service = false;  ///< the user of baudgate.service
+  bool is_service = false;  ///< true: the user of baudgate.service
 };
 
 bool MayUse(const Person& person, const PortFile& file);
-/// Returns "you may not open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
+/// Returns why the person cannot open the file, and the remedy. Example: "you may not open
+/// /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
 std::string HowToMend(const Person& person, const PortFile& file);
 
 struct PortsOptions {
   bool json = false;
-  std::string socket;  ///< of the gateway; empty: the default places
+  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
 };
 
-/// What ShowPorts needs from the machine; tests replace it.
+/// The parts of the machine that ShowPorts uses; tests replace them.
 struct PortsPlace {
   std::filesystem::path root = "/";
   std::vector<Person> people;

@@ -24,8 +24,8 @@ using Json = nlohmann::ordered_json;
 constexpr int kSilent = 1;
 
 struct Exchanged {
-  std::string sent{};      ///< in hex, secrets masked; empty: nothing was sent
-  std::string received{};  ///< in hex
+  std::string sent{};      ///< the request in hex, secrets masked; empty: nothing was sent
+  std::string received{};  ///< the reply in hex
   std::string reason{};
   records::TracedDevice device{};
 };
@@ -35,8 +35,8 @@ int Fail(std::ostream& err, int code, const std::string& why) {
   return code;
 }
 
-/// Parses hex. Text that begins with punctuation, as text telegrams of all protocols do, stays as
-/// it is.
+/// Returns the bytes of a telegram. Hex is parsed; other text must begin with punctuation, as text
+/// telegrams of all protocols do, and is sent unchanged.
 Result<Bytes> WrittenOf(const std::string& telegram) {
   if (const auto bytes = ParseHex(telegram)) return *bytes;
   const bool mark = !telegram.empty() && std::ispunct(static_cast<unsigned char>(telegram[0])) != 0;
@@ -46,7 +46,8 @@ Result<Bytes> WrittenOf(const std::string& telegram) {
                "telegram in text, as in '>1RV201:XX'"};
 }
 
-/// Returns the installed protocol whose telegrams begin with this character; empty: none.
+/// Returns the first installed protocol whose telegrams begin with the same character; empty: there
+/// is none.
 std::string ProtocolLike(const std::string& telegram, const config::Catalog& catalog) {
   for (const auto& [name, protocol] : catalog.protocols) {
     const bool begins = protocol->telegram != nullptr && !telegram.empty() &&
@@ -76,9 +77,9 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
   std::istringstream captured("> " + exchange.sent + "\n" +
                               (exchange.received.empty() ? "" : "< " + exchange.received + "\n"));
   std::ostringstream decoded;
-  std::ostringstream ignored;  // the bytes are shown even if they cannot be decoded
+  std::ostringstream ignored;  // if the bytes cannot be decoded, they are still shown
   if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
-    // The profile may be a file on the gateway's machine: decode without it.
+    // The profile can be a file on the gateway's machine only: decodes without the profile.
     how.profile.clear();
     captured.clear();
     captured.seekg(0);
@@ -154,7 +155,8 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   return Show(options, exchange, catalog, out);
 }
 
-/// Returns the name of an option that only applies to a free port, if one is given; empty: none.
+/// Returns the name of a given option that is valid only for a free port; empty: no such option was
+/// given.
 std::string OptionOfPort(const AskOptions& options) {
   if (!options.protocol.empty()) return "--protocol";
   if (!options.serial.empty()) return "--serial";

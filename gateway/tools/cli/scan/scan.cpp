@@ -52,7 +52,8 @@ Json ToJson(const scan::Found& found, bool network) {
 
 bool HasUser() { return isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1; }
 
-/// Asks a yes/no question on the terminal. Returns false without a terminal or at Ctrl-C.
+/// Asks a yes/no question on the terminal. Returns false without a terminal, at Ctrl-C, and at any
+/// answer but yes.
 bool AskUser(const std::string& question, const StopSignals& stop, std::ostream& err) {
   if (!HasUser()) return false;
   err << question << " [y/N] " << std::flush;
@@ -169,8 +170,8 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
-  // Protocols with `never_at` come last: for devices of that protocol their question would be a
-  // write.
+  // Protocols with `never_at` come last: their question would be a write for devices of the
+  // protocol that `never_at` names, so these devices must be found first.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
       if (protocol->scan == nullptr || protocol->scan->never_at.empty() != first) continue;
@@ -188,7 +189,8 @@ scan::ProfileNames NamesOf(const scan::Wish& wish, const config::Catalog& catalo
   return names;
 }
 
-/// Checks before the scan that its result can be written.
+/// True if the result of the scan can be written; checked before the scan. Asks the user before an
+/// existing file is overwritten.
 bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream& err) {
   if (options.config.empty()) return true;
   const auto folder = std::filesystem::absolute(options.config).parent_path();
@@ -203,7 +205,8 @@ bool MayWrite(const ScanOptions& options, const StopSignals& stop, std::ostream&
   return false;
 }
 
-/// Returns the host name, because gateway names must be unique in a network.
+/// Returns a gateway name made from the host name, because gateway names must be unique in a
+/// network.
 std::string NameOfThisMachine() {
   char host[HOST_NAME_MAX + 1] = {};
   return scan::GatewayName(::gethostname(host, sizeof host - 1) == 0 ? host : "");
@@ -242,7 +245,8 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
     err << "baudgate: scan: " << target.error() << '\n';
     return kExitUsage;
   }
-  // If the reader of the output closes it, this process must go on to return a lent line.
+  // If the program that reads the output closes it, this process must not end before it has
+  // returned a lent line.
   signal(SIGPIPE, SIG_IGN);
   const StopSignals stop;
   if (!MayWrite(options, stop, err)) return kExitCanNot;
@@ -254,14 +258,14 @@ int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ost
   }
   const std::string port = loan ? loan->port() : PortOf(options.target);
   wish->network = transports::IsTcpPort(port);
-  config::SerialSettings first;  // the scan sets the real settings later
+  config::SerialSettings first;  // the scan applies other settings later
   first.rs485.enabled = options.rs485;
   auto wire = PortWire::Open(port, first, stop);
   if (!wire) {
     err << "baudgate: " << wire.error() << '\n';
     return kExitCanNot;
   }
-  // A reply to the gateway's last request may still arrive.
+  // A reply to the gateway's last request may still come.
   if (loan) (*wire)->Listen(kLastAnswer);
   const auto alive = [&loan] {
     if (loan) loan->Renew(ReadClocks().instant);

@@ -1,5 +1,5 @@
-// `baudgate scan`: finds the devices on a bus, their serial settings, addresses and profiles. It
-// sends only the reads that each protocol lists (protocols/scanning.h).
+// `baudgate scan`: finds the devices on a bus, with their serial settings, addresses and profiles.
+// It sends only the reads that each protocol lists (protocols/scanning.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,24 +22,23 @@ struct ScanOptions {
   bool quick = false;
   bool json = false;
   bool over_traffic = false;
-  bool rs485 = false;  ///< the port's driver switches the direction
-  std::string config;  ///< the configuration file to write; empty: none
-  bool force = false;  ///< overwrite `config` if it exists
-  std::string socket;  ///< of the gateway; empty: the default places
+  bool rs485 = false;  ///< true: the port's driver switches the RS-485 direction
+  std::string config;  ///< configuration file to write; empty: none
+  bool force = false;  ///< true: overwrite `config` if it exists
+  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
   std::size_t width = 0;
 };
 
-/// Exit codes: 0, with or without devices; 2 invalid word; 4 the port cannot be opened or is lost,
-/// or another master sends on it.
+/// Exit codes: 0 the scan has ended, with or without devices; 2 invalid word; 4 the port cannot be
+/// opened or is lost, or another master sends on it.
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-// The user interface of `baudgate scan`: a progress line, the question whether to send on a line
-// with traffic, and the found devices as a table or JSON lines.
+// `ScanView` is the user interface of `baudgate scan`: a progress line, the question whether to
+// send on a line with traffic, and the found devices as a table or JSON lines.
 class ScanView final : public scan::Watcher {
  public:
-  /// All references must stay valid for the lifetime of this object. `alive` is called repeatedly
-  /// while the scan runs.
+  /// All references must outlive this object. `alive` is called repeatedly while the scan runs.
   ScanView(const ScanOptions& options, bool network, const StopSignals& stop,
            std::function<void()> alive, std::ostream& out, std::ostream& err);
 
@@ -60,7 +59,7 @@ class ScanView final : public scan::Watcher {
   const std::function<void()> alive_;
   std::ostream& out_;
   std::ostream& err_;
-  const bool terminal_;  ///< standard error is a terminal
+  const bool terminal_;  ///< true: standard error is a terminal
   bool drawn_ = false;
   bool refused_ = false;
   Instant drawn_at_{};

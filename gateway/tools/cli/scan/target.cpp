@@ -24,7 +24,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// The gateway takes its port back this long after the last renewal.
+/// The gateway takes the port back this long after the last renewal.
 constexpr Duration kLoan = 2min;
 constexpr Duration kRenewAfter = 30s;
 
@@ -53,7 +53,7 @@ void LineLoan::Renew(Instant now) {
   if (now - renewed_ < kRenewAfter) return;
   renewed_ = now;
   Json answer;
-  std::ostringstream ignored;  // a gateway that has stopped needs no renewal
+  std::ostringstream ignored;  // if the gateway has stopped, no renewal is needed
   Ask(socket_,
       {{"command", "release"},
        {"target", line_},
@@ -65,13 +65,14 @@ namespace {
 
 /// A port or server that does not open within this time is an error.
 constexpr Duration kOpening = 10s;
-/// Required silence before a request if bytes were received, and the longest wait for it.
+/// If bytes were received, the line must be silent for kQuiet before a request, but no longer than
+/// kMostQuiet is waited for that.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
-/// A reply that takes longer is cut off.
+/// A reply that takes longer than this, or has more than kMostBytes, is cut off.
 constexpr Duration kMostReply = 5s;
 constexpr std::size_t kMostBytes = 8192;
-/// Serial servers deliver bytes in pieces.
+/// Between two bytes from a serial server, a pause of this length can occur.
 constexpr Duration kNetworkGap = 100ms;
 
 }  // namespace
@@ -106,7 +107,7 @@ void PortWire::OnBytes(View bytes) {
   if (heard_.size() < kMostBytes) Append(heard_, bytes);
 }
 
-/// Returns after the next event, or at `until`.
+/// Handles the next event; returns at `until` at the latest.
 void PortWire::RunUntil(Instant until) {
   if (io_.stopped()) io_.restart();
   io_.run_one_until(until);
@@ -152,7 +153,8 @@ void PortWire::AwaitQuiet() {
   }
 }
 
-/// True if only an echo of the request was received so far: a bus that echoes returns it first.
+/// True if no byte but an echo of the request was received so far. A bus with an echo returns the
+/// request before the reply.
 bool PortWire::IsOnlyRequest(View request) const {
   return heard_.size() <= request.size() &&
          std::equal(heard_.begin(), heard_.end(), request.begin());

@@ -17,18 +17,19 @@
 
 namespace baudgate::tools {
 
-/// True for a path with '/' or tcp://. Every other target is a line: line names contain no '/'.
+/// True for a path with '/' or tcp://. All other targets are lines: the name of a line contains no
+/// '/'.
 bool IsPort(const std::string& target);
 
-/// Fails if the target can be neither, with the correct form of a port.
+/// Fails if the target is neither a port nor a line. The error contains the correct form of a port.
 Status CheckTarget(const std::string& target);
 
-// A line of a running gateway whose port is lent to this program. The gateway takes the port back
-// when the loan ends, or some time after this program has died.
+// `LineLoan` is a line of a running gateway whose port is lent to this program. The gateway takes
+// the port back when the loan ends, or two minutes after the last renewal if this program has died.
 class LineLoan {
  public:
-  /// Null: the loan failed, `code` is the exit code, and the reason was printed on `err`. `socket`
-  /// as in ReleaseOptions.
+  /// Borrows the port of a line. Null: this has failed, `code` is the exit code, and the reason was
+  /// printed on `err`. `socket` as in ReleaseOptions.
   static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
                                         std::ostream& err, int& code);
   ~LineLoan();
@@ -36,7 +37,7 @@ class LineLoan {
   LineLoan& operator=(const LineLoan&) = delete;
 
   const std::string& port() const { return port_; }
-  /// Extends the loan. Must be called repeatedly: a loan ends after two minutes.
+  /// Extends the loan. Must be called repeatedly, because a loan ends after two minutes.
   void Renew(Instant now);
 
  private:
@@ -49,11 +50,11 @@ class LineLoan {
   Instant renewed_{};
 };
 
-// The wire of a scan over a real port: sends and receives through a transport.
+// `PortWire` is the wire of a scan over a real port: it sends and receives through a transport.
 class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
-  /// The error tells why the port cannot be opened. `stop` must stay valid for the lifetime of the
-  /// wire.
+  /// Opens the port. The error contains the reason why the port cannot be opened. `stop` must
+  /// outlive the wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
                                                 const config::SerialSettings& serial,
                                                 const StopSignals& stop);
@@ -85,7 +86,7 @@ class PortWire final : public scan::Wire, private transports::TransportListener 
   std::unique_ptr<transports::Transport> transport_;
   Bytes heard_;
   Instant last_byte_{};
-  const bool rs485_;  ///< the driver switches the direction
+  const bool rs485_;  // the driver switches the RS-485 direction
   bool opened_ = false;
   bool stopped_ = false;
   std::string lost_;

@@ -23,13 +23,15 @@ namespace {
 
 using Json = tools::ControlClient::Json;
 
-/// The exit code when file or device are not as required, or differ.
+/// The exit code when file or device are not as required, or when they differ.
 constexpr int kDiffers = 3;
 
-/// Longer than the deadline of any write, so that the gateway's result arrives first.
+/// The time to wait for an answer. It is longer than the deadline of any write, so that the
+/// gateway's result arrives first.
 constexpr Duration kWaitForAnswer = 60s;
 
-/// Reads the file and the device's settings, and checks that they fit. Returns the exit code, or 0.
+/// Reads the file and the device's settings, and checks that both belong together. Returns the exit
+/// code; 0: they do.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
@@ -195,7 +197,7 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
   return comparison.same() ? 0 : kDiffers;
 }
 
-// `baudgate settings restore`: shows and checks what would be written, then writes row by row.
+// `baudgate settings restore` shows and checks what would be written, then writes row by row.
 
 namespace {
 
@@ -204,11 +206,11 @@ using namespace settings;  // NOLINT
 constexpr Duration kLookAgain = 200ms;
 
 using Plan = std::vector<Difference>;
-/// The reason why a point may not be written, by point.
+/// For each point that is not allowed to be written, the reason.
 using Denials = std::map<std::string, std::string>;
 
-/// Returns the settings to write. Fails if the file has no number for a setting that is a number in
-/// the device.
+/// Returns the settings to write. Fails if a setting is a number in the device and the file
+/// contains no number for it.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
@@ -232,7 +234,7 @@ Denials DenialsOf(const Plan& plan, const Sheet& now, PointWriter& writer) {
   return denials;
 }
 
-/// Returns "main_current (S21)".
+/// Returns the names of a setting in the gateway and in the device. Example: "main_current (S21)".
 std::string NameOf(const Difference& row) {
   return row.filed->point + " (" + row.filed->item + ")";
 }
@@ -242,7 +244,7 @@ class Restore {
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)
       : options_(options), now_(now), out_(out), err_(err) {}
 
-  /// Stops at the first row that is not confirmed, or at a signal.
+  /// Writes the rows. Stops at the first row that is not confirmed, and at a signal.
   void WriteAll(const Plan& plan, PointWriter& writer) {
     const StopSignals signals;
     auto row = plan.begin();
@@ -283,7 +285,8 @@ class Restore {
     return true;
   }
 
-  /// Waits for rows that were not read back yet, and reports rows that have changed since.
+  /// Waits until the written rows were read back from the device, and reports rows whose value is
+  /// not the written one.
   void ReadBack(const StopSignals& signals) {
     if (written_.empty()) return;
     const Instant until = ReadClocks().instant + options_.patience;
@@ -300,7 +303,7 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Returns null if the device's value is unknown.
+  /// Returns the device's present value of a setting; null: it is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;
@@ -331,7 +334,7 @@ class Restore {
   std::ostream& err_;
   std::vector<Written> written_;
   bool stopped_ = false;
-  bool hurried_ = false;  ///< a signal came: wait for nothing more
+  bool hurried_ = false;  // a signal came, so nothing is waited for
   bool good_ = true;
 };
 

@@ -1,5 +1,5 @@
-// `baudgate settings dump | compare | restore`: writes a relay's settings into a file, compares the
-// file with the relay, and writes the file's values back; see docs/settings.md.
+// `baudgate settings dump | compare | restore`: write a relay's settings into a file, compare the
+// file with the relay, and write the file's values back; see docs/settings.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,11 +14,12 @@
 
 namespace baudgate::settings {
 
-// The result of a write. It passes the same checks as others: permission, limits, queue, audit.
+// The result of a write. The gateway checks the write like all others: permission, limits, queue,
+// audit.
 struct WriteReport {
-  std::string end;     ///< name of the WriteEnd: "ok", "refused", …; "unknown" without an answer
-  std::string reason;  ///< one sentence; empty when ok
-  bool read_back = false;  ///< the device has shown the written value
+  std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
+  std::string reason;      ///< why the write failed, as one sentence; empty: it succeeded
+  bool read_back = false;  ///< true: the written value was read back from the device
 
   bool done() const { return end == "ok"; }
 };
@@ -26,13 +27,14 @@ struct WriteReport {
 class PointWriter {
  public:
   virtual ~PointWriter() = default;
-  /// `point`: LINE.DEVICE.POINT; `value` in the point's unit.
+  /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Returns why the write would be denied now; empty: it would be allowed. Writes nothing.
+  /// Returns why the write would be denied now; empty: it would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
-/// Writes through the control socket at `path`; empty: the gateway in the default places.
+/// `SocketWriter` writes through the control socket at `path`; empty: the gateway in the default
+/// places.
 class SocketWriter final : public PointWriter {
  public:
   explicit SocketWriter(std::string path) : path_(std::move(path)) {}
@@ -49,11 +51,11 @@ namespace baudgate::tools {
 
 struct SettingsOptions {
   std::string target;  ///< LINE.DEVICE
-  std::string file;    ///< for dump, empty: standard output
+  std::string file;    ///< empty, for dump: standard output
   bool json = false;
-  bool confirm = false;  ///< for restore: without it nothing is written
+  bool confirm = false;  ///< for restore; false: nothing is written
   std::string socket;    ///< empty: the gateway in the default places
-  /// For restore: how long to wait for the read-back.
+  /// For restore: how long to wait until the written values were read back.
   Duration patience = std::chrono::seconds(10);
 };
 
@@ -71,7 +73,7 @@ namespace baudgate::settings {
 
 std::string Count(std::size_t count);
 
-/// `denied`: writable points that the gateway does not allow to write.
+/// Prints the differences. `denied`: writable points that the gateway does not allow to be written.
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out);
 

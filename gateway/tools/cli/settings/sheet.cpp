@@ -136,7 +136,7 @@ Setting ReadSetting(const config::YamlNode& node, config::Problems& problems) {
   config::Assign(setting.unit, map.Label("unit"));
   if (const auto scale = map.Number("scale")) setting.scale = scale->ToDouble();
   config::Assign(setting.quality, map.Label("quality"));
-  map.Label("age");  // only for people; not used
+  map.Label("age");  // read and ignored: it is only for people
   setting.known = setting.value && setting.quality.empty();
   map.Finish();
   return setting;
@@ -185,7 +185,7 @@ Result<Sheet> ReadSheet(const std::string& path) {
 
 namespace {
 
-/// The largest relative difference of equal values: the precision of a float32.
+/// The largest relative difference of equal values, which is the precision of a float32.
 constexpr double kSame = 1e-6;
 
 Error Wrong(const config::Mark& mark, const std::string& message) {
@@ -196,7 +196,7 @@ bool IsNear(double a, double b) {
   return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
 }
 
-/// Returns "A", or "A (400 times what the device says)".
+/// Returns the unit. Example: "A", or "A (400 times the value of the device)".
 std::string UnitOf(const Setting& setting) {
   const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
   if (setting.scale == 1) return unit;
@@ -210,7 +210,8 @@ bool IsSameValue(const std::string& a, const std::string& b, std::optional<doubl
   const auto other = ParseDecimal(b);
   if (!one || !other) return a == b;
   if (resolution && std::abs(*one - *other) >= *resolution / 2) return false;
-  return IsNear(*one, *other);
+  const bool whole = *one == std::trunc(*one) && *other == std::trunc(*other);
+  return whole ? *one == *other : IsNear(*one, *other);
 }
 
 Status CheckFit(const Sheet& file, const Sheet& now) {
@@ -256,7 +257,7 @@ Comparison Compare(const Sheet& file, const Sheet& now) {
   Comparison comparison;
   for (const Setting& filed : file.settings) {
     const Setting* const here = now.Find(filed.point);
-    if (here == nullptr) continue;  // CheckFit reports missing points
+    if (here == nullptr) continue;  // CheckFit has reported this
     if (!filed.known) {
       comparison.open.push_back(filed.point + " (" + filed.item +
                                 ") was not known when the file was written");

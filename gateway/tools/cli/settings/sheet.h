@@ -15,17 +15,17 @@ namespace baudgate::settings {
 struct Setting {
   std::string point;  ///< "main_phase_low_current"
   std::string item;   ///< the device's name of the setting: "S21"
-  /// In the point's unit; empty: unknown.
+  /// The value in the point's unit; empty: unknown.
   std::optional<std::string> value;
   std::string unit;
-  double scale = 1;     ///< `value` divided by the device's raw number, `ratios` included
-  bool known = false;   ///< `value` is in the device now, not only an older value
+  double scale = 1;     ///< `value` divided by the device's raw number, with `ratios`
+  bool known = false;   ///< true: `value` is the device's present value, not an older one
   std::string quality;  ///< "good", "uncertain: last usable", …
   std::optional<Duration> age;
-  // Not stored in files:
+  // The following members are not stored in files.
   bool writable = false;
-  std::optional<double> resolution;  ///< the smallest difference of two values, in the point's unit
-  config::Mark mark;                 ///< place of its row in a file
+  std::optional<double> resolution;  ///< smallest difference of two values, in the point's unit
+  config::Mark mark;                 ///< place of the setting's row in the file
 };
 
 struct Sheet {
@@ -34,10 +34,10 @@ struct Sheet {
   std::string device;
   std::string protocol;
   std::string profile;
-  std::string designation;  ///< the device's own designation; empty: unknown
-  std::string time;         ///< ISO 8601, UTC
+  std::string designation;  ///< the device's designation; empty: unknown
+  std::string time;         ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
-  config::Mark mark;  ///< place in the file
+  config::Mark mark;
 
   std::string target() const { return line + "." + device; }
   const Setting* Find(const std::string& point) const;
@@ -45,14 +45,15 @@ struct Sheet {
   std::optional<Duration> oldest() const;
 };
 
-/// Reads the settings of LINE.DEVICE. Returns the exit code; a failure is printed on `err`.
+/// Reads the settings of LINE.DEVICE from the gateway. Returns the exit code. A failure is printed
+/// on `err`.
 int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet, std::ostream& err);
 
-/// ReadSheet reads both formats, because JSON is a subset of YAML.
+/// Both formats can be read by ReadSheet, because JSON is a subset of YAML.
 std::string ToYaml(const Sheet& sheet);
 std::string ToJson(const Sheet& sheet);
 
-/// Reads a file of `settings dump`, maybe edited. The error has one line for each problem:
+/// Reads a file of `settings dump`, possibly edited. The error has one line for each problem,
 /// "file:line:column: error: …".
 Result<Sheet> ReadSheet(const std::string& path);
 
@@ -66,20 +67,21 @@ struct Comparison {
   std::vector<Difference> different;  ///< in the order of the file
   /// One sentence for each setting that one side lacks, or whose value is unknown on one side.
   std::vector<std::string> open;
-  /// Number of `open` settings of the file whose value in the device is unknown now.
+  /// How many of the `open` settings have a value in the file, but no known value in the device.
   std::size_t unread = 0;
 
   bool same() const { return different.empty() && open.empty(); }
 };
 
-/// Checks profile, designation, items and units. The error contains the place in the file.
+/// Checks that profile, designation, items and units are equal. The error contains the place in the
+/// file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
-/// Both sheets must stay valid for the lifetime of the result.
+/// Compares two sheets. Both must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// True for "0.90" and "0.9", but not for "12345678" and "12345679". `resolution`: see
-/// Setting.
+/// True if two values are equal: whole numbers exactly, other numbers within the precision of a
+/// float32. Example: true for "0.90" and "0.9". `resolution`: see Setting.
 bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings

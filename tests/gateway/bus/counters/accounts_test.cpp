@@ -52,7 +52,7 @@ class AccountsTest : public ::testing::Test, protected PollerListener {
   std::vector<std::pair<News::What, bool>> news_;
 };
 
-/// One or two echoes that differ may be noise, so three are needed.
+/// Noise can change one or two echoes, so only three collisions show another master.
 TEST_F(AccountsTest, ThreeCollisionsInAMinuteReportAnotherMasterUntilAMinuteHasNone) {
   const std::pair<News::What, bool> began{News::What::collisions, false};
   const std::pair<News::What, bool> ended{News::What::collisions, true};

@@ -116,9 +116,6 @@ TEST_F(DeviceHealthTest, TwoRefusalsInARowMarkADeviceAsRefusing) {
   }
 }
 
-// ---------------- Whether silence means that the device is gone, or only that it does not answer
-// this query.
-
 const std::vector<std::size_t> kHeard = {0, 1};
 const std::vector<std::size_t> kNever = {2, 3};
 constexpr Instant kStart{100s};
@@ -192,10 +189,6 @@ TEST(Roster, EntriesWithEqualSenderNamesAreTheSameDevice) {
   EXPECT_TRUE(toys.a.IsSame(toys.b));
 }
 
-// ---------------- Times that the protocol of a device needs: the longer of needed and configured
-// counts.
-
-/// A conversation that only returns the least times that its device needs.
 class Slow : public protocols::Conversation {
  public:
   explicit Slow(config::Timing least) : least_(least) {}
@@ -243,12 +236,9 @@ TEST(RosterTimes, TheLongerOfConfiguredAndConversationTimesApplies) {
   EXPECT_EQ(device.times.ceiling, configured.ceiling);
 }
 
-// ---------------- The public state of a device: disabled devices, troubles and remarks.
-
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// A conversation that returns the trouble that the test has set.
 class Saying final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return {}; }
@@ -309,7 +299,6 @@ TEST_F(DeviceStatesTest, ADisabledDeviceIsTakenIntoUse) {
   EXPECT_EQ(Status().state, DeviceState::never_seen);
 }
 
-/// A remark is shown in the status and logged once. The values stay good, so no event is reported.
 TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
   const std::string wrong = "type 0D, the profile says 08";
   const std::string remark = "gives no events";
@@ -328,7 +317,7 @@ TEST_F(DeviceStatesTest, ARemarkIsWarnedOfButNotReportedAsTrouble) {
       {{Reason::other_module, "type 0E"}, {"type 0E"}, {"type 0E"}},
       {{Reason::none, ""}, {"over: "}, {"it is the configured device again"}},
       {{Reason::none, wrong}, {}, {wrong}},
-      {{Reason::other_module, wrong}, {wrong}, {wrong}},  // the same text, now a trouble
+      {{Reason::other_module, wrong}, {wrong}, {wrong}},
       {{Reason::none, wrong}, {"over: "}, {"it is the configured device again; " + wrong}},
   };
   auto conversation = std::make_unique<Saying>();

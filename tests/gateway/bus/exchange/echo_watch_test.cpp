@@ -121,8 +121,6 @@ TEST_F(EchoWatchTest, OnlyVerifyModeReportsACutRing) {
   }
 }
 
-// ---------------- The echo filter in all modes, with every fragmentation of the received bytes.
-
 struct Seen {
   Bytes bytes;
   int complete = 0;
@@ -136,7 +134,6 @@ struct Seen {
   bool operator==(const Seen&) const = default;
 };
 
-/// Runs one exchange in every fragmentation of `received`. Each fragmentation must give `expected`.
 void Check(Echo mode, std::string_view request, std::string_view received, const Seen& expected) {
   test::EachFragmentation(ToBytes(received), [&](const std::vector<Bytes>& pieces) {
     EchoFilter filter(mode);

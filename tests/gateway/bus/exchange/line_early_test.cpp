@@ -1,5 +1,5 @@
-// Tests of `Line` with replies that are early, late, damaged or doubled. An early reply counts only
-// if the port does not keep its bit rate (for example, a serial server).
+// Tests of `Line` with replies that are early, late, damaged or doubled. Bytes before the end of a
+// request can be its reply only if the port does not keep its bit rate, like a serial server.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 
@@ -44,7 +44,7 @@ TEST_F(LineTest, APossibleEchoIsJudgedAtTheEndOfTransmission) {
 TEST_F(LineTest, EarlyBytesAreStrayOnAPortThatKeepsItsBitRate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
-  line_.Feed(ToyReply("A1=4"), At(1002ms));  // a late copy of an earlier reply
+  line_.Feed(ToyReply("A1=4"), At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
   line_.Feed(reply_, At(1020ms));
@@ -88,7 +88,7 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   line_.Feed(reply_, At(1002ms));
   line_.OnTimer(At(1004ms));
   EXPECT_TRUE(frames_.empty());
-  line_.OnTimer(At(1104ms));  // the reply time ends, and no other bytes have come
+  line_.OnTimer(At(1104ms));
   ASSERT_EQ(frames_.size(), 1U);
   EXPECT_EQ(ends_.back().outcome, Outcome::ok);
   Start(2s);
@@ -97,7 +97,7 @@ TEST_F(LineTest, APortThatDoesNotKeepItsClaimedBitRateIsDetected) {
   EXPECT_EQ(frames_.size(), 2U) << "from now on at once";
 }
 
-/// The program was stopped until 5 s, so the age of the reply is not known.
+/// The program was stopped until 5 s, so the age of the early reply is unknown.
 TEST_F(LineTest, AnEarlyReplyIsDroppedWhenTheTimerIsVeryLate) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -125,8 +125,6 @@ TEST_F(LineTest, AReplyIsAcceptedWhenTheTransmissionTimerIsLate) {
   ASSERT_EQ(frames_.size(), 1U);
 }
 
-// ---------------- Replies that waited while the program was stopped: their age is not known.
-
 TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   Reach(State::await_first);
   line_.Feed(reply_, At(5s));
@@ -136,7 +134,6 @@ TEST_F(LineTest, AReplyReadLongAfterTheReplyTimeIsStray) {
   EXPECT_EQ(strays_.size(), 1U);
 }
 
-/// The program was busy for less than 100 ms.
 TEST_F(LineTest, AReplyLessThan100MsAfterItsReplyTimeIsAccepted) {
   Reach(State::await_first);
   line_.Feed(reply_, At(1104ms + 99ms));
@@ -162,8 +159,6 @@ TEST_F(LineTest, TheRestOfAReplyReadBeyondTheCeilingIsCorrupt) {
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::corrupt) << "beyond the ceiling";
 }
-
-// ---------------- Damage and noise instead of a reply, or before it.
 
 TEST_F(LineTest, ReceivingGapAfterDamageIsCorrupt) {
   Reach(State::await_first);
@@ -221,9 +216,6 @@ TEST_F(LineTest, BabbleEndsAtTheCeilingOfTheExchange) {
   EXPECT_GE(at, 1304ms);
   EXPECT_LE(at, 1306ms) << "one deadline for the exchange, not one per byte";
 }
-
-// ---------------- How the line reacts to a second reply. second_reply_test.cpp tests which bytes
-// are a second reply.
 
 TEST_F(LineTest, BytesAfterAFrameAreStrayAndDrained) {
   Reach(State::await_first);
@@ -284,8 +276,6 @@ TEST_F(LineTest, AReplyAfterARejectedReplyIsNotASecondReply) {
   EXPECT_EQ(second_, 0);
 }
 
-/// A copy is harmless if the reply is true for any request (`any_order`), or carries the number of
-/// its request (`numbered`). Then the line goes idle without a drain.
 TEST_F(LineTest, NoDrainFollowsHarmlessCopies) {
   struct Case {
     bool any_order;
@@ -324,7 +314,6 @@ TEST_F(LineTest, ADifferentReplyAfterTheAcceptedReplyIsReportedOnce) {
   EXPECT_EQ(second_, 1) << "told once";
 }
 
-/// The port keeps its bit rate, so bytes during the sending of a request are not its reply.
 TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   line_.OnOpened(At(0ms), true);
   Start(1s);
@@ -345,9 +334,6 @@ TEST_F(LineTest, ADifferentReplyDuringTheNextRequestIsReported) {
   EXPECT_EQ(second_, 1) << "a copy is no second reply";
 }
 
-// ---------------- Every kind of fault in every state of the line.
-
-/// The heap memory, in bytes, that a line may hold at most, however much comes in.
 constexpr std::size_t kLittle = 16'384;
 
 std::size_t HeapInUse() { return mallinfo2().uordblks; }
@@ -414,7 +400,7 @@ TEST_P(EveryState, EndlessBabbleNeitherBlocksTheLineNorGrowsMemory) {
     while (line_.Deadline() && DeadlineIn() <= at) line_.OnTimer(*line_.Deadline());
     idle_again = idle_again || line_.idle();
     line_.Feed(noise, At(at));
-    strays_.clear();  // the test itself holds these bytes, so they must not be counted
+    strays_.clear();  // the test itself stores these bytes, so they must not be counted
     ASSERT_LE(HeapInUse(), before + kLittle);
   }
   EXPECT_EQ(idle_again, under_way || GetParam() == State::idle);
@@ -424,7 +410,6 @@ TEST_P(EveryState, EndlessBabbleNeitherBlocksTheLineNorGrowsMemory) {
 TEST_P(EveryState, AVeryLateTimerLeadsToTheSameStateAsATimelyTimer) {
   Reach(GetParam());
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(At(1h));
-  // A timer that counts from the late call itself (a drain) fires afterwards.
   for (int i = 0; i < 10 && line_.Deadline(); ++i) line_.OnTimer(*line_.Deadline());
   EXPECT_EQ(line_.state(), GetParam() == State::closed ? State::closed : State::idle);
 }

@@ -18,13 +18,11 @@ namespace baudgate::bus {
 
 using State = Line::State;
 
-/// Times for the request "?A1\r": 4 characters of 1 ms.
 inline constexpr LineTimes kTimes = {
     .quiet = 5ms, .reply = 100ms, .gap = 10ms, .ceiling = 300ms, .drain = 30ms, .character = 1ms};
 
 class LineTest : public ::testing::Test, protected LineClient {
  protected:
-  /// The line. The fixture stores the news that each call returns.
   class Tested {
    public:
     explicit Tested(LineTest& test) : test_(test), line_(test) {}
@@ -77,7 +75,6 @@ class LineTest : public ::testing::Test, protected LineClient {
     exchange.request.numbered = numbered_;
     line_.Start(std::move(exchange), At(at));
   }
-  /// Brings the line into `state`. The request is sent at 1 s, its transmission ends at 1.004 s.
   void Reach(State state) {
     if (state == State::closed) return;
     Opened();
@@ -100,18 +97,18 @@ class LineTest : public ::testing::Test, protected LineClient {
   Outcome verdict_ = Outcome::ok;
   protocols::FrameRule rule_ = ToyProtocol().reply_rule;
   bool lags_ = false;
-  bool named_ = true;     // the reply contains the address of its device
-  bool mirrors_ = false;  // the reply may equal the request
+  bool named_ = true;
+  bool mirrors_ = false;
   bool any_order_ = false;
   bool numbered_ = false;
   Duration aftermath_{};
-  std::string request_;  // the last request that was sent
+  std::string request_;
   std::vector<std::string> sent_;
   std::vector<std::string> frames_;
   std::vector<ExchangeEnd> ends_;
   std::vector<StrayBytes> strays_;
-  std::size_t before_ = 0;  // bytes of strays_ that came before the end of the exchange
-  int second_ = 0;          // the number of second replies that were reported
+  std::size_t before_ = 0;  // bytes of strays_ that arrived before the end of the exchange
+  int second_ = 0;
   const Bytes reply_ = ToyReply("A1=5");
 };
 

@@ -1,5 +1,4 @@
-// Tests of `Line`, one for each row of the state table at the head of
-// gateway/bus/exchange/line.cpp.
+// Tests of `Line`, one for each row of the state table in gateway/bus/exchange/line.cpp.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/exchange/line.h"
 
@@ -72,7 +71,7 @@ TEST_F(LineTest, AClosedConnectionInPlaceOfAReplyIsNoReplyAtOnce) {
   ASSERT_EQ(ends_.size(), 1U);
   EXPECT_EQ(ends_[0].outcome, Outcome::no_reply);
   EXPECT_TRUE(ends_[0].ended);
-  EXPECT_EQ(ends_[0].reason, "the server closed the connection in place of an answer");
+  EXPECT_EQ(ends_[0].reason, "the server closed the connection instead of answering");
   EXPECT_EQ(DeadlineIn(), 1010ms + kTimes.drain);
   line_.OnEnded(At(1020ms));
   EXPECT_EQ(ends_.size(), 1U) << "nothing is under way any more";
@@ -80,7 +79,7 @@ TEST_F(LineTest, AClosedConnectionInPlaceOfAReplyIsNoReplyAtOnce) {
 
 TEST_F(LineTest, SendingTimerAwaitsTheFirstByte) {
   Reach(State::sending);
-  line_.OnTimer(At(1006ms));  // late: the reply time still counts from the computed end
+  line_.OnTimer(At(1006ms));
   EXPECT_EQ(line_.state(), State::await_first);
   EXPECT_EQ(DeadlineIn(), 1104ms);
 }
@@ -146,8 +145,8 @@ TEST_F(LineTest, TheOutcomeOfAWholeFrameDecidesWhetherTheLineDrains) {
   EXPECT_EQ(line_.state(), State::drain);
 }
 
-/// Example: a late reply of relay 1 must not be taken for that of relay 2. Replies that contain
-/// their address cannot be mistaken.
+/// The late reply of relay 1 could be mistaken for the reply of relay 2, so the line waits for the
+/// aftermath. If replies contain their address, waiting for the drain suffices.
 TEST_F(LineTest, AfterAFailureOnlyDevicesWithUnnamedRepliesGetTheAftermath) {
   aftermath_ = 200ms;
   for (const bool named : {false, true}) {
@@ -165,7 +164,8 @@ TEST_F(LineTest, AfterAFailureOnlyDevicesWithUnnamedRepliesGetTheAftermath) {
   }
 }
 
-/// The own reply may still come, unless the device is known to answer late by requests (`lags`).
+/// A reply of another device does not end the exchange, because the requested reply can still
+/// arrive. Exception: the device is known to answer one request late (`lags`).
 TEST_F(LineTest, AReplyOfAnotherDeviceEndsOnlyTheExchangeOfALaggingDevice) {
   rule_ = [](View held, const protocols::Expectation&, bool) {
     return protocols::Cut::Discard(held.size(), Outcome::unexpected,
@@ -183,7 +183,6 @@ TEST_F(LineTest, AReplyOfAnotherDeviceEndsOnlyTheExchangeOfALaggingDevice) {
   }
 }
 
-/// The program was stopped between the last byte and the timer.
 TEST_F(LineTest, AReplyEndedBySilenceIsTimedByItsLastByte) {
   rule_ = [](View held, const protocols::Expectation&, bool idle) {
     return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
@@ -231,8 +230,7 @@ TEST_F(LineTest, TheReplyRuleIsAppliedAgainWhenTheLineIsIdle) {
   exchange.request.bytes = ToBytes("?");
   exchange.times = kTimes;
   exchange.reply_rule = [](View held, const protocols::Expectation&, bool idle) {
-    return idle ? protocols::Cut::Frame(held.size())
-                : protocols::Cut::NeedMore();  // a frame that only silence ends
+    return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
   };
   line_.Start(std::move(exchange), At(1s));
   line_.OnTimer(At(1001ms));

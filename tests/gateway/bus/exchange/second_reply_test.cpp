@@ -1,4 +1,4 @@
-// Tests of `SecondReply`: copies, other replies and noise behind a reply that was taken.
+// Tests of `SecondReply`: copies, other replies and noise behind an accepted reply.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -22,16 +22,15 @@ Bytes Joined(const std::vector<Bytes>& parts) {
 
 struct Behind {
   std::string name;
-  Bytes at_once;  // comes behind the reply in the same read
+  Bytes at_once;  // bytes in the same read as the reply, behind it
   Bytes later;
   bool alone = true;
-  bool only_copies = true;  // `at_once` contains only copies of the reply
-  int told = 0;             // how many second replies are found in `later`
+  bool only_copies = true;
+  int told = 0;
 };
 
 class SecondReplyTest : public ::testing::TestWithParam<Behind> {
  protected:
-  /// Feeds the reply and `behind` in one read. True if no different reply follows the reply.
   bool Come(View behind) {
     protocols::Assembler assembler;
     assembler.Begin(ToyProtocol().reply_rule, ToyProtocol().expect(ToBytes("?A1\r"), {}));

@@ -1,4 +1,4 @@
-// Tests of `UnaskedReceiver`, which cuts messages out of bytes that a device sends unasked.
+// Tests of `UnaskedReceiver`: messages that a device sends without a request.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -16,7 +16,6 @@ namespace {
 
 constexpr Instant kOpened = Instant() + 1h;
 
-/// Cuts messages of the form "<abc>".
 protocols::Cut Bracketed(View held, const protocols::Expectation& expect, bool) {
   if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::partial, "noise");
   const auto end = std::find(held.begin(), held.end(), '>');
@@ -33,13 +32,13 @@ protocols::Cut Ended(View held, const protocols::Expectation&, bool) {
   return protocols::Cut::Frame(static_cast<std::size_t>(end - held.begin()) + 1);
 }
 
-/// Cuts messages of the form "abc" that only silence ends.
+/// Cuts messages of the form "abc". Only silence ends a message.
 protocols::Cut Silent(View held, const protocols::Expectation&, bool idle) {
   return idle ? protocols::Cut::Frame(held.size()) : protocols::Cut::NeedMore();
 }
 
 struct Piece {
-  Duration at;  ///< time since the port was opened
+  Duration at;
   std::string bytes;
 };
 
@@ -71,7 +70,6 @@ class UnaskedReceiverTest : public ::testing::TestWithParam<Case> {
     EXPECT_EQ(heard.why.empty(), heard.damaged == 0);
     Append(rest_, heard.rest);
   }
-  /// Calls OnTimer for each deadline before a piece, then feeds the piece.
   void Play(const std::vector<Piece>& pieces, protocols::FrameRule rule) {
     const protocols::Standing standing = StandingOf(rule);
     UnaskedReceiver ear(standing);
@@ -177,7 +175,6 @@ TEST_F(UnaskedReceiverCutTest, AnyTwoCutsGiveTheSameMessages) {
   }
 }
 
-/// "34" comes before the timer that was due earlier is called.
 TEST_F(UnaskedReceiverCutTest, ALateTimerDoesNotJoinMessages) {
   const protocols::Standing standing = StandingOf(Silent);
   UnaskedReceiver ear(standing);
@@ -198,9 +195,6 @@ TEST_F(UnaskedReceiverCutTest, MemoryIsBounded) {
   }
 }
 
-// ---------------- A line on which a device sends unasked, with and without exchanges.
-
-/// Cuts messages of the form "<abc>".
 protocols::Cut Message(View held, const protocols::Expectation&, bool) {
   if (held[0] != '<') return protocols::Cut::Discard(1, Outcome::none, "no message");
   const auto end = std::find(held.begin(), held.end(), '>');
@@ -282,7 +276,7 @@ TEST_F(LineUnaskedTest, BytesOnAnIdleLineAreNotCountedAsStray) {
 TEST_F(LineUnaskedTest, AReplyDoesNotGoOnAfterTheProgramWasStopped) {
   Start(1s);
   Bytes_(reply_.substr(0, 3), 1020ms);
-  Bytes_(reply_.substr(3), 1150ms);  // comes before the ceiling of the exchange
+  Bytes_(reply_.substr(3), 1150ms);
   EXPECT_THAT(frames_, ::testing::IsEmpty());
   EXPECT_EQ(ends_, std::vector{Outcome::partial});
 }
@@ -294,7 +288,6 @@ TEST_F(LineUnaskedTest, AnIncompleteMessageIsDamagedAndFreesTheLine) {
   EXPECT_EQ(damaged_, 1U);
 }
 
-/// The message begins after each byte of the reply in turn. Both must arrive whole.
 TEST_F(LineUnaskedTest, AMessageInsideAReplyIsRemovedFromTheReply) {
   Duration at = 1s;
   for (std::size_t place = 0; place <= reply_.size(); ++place) {
@@ -384,8 +377,6 @@ TEST_F(LineUnaskedTest, ALostPortDropsTheMessageInProgress) {
   Bytes_("b><c>", 2s);
   EXPECT_EQ(said_, Said{"<c>"});
 }
-
-// ---------------- Bytes that come while a request is being sent.
 
 TEST(Transmission, KeepsEarlyBytesOnlyOnAPortThatKeepsItsBitRate) {
   Transmission sent;

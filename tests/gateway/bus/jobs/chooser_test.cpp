@@ -1,4 +1,4 @@
-// Tests of `Chooser` and `RoutedJobs`: which job a line does next.
+// Tests of `Chooser` and `RoutedJobs`, which choose the next job of a line.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/jobs/chooser.h"
 

@@ -42,7 +42,6 @@ class DeviceTrackerTest : public ::testing::Test, protected ToyMembers, protecte
                 [&](const DeviceRecord& record) { quality = QualityAt(record, 0, kStart); });
     return quality;
   }
-  /// Returns the names of the devices with due polls, in the order in which they are served.
   std::string Due(Duration at) {
     std::string due;
     while (const auto pick = schedule_.Next(kStart + at)) due += pick->device == 0 ? 'a' : 'b';
@@ -71,7 +70,7 @@ TEST_F(DeviceTrackerTest, ADeviceOutOfUseIsNotPolledAfterThePortOpens) {
   EXPECT_EQ(Due(0s), "b");
 }
 
-/// The reply to a request from before the port was closed may still come.
+/// Device a was sent a request before the port closed, so its late reply can still arrive.
 TEST_F(DeviceTrackerTest, AfterThePortOpensOnlyTheDeviceWithALateReplyWaits) {
   owed_.late_replies.OnClosed(a, kStart - 100ms);
   Open();
@@ -111,7 +110,6 @@ TEST_F(DeviceTrackerTest, ADeviceTakenIntoUseIsPolledAndItsOldValuesAreNotGood) 
   EXPECT_NE(QualityOf(a), Quality::good);
 }
 
-/// The request was sent before the device was taken out of use.
 TEST_F(DeviceTrackerTest, ADeviceOutOfUseIsNotPolledWhateverItsLastReply) {
   const protocols::Task poll;
   const protocols::Request request = AskFor("?A1\r");

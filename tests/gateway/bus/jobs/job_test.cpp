@@ -109,7 +109,7 @@ TEST_F(JobTest, ADisabledDeviceAcceptsRoutedRequestsButNoPolls) {
 TEST_F(JobTest, AnAbandonedWriteIsSentOnlyIfItHasBegun) {
   WriteCommand command = Until(kStart + 1s);
   command.abandoned = std::make_shared<std::atomic<bool>>(true);
-  EXPECT_EQ(Write(command)->WhyNotSend(kStart)->why, "its client has left");
+  EXPECT_EQ(Write(command)->WhyNotSend(kStart)->why, "the client has disconnected");
   command.state = WriteState::sent;
   EXPECT_FALSE(Write(command)->WhyNotSend(kStart)) << "it has been sent";
 }
@@ -124,11 +124,8 @@ TEST_F(JobTest, TheGoalOfAProbeIsTheJobThatWaitsForIt) {
   EXPECT_FALSE(before.asked().lone_probe);
 }
 
-// ---------------- The effects of the end of a job: one table for each kind of job.
-
 using Next = EndEffects::Write::Next;
 
-/// Device a has one point of the fast group and one of the slow group.
 class JobEndTest : public JobTest {
  protected:
   static EndEffects End(Job& job, Outcome outcome) {
@@ -189,7 +186,7 @@ TEST_F(JobEndTest, AFailedReadBackMakesItsPointsDoubtful) {
   EXPECT_FALSE(EndOfReadBack(Outcome::no_reply).polls_first);
 }
 
-/// Another query may have its number now, so the points that were read are not known.
+/// Another query can have the number of the missing query, so it is unknown which points were read.
 TEST_F(JobEndTest, AReadWhoseQueryIsGoneIsRepeated) {
   EXPECT_EQ(EndOfReadBack(Outcome::ok, true).read_again, std::vector<std::size_t>{0});
   EXPECT_TRUE(EndOfReadBack(Outcome::ok).read_again.empty());
@@ -213,13 +210,13 @@ TEST_F(JobEndTest, ABackgroundTaskReportsItsDurationAndWhetherItWasSent) {
 TEST_F(JobEndTest, TheEndOfAWriteDependsOnItsProgressAndOutcome) {
   struct Row {
     const char* what;
-    std::size_t points;  // points in the command
-    std::size_t next;    // the point that is under way, counted from 1
-    bool sent;           // the request that may have written has been sent
+    std::size_t points;
+    std::size_t next;  // the point that is being written, counted from 1
+    bool sent;         // a request that may have changed the device has been sent
     Outcome outcome;
     Next follows;
-    WriteEnd end;         // only for Next::answer
-    std::size_t unknown;  // the number of points with unknown values afterwards
+    WriteEnd end;
+    std::size_t unknown;
     bool polls_first;
     bool unfit = false;
   };
@@ -256,13 +253,12 @@ TEST_F(JobEndTest, TheEndOfAWriteDependsOnItsProgressAndOutcome) {
   }
 }
 
-/// Lets the test call NoteTold.
+/// Makes NoteTold public.
 struct Told : WriteJob {
   using WriteJob::NoteTold;
   using WriteJob::WriteJob;
 };
 
-/// The first step was sent and may have written.
 TEST_F(JobEndTest, AWriteWithoutANextRequestEndsUnknownUnlessRefused) {
   const std::pair<std::optional<JobEnd>, WriteEnd> kRows[] = {
       {std::nullopt, WriteEnd::unknown},

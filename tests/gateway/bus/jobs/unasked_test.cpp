@@ -12,8 +12,8 @@ namespace {
 
 constexpr Now kNow{Instant() + 1h, WallTime(1'790'000'000s)};
 
-/// Messages: "7" is a value of point 0, "9" a value of a point that does not exist, "E" an event,
-/// "?" is damaged. 2 s after the last message the value of point 0 becomes 0.
+/// Sends unasked messages: "7" is a value of point 0, "9" a value of a point that does not exist,
+/// "E" an event, "?" is damaged. 2 s after the last message, the value of point 0 becomes 0.
 class Talker final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return {}; }
@@ -66,7 +66,6 @@ const protocols::Protocol& TalkerProtocol() {
   return protocol;
 }
 
-/// Device a is polled. Device b sends unasked and has one point.
 class SpeakerTest : public ::testing::Test {
  protected:
   SpeakerTest() { line_.devices[1].protocol = "talker"; }
@@ -177,7 +176,7 @@ TEST_F(SpeakerTest, EventsBeyondTheBacklogAreLostAndCountedInTheNextBatch) {
   for (std::size_t i = 0; i < EventBacklog::kMost; ++i) ASSERT_TRUE(Say("E").events);
   struct Row {
     const char* text;
-    bool kept_before;  // one batch has been written to the disk before this message
+    bool kept_before;
     std::size_t events;
     std::size_t lost;
     bool warns;

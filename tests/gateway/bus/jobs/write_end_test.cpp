@@ -24,7 +24,6 @@ TEST(WriteEndOf, AFailedWriteIsUnknownIfItWasSentElseNotSent) {
   }
 }
 
-/// Example: an analog output refuses a value beyond its range, but has moved to its limit.
 TEST(WriteEndOf, ARefusalOfADeviceThatMayHaveActedIsUnknown) {
   EXPECT_EQ(WriteEndOf(Outcome::refused, true, true), WriteEnd::unknown);
   EXPECT_EQ(WriteEndOf(Outcome::ok, true, true), WriteEnd::ok);
@@ -71,7 +70,6 @@ TEST_F(Verdicts, OnlyAGoodReadingAfterTheWriteDecides) {
   EXPECT_FALSE(Of(0).lost);
 }
 
-/// An output that slews, or a device that limits the value: the write neither succeeded nor failed.
 TEST_F(Verdicts, AValueBetweenOldAndNewIsOkButNotReadBack) {
   Show(3.0, 1s);
   const ReadBackVerdict verdict = Of(0);
@@ -81,7 +79,6 @@ TEST_F(Verdicts, AValueBetweenOldAndNewIsOkButNotReadBack) {
   EXPECT_FALSE(verdict.lost);
 }
 
-/// The point is a command such as "reset": nothing can be read back, so nothing is lost.
 TEST_F(Verdicts, AWriteOnlyPointIsOkWithoutAReadBack) {
   EXPECT_EQ(Of(1).result.end, WriteEnd::ok);
   EXPECT_FALSE(Of(1).result.read_back);
@@ -145,7 +142,7 @@ TEST(Comparison, AValueRoundedToTheStepOrDecimalsCountsAsWritten) {
   EXPECT_EQ(Compare(point, write, 0.1), Comparison::written);
 }
 
-/// Decimals count in units of the device: with a scale of 400 A, two decimals are steps of 4 A.
+/// Decimals apply to the value in the device: with a scale of 400 A, two decimals are steps of 4 A.
 TEST(Comparison, DecimalsApplyToTheUnscaledValue) {
   config::Point point;
   point.type = Type::float32;
@@ -156,7 +153,6 @@ TEST(Comparison, DecimalsApplyToTheUnscaledValue) {
   EXPECT_EQ(Compare(point, write, 344.0), Comparison::another) << "0.86";
 }
 
-/// With a scale of 0.1, the value 25 is written as 250, and the point shows 25 again.
 TEST(Comparison, IntegersAreComparedInScaledUnits) {
   config::Point point;
   point.type = Type::int16;

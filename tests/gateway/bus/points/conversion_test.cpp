@@ -133,8 +133,8 @@ TEST(ToSample, FloatsMustBeFiniteAndInRange) {
 TEST(Conversion, AFloat32IsShownAsItsShortestDecimal) {
   ExpectGood(PointOf(Type::float32), static_cast<double>(5.3F), 5.3);
   ExpectGood(PointOf(Type::float32), static_cast<double>(-0.3F), -0.3);
-  ExpectGood(PointOf(Type::float32), 123456792.0, 123456792.0);  // not 123456790
-  ExpectGood(PointOf(Type::float32), 1834523.25, 1834523.25);    // not 1834523.2
+  ExpectGood(PointOf(Type::float32), 123456792.0, 123456792.0);
+  ExpectGood(PointOf(Type::float32), 1834523.25, 1834523.25);
   ExpectGood(PointOf(Type::float64), static_cast<double>(5.3F), static_cast<double>(5.3F));
   EXPECT_EQ(AsDecimal(1e300), 1e300);
 }
@@ -174,7 +174,7 @@ TEST(ToSample, SentinelsMatchNumbersAsTheyAreShown) {
       {"1e30", static_cast<double>(1e30F), true},
       {"3.4028235e38", static_cast<double>(std::numeric_limits<float>::max()), true},
       {"-3.402823466E+38", static_cast<double>(-std::numeric_limits<float>::max()), true},
-      {"999.90", 999.9, true},  // a reading that came as a text
+      {"999.90", 999.9, true},
       {"999.9", 999.9001, false},
       {"999.9", static_cast<double>(999.8F), false},
       {"999.9", static_cast<double>(std::nextafter(999.9F, 0.0F)), false},
@@ -230,7 +230,6 @@ TEST(ToSample, AReadingBeyondMinAndMaxIsNotGood) {
   EXPECT_EQ(Converted(whole, kMaxU64).quality, over);
 }
 
-/// min and max limit what this gateway writes. A person at the device may have set more.
 TEST(ToSample, AReadingOfAWritablePointMayLieOutsideMinAndMax) {
   config::Point point = PointOf(Type::uint16);
   point.access = config::Access::read_write;

@@ -87,7 +87,7 @@ TEST(Findings, SilenceOnlyAfterShortPausesIsDetected) {
   EXPECT_EQ(findings.ShortPause(), Duration());
 }
 
-/// Example: a serial server with a smaller buffer has been put in between.
+/// Example: a serial server with a smaller buffer was inserted.
 TEST(Findings, LongRepliesThatBecomeDamagedAreDetected) {
   Findings findings;
   const Finding whole{.symptom = clean, .bytes = 49, .expected = 49};
@@ -112,11 +112,9 @@ TEST(Findings, AShortRefusalDoesNotCountAsALongReply) {
   EXPECT_EQ(findings.lengths().longest_good(), 4U);
 }
 
-// ---------------- `FailureRuns`: when the failures of a device began and ended.
-
 constexpr Instant kFirst{1000s};
 
-/// Plays exchanges, one per second: 'o' is answered, 'x' fails. '-' is a minute without exchanges.
+/// One exchange per second: 'o' is answered, 'x' fails. '-' is a minute without exchanges.
 FailureRuns After(std::string_view exchanges) {
   FailureRuns failures;
   Instant now = kFirst;
@@ -130,7 +128,7 @@ FailureRuns After(std::string_view exchanges) {
   return failures;
 }
 
-/// "2x3": two answered exchanges, then three failures. "2x3.": the run has not ended.
+/// Example: "2x3" is two answered exchanges, then three failures; "2x3." has not ended.
 std::string ShownRuns(const FailureRuns& failures) {
   std::string text;
   for (const FailureRuns::Run& run : failures.runs()) {
@@ -172,8 +170,6 @@ TEST(FailureRuns, RecordTheTimesOfTheirFailuresAndTheAnswersAround) {
   EXPECT_EQ(run.last, kFirst + 5s);
   EXPECT_EQ(run.after, kFirst + 6s);
 }
-
-// ---------------- The histogram of round trips: exact within a quarter of an octave.
 
 TEST(RoundTrips, EmptyIsZero) {
   const RoundTrips trips;
@@ -224,8 +220,6 @@ TEST(Names, OutcomesAndStatesKeepTheirPublishedNames) {
   EXPECT_EQ(static_cast<int>(DeviceState::disabled), 4);
   EXPECT_EQ(Name(DeviceState::never_seen), "never seen");
 }
-
-// ---------------- The last hour of a device in counts per minute. Older minutes are forgotten.
 
 TEST(LastHour, ForgetsMinutesOlderThanAnHour) {
   LastHour hour;

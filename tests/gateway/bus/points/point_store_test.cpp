@@ -16,7 +16,7 @@
 namespace baudgate::bus {
 namespace {
 
-/// Points that are polled every 1 s, every 10 s, once and daily. A second device is disabled.
+/// Device 0 has points that are polled every 1 s, every 10 s, once and daily. Device 1 is disabled.
 class PointStoreTest : public ::testing::Test {
  protected:
   enum PointIndex : std::uint32_t { kFast, kSlow, kOnce, kDaily };
@@ -54,7 +54,6 @@ class PointStoreTest : public ::testing::Test {
     store_.Read(0, [&](const DeviceRecord& record) { copy = record.points[point]; });
     return copy;
   }
-  /// Returns the points of device 0 that the feed has reported since the last call.
   std::vector<std::uint32_t> Told() {
     Changes changes;
     feed_->Drain(Instant(), changes);
@@ -86,7 +85,7 @@ TEST_F(PointStoreTest, PointsStartWithTheQualityWaiting) {
 }
 
 TEST_F(PointStoreTest, OverridesAndFaultsHideQualitiesByAge) {
-  // From the strongest to the weakest: each quality hides all that follow below.
+  // Qualities from the strongest to the weakest: each hides the qualities that follow.
   Update(kFast, 1.0, 0s, Quality::bad_sensor_failure);
   store_.SetOverride(0, Quality::bad_out_of_service);
   EXPECT_EQ(QualityAfter(kFast, 1h), Quality::bad_out_of_service);
@@ -162,7 +161,6 @@ TEST_F(PointStoreTest, AReportedBadQualityDoesNotLimitTheQualityByAge) {
   });
 }
 
-/// A reload does this: the line and the age of its values go on.
 TEST_F(PointStoreTest, NewAgeLimitsApplyToExistingValues) {
   store_.SetLineCycle(0, 10s, kStart);
   Update(kFast, 1.0, 0s);
@@ -316,8 +314,6 @@ TEST_F(PointStoreTest, NoReaderSeesHalfAnUpdate) {
   EXPECT_EQ(RecordOf(kFast).seq, 20'000U);
 }
 
-// ---------------- The feed of changes: merged, bounded, and woken at once.
-
 class ChangeFeedTest : public ::testing::Test {
  protected:
   void Mark(std::uint32_t device, std::vector<std::uint32_t> points) {
@@ -387,7 +383,7 @@ TEST_F(ChangeFeedTest, AWaitingDrainReturnsAtAChange) {
 TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   std::thread producer([this] {
     for (std::uint32_t i = 0; i < 20'000; ++i) Mark(0, {i % 3});
-    Mark(1, {0});  // the last change, after which the reader stops
+    Mark(1, {0});
   });
   bool last_seen = false;
   while (!last_seen) {
@@ -398,8 +394,6 @@ TEST_F(ChangeFeedTest, NoChangeIsLostBetweenThreads) {
   }
   producer.join();
 }
-
-// ---------------- Lines are added and removed while others use the store: numbers and values stay.
 
 config::Line LineOf(const std::string& device, std::size_t points = 1) {
   std::vector<std::string> names;
@@ -516,7 +510,6 @@ TEST_F(GrowingStore, AForgottenLineIsFreedWhenItsLastHolderReleasesIt) {
   EXPECT_EQ(store().device(1)->name, "b");
 }
 
-/// The driver of the abandoned line returns after a reload.
 TEST_F(GrowingStore, UpdatesOfAForgottenDeviceAreIgnored) {
   store().Retire(0);
   store().Forget(0);

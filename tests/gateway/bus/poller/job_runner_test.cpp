@@ -16,17 +16,16 @@ namespace {
 
 using ::testing::StartsWith;
 
-/// Device A has the points `read` and "2", B has "1". All were answered a moment ago: the name of A
-/// is proven, and no reply is outstanding.
+/// Runs jobs on a line with device A (points `read` and "2") and B ("1"), whose identities are
+/// proven.
 class Rig : private PollerListener, private RequestPort {
  public:
   explicit Rig(const std::string& read) : config_(ConfigOf(read)) {
     Pass({});
     runner_.OnOpened(false);
     context_.tracker.OnOpened(now_.instant);
-    while (context_.agenda.schedule.Next(now_.instant)) continue;  // no poll is due for 1 s
+    while (context_.agenda.schedule.Next(now_.instant)) continue;
     Poll(1);
-    // Another master may have used the line before, so more than one probe is needed.
     for (Turn(); runner_.job() != nullptr; Turn()) Hear(Next() == "PA0" ? "!A0" : "!A2=5");
   }
 
@@ -46,9 +45,9 @@ class Rig : private PollerListener, private RequestPort {
     Begin(std::make_unique<WriteJob>(a(), std::move(command), now_.instant));
   }
 
-  /// Plays one input: a reply such as "!A1=5", or "silence", "damage", "sent" (a broadcast is out),
-  /// "late" (an hour passes), "a while" (the proof becomes too old), "disabled", "left" (the client
-  /// disconnects), "forbidden" (by an interlock), "lost" (the port).
+  /// Applies one input: a reply such as "!A1=5", or "silence", "damage", "sent" (a broadcast has
+  /// been sent), "late" (an hour passes), "a while" (the proof of identity becomes too old),
+  /// "disabled", "left" (the client disconnects), "forbidden" (by an interlock), "lost" (the port).
   void Hear(const std::string& what) {
     if (what == "late") return Pass(1h);
     if (what == "a while") return Pass(2min);
@@ -69,7 +68,6 @@ class Rig : private PollerListener, private RequestPort {
     }
   }
   void Answer(const std::string& reply) { Receive(ToyReply(reply)); }
-  /// Takes a turn and sends the request of the job. False if the job has ended instead.
   bool Go() {
     Turn();
     if (runner_.job() == nullptr) return false;
@@ -92,7 +90,6 @@ class Rig : private PollerListener, private RequestPort {
     while (runner_.job() != nullptr && runner_.TakeTurn() == JobRunner::Turn::next) continue;
   }
 
-  /// Returns the request that is to be sent next, or "parked" or "ended".
   std::string Next() {
     if (runner_.job() == nullptr) return context_.agenda.parked.NextAt() ? "parked" : "ended";
     const std::string request(AsText(runner_.job()->step.request.bytes));
@@ -279,7 +276,7 @@ TEST(JobRunnerTest, AForbiddenWriteIsWithdrawnWhileTheLineIsNotQuiet) {
   EXPECT_TRUE(rig.writes().read_backs().empty()) << "nothing was written";
 }
 
-/// The write may have been carried out, so its end is unknown and not denied.
+/// The first try of the write may have been carried out, so the end is unknown, not denied.
 TEST(JobRunnerTest, AForbiddenWriteIsNotRetried) {
   Rig rig("1");
   rig.Write({0});
@@ -308,7 +305,7 @@ TEST(JobRunnerTest, AReplyIsStoredOnceItIsProvenToMatchItsRequest) {
   EXPECT_EQ(rig.Value(1), "5");
 }
 
-/// One of the two replies answers another request, so neither counts.
+/// One of the two replies belongs to another request, but which one is unknown. So neither counts.
 TEST(JobRunnerTest, AReplyThatWaitsForAProbeIsDroppedAfterASecondReply) {
   for (const bool second : {false, true}) {
     Rig rig("1");
@@ -346,7 +343,7 @@ TEST(JobRunnerTest, AfterAWhileAProbeGoesFirstAndItsSilenceEndsTheJob) {
 
 TEST(JobRunnerTest, ARefusedProbeLeavesItsWaitingWriteNotSent) {
   Rig rig("1");
-  rig.schedule().Hold(0, rig.now() + 1h);  // as a device does that has asked for a pause
+  rig.schedule().Hold(0, rig.now() + 1h);
   rig.Write({0});
   for (const char* what : {"a while", "!A0~refused"}) rig.Hear(what);
   EXPECT_EQ(rig.Next(), "ended");
@@ -354,7 +351,8 @@ TEST(JobRunnerTest, ARefusedProbeLeavesItsWaitingWriteNotSent) {
   EXPECT_EQ(rig.results[0].end, WriteEnd::not_sent);
 }
 
-/// "L1" was dropped, so "2" is query 0. While it is read, "L1" comes back, so "2" is query 1.
+/// The query of point "L1" is dropped, so point "2" is query 0. While "2" is read, "L1" comes back,
+/// so "2" becomes query 1.
 TEST(JobRunnerTest, AReplyGoesToTheRequestedPointAfterQueriesAreRenumbered) {
   Rig rig("L1");
   rig.Poll(0);

@@ -21,14 +21,13 @@ struct ToyMembers {
   Device& b = roster.device(1);
 };
 
-/// The configuration of the same line, for a point store.
 inline config::Config ToyConfig() {
   config::Config config;
   config.lines.push_back(ToyMembers().line);
   return config;
 }
 
-/// Makes the request of an exchange. `named`: its reply contains the address of its device.
+/// Makes the request of an exchange. `named`: its reply contains the address of the device.
 inline protocols::Request AskFor(std::string_view bytes, bool named = true) {
   protocols::Request request;
   request.bytes = ToBytes(bytes);

@@ -18,7 +18,7 @@ class PollerCommand : public ::testing::Test {
  protected:
   void Open() {
     line_.Open();
-    line_.RunFor(1500ms);  // to a moment between two polls
+    line_.RunFor(1500ms);
     line_.sent.clear();
   }
   WriteCommand Command(std::vector<PointWrite> writes, Duration within = 1h) {
@@ -32,7 +32,6 @@ class PollerCommand : public ::testing::Test {
     return command;
   }
 
-  // Points: 0 and 1 plain, 2 in a session, 3 cannot be asked, 4 is written without a reply.
   VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3", "E4", "Q5"})}), {&ToyProtocol()}};
   std::vector<std::string> reasons_;
 };
@@ -136,7 +135,7 @@ TEST_F(PollerCommand, AnEmptyCommandSucceeds) {
 TEST_F(PollerCommand, AWriteWithoutReplySucceedsButDoesNotCountAsAnAnswer) {
   Open();
   line_.twin(0).manner.dead = true;
-  line_.RunFor(1400ms);  // a poll has failed with all its retries
+  line_.RunFor(1400ms);
   ASSERT_EQ(line_.StatusOf(0).state, DeviceState::degraded);
   const auto last_ok = line_.StatusOf(0).last_ok;
   line_.Write(0, 4, 1.0);
@@ -154,7 +153,7 @@ TEST_F(PollerCommand, AWriteToAnOfflineDeviceOrAClosedLineFailsAtOnce) {
   line_.RunFor(1min);
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
   ASSERT_TRUE(line_.RunUntil([&] { return !line_.asking(); }, 1s));
-  line_.RunFor(150ms);  // the drain is over, and the next probe is not due
+  line_.RunFor(150ms);
   line_.Write(0, 0, 1.0);
   EXPECT_EQ(line_.ends, (Ends{WriteEnd::not_sent, WriteEnd::not_sent}));
   EXPECT_EQ(line_.CountSent("W"), 0U);
@@ -163,7 +162,7 @@ TEST_F(PollerCommand, AWriteToAnOfflineDeviceOrAClosedLineFailsAtOnce) {
 TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   Open();
   line_.twin(0).manner.dead = true;
-  line_.RunFor(510ms);  // a poll is waiting for its reply
+  line_.RunFor(510ms);
   ASSERT_TRUE(line_.asking());
   const Instant submitted = line_.now().instant;
   line_.Write(0, 0, 1.0, 20ms);
@@ -175,7 +174,6 @@ TEST_F(PollerCommand, WaitingCommandIsAnsweredAtItsDeadlineAndNeverSent) {
   EXPECT_EQ(line_.ends.size(), 1U);
 }
 
-/// The program is stopped while the command waits for a quiet line.
 TEST_F(PollerCommand, IsNotSentAfterItsDeadlineWhenTheProgramResumes) {
   Open();
   ASSERT_TRUE(line_.RunUntil([&] { return line_.asking(); }, 1s));
@@ -203,7 +201,6 @@ TEST_F(PollerCommand, IsNotSentWhileALateAnswerCouldConfirmIt) {
   EXPECT_EQ(line_.CountSent("WA1=2"), 0U) << "its deadline came first";
 }
 
-// The password is accepted in time, but the value would be sent after the answer "not sent".
 TEST_F(PollerCommand, TheWriteIsNotSentAfterTheDeadlineAndTheSessionIsClosed) {
   line_.twin(0).manner.deliver = [](View request, Bytes reply, Instant) {
     const Duration think = request[0] == 'O' ? 190ms : 5ms;
@@ -304,7 +301,6 @@ TEST_F(PollerCommand, AnEndlessStreamOfWritesDoesNotStarvePolls) {
   EXPECT_EQ(line_.QualityOf(0, 1), Quality::good);
 }
 
-/// Another device is polled between two writes to this device.
 TEST(PollerCommands, AnEndlessStreamOfWritesThatADeviceIgnoresDoesNotStarveItsPolls) {
   config::Device device = ToyDevice("a", "A", {"1", "2", "3", "4"});
   VirtualLine line(ToyLine({device, ToyDevice("b", "B", {"1", "2"})}), {&ToyProtocol()});
@@ -352,7 +348,7 @@ TEST(PollerSync, AWriteIsNotConfirmedByTheReplyToItsProbe) {
   int polls = 0;
   line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
     if (request[0] != '?' || polls++ > 1) return std::nullopt;
-    return polls == 1 ? Bytes() : ToyReply("A1~busy");  // lost, then "busy"
+    return polls == 1 ? Bytes() : ToyReply("A1~busy");
   };
   ASSERT_TRUE(line.RunUntil([&] { return polls == 2; }, 2s));
   line.RunFor(50ms);

@@ -20,7 +20,7 @@ struct Crowd {
   std::size_t points = 4;
 };
 
-/// 9600 7E1: a character takes a little over a millisecond. The living devices come first.
+/// Makes living devices, then dead devices, at 9600 7E1: a character takes about a millisecond.
 std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   std::vector<std::string> reads;
   for (std::size_t i = 0; i < crowd.points; ++i) reads.push_back(std::to_string(i));
@@ -41,7 +41,6 @@ std::unique_ptr<VirtualLine> MakeCrowd(const Crowd& crowd) {
   return made;
 }
 
-/// Returns how many exchanges of the living are answered in some virtual minutes.
 std::uint64_t RateBesideDead(int dead, Duration poll) {
   const auto line = MakeCrowd({.dead = dead, .poll = poll});
   line->Open();
@@ -66,7 +65,6 @@ INSTANTIATE_TEST_SUITE_P(Polls, BesideDead, ::testing::Values(10ms, 600ms, 1s, 5
 
 class DeviceReturn : public ::testing::TestWithParam<Crowd> {};
 
-/// Each dead device comes back at the worst moment: right after its probe has failed.
 TEST_P(DeviceReturn, IsNoticedWithinTheReportedBound) {
   const auto line = MakeCrowd(GetParam());
   line->Open();
@@ -117,7 +115,6 @@ TEST(PollerDead, ADeadDeviceAloneOnItsLineIsProbedAtFullRate) {
   EXPECT_GE(line->store().ReadLine(0).probes - before, 60U);
 }
 
-/// A branch of the bus is cut, so ten devices fall silent at one moment.
 TEST(PollerDead, LivingDevicesArePolledWhileManyFallSilentTogether) {
   const auto line = MakeCrowd({.living = 1, .dead = 10, .points = 1});
   for (std::size_t i = 1; i <= 10; ++i) line->twin(i).manner.dead = false;
@@ -143,7 +140,7 @@ TEST(PollerDead, LivingDevicesArePolledWhileManyFallSilentTogether) {
   EXPECT_LE(line->store().ReadLine(0).notice_bound, 1min);
 }
 
-/// Device D ignores a request within 150 ms of other telegrams.
+/// Device D ignores a request that comes less than 150 ms after another telegram.
 TEST(PollerDead, AReturningDeviceThatNeedsAPauseIsFoundOnABusyLine) {
   const auto line = MakeCrowd({.living = 3, .dead = 1, .poll = 30ms, .points = 1});
   Instant latest{};
@@ -202,7 +199,6 @@ std::unique_ptr<VirtualLine> DeadBesideBusy() {
   return line;
 }
 
-/// A radio link loses the first two requests to device b.
 TEST(PollerDead, ADeviceLostAtTheStartReturnsWithinSeconds) {
   const auto line_of_two = DeadBesideBusy();
   VirtualLine& line = *line_of_two;
@@ -223,8 +219,6 @@ TEST(Poller, AReturnIsNoticedOnALineThatIsNeverIdle) {
   line.twin(1).manner.dead = false;
   EXPECT_TRUE(line.RunUntil([&] { return line.QualityOf(1, 0) == Quality::good; }, 30s));
 }
-
-// ---------------- One dead device under virtual time: offline, probes, and its return.
 
 TEST(Poller, ADeviceGoesOfflineAfterEnoughFailuresAndTime) {
   VirtualLine line(ToyLine({Polled(ToyDevice("a", "A", {"1"}), 100ms)}), {&ToyProtocol()});
@@ -261,28 +255,26 @@ TEST(Poller, AReturningDeviceIsPolledAtOnce) {
   line.twin(0).manner.dead = false;
   ASSERT_TRUE(line.RunUntil([&] { return line.twin(0).answered == 1; }, 2s))
       << "probed on an idle line";
-  line.RunFor(1200ms);  // the ceiling: an earlier probe may be answered until then
+  line.RunFor(1200ms);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good) << "the slow group as well";
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
   ASSERT_FALSE(line.states.empty());
   EXPECT_EQ(line.states.back().to, DeviceState::online);
 }
 
-// ---------------- Replies that come twice, under virtual time: the second may be taken for the
-// next reply.
-
 TEST(PollerFaults, DoubledRepliesGiveNoWrongValues) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2"})}), {&ToyProtocol()});
   SetTruth(line, 1, 2);
   line.always = [&] { ExpectOnlyTruth(line, 1, 2); };
-  line.twin(0).manner.copies = 2;  // back to back
+  line.twin(0).manner.copies = 2;
   line.Open();
   line.RunFor(10s);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// The last reading of the slow device may be wrong, too: the line rested longer than the reply
-/// time of the fast device, but not of the slow one.
+/// The line rested for longer than the reply time of the fast device, but not of the slow device.
+/// So a second reply can also be mistaken for the reply of the slow device, and its last reading
+/// must be read again.
 TEST(PollerFaults, ASecondReplyOfAFastDeviceMakesASlowDeviceBeReadAgain) {
   config::Line bus = ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
   bus.devices[0].poll = 300ms;
@@ -307,7 +299,6 @@ TEST(PollerFaults, ASecondReplyOfAFastDeviceMakesASlowDeviceBeReadAgain) {
   EXPECT_GT(line.StatusOf(1).exchanges, before) << "read again, long before its period is over";
 }
 
-/// The device always answers one request in another form than asked for.
 TEST(PollerFaults, AnOddFormOfOneReplyLeavesTheOtherValuesGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "2", "U3"})}), {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -339,8 +330,8 @@ TEST(PollerFaults, ADeviceWhoseOnlyReplyHasAnOddFormIsNotOffline) {
   EXPECT_NE(line.QualityOf(0, 0), Quality::good);
 }
 
-/// A copy is taken for the reply to the next request. The true reply comes behind the copy, so the
-/// last reading becomes uncertain and is read again at once.
+/// A copy is mistaken for the reply to the next request. The true reply follows, so the last
+/// reading must become uncertain and be read again.
 class SecondReply : public ::testing::TestWithParam<std::size_t> {};
 
 TEST_P(SecondReply, ACopyMistakenForTheNextReplyIsDetected) {

@@ -171,8 +171,6 @@ TEST(PollerEcho, ARingThatStopsEchoingIsReportedAsCut) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Faults of devices and wires, under virtual time: a wrong value is never good.
-
 TEST(PollerFaults, NoiseAfterOneReplyDoesNotSlowTheLineForEver) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});
   config.devices[0].poll = 10ms;
@@ -195,7 +193,6 @@ TEST(PollerFaults, NoiseAfterOneReplyDoesNotSlowTheLineForEver) {
   EXPECT_GE(rate(), clean - clean / 50);
 }
 
-/// Device a answers with a wrong address. The line does not wait for further replies of it.
 TEST(PollerFaults, ADeviceWithAWrongAddressSlowsANeighbourByAtMostFivePercent) {
   const auto answered_in_a_minute = [](bool wrong) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
@@ -224,7 +221,6 @@ TEST(PollerFaults, ADeviceWithAWrongAddressSlowsANeighbourByAtMostFivePercent) {
   EXPECT_GE(answered_in_a_minute(true), 0.95 * answered_in_a_minute(false));
 }
 
-/// Each reply of device a takes the line for longer than a reply time.
 TEST(PollerFaults, ADribblingDeviceGoesOfflineAndItsNeighbourStaysGood) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"}), ToyDevice("b", "B", {"1", "2"})}),
                    {&ToyProtocol()});
@@ -341,16 +337,14 @@ TEST(PollerFaults, TheDeviceIsGoodAgainAfterAnEndlessStream) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Late replies, under virtual time.
-
-/// Replies without a tag (as in DCON), from a device as slow as the ceiling allows.
+/// Replies do not contain what was read (as in DCON). The think time goes up to the ceiling.
 TEST(PollerLate, LateAnswersAreNeverStoredForOtherPoints) {
   for (Duration think = 5ms; think < 900ms; think += 11ms) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"U1", "U2", "U3"})}), {&ToyProtocol()});
     SetTruth(line, 1, 3);
     line.always = [&] { ExpectOnlyTruth(line, 1, 3); };
     line.Open();
-    line.RunFor(3s);  // the replies come in time
+    line.RunFor(3s);
     line.twin(0).manner.think = think;
     line.RunFor(30s);
     if (::testing::Test::HasFatalFailure()) FAIL() << "think time " << FormatDuration(think);
@@ -374,8 +368,6 @@ TEST(PollerLate, ALateAnswerIsNeverStoredForAnotherDevice) {
   }
 }
 
-/// The late reply to the first try is taken for that to the retry: the value is right, but the user
-/// must see that the device is slow.
 TEST(PollerLate, ALateReplyIsDetectedWhenItMeetsTheRetry) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
   line.Open();
@@ -389,7 +381,6 @@ TEST(PollerLate, ALateReplyIsDetectedWhenItMeetsTheRetry) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-/// The program was stopped while the reply waited, so its age is not known.
 TEST(PollerLate, AReplyReadAfterAStopIsAsOldAsTheStop) {
   for (const bool timers_first : {false, true}) {
     VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"})}), {&ToyProtocol()});
@@ -403,7 +394,6 @@ TEST(PollerLate, AReplyReadAfterAStopIsAsOldAsTheStop) {
   }
 }
 
-/// Replies contain the address, so b is asked meanwhile. The reply of a comes then.
 TEST(PollerLate, AReplyThatMeetsTheExchangeOfAnotherDeviceIsCounted) {
   config::Device a = ToyDevice("a", "A", {"1"});
   a.retries = 0;
@@ -473,7 +463,7 @@ TEST(PollerLate, ARecoveredRetryIsFollowedByTimeForItsOwnReply) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.Open();
   line.RunFor(1500ms);
-  int late = 2;  // the request and its retry are answered after 300 ms
+  int late = 2;
   const std::size_t before = line.sent.size();
   line.twin(0).manner.distort = [&](Bytes reply) {
     line.twin(0).manner.think = late-- > 0 ? 300ms : 5ms;

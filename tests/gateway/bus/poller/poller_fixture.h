@@ -1,4 +1,4 @@
-// Toy devices with a poll period, or with a word instead of values.
+// Toy devices with a poll period, or with a word in place of values.
 #pragma once
 
 #include <string>
@@ -13,7 +13,6 @@ inline config::Device Polled(config::Device device, Duration poll) {
   return device;
 }
 
-/// Makes the twin answer all reads with `word` instead of a value.
 inline void Say(VirtualLine::WireTwin& twin, const std::string& word) {
   twin.manner.instead = [word](View request) -> std::optional<Bytes> {
     const std::string_view text = AsText(request);

@@ -24,7 +24,6 @@ TEST(Poller, DevicesAreOfflineWhileThePortIsClosed) {
   EXPECT_EQ(line.StatusOf(0).state, DeviceState::online);
 }
 
-/// The port is lost in every state of the line.
 TEST(Poller, PollingResumesAfterThePortIsLostAtAnyTime) {
   for (Duration lost = 0ms; lost < 700ms; lost += 7ms) {
     config::Device slow = ToyDevice("c", "C", {"1"});
@@ -119,8 +118,6 @@ TEST(Poller, OpeningThePortTwiceRestartsPolling) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- Devices that are read in a session only, under virtual time.
-
 TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 8.0);
@@ -139,8 +136,6 @@ TEST(Poller, SessionIsOpenedFirstAndAgainAfterTheDeviceForgotIt) {
   EXPECT_EQ(line.ValueOf(0, 0), Value(8.0));
 }
 
-/// The requests behind a lost one are answered by another device. Its value must never be good
-/// beside the value of the first.
 TEST(Poller, ADeviceThatAnswersAfterALostRequestIsIdentifiedAgain) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"S1", "2"})}), {&ToyProtocol()});
   line.twin(0).values.Set(0, 1001.0);
@@ -229,8 +224,6 @@ TEST(Poller, ADeviceWithABroadcastTaskReturnsAfterAnAbsence) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// ---------------- The status of a line and its devices, under virtual time.
-
 config::Line TwoDevices() {
   return ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})});
 }
@@ -254,7 +247,6 @@ TEST(LineStatusTest, CountsTheSumOfItsDevices) {
   EXPECT_EQ(status.late, 0U);
 }
 
-/// A period of 5 ms is shorter than many times of a line, but must be kept.
 TEST(FastPoll, APeriodOfFiveMillisecondsIsMetWhenTheLineHasTime) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1", "2"})});
   config.serial.baud = 921'600;
@@ -274,7 +266,7 @@ TEST(FastPoll, APeriodOfFiveMillisecondsIsMetWhenTheLineHasTime) {
   EXPECT_EQ(after.missed, before.missed);
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good) << "it ages by its own interval";
-  line.twin(0).manner.think = 12ms;  // now only one of three periods can be kept
+  line.twin(0).manner.think = 12ms;
   line.RunFor(10s);
   const DeviceStatus slow = line.StatusOf(0);
   const auto asked = slow.Count(Outcome::ok) - after.Count(Outcome::ok);
@@ -292,7 +284,7 @@ TEST(LineStatusTest, UseIsThePartOfAMinuteThatTheLineWasBusy) {
   line.RunFor(25s);
   EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02) << "of the first half minute";
   line.RunFor(95s);
-  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);  // 90 ms and the characters, each second
+  EXPECT_NEAR(line.store().ReadLine(0).use, 0.11, 0.02);
   line.Close();
   EXPECT_EQ(line.store().ReadLine(0).use, 0);
 }

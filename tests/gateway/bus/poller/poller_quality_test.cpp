@@ -81,7 +81,6 @@ std::uint64_t SeqOf(VirtualLine& line, std::uint32_t point) {
   return seq;
 }
 
-/// A device that contradicts its profile makes all points bad, also those that are read once.
 TEST(Poller, AForeignDeviceHasNoGoodValue) {
   config::Device device = Polled(ToyDevice("a", "A", {"1", "2", "3"}), 1s);
   device.points[2].group = config::Group::once;
@@ -118,9 +117,6 @@ TEST(Poller, AForeignDeviceHasNoGoodValue) {
   EXPECT_EQ(line.StatusOf(0).trouble, "");
 }
 
-// ---------------- A write makes each point that shows the written register outdated until its next
-// reading.
-
 config::Point Once(std::string name, std::string read, config::Type type) {
   config::Point point;
   point.name = std::move(name);
@@ -148,7 +144,7 @@ config::Device Entry(const std::string& name, const std::string& address) {
   return device;
 }
 
-/// Devices 0 and 1 are slave 20, device 2 is slave 21: 120 registers and eight coils each.
+/// Devices 0 and 1 are slave 20, device 2 is slave 21. Slaves have 120 registers and eight coils.
 struct OutdatedLine : RoutedLine {
   enum : std::uint32_t { whole, bit, next, coil, pair, input, apart };
 
@@ -206,7 +202,7 @@ TEST(PollerOutdated, PointsWrittenByARouteAreReadAgain) {
       {"0F 00 00 00 08 01 FF", {L::coil}},
       {"06 00 32 00 02", {}},
       {"03 00 05 00 02", {}},
-      {"06 03 E7 00 02", {}},  // refused with code 02
+      {"06 03 E7 00 02", {}},
   };
   for (const Case& one : cases) {
     L line;
@@ -292,8 +288,6 @@ TEST(PollerOutdated, AManualWriteTelegramMakesItsPointsBeReadAgain) {
   line.ExpectReadAgain();
 }
 
-// ---------------- Readings that jump, on a whole line.
-
 config::Device Rechecked(std::vector<std::string> reads, config::Recheck recheck) {
   config::Device device = Polled(ToyDevice("a", "A", std::move(reads)), 1s);
   for (config::Point& point : device.points) point.recheck = recheck;
@@ -309,7 +303,6 @@ class RecheckTest : public ::testing::Test {
     line_->Open();
     line_->RunFor(500ms);
   }
-  /// The next reply contains `word` instead of the value.
   void Damage(const std::string& word) {
     line_->twin(0).manner.instead = [word,
                                      once = true](View request) mutable -> std::optional<Bytes> {

@@ -1,5 +1,4 @@
-// Tests of transparent routes on a line with faults, under virtual time: no client may get the
-// reply to another request, and no write may end ok that the slave did not receive.
+// Tests of transparent routes on a line with faults, under virtual time.
 #include <gtest/gtest.h>
 
 #include "gateway/base/text.h"
@@ -12,16 +11,14 @@ namespace {
 
 using Pieces = std::vector<tools::TimedPiece>;
 
-// Function 16 for one register: its reply does not contain the value.
+// Function 16: its reply does not contain the value, so replies to start and stop are equal.
 constexpr const char* kStartBlock = "10 00 00 00 01 02 00 02";
 constexpr const char* kStopBlock = "10 00 00 00 01 02 00 00";
-// A function of one manufacturer, which other slaves ignore.
 constexpr const char* kOdd = "41 00 00";
 
-/// The start of a reply of slave 20 without its end, so the exchange ends as damaged.
+/// The first bytes of a reply of slave 20 without the rest, so the exchange ends as damaged.
 const Bytes kNoise = {0x14, 0x55};
 
-// The read is repeated, so a slow slave answers twice. The second reply belongs to no request.
 TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
   RoutedLine line;
   line.Number(0, 1);
@@ -35,7 +32,6 @@ TEST(PollerRoutedFaults, NoiseThatEndsAnExchangeEarlyDoesNotShiftReplies) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
-// A driver that releases the bus may leave a zero byte on it.
 TEST(PollerRoutedFaults, OneByteAfterAReplyDoesNotSlowTheNextReads) {
   std::vector<int> answered;
   for (const bool noisy : {false, true}) {
@@ -59,8 +55,8 @@ TEST(PollerRoutedFaults, OneByteAfterAReplyDoesNotSlowTheNextReads) {
 TEST(PollerRoutedFaults, ADamagedReadIsNotRetriedIfItsClientHasLeft) {
   struct Row {
     const char* what;
-    Bytes noise;  // comes before the reply
-    bool stays;   // a second client has asked for the same
+    Bytes noise;
+    bool stays;
   };
   const Bytes corrupt = {0x14, 0x03, 0x02, 0x00, 0x07, 0x00, 0x00};
   const std::vector<Row> rows = {{"partial, nobody waits", kNoise, false},
@@ -84,7 +80,8 @@ TEST(PollerRoutedFaults, ADamagedReadIsNotRetriedIfItsClientHasLeft) {
   }
 }
 
-// Replies to function 16 look alike, so a PLC could take a running motor for a stopped one.
+// Replies to function 16 do not contain the value, so a PLC could mistake a running motor for a
+// stopped motor.
 TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -99,13 +96,12 @@ TEST(PollerRoutedFaults, TheLateReplyToAStartDoesNotConfirmTheStop) {
   EXPECT_NE(line.Of("stop").outcome, Outcome::ok) << "the slave never heard it";
 }
 
-// A write is not repeated, so the late reply of another slave must not end it.
 TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   RoutedLine line;
   line.Ask("warm", kRead, 20);
   line.Ask("warm too", kRead, 21);
   line.RunFor(1s);
-  line.twin(0).manner.think = 650ms;  // the reply time is 500 ms
+  line.twin(0).manner.think = 650ms;
   line.twin(0).manner.fragment = 1;
   line.twin(1).manner.think = 150ms;
   line.Ask("late", kRead, 20);
@@ -115,7 +111,6 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotEndAWrite) {
   EXPECT_EQ(line.Of("start").outcome, Outcome::ok);
 }
 
-// No reply is damaged here: one late slave and one slow slave are enough to shift replies.
 TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
   RoutedLine line;
   line.Number(1, 1);
@@ -132,7 +127,7 @@ TEST(PollerRoutedFaults, TheLateReplyOfAnotherSlaveDoesNotShiftReplies) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
-// A serial server stores bytes that come while no client is connected.
+// A serial server stores bytes that arrive while no client is connected to it.
 TEST(PollerRoutedFaults, AReplyFromBeforeAReconnectIsIgnored) {
   RoutedLine line;
   line.Number(0, 1);
@@ -151,18 +146,17 @@ TEST(PollerRoutedFaults, AReplyFromBeforeAReconnectIsIgnored) {
   EXPECT_EQ(ToHex(line.Of("other").pdu), "03 02 00 02");
 }
 
-/// `{request, reply}`: the reply that a slave sends instead of its twin.
 using Odd = std::pair<std::string, std::string>;
 constexpr const char* kEnron = "03 13 89 00 01";
 constexpr const char* kWhole = "10 00 00 00 01 02 00 02";
 
 const Odd kOddReplies[] = {
-    {kEnron, "03 04 00 01 00 02"},         // Enron: one register of 32 bits
+    {kEnron, "03 04 00 01 00 02"},
     {"06 00 0D 00 6C", "06 00 0D 00 64"},  // the slave limits the value
-    {kWhole, kWhole},                      // the reply repeats the whole request
+    {kWhole, kWhole},
     {"0F 00 00 00 01 01 01", "0F 00 00 00 01 01 01"},
     {"08 00 00 12 34", "08 00 00 12 35"},
-    {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},  // a reply of unknown length
+    {"08 00 15 00 03", "08 00 15 00 03 00 02 00 00 00 01"},
 };
 
 void AnswerOddly(Manner& manner, const std::string& request, const std::string& reply,
@@ -201,7 +195,6 @@ TEST(PollerRoutedFaults, AnOddReplyIsAcceptedWhenNoOtherReplyIsOutstanding) {
   }
 }
 
-/// The same before any other request: the bus may echo, as far as is known.
 TEST(PollerRoutedFaults, AWholeEchoOfAWriteIsNoReplyWhenTheBusMayEcho) {
   RoutedLine line(DriveLine(), {"20"});
   AnswerOddly(line.twin(0).manner, kWhole, kWhole);
@@ -279,7 +272,6 @@ TEST(PollerRoutedFaults, OddRequestsThatASlaveIgnoresDoNotPutItOffline) {
   EXPECT_EQ(line.QualityOf(0, 0), Quality::good);
 }
 
-// Otherwise the reads of other clients would be refused because the slave is absent.
 TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotBlockTheSlaveForOthers) {
   RoutedLine line;
   line.twin(0).manner.deliver = IgnoreOdd;
@@ -296,7 +288,7 @@ TEST(PollerRoutedFaults, OddRequestsOfOneClientDoNotBlockTheSlaveForOthers) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A busy client of another slave leaves 2 % of the time for probes.
+// A busy client of another slave leaves 2 % of the line's time for probes, so a probe comes late.
 TEST(PollerRoutedFaults, AWriteReachesAReturnedSlaveBeforeAProbeFindsIt) {
   RoutedLine line;
   BusyClients clients(line);
@@ -309,7 +301,7 @@ TEST(PollerRoutedFaults, AWriteReachesAReturnedSlaveBeforeAProbeFindsIt) {
     line.RunFor(1s);
   }
   line.twin(1).manner.dead = false;
-  line.RunFor(10s);  // no client asks the slave meanwhile
+  line.RunFor(10s);
   const int before = clients.answered(0);
   line.Ask("stop", kStartDrive, 21, 2);
   line.RunFor(3s);
@@ -332,7 +324,7 @@ TEST(PollerRoutedFaults, WritesToAnAbsentSlaveTakeAtMostAFifthFromTheOthers) {
 }
 
 TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
-  config::Device device = Polled("20", 4, 500ms);  // needs four requests
+  config::Device device = Polled("20", 4, 500ms);
   device.points[1].read = "holding 1000";
   device.points[2].read = "holding 2000";
   device.points[3].read = "holding 3000";
@@ -350,13 +342,11 @@ TEST(PollerRoutedFaults, WritesThatASlaveIgnoresDoNotStarveItsPolls) {
     for (std::uint32_t point = 1; point < device.points.size(); ++point) {
       EXPECT_EQ(line.QualityOf(0, point), Quality::good) << second << " " << point;
     }
-    // A write without a reply may have been carried out, so point 0 is read again at once.
     EXPECT_LT(*line.AgeOf(0, 0), 1500ms) << second;
   }
   EXPECT_GE(clients.failed(0), 15);
 }
 
-/// Both points are in one register block, so the value of the second point is not known either.
 TEST(PollerReadBack, AFailedReadBackMakesAllPointsOfItsRequestUncertain) {
   RoutedLine line(DriveLine({Polled("20", 2, 10s)}), {});
   line.Open();
@@ -390,7 +380,6 @@ TEST(PollerRoutedFaults, ReadsOfAnAbsentSlaveFailAtOnceAndBarelySlowTheOthers) {
   EXPECT_GT(clients.answered(0) - alone, alone * 17 / 20) << "the first silence, then probes";
 }
 
-// A slave that answers two of three requests is present.
 TEST(PollerRoutedFaults, ALostReplyFailsNoOtherRequest) {
   RoutedLine line;
   int asked = 0;
@@ -416,7 +405,8 @@ TEST(PollerRoutedFaults, ALostReplyFailsNoOtherRequest) {
   EXPECT_NEAR(failed, lost, 1) << "one may be under way";
 }
 
-// If an idle line counted as silent, a serial server would be reconnected again and again.
+// If an idle line counted as silent, the gateway would reconnect to a serial server again and
+// again.
 TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -429,14 +419,15 @@ TEST(PollerRoutedFaults, AnIdleLineIsNotSilentBecauseItsLastReplyWasLost) {
       << "nothing was asked since";
 }
 
-// Two entries of one slave. Every fifth reply is late, and no reply contains its register.
+// Two devices of the configuration are the same slave. Every fifth reply is late, and no reply
+// contains its register number.
 TEST(PollerRoutedFaults, ALateReplyToOneEntryIsNotStoredForTheOtherEntry) {
   for (Duration late = 100ms; late < 1050ms; late += 37ms) {
     SCOPED_TRACE(FormatDuration(late));
     config::Device second = Polled("20", 6, 400ms);
     second.points.erase(second.points.begin(), second.points.begin() + 5);
     RoutedLine line(DriveLine({Polled("20", 1, 300ms), second}), {"20"});
-    line.twin(0).manner.dead = line.twin(1).manner.dead = true;  // twin 2 answers for both entries
+    line.twin(0).manner.dead = line.twin(1).manner.dead = true;
     line.Number(2, 1000);
     int asked = 0;
     line.twin(2).manner.deliver = [&](View, Bytes reply, Instant) -> Pieces {

@@ -18,7 +18,6 @@ using ::testing::ElementsAre;
 constexpr const char* kStartOnWire = "14 06 00 00 00 02";
 constexpr const char* kStopOnWire = "14 06 00 00 00 00";
 
-/// Returns the requests that were sent after the first `count` requests.
 std::vector<std::string> OnWireAfter(const RoutedLine& line, std::size_t count) {
   std::vector<std::string> wire = line.OnWire();
   wire.erase(wire.begin(), wire.begin() + static_cast<std::ptrdiff_t>(count));
@@ -31,7 +30,7 @@ config::Line WrittenDrive() {
   return settings;
 }
 
-/// Sends a long read of another slave. Returns how many requests went out before it.
+/// Makes the line busy with a long read of another slave. Returns the number of requests before it.
 std::size_t StartBlock(RoutedLine& line) {
   line.RunFor(5s);
   const std::size_t before = line.sent.size();
@@ -40,7 +39,7 @@ std::size_t StartBlock(RoutedLine& line) {
   return before;
 }
 
-// If the start went out after the routed stop, the motor would keep running.
+// If the command were sent after the routed stop, the motor would run on.
 TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -51,7 +50,6 @@ TEST(PollerRoutedOrder, ACommandBeforeARoutedWriteToTheSameSlaveKeepsItsPlace) {
               ElementsAre("15 03 00 00 00 78", kStartOnWire, kStopOnWire, _));
 }
 
-// A command is urgent, a long write is not.
 TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
   RoutedLine line(WrittenDrive(), {"21"});
   const std::size_t before = StartBlock(line);
@@ -64,7 +62,6 @@ TEST(PollerRoutedOrder, ARoutedWriteBeforeACommandToTheSameSlaveKeepsItsPlace) {
               ElementsAre("15 03 00 00 00 78", "14 " + preset, kStartOnWire, _));
 }
 
-// A block of 120 registers takes 150 ms for each try.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfADamagedBlock) {
   RoutedLine line;
   line.twin(0).manner.distort = [](Bytes reply) {
@@ -78,7 +75,6 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfADamagedBlock) {
   EXPECT_EQ(line.OnWire()[1], kStartOnWire);
 }
 
-// Each retry to a silent device costs its reply time.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   RoutedLine line(DriveLine({Polled("21", 2)}), {"20"});
   line.Ask("warm", kRead);
@@ -93,7 +89,6 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForTheRetriesOfAPoll) {
   EXPECT_EQ(line.OnWire()[before + 1], kStartOnWire);
 }
 
-// The start waits only for a probe of its slave.
 TEST(PollerRoutedOrder, AStartForAnAbsentSlaveTakesNoRetriesFromTheOthers) {
   RoutedLine line(DriveLine({Polled("21", 2, 200ms)}), {});
   std::uint32_t replies = 0;
@@ -130,7 +125,6 @@ TEST(PollerRoutedOrder, AStartDoesNotMakeADestructiveReadHappenTwice) {
   EXPECT_GT(line.CountSent("BA7"), 0U);
 }
 
-// The poll waits until no late reply can come.
 TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   config::Line settings = DriveLine({Polled("21", 2, 100ms)});
   settings.devices[0].retries = 0;
@@ -150,7 +144,6 @@ TEST(PollerRoutedOrder, AStartDoesNotWaitForAPollThatIsHeldBack) {
   EXPECT_LT(line.sent[before].at - asked, 20ms);
 }
 
-// One lost reply happens on any wire.
 TEST(PollerRoutedOrder, AStartDoesNotWaitBecauseAnotherSlaveOnceLostAReply) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -186,7 +179,6 @@ TEST(PollerRoutedOrder, AReadDoesNotWaitForTheLateReplyOfAnotherSlave) {
   EXPECT_EQ(line.OnWire()[3], "15 03 00 00 00 01");
 }
 
-// A start that is sent long after its request is dangerous.
 TEST(PollerRoutedOrder, AWriteIsNotSentBeyondItsDeadlineOnABabblingLine) {
   RoutedLine line;
   line.Ask("warm", kRead);
@@ -214,7 +206,6 @@ TEST(PollerRoutedOrder, NoRetryIsSentForAClientThatHasLeft) {
   EXPECT_THAT(line.Names(), ElementsAre("read"));
 }
 
-// The deadline counts from the arrival of the request, not from its first damaged reply.
 TEST(PollerRoutedOrder, NoRetryIsSentBeyondTheDeadline) {
   RoutedLine line;
   line.twin(0).manner.distort = Damaged;
@@ -238,7 +229,7 @@ TEST(PollerRoutedOrder, AClientThatLeavesASharedExchangeDoesNotEndIt) {
   EXPECT_EQ(line.Of("b").outcome, Outcome::ok);
 }
 
-// A disabled device is not polled, so no poll would notice its return.
+// A disabled device is not polled, so only a routed request can notice that it has returned.
 TEST(PollerRoutedOrder, ADisabledDeviceThatWasAbsentIsReachedAgain) {
   config::Line settings = DriveLine({Polled("20", 2)});
   settings.devices[0].enabled = false;
@@ -268,7 +259,6 @@ TEST(PollerRoutedOrder, ADeviceTakenOutOfUseWhileOfflineIsReachedAgain) {
   EXPECT_GT(clients.answered(0), 100);
 }
 
-// The next write comes before the line has been silent long enough for the read.
 TEST(PollerRoutedOrder, AReadIsSentBetweenTheWritesOfABusyClient) {
   RoutedLine line;
   line.Ask("read", kRead, 21, 2, Priority::normal, 1min);
@@ -285,7 +275,7 @@ TEST(PollerRoutedOrder, AReadIsSentBetweenTheWritesOfABusyClient) {
   EXPECT_GE(read, 10) << "writes go first";
 }
 
-// A client asks the slaves in turn, and waits only 900 ms for each.
+// A client asks the slaves in turn and waits only 900 ms for each reply.
 class AskedInTurn : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(AskedInTurn, AReturningSlaveIsFoundByAClientThatAsksSlavesInTurn) {
@@ -330,7 +320,6 @@ TEST(PollerRoutedOrder, ARequestThatASlaveIgnoresDoesNotMarkTheSlaveAbsent) {
   EXPECT_EQ(line.Of("read").outcome, Outcome::ok);
 }
 
-// Nothing else happens on this line that would wake it.
 TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
   RoutedLine line;
   line.twin(1).manner.dead = true;
@@ -344,7 +333,7 @@ TEST(PollerRoutedOrder, AnIdleLineWakesForTheProbe) {
   EXPECT_EQ(line.Of("probe").outcome, Outcome::ok);
 }
 
-// Probes get 2 % of a busy line: with a reply time of 500 ms, one probe in 25 s.
+// Probes get 2 % of a busy line: with a reply time of 500 ms, one probe every 25 s.
 TEST(PollerRoutedOrder, ASlaveReturningBesideABusySlaveIsServedWithinHalfAMinute) {
   RoutedLine line;
   BusyClients clients(line);
@@ -383,7 +372,7 @@ TEST(PollerRoutedOrder, AProbeDelayedByAWriteIsCountedWhenItIsSent) {
     line.Ask("read", kRead);
     line.Ask("look", kRead, 21, 2, config::Priority::normal, 3s);
     ASSERT_TRUE(line.RunUntil([&] { return line.Names().back() == "read"; }, 1s));
-    line.RunFor(10ms);  // the look waits for a quiet line
+    line.RunFor(10ms);
     line.Ask("start", kStartDrive);
     line.RunFor(4s);
   }

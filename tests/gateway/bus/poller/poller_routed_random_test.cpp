@@ -31,7 +31,6 @@ class Dice {
   std::mt19937 random_;
 };
 
-/// Lets a random fault of a slave or its wire begin or end.
 void Disturb(RoutedLine& line, std::size_t slaves, Dice& dice) {
   Manner& manner = line.twin(dice.Below(slaves)).manner;
   switch (dice.Below(4)) {
@@ -50,7 +49,6 @@ void Disturb(RoutedLine& line, std::size_t slaves, Dice& dice) {
   }
 }
 
-/// Clients of two routed slaves, of a polled device in every second run, and of a missing slave.
 class RandomRun {
  public:
   explicit RandomRun(unsigned seed)
@@ -123,7 +121,6 @@ class RandomRun {
   std::size_t asked_ = 0;
 };
 
-// A second answer would be taken for the answer to another request.
 TEST(PollerRoutedRandom, EveryRequestIsAnsweredOnce) {
   for (unsigned seed = 1; seed <= 300; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
@@ -141,7 +138,6 @@ struct Tally {
   int wrong = 0;
 };
 
-/// The name of each request is the value of the register that it reads.
 Tally TallyOf(const RoutedLine& line) {
   Tally tally;
   for (const RoutedLine::Reply& reply : line.replies) {
@@ -173,7 +169,7 @@ Tally ReadAtRandom(unsigned seed) {
   return TallyOf(line);
 }
 
-// A Modbus RTU reply does not contain its register: only the order of replies shows it.
+// A Modbus RTU reply does not contain its register number, so only the order assigns it.
 TEST(PollerRoutedRandom, NoReadReturnsAValueOfAnotherRegister) {
   int ok = 0;
   for (unsigned seed = 1; seed <= 150; ++seed) {
@@ -184,7 +180,6 @@ TEST(PollerRoutedRandom, NoReadReturnsAValueOfAnotherRegister) {
   EXPECT_GT(ok, 1400);
 }
 
-/// Reads from a slave that answers requests in order. One of `every` replies is late by `late`.
 Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   const std::size_t devices = settings.devices.size();
   RoutedLine line(std::move(settings),
@@ -209,7 +204,6 @@ Tally ReadFromLateSlave(config::Line settings, int every, Duration late) {
   return TallyOf(line);
 }
 
-// `late` is longer than the ceiling: the reply comes during another request, or a probe.
 TEST(PollerRoutedRandom, AVeryLateReplyIsNeverGivenToAnotherRequest) {
   for (const bool polled : {false, true}) {
     for (const Duration late : {800ms, 900ms, 1000ms, 1500ms, 3000ms}) {
@@ -226,11 +220,8 @@ TEST(PollerRoutedRandom, AVeryLateReplyIsNeverGivenToAnotherRequest) {
   }
 }
 
-// ---------------- Transparent routes on a bus that echoes, under virtual time.
-
 using Pieces = std::vector<tools::TimedPiece>;
 
-// The confirmation of a write equals its request, and so does its echo.
 TEST(PollerRoutedEcho, AnEchoWhileSendingDoesNotConfirmTheFirstWrite) {
   RoutedLine line(DriveLine(), {"20"});
   line.echo = [](View request) { return Bytes(request.begin(), request.end()); };
@@ -240,7 +231,6 @@ TEST(PollerRoutedEcho, AnEchoWhileSendingDoesNotConfirmTheFirstWrite) {
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// Bytes that come before the end of a request cannot be its reply.
 TEST(PollerRoutedEcho, AnEarlyEchoDoesNotConfirmTheFirstWrite) {
   RoutedLine line(DriveLine(), {"20"});
   line.twin(0).manner.deliver = [](View request, const Bytes&, Instant) -> Pieces {
@@ -251,8 +241,8 @@ TEST(PollerRoutedEcho, AnEarlyEchoDoesNotConfirmTheFirstWrite) {
   EXPECT_NE(line.Of("start").outcome, Outcome::ok);
 }
 
-// An echo in one piece after the request is not early. Only the reply to a read differs from its
-// request, and so shows that the bus echoes.
+// The echo arrives after the request, so it is not early. Only a read shows that the bus echoes,
+// because its reply differs from its request.
 TEST(PollerRoutedEcho, AnEchoDoesNotConfirmAWriteAfterAReadRevealedTheEcho) {
   RoutedLine line(DriveLine(), {"20"});
   bool dead = false;

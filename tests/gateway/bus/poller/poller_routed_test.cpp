@@ -33,7 +33,6 @@ TEST(PollerRouted, AnExceptionOfTheSlavePassesUnchanged) {
   EXPECT_EQ(ToHex(line.Of("beyond").pdu), "83 02");
 }
 
-/// The client gets the exception. The device itself is not counted as refusing.
 TEST(PollerRouted, ARefusedClientRequestIsNotCountedForTheDevice) {
   RoutedLine line(DriveLine({Polled("20", 1)}), {});
   line.RunFor(100ms);
@@ -93,7 +92,7 @@ TEST(PollerRouted, ALateReplyIsNotGivenToTheNextRequest) {
   line.twin(0).values.Set(1, std::uint64_t{2});
   line.Ask("first", kRead);
   line.RunFor(1s);
-  line.twin(0).manner.think = 620ms;  // the reply time is 500 ms
+  line.twin(0).manner.think = 620ms;
   line.Ask("late", kRead);
   line.Ask("next", kOther, 20, 2);
   line.RunFor(650ms);
@@ -116,7 +115,7 @@ TEST(PollerRouted, AStartOvertakesEverythingButTheExchangeUnderWay) {
   RoutedLine line;
   for (int i = 0; i < 9; ++i) line.Ask("block", kBlock + std::string(), 20, 1, Priority::high);
   line.Ask("read", kRead, 21, 2, Priority::high);
-  line.RunFor(10ms);  // the first block is on the wire
+  line.RunFor(10ms);
   line.Ask("start", kStartDrive, 20, 3, Priority::low);
   line.RunFor(5s);
   ASSERT_GE(line.OnWire().size(), 2U);
@@ -166,7 +165,7 @@ TEST(PollerRouted, NoRequestIsSentAfterItsDeadlineWhenTheProgramResumes) {
   RoutedLine line;
   line.Ask("first", kRead);
   ASSERT_TRUE(line.RunUntil([&] { return line.replies.size() == 1; }, 1s));
-  line.Ask("start", kStartDrive, 20, 2, Priority::normal, 50ms);  // waits for a quiet line
+  line.Ask("start", kStartDrive, 20, 2, Priority::normal, 50ms);
   line.Stop(1s, true);
   EXPECT_EQ(line.Of("start").outcome, Outcome::no_reply);
   EXPECT_FALSE(line.Of("start").sent);
@@ -285,7 +284,6 @@ TEST(PollerRouted, ADeadSlaveFailsQuicklyAndBarelySlowsTheOthers) {
     line.RunFor(10s);
     const int before = clients.answered(0);
     line.RunFor(60s);
-    // A second read of a dead slave fails at once.
     if (dead) {
       EXPECT_GT(clients.failed(2), 1000);
     }

@@ -95,8 +95,6 @@ TEST(Poller, SilenceOfTheWholeLineIsReported) {
   EXPECT_TRUE(line.poller().accounts().line.SilentSince(line.now().instant - 20s));
 }
 
-// ---------------- Busy devices, under virtual time: they get the pause that they ask for.
-
 TEST(Poller, ABusyReplyParksTheQueryAndLaterRepeatsIt) {
   config::Device device = ToyDevice("a", "A", {"1"});
   VirtualLine line(ToyLine({Polled(device, 10s), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()});
@@ -139,7 +137,6 @@ TEST(Poller, APauseRequestedInAProbeReplyIsObserved) {
   EXPECT_EQ(line.sent.size(), 1U);
 }
 
-// A busy meter asks twice for a pause of 15 s, which must not make the line count as slow.
 TEST(Poller, PausesOfABusyDeviceDoNotLengthenItsAgeLimits) {
   config::Device device = ToyDevice("a", "A", {"1"});
   device.options = ToyOptions();
@@ -162,8 +159,6 @@ TEST(Poller, PausesOfABusyDeviceDoNotLengthenItsAgeLimits) {
   EXPECT_LT(busy, 0);
 }
 
-// ---------------- Points that are read once or daily, and devices that may have been replaced.
-
 VirtualLine OneOnce() {
   config::Device device = ToyDevice("a", "A", {"1", "2"});
   device.points[0].group = config::Group::once;
@@ -171,7 +166,6 @@ VirtualLine OneOnce() {
   return {ToyLine({device}), {&ToyProtocol()}};
 }
 
-/// Makes the twin ignore the first `times` requests that begin with `start`.
 void Swallow(VirtualLine::WireTwin& twin, std::string start, int times) {
   twin.manner.instead = [start = std::move(start), times](View request) mutable {
     if (!AsText(request).starts_with(start) || times == 0) return std::optional<Bytes>();
@@ -215,7 +209,6 @@ TEST(PollerOnce, AnUnansweredPointIsRequestedOncePerSlowPeriod) {
   EXPECT_LE(tasks, 61U);
 }
 
-// The device is replaced while the port is closed, and ignores the first reads of its number.
 TEST(PollerOnce, AValueFromBeforeAReopeningIsNotGoodUntilReadAgain) {
   VirtualLine line = OneOnce();
   line.twin(0).values.Set(0, 1001.0);
@@ -294,7 +287,7 @@ TEST(PollerDaily, AnUnansweredPointIsRequestedEveryFiveMinutes) {
   EXPECT_LE(tasks, 121U);
 }
 
-// The device was silent for one poll, so the daily value may be of another device.
+// The device was silent for one poll, so the daily value can be that of another device.
 TEST(PollerDaily, APointIsReadAgainAfterSilence) {
   VirtualLine line = OneDaily();
   line.Open();
@@ -309,8 +302,7 @@ TEST(PollerDaily, APointIsReadAgainAfterSilence) {
   EXPECT_EQ(line.CountSent("?A1"), 2U);
 }
 
-/// B sends a second, different reply when `doubled` is set. The refusal of A may have been such a
-/// reply, so refused queries are asked again.
+/// Device B sends a second reply when `doubled` is set. The refusal of A can be such a reply.
 struct Doubled {
   explicit Doubled(config::Device a)
       : line(ToyLine({std::move(a), ToyDevice("b", "B", {"1"})}), {&ToyProtocol()}) {
@@ -344,7 +336,7 @@ TEST(PollerOnce, AParkedReadIsRequestedAgainWhenTheQueriesChange) {
   at.line.twin(0).manner.instead = [&](View request) -> std::optional<Bytes> {
     if (AsText(request) == "?A3\r" && !std::exchange(refused, true)) return ToyReply("A3~replan");
     if (AsText(request) != "?A1\r") return std::nullopt;
-    if (!refused) return Bytes();  // so this query is the last to be read
+    if (!refused) return Bytes();
     return std::exchange(busy, true) ? std::nullopt : std::optional(ToyReply("A1~busy"));
   };
   ASSERT_TRUE(at.line.RunUntil([&] { return busy; }, 20s));
@@ -368,8 +360,6 @@ TEST(PollerOnce, ARefusedPointIsRequestedAgainAfterASecondReply) {
   EXPECT_EQ(at.line.QualityOf(0, 1), Quality::good);
 }
 
-// ---------------- Plans of a device that change or cannot be carried out.
-
 TEST(Poller, AReplanDropsPointsThatTheDeviceRefuses) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2"})}), {&ToyProtocol()});
   line.twin(0).manner.instead = [](View request) -> std::optional<Bytes> {
@@ -384,8 +374,6 @@ TEST(Poller, AReplanDropsPointsThatTheDeviceRefuses) {
   EXPECT_EQ(line.QualityOf(0, 1), Quality::good);
 }
 
-/// Four urgent reads are followed by a poll, whose reply removes query 0 from the plan: all other
-/// queries get new numbers.
 TEST(Poller, AWaitingReadFollowsItsPointsWhenThePlanChanges) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5", "6"})}),
                    {&ToyProtocol()});
@@ -407,7 +395,7 @@ TEST(Poller, AWaitingReadFollowsItsPointsWhenThePlanChanges) {
   EXPECT_TRUE(result->read_back) << result->reason;
 }
 
-/// The toy throws if it is asked for a query that does not exist.
+/// The toy protocol throws if it is asked for a query that does not exist.
 TEST(Poller, APollIsNotSentWhenItsProbeRemovedItsQuery) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});
@@ -422,7 +410,6 @@ TEST(Poller, APollIsNotSentWhenItsProbeRemovedItsQuery) {
   EXPECT_EQ(line.QualityOf(1, 0), Quality::good);
 }
 
-/// Many devices do not answer requests for points that they do not have.
 TEST(Poller, SilenceToNeverAnsweredPointsDoesNotPutADeviceOffline) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1", "2", "3", "4", "5"})}), {&ToyProtocol()});
   const std::string_view answered = "?A1\r";
@@ -463,8 +450,6 @@ TEST(Poller, APointWithoutARequestNeitherBlocksTheLineNorProvesTheDevice) {
   EXPECT_EQ(line.StatusOf(0).last_outcome, Outcome::unsupported);
   EXPECT_EQ(line.CountSent("?B1"), 11U);
 }
-
-// ---------------- Requests that are repeated or replaced after a failure.
 
 TEST(PollerRetries, AreBoundedAndCounted) {
   config::Line config = ToyLine({ToyDevice("a", "A", {"1"})});

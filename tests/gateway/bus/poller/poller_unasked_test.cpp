@@ -56,7 +56,6 @@ TEST_F(PollerUnasked, ASilentDeviceIsNotOnlineAndItsNextWriteIsSent) {
   EXPECT_TRUE(line_.warnings.empty());
 }
 
-/// The second reply may be that to the first write, which was never answered.
 TEST_F(PollerUnasked, WithoutAProofAnAmbiguousReplyConfirmsNoWrite) {
   line_.Open();
   ASSERT_TRUE(line_.Write(0, 0, 7.0));
@@ -70,7 +69,6 @@ TEST_F(PollerUnasked, WithoutAProofAnAmbiguousReplyConfirmsNoWrite) {
   EXPECT_EQ(line_.ends, (std::vector{WriteEnd::ok, WriteEnd::unknown, WriteEnd::unknown}));
 }
 
-/// Always has a background task due, and refuses to make a request for it.
 class Stubborn final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return queries_; }
@@ -89,7 +87,6 @@ class Stubborn final : public protocols::Conversation {
   std::vector<protocols::Query> queries_;
 };
 
-/// Breaks its contract: its queries disappear when it is asked for one.
 class Forgetful final : public protocols::Conversation {
  public:
   std::span<const protocols::Query> Queries() const override { return queries_; }
@@ -108,7 +105,6 @@ class Forgetful final : public protocols::Conversation {
   std::vector<protocols::Query> queries_{{config::Group::once, {0}}, {config::Group::once, {1}}};
 };
 
-/// Makes a toy protocol with the conversation `Talk`.
 template <typename Talk>
 protocols::Protocol Talking(const char* name) {
   protocols::Protocol protocol = ToyProtocol();
@@ -166,8 +162,6 @@ TEST(TurnLimitTest, TurnsAtDifferentTimesAreNotLimited) {
   }
 }
 
-// ---------------- The replies to a request.
-
 class ReplyTest : public ::testing::Test, protected PollerListener {
  protected:
   void OnDeviceState(std::uint32_t, DeviceState, DeviceState, const std::string&, Now) override {}
@@ -201,7 +195,6 @@ TEST_F(ReplyTest, AReplyEqualToItsRequestIsRefusedOnAnEchoingBus) {
   }
 }
 
-/// The probe of an absent device may be answered by another device. Only the name shows which one.
 TEST_F(ReplyTest, AProbeWithoutNameGivesNoReadingsOfANamedDevice) {
   const EchoWatch echo(config::Echo::off);
   const auto readings = [&](std::string_view bytes, std::string_view reply) {

@@ -1,4 +1,4 @@
-// Tests of how writes end: the client gets what the device has done, if this can be known.
+// Tests of the results of writes that a client receives.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -14,7 +14,7 @@ class PollerWriteEnd : public ::testing::Test {
  protected:
   void SetUp() override {
     line_.Open();
-    line_.RunFor(1500ms);  // to a moment between two polls
+    line_.RunFor(1500ms);
     line_.sent.clear();
   }
   WriteCommand Command(std::vector<PointWrite> writes) {
@@ -29,7 +29,6 @@ class PollerWriteEnd : public ::testing::Test {
     command.kind = Reads{std::move(points)};
     return command;
   }
-  /// Makes the device answer requests of this kind with `reply`, whatever its values.
   void Say(char kind, Bytes reply) {
     line_.twin(0).manner.instead = [kind, reply](View request) -> std::optional<Bytes> {
       return request[0] == kind ? std::optional(reply) : std::nullopt;
@@ -39,7 +38,7 @@ class PollerWriteEnd : public ::testing::Test {
     return line_.StatusOf(0).writes.ends[static_cast<std::size_t>(end)];
   }
 
-  // Points: 0 and 1 plain, 2 in a session.
+  // Points: 0 and 1 plain, 2 is accessible in a session only.
   VirtualLine line_{ToyLine({ToyDevice("a", "A", {"1", "2", "S3"})}), {&ToyProtocol()}};
   std::vector<WriteResult> results_;
 };
@@ -69,7 +68,6 @@ TEST_F(PollerWriteEnd, AConfirmedWriteWithAnotherValueReadBackDiffers) {
   EXPECT_EQ(line_.ValueOf(0, 0), Value(0.0)) << "the store shows what is";
 }
 
-/// The reply "busy" is no reading. The next reading shows that the output has not changed.
 TEST_F(PollerWriteEnd, AReadBackIsRepeatedWhenTheDeviceIsBusy) {
   int busy = 2;
   line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
@@ -82,7 +80,6 @@ TEST_F(PollerWriteEnd, AReadBackIsRepeatedWhenTheDeviceIsBusy) {
   EXPECT_EQ(results_[0].end, WriteEnd::differs);
 }
 
-/// A poll of the device is parked before the write.
 TEST_F(PollerWriteEnd, APollAndAReadBackWaitForABusyDevice) {
   bool busy = true;
   line_.twin(0).manner.instead = [&busy](View request) -> std::optional<Bytes> {
@@ -119,7 +116,6 @@ TEST_F(PollerWriteEnd, AnUnansweredWriteIsUnknown) {
   EXPECT_EQ(line_.CountSent("W"), 1U) << "not repeated, and the second not begun";
 }
 
-/// The session was never opened, so nothing can have been written.
 TEST_F(PollerWriteEnd, AnUnansweredPreparationLeavesTheWriteUnsent) {
   line_.Close();
   Say('O', {});
@@ -144,7 +140,7 @@ TEST_F(PollerWriteEnd, TheResultCountsTheWritesBeforeARefusal) {
   EXPECT_EQ(results_[0].written, 1U);
 }
 
-/// A set point every few milliseconds: the read-back shows only the last.
+/// One set point is written every few milliseconds, so a read-back shows only the last write.
 TEST_F(PollerWriteEnd, AStreamOfWritesToOnePointReportsNoDifference) {
   for (int i = 1; i <= 12; ++i) line_.Submit(Command({{0, i * 1.0}}));
   ASSERT_TRUE(line_.RunUntil([&] { return results_.size() == 12; }, 10s));
@@ -200,7 +196,6 @@ TEST_F(PollerWriteEnd, AReadNowOfAnOfflineDeviceFailsAtOnce) {
   EXPECT_FALSE(results_[1].read_back);
 }
 
-/// A does not answer its write, so its read-back waits for a late reply.
 TEST(PollerWriteEndOfTwo, AWriteDoesNotWaitForTheReadBackOfAnotherDevice) {
   VirtualLine line(ToyLine({ToyDevice("a", "A", {"1"}), ToyDevice("b", "B", {"1"})}),
                    {&ToyProtocol()});

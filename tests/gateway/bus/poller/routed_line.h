@@ -1,5 +1,4 @@
-// `RoutedLine`: a line with Modbus RTU slaves on the wire (tests/support/virtual_line.h), for tests
-// of transparent routes.
+// `RoutedLine`: a virtual line with Modbus RTU slaves on the wire, for tests of transparent routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,23 +9,20 @@
 
 namespace baudgate::bus {
 
-// PDUs of requests.
-inline constexpr const char* kRead = "03 00 00 00 01";   // one register
-inline constexpr const char* kOther = "03 00 01 00 01";  // the next register
-inline constexpr const char* kBlock = "03 00 00 00 78";  // 120 registers
+// PDUs of requests, in hex.
+inline constexpr const char* kRead = "03 00 00 00 01";  // reads one register
+inline constexpr const char* kOther = "03 00 01 00 01";
+inline constexpr const char* kBlock = "03 00 00 00 78";  // reads 120 registers
 inline constexpr const char* kStartDrive = "06 00 00 00 02";
 inline constexpr const char* kStop = "06 00 00 00 00";
 
-/// Returns the PDU that reads register `reg`.
 std::string ReadOf(std::uint8_t reg);
 
-/// Makes a device with 120 holding registers from 0 on.
+/// Makes a device with 120 holding registers from register 0 on.
 config::Device Slave(const std::string& address);
 config::Device Polled(const std::string& address, std::size_t points, Duration poll = 1s);
-/// Makes a line with 19200 8E1.
 config::Line DriveLine(std::vector<config::Device> devices = {});
 
-/// Returns the frame with a wrong CRC.
 Bytes Damaged(Bytes frame);
 
 struct RoutedLine : VirtualLine {
@@ -36,11 +32,11 @@ struct RoutedLine : VirtualLine {
     RoutedReply reply;
   };
 
-  /// `slaves` are on the wire, but are no devices of the line.
+  /// Puts `slaves` on the wire that are no devices of `line`.
   explicit RoutedLine(config::Line line = DriveLine(),
                       const std::vector<std::string>& slaves = {"20", "21"});
 
-  /// Puts any devices on the wire as slaves.
+  /// Puts `slaves` on the wire, which can be devices of `line` or not.
   RoutedLine(std::vector<config::Device> slaves, config::Line line);
 
   /// Sets register i of the twin to `base` + i.
@@ -50,7 +46,6 @@ struct RoutedLine : VirtualLine {
            std::uint64_t client = 1, config::Priority priority = config::Priority::normal,
            Duration within = 2500ms);
 
-  /// Returns the names of the requests that were answered, in the order of the answers.
   std::vector<std::string> Names() const;
   const RoutedReply& Of(const std::string& name) const;
   /// Returns the requests on the wire so far: slave and PDU, without the CRC.
@@ -59,14 +54,12 @@ struct RoutedLine : VirtualLine {
   std::vector<Reply> replies;
 };
 
-/// Clients that send the same request again as soon as they get an answer.
 class BusyClients {
  public:
   explicit BusyClients(RoutedLine& line);
 
   void Add(const std::string& pdu, std::uint8_t slave,
            config::Priority priority = config::Priority::normal);
-  /// Returns how many replies the client has got; `client` counts in the order of Add.
   int answered(std::size_t client) const { return clients_[client].answered; }
   int failed(std::size_t client) const { return clients_[client].failed; }
 

@@ -1,4 +1,4 @@
-// The true values of the devices of a toy line: the store may show no other values.
+// The true value of each point of a toy line, and a check that the store contains no other values.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

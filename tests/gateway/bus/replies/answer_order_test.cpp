@@ -1,5 +1,5 @@
-// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are single letters. Only the reply
-// to 'P' (a proof) can be distinguished from the replies to all other letters.
+// Tests of `AnswerOrder`, `ReplyOrders` and `Patience`. Requests are letters. Only the reply to 'P'
+// (a proof) differs from the replies to other letters.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -15,12 +15,10 @@ namespace {
 
 class Order {
  public:
-  /// Sends a request that gets no reply.
   void Send(char request) {
     order.OnSent({0, {static_cast<std::uint8_t>(request)}, kStart + ++sent_ * 1s, request == 'P'});
     latest_ = request;
   }
-  /// A reply comes. `to` is the request that it really answers.
   void Reply(char to) {
     known =
         order.OnAnswer((to == 'P') == (latest_ == 'P'), [to](const SentRequest& sent, std::size_t) {
@@ -34,7 +32,7 @@ class Order {
   bool IsOnly(char request) const { return order.IsAnswerTo({static_cast<std::uint8_t>(request)}); }
 
   AnswerOrder order;
-  bool known = false;  ///< OnAnswer has found the request of the last reply
+  bool known = false;
 
  private:
   int sent_ = 0;
@@ -115,7 +113,7 @@ TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   Order order;
   order.Answered('a');
   order.Send('a');
-  order.Reply('P');  // no P was sent, so no request fits
+  order.Reply('P');
   EXPECT_FALSE(order.known);
   EXPECT_EQ(order.order.Owed(), 1U) << "that to a is owed as before";
   order.order.OnLost();
@@ -126,7 +124,8 @@ TEST(AnswerOrderTest, AnUnmatchedReplyChangesNothingUntilTheOrderIsLost) {
   EXPECT_TRUE(order.order.IsInStep());
 }
 
-/// Each is answered one request late. With three requests late, the replies would look the same.
+/// Each request is answered one request late. With three requests late, the replies would look the
+/// same.
 TEST(AnswerOrderTest, MoreProofsResolveAnAmbiguousLag) {
   Order order;
   for (int i = 0; i < 3; ++i) {
@@ -150,7 +149,7 @@ TEST(AnswerOrderTest, MoreProofsResolveAnAmbiguousLag) {
 TEST(AnswerOrderTest, ARequestRepeatedPastAllOutstandingRepliesHasItsAnswer) {
   Order order;
   order.Send('b');
-  order.Send('b');  // two replies are outstanding
+  order.Send('b');
   order.Answered('a');
   EXPECT_FALSE(order.IsOnly('a'));
   order.Answered('a');
@@ -160,7 +159,6 @@ TEST(AnswerOrderTest, ARequestRepeatedPastAllOutstandingRepliesHasItsAnswer) {
   EXPECT_EQ(order.order.Older(), 2s);
 }
 
-/// The device does not know P and never answers it. The replies to all other requests still come.
 TEST(AnswerOrderTest, UnansweredRequestsDoNotShiftTheOrder) {
   Order order;
   order.Send('a');
@@ -182,7 +180,6 @@ TEST(AnswerOrderTest, ACopyMayTakeThePlaceOfTheNextReply) {
   EXPECT_FALSE(order.order.IsSafe());
 }
 
-/// Each reply answers the request `lag` before the latest one.
 TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   for (std::size_t lag = 0; lag < 12; ++lag) {
     Order order;
@@ -207,7 +204,6 @@ TEST(AnswerOrderTest, NoLagPassesUnnoticed) {
   }
 }
 
-/// Replies to requests that are not remembered any more may still come.
 TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   Order order;
   for (std::size_t request = 0; request < 2 * AnswerOrder::kMostOwed; ++request) order.Send('a');
@@ -216,7 +212,6 @@ TEST(AnswerOrderTest, ADeviceBeyondTheOutstandingLimitIsNotInStepAfterAReply) {
   EXPECT_FALSE(order.IsOnly('b'));
 }
 
-/// At most three replies to strangers (other masters) come: the fourth answers this gateway.
 TEST(AnswerOrderTest, ThreeRepliesToStrangersAreAssumedOutstanding) {
   Order order;
   order.order.OnStranger(kStart);
@@ -250,9 +245,6 @@ TEST(AnswerOrderTest, ForgettingStrangersLeavesOnlyOwnRequests) {
   other.order.ForgetStrangers();
   EXPECT_TRUE(other.order.IsInStep());
 }
-
-// ---------------- The order of the device counts, and the order of the line if replies carry no
-// address.
 
 class ReplyOrdersTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -290,8 +282,6 @@ TEST_F(ReplyOrdersTest, ALostReplyOfANeighbourCountsWhenRepliesAreUnnamed) {
   }
 }
 
-/// A lost reply puts the next one in doubt: of the same device, and of a neighbour if replies carry
-/// no address.
 TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
   for (const bool named : {true, false}) {
     for (const Device* lost : {&a, &b}) {
@@ -299,7 +289,8 @@ TEST_F(ReplyOrdersTest, DeviceAndLineOrderMustAgreeForUnnamedReplies) {
       orders_.Reset(a);
       orders_.Reset(b);
       protocols::Request asked = AskFor("?A1\r");
-      asked.numbered = !named;  // a converter may have written the address, so the number decides
+      asked.numbered = !named;  // a converter may have written the address, so only the number in
+                                // the reply counts
       const bool doubted = lost == &a || !named;
       Send(*lost, AskFor("?A2\r", named));
       EXPECT_EQ(orders_.IsSafe(Of(a, asked)), !doubted);
@@ -342,8 +333,6 @@ TEST_F(ReplyOrdersTest, EventsApplyToTheDeviceOrderAndTheLineOrder) {
   }
 }
 
-/// If a server lags, replies of a may have come while b was asked. They count as outstanding for
-/// ever, so the number of a must not be compared with that of b.
 TEST_F(ReplyOrdersTest, OutstandingRepliesOfANeighbourCountBesideThoseOfTheDevice) {
   const protocols::Request theirs = AskFor("?B1\r");
   const protocols::Request asked = AskFor("?A1\r");
@@ -368,8 +357,6 @@ TEST_F(ReplyOrdersTest, EntriesOfOneAddressShareAnOrder) {
   orders_.Reset(b);
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
-
-// ---------------- How much longer than its reply time a late device is waited for.
 
 class PatienceTest : public ::testing::Test, protected ToyMembers {
  protected:
@@ -399,7 +386,6 @@ TEST_F(PatienceTest, TwoLateRepliesFarApartDoNotLengthenThePatience) {
   EXPECT_EQ(patience_.More(a), 200ms) << "these two are not; what was before is forgotten";
 }
 
-/// One hundred replies in time in a row are needed.
 TEST_F(PatienceTest, ALateReplyInBetweenKeepsEarlierLateRepliesRemembered) {
   for (const bool taken : {false, true}) {
     patience_ = {};

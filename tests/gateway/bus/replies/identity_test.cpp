@@ -1,4 +1,4 @@
-// Tests of how the identity of a device is learned from its replies to the identification request.
+// Tests how the gateway learns a device's identity from its replies.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// Tests of `LateReplies`: until when replies may come, and which devices wait meanwhile.
+// Tests of `LateReplies`: how long replies are waited for, and which devices wait.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/replies/late_replies.h"
 
@@ -12,7 +12,6 @@ namespace {
 
 class LateRepliesTest : public ::testing::Test, protected ToyMembers {
  protected:
-  /// Runs an exchange of `member` from `began` to `ended`, with `outcome`.
   void Exchange(const Member& member, Duration began, Duration ended, Outcome outcome,
                 bool retry = false) {
     asked_ = {.member = &member,
@@ -67,13 +66,12 @@ TEST_F(LateRepliesTest, ABroadcastDoesNotEndTheWaiting) {
   EXPECT_EQ(LateUntil(a), 1000ms);
 }
 
-/// The request came from a client of the serial server, or is a telegram by hand.
 TEST_F(LateRepliesTest, TheReplyToAnUnknownRequestIsAwaitedUntilTheCeiling) {
   late_.OnUnknownRequest(a, kStart);
   EXPECT_EQ(LateUntil(a), 1s);
 }
 
-// A serial server sends the late reply to the next connection.
+// The port is a serial server, which delivers a late reply to the next connection.
 TEST_F(LateRepliesTest, TheReplyToAnExchangeThatEndedEarlyIsAwaitedUntilTheCeiling) {
   Exchange(a, 0ms, 10ms, Outcome::no_reply);
   EXPECT_GE(LateUntil(a), 1000ms);
@@ -122,7 +120,6 @@ TEST_F(LateRepliesTest, EntriesOfOneAddressWaitTogether) {
   EXPECT_EQ(LateUntil(b), 1000ms);
 }
 
-/// Example: the tare command of a scale may take seconds.
 TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   request_.reply = 3s;
   asked_ = {.member = &a, .request = &request_, .sent = kStart};
@@ -134,8 +131,8 @@ TEST_F(LateRepliesTest, AReplyWithinTheTimeOfItsRequestIsInTime) {
   EXPECT_LT(late_.OnStray({9, 100ms}, kStart + 3100ms).lateness, 200ms);
 }
 
-/// The reply at 650 ms may be that to the request at 0 ms. So the reply to the request at 300 ms
-/// may come up to 650 ms later.
+/// The reply at 650 ms can answer the request at 0 ms. So the reply to the request at 300 ms can
+/// also arrive 650 ms after its request.
 TEST_F(LateRepliesTest, AfterARetryTheLineWaitsForAnswersToEarlierTries) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   EXPECT_EQ(late_.Aftermath(asked_, kStart + 650ms), 0ms) << "a probe says that it is in order";
@@ -194,7 +191,6 @@ TEST_F(LateRepliesTest, FourBytesMayBeAReplyOfUnknownLength) {
   EXPECT_EQ(late_.OnStray({3, 10ms}, kStart + 2210ms).late_member, nullptr) << "counted anew";
 }
 
-/// The reply time of the next requests grows, but not the reply time of probes of an absent device.
 TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   for (const Duration began : {0s, 10s}) {
     EXPECT_EQ(late_.PatienceFor(a), 0ms);
@@ -210,8 +206,6 @@ TEST_F(LateRepliesTest, TwoLateRepliesLengthenTheReplyTime) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// The line still waited when the reply came. If the request was a retry, the reply may be that to
-/// the first try, so its lateness is not known.
 TEST_F(LateRepliesTest, AReplyReceivedInExtendedTimeSetsThePatience) {
   asked_ = {.member = &a, .request = &request_, .sent = kStart, .retry = true};
   const Duration characters = 4 * a.times.character;
@@ -243,7 +237,7 @@ TEST_F(LateRepliesTest, BytesAfterARetryAnsweredForTheFirstTryAreALateReply) {
   EXPECT_EQ(late_.ExtraDrain(a), 230ms) << "260 ms and a gap, less the drain";
 }
 
-/// The reply to the retry is not due yet. One late reply, to the first try, may be chance.
+/// The reply to the retry is not due yet. One late reply, to the first try, can be chance.
 TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   Exchange(a, 0ms, 200ms, Outcome::no_reply);
   Exchange(a, 250ms, 300ms, Outcome::ok, true);
@@ -256,7 +250,6 @@ TEST_F(LateRepliesTest, TheAnswerToTheRetryIsInTime) {
   EXPECT_GT(late_.PatienceFor(a), 0ms) << "but it has been counted";
 }
 
-/// Bytes behind the next request are a copy of its reply.
 TEST_F(LateRepliesTest, BytesAfterTheNextRequestAreNoAnswerToARetry) {
   for (const Duration began : {0s, 10s}) {
     Exchange(a, began, began + 200ms, Outcome::no_reply);
@@ -281,20 +274,20 @@ TEST_F(LateRepliesTest, LatenessCountsFromTheFirstTryThatMetSilence) {
   };
   struct Case {
     std::vector<Try> tries;
-    Duration late;  // the least, of bytes 980 ms after `began`; 0: no late reply
+    Duration late;
   };
   const Case cases[] = {
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::corrupt}, {300ms, Outcome::no_reply}, {600ms, Outcome::no_reply}}, 470ms},
       {{{0ms, Outcome::no_reply}, {300ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 170ms},
-      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}}, 0ms},  // the bytes are its rest
+      {{{0ms, Outcome::no_reply}, {300ms, Outcome::partial}}, 0ms},
       {{{0ms, Outcome::corrupt}, {600ms, Outcome::ok}}, 0ms},
-      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},  // the first reply was not taken
+      {{{0ms, Outcome::ok}, {600ms, Outcome::ok}}, 0ms},
   };
   Duration began = 2s;
   for (const Case& one : cases) {
     SCOPED_TRACE(std::to_string(&one - cases));
-    Exchange(a, began - 2s, began - 1800ms, Outcome::no_reply);  // an earlier request
+    Exchange(a, began - 2s, began - 1800ms, Outcome::no_reply);
     Duration ended{};
     for (const Try& each : one.tries) {
       ended = began + each.began + (each.outcome == Outcome::no_reply ? 200ms : 50ms);
@@ -318,7 +311,7 @@ TEST_F(LateRepliesTest, NoiseAfterTheRetryOfADamagedReplyIsNoLateReply) {
   EXPECT_EQ(late_.PatienceFor(a), 0ms);
 }
 
-/// The bytes behind the answered retry are noise from the release of the bus.
+/// When the device releases the bus after its answer to the retry, noise follows.
 TEST_F(LateRepliesTest, NoiseAfterTheRetryOfALostRequestIsNoLateReply) {
   request_.expect.shapes = {{.min_length = 9}, {.min_length = 5}};
   const auto repeat = [this](Duration began, std::size_t bytes) {
@@ -375,7 +368,6 @@ TEST_F(LateRepliesTest, BytesAfterAGoodAnswerLengthenTheSilenceAfterGoodAnswers)
   EXPECT_EQ(late_.ExtraDrain(a), 30ms) << "that was no copy";
 }
 
-/// Bytes that come later than the drain time and 256 characters after a reply are no copy of it.
 TEST_F(LateRepliesTest, BytesLongAfterAGoodAnswerAreNoCopy) {
   const Duration longest = a.times.drain + 256 * a.times.character;
   Exchange(a, 0ms, 20ms, Outcome::ok);
@@ -463,8 +455,6 @@ TEST(LateAnswersAtALocalPort, AreAwaitedForTheReplyTimeAndTheDrain) {
   late.OnClosed(members.a, kStart);
   EXPECT_EQ(late.LateUntil(members.a), kStart + 250ms);
 }
-
-// ---------------- Late replies of other devices, found by their address.
 
 TEST_F(LateRepliesTest, ALateReplyDuringAnExchangeOfAnotherDeviceIsFoundOnce) {
   request_.expect = ToyProtocol().expect(request_.bytes, {});

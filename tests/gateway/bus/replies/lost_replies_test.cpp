@@ -16,8 +16,8 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
   void Lose(std::string_view requests, Instant at = kStart) {
     for (const char request : requests) lost_.OnLost(a, Request(request), at);
   }
-  /// Returns how often `request` must be repeated until a reply is certainly its own. The replies
-  /// to the lost requests in `like` have the same form.
+  /// Returns how often `request` must be sent until a reply certainly answers it. The replies to
+  /// the lost requests in `like` look like its reply.
   std::size_t RepliesUntilOwn(char request, std::string_view like, Instant began = kStart) {
     for (std::size_t count = 1; count < 20; ++count) {
       const LostReplies::Older older =
@@ -36,7 +36,7 @@ class LostRepliesTest : public ::testing::Test, protected ToyMembers {
 TEST_F(LostRepliesTest, AsManyRepliesAsWereLostMayComeFirst) {
   struct Case {
     const char* lost;
-    const char* like;  // lost requests whose reply has the form of the reply to 'x'
+    const char* like;
     std::size_t replies;
   };
   for (const Case& one : {Case{"", "", 1}, Case{"y", "", 1}, Case{"y", "y", 2}, Case{"x", "x", 1},

@@ -1,5 +1,4 @@
-// Tests of `OwedReplies`: how outstanding replies change an exchange, and which readings are in
-// doubt.
+// Tests of `OwedReplies`: how outstanding replies change an exchange.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -32,8 +31,8 @@ TEST(LatestReadings, ContainEachPointOnceSinceTheLineRested) {
   EXPECT_THAT(readings.TakeAll(), IsEmpty()) << "told once";
 }
 
-/// Replies to another master count as lost at once, replies to this gateway after ten seconds, or
-/// after twice the ceiling if that is longer.
+/// An outstanding reply to another master counts as lost at once. An outstanding reply to this
+/// gateway counts as lost after ten seconds, or after twice the ceiling if that is longer.
 TEST(WhoseReplyOfAWriter, AWriteOnlyDeviceWithoutProbesHasNoLastingOutstandingReplies) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})});
   Roster roster(line, 0,
@@ -75,14 +74,11 @@ TEST(WhoseReplyOfAWriter, AWriteOnlyDeviceWithoutProbesHasNoLastingOutstandingRe
   EXPECT_EQ(orders.Owed(read_probe), 0) << "it has no polls that are answered alike";
 }
 
-// ---------------- The exchange that a request gets while replies are outstanding.
-
 class OwedRepliesTest : public ::testing::Test, protected ToyMembers {
  protected:
   Exchange Give(bool trusted = false, Duration idle_for = 0s) {
     return owed_.ExchangeOf(asked_, trusted, kStart - idle_for, kStart);
   }
-  /// A first try is not answered in time, and its reply comes late by `lateness`.
   void BeLate(Duration lateness) {
     asked_.sent = kStart - 10s;
     const Instant end = asked_.sent_out() + a.times.reply;
@@ -123,7 +119,6 @@ TEST_F(OwedRepliesTest, ALateDeviceGetsMoreReplyTimeAndMoreDrain) {
   EXPECT_EQ(Give().times.reply, 200ms);
 }
 
-/// Before a first try, the line has already waited for late replies.
 TEST_F(OwedRepliesTest, ATrustedDeviceHasNoOutstandingRepliesBeforeAFirstTry) {
   for (const bool trusted : {false, true}) {
     for (const bool retry : {false, true}) {
@@ -136,7 +131,7 @@ TEST_F(OwedRepliesTest, ATrustedDeviceHasNoOutstandingRepliesBeforeAFirstTry) {
   }
 }
 
-/// The reply comes only after the next request, so waiting is useless.
+/// The late reply arrives only after the next request, so waiting for it is useless.
 TEST_F(OwedRepliesTest, ALaggingDeviceGetsOnlyTheDrainAsAftermath) {
   BeLate(100ms);
   asked_.sent = kStart - 5s;

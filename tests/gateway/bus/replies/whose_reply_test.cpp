@@ -1,5 +1,5 @@
 // Tests of `WhoseReply`, by the table in whose_reply.cpp. "?A…" polls device a, "PA…" asks for its
-// name. A reply "!=1*XX" carries no tag, so it answers any request "U…".
+// name. A reply "!=1*XX" can answer any request "U…", because it does not contain what was read.
 #include "gateway/bus/replies/whose_reply.h"
 
 #include <gtest/gtest.h>
@@ -20,13 +20,11 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
         .member = &member, .request = &request, .first = !request.steady, .probe = request.steady};
   }
   void Send(const Asked& asked) { order_.OnSent(asked, kStart + ++sent_ * 1s); }
-  /// Sends a request that gets no reply.
   void Silence(const Member& member, const protocols::Request& request) {
     const Asked asked = Of(member, request);
     Send(asked);
     order_.NoteOutcome(asked, Outcome::no_reply, true, kStart + sent_ * 1s);
   }
-  /// Sends a request that gets the reply `body`.
   WhoseReply::Verdict Reply(const Member& member, const protocols::Request& request,
                             std::string_view body, Outcome outcome = Outcome::ok) {
     const Asked asked = Of(member, request);
@@ -36,9 +34,10 @@ class WhoseReplyTest : public ::testing::Test, protected ToyMembers {
                        kStart + sent_ * 1s);
     return verdict;
   }
-  /// Plays exchanges and returns what the last reply comes to. "PA0:A0" is a request and its reply,
-  /// "UA1:" has no reply, "*UA1:=1" is a probe by a read, "-UA1:=1" has a reply without an address,
-  /// "WA1:A1=1" is a write, "open" opens the port, "back": the device may have been replaced.
+  /// Runs exchanges and returns the verdict on the last reply. "PA0:A0" is a request and its reply,
+  /// "UA1:" is not answered, "*UA1:=1" is a probe by a read, "-UA1:=1" has a reply without an
+  /// address, "WA1:A1=1" is a write, "open" opens the port, "back": the device can have been
+  /// replaced.
   std::string Run(const std::string& history) {
     std::istringstream words(history);
     std::string follows;
@@ -235,8 +234,6 @@ TEST_F(WhoseReplyTest, AfterSilenceAProbeGoesFirst) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// The device is known to be one request late, so each request is repeated. A reply of another
-/// device in between makes it later.
 TEST_F(WhoseReplyTest, ALaggingDeviceIsProbedWhenItsOutstandingRepliesGrow) {
   Reply(a, name_, "A0");
   Silence(a, one_);
@@ -251,7 +248,6 @@ TEST_F(WhoseReplyTest, ALaggingDeviceIsProbedWhenItsOutstandingRepliesGrow) {
   EXPECT_TRUE(NeedsProbe(a, one_));
 }
 
-/// "B0" comes instead of a reply of a, so one reply of a is outstanding.
 TEST_F(WhoseReplyTest, AReplyOfAnotherDeviceDoesNotChangeTheOwnOrder) {
   Reply(b, Identification("PB0\r"), "B0");
   Reply(a, name_, "A0");
@@ -336,7 +332,6 @@ TEST_F(WhoseReplyTest, ABroadcastLeavesNoReplyOutstanding) {
   EXPECT_TRUE(orders_.Of(a).IsInStep());
 }
 
-/// A lost port or a broadcast is no silence, and a damaged reply shows that the device is there.
 TEST_F(WhoseReplyTest, OnlySilenceRequiresANewProbe) {
   const Asked asked = Of(a, one_);
   const auto needs_probe_after = [&](Outcome outcome, bool silent) {
@@ -351,7 +346,7 @@ TEST_F(WhoseReplyTest, OnlySilenceRequiresANewProbe) {
   EXPECT_TRUE(NeedsProbe(a, two_)) << "nor was the probe answered";
 }
 
-/// Other silence does not show that the device does not know the request.
+/// Silence to a retry, a write or a known request does not show that the request is ignored.
 TEST_F(WhoseReplyTest, OnlySilentFirstTriesOfReadsCountAsUnanswered) {
   struct Case {
     bool retry = false;
@@ -376,7 +371,8 @@ TEST_F(WhoseReplyTest, OnlySilentFirstTriesOfReadsCountAsUnanswered) {
   }
 }
 
-/// The device is five replies late: five repeats would be needed until its own reply comes.
+/// The device is five replies late, so a request would have to be repeated five times until its own
+/// reply arrives. Instead, a probe precedes each task.
 TEST_F(WhoseReplyTest, ADeviceThatLagsByMoreThanFourIsProbedBeforeEachTask) {
   Run("PA0:A0 UA1: UA1: UA1: UA1: UA1: PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:=1 PA0:A0");
   EXPECT_FALSE(NeedsProbe(a, one_)) << "names are owed, and these are recognised";
@@ -406,7 +402,6 @@ TEST_F(WhoseReplyTest, AReconnectForgetsTheLag) {
   EXPECT_TRUE(order_.IsSettled(a));
 }
 
-/// RepliesBefore: how many replies come before the own reply, after a reply of another device.
 TEST_F(WhoseReplyTest, RepliesBeforeTheAnswerDependOnTheSender) {
   const protocols::Request nameless = AskFor("UA1\r", false);
   Reply(a, name_, "A0");
@@ -479,7 +474,6 @@ TEST_F(WhoseReplyTest, RepliesToOtherRequestsAndProbesCreateNoOddForm) {
   EXPECT_FALSE(NeedsProbe(a, one_)) << "a probe tells nothing of the poll";
 }
 
-/// A probe cannot prove anything here, so probes before each task would never end.
 TEST_F(WhoseReplyTest, ADeviceWithoutProofsIsNotProbedForAnOddForm) {
   Run("UA2:A9");
   ProbeWithARead(1);
@@ -506,7 +500,7 @@ TEST_F(WhoseReplyTest, AReplyToAStrangerIsNotLearnedAsTheName) {
   EXPECT_FALSE(Reply(a, name_, "A0").replaced);
 }
 
-/// A0=7 came twice, but the first one may be the reply to ?A0.
+/// The reply A0=7 came twice, but the first can be the reply to ?A0.
 TEST_F(WhoseReplyTest, TheReplyToAnEarlierRequestIsNotTakenAsANewName) {
   Run("PA0:A0 UA1:=1 ?A0:A0=7 PA0:A0=7");
   orders_.Reset(a);
@@ -523,14 +517,13 @@ TEST_F(WhoseReplyTest, BusyAndRefusedRepliesAreNoName) {
   EXPECT_FALSE(order_.HasName(b)) << "it has refused to say";
 }
 
-/// A refusal may answer any request.
 TEST_F(WhoseReplyTest, RefusalsDoNotCountAsRepliesToStrangers) {
   order_.OnOpened(a, kStart);
   for (int i = 0; i < 4; ++i) Reply(a, name_, "A0~refused", Outcome::refused);
   EXPECT_EQ(orders_.Owed(Of(a, one_)), 3);
 }
 
-/// A probe by a read of an unusual length: a rare poll may have a reply of the same length.
+/// The probe is a read of unusual length. A rare poll can have a reply of the same length.
 TEST_F(WhoseReplyTest, ProbesUnlikeThePollsLeaveThreeRepliesOutstanding) {
   protocols::Request longer = AskFor("UA9\r");
   longer.unlike_polls = true;
@@ -547,14 +540,13 @@ TEST_F(WhoseReplyTest, ProbesUnlikeThePollsLeaveThreeRepliesOutstanding) {
   EXPECT_EQ(Run("UA2:=2 ?A1:A9 ?A1:A9"), "elsewhere") << "such a probe restores the order";
 }
 
-/// Replies to strangers look like replies of this device, so no reply could prove more.
 TEST_F(WhoseReplyTest, ADeviceWithoutAProofIsTrustedFromItsFirstReply) {
   order_.OnOpened(a, kStart);
   ProbeWithARead(1);
   EXPECT_TRUE(Reply(a, one_, "=1").proven);
 }
 
-/// A text instead of a number may be another reply, if one is outstanding.
+/// A text in place of a number can be the reply to another request, if one is outstanding.
 TEST_F(WhoseReplyTest, AnOddFormIsAcceptedOnlyAfterAReadInStep) {
   Reply(a, name_, "A0");
   Send(Of(a, one_));

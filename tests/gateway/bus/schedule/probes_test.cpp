@@ -13,9 +13,7 @@ namespace {
 
 class ProbesTest : public ::testing::Test, protected ToyMembers {
  protected:
-  static void PutOffline(Member& member) {
-    member.health.OnTask(Outcome::no_reply, kStart);  // the device has never answered
-  }
+  static void PutOffline(Member& member) { member.health.OnTask(Outcome::no_reply, kStart); }
   Probes::Facts At(Duration at) const {
     Probes::Facts facts;
     facts.now = facts.idle_since = kStart + at;
@@ -91,7 +89,6 @@ TEST_F(ProbesTest, TheNextProbeWaitsUntilItsShareIsEarned) {
   EXPECT_EQ(probes_.NextAt(At(10s)), kStart + 10s);
 }
 
-/// The device may have lost only its first requests: two probes do not wait for the budget.
 TEST_F(ProbesTest, ANewlyOfflineDeviceIsProbedSoonTwice) {
   PutOffline(a);
   PutOffline(b);
@@ -111,7 +108,6 @@ TEST_F(ProbesTest, ANewlyOfflineDeviceIsProbedSoonTwice) {
   EXPECT_EQ(probes_.OnTaken(a, At(at)), Probes::Kind::look);
 }
 
-/// First no other device needs the line, then another device needs the line again at once.
 TEST_F(ProbesTest, EveryThirdProbeWaitsForASilentLine) {
   PutOffline(a);
   const auto look = [this](Duration at, Duration idle_for) {
@@ -136,7 +132,7 @@ TEST_F(ProbesTest, EveryThirdProbeWaitsForASilentLine) {
   EXPECT_EQ(look(80s, 0s), Probes::Kind::look);
 }
 
-/// Writes come every 250 ms: no poll is due, but the line is never idle for long.
+/// Writes come every 250 ms: no poll is due, but the line is never silent for long.
 TEST_F(ProbesTest, AProbeDoesNotWaitForASilentLineForEver) {
   PutOffline(a);
   for (const Duration at : {0s, 1s}) {
@@ -195,9 +191,6 @@ TEST_F(ProbesTest, TheNoticeBoundCoversATurnOfAllAndTheLongestPeriod) {
   EXPECT_GT(probes_.NoticeBound(kStart), one);
 }
 
-// ---------------- Probes of dead devices: free while the line is idle, otherwise limited to a
-// share.
-
 TEST(ProbeBudget, IdleLineProbesAfterThePause) {
   ProbeBudget budget;
   EXPECT_EQ(budget.NextProbe(kStart, std::nullopt, kStart, 600ms), kStart);
@@ -235,7 +228,6 @@ TEST(ProbeBudget, ContendedProbesTakeTheCappedShareAtMost) {
   ProbeBudget budget;
   Duration spent{};
   for (Instant now = kStart; now < kStart + 1h;) {
-    // A poll is always due, and another one has just ended.
     const bool probe = budget.NextProbe(now, now, now, 600ms) == now;
     const Duration took = probe ? 600ms : 20ms;
     if (probe) budget.OnProbe(now, now + took, took);

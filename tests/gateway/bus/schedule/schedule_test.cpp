@@ -110,7 +110,7 @@ TEST(Schedule, OnlyADeviceThatIsPolledCountsAsAnotherFailingDevice) {
   EXPECT_TRUE(schedule.AnotherFails(1));
   schedule.Suspend(0);
   EXPECT_FALSE(schedule.failing(0));
-  schedule.SetFailing(0, true);  // as after a failed probe
+  schedule.SetFailing(0, true);
   EXPECT_FALSE(schedule.AnotherFails(1));
   EXPECT_TRUE(schedule.HealthyDue(kStart));
   schedule.Next(kStart);
@@ -150,8 +150,8 @@ TEST(Schedule, ASlowDeviceGetsFewerTurns) {
 
 TEST(Schedule, DevicesOfSimilarLineUseTakeTurns) {
   const struct {
-    std::vector<std::size_t> asked;  // devices that were asked before
-    std::size_t busy;                // the only device whose exchanges take time
+    std::vector<std::size_t> asked;
+    std::size_t busy;
     Duration used;
     std::size_t next;
   } kRows[] = {{{0, 1}, 0, 200ms, 0},
@@ -280,7 +280,7 @@ TEST(Schedule, AFloodingDeviceGetsAtMostOneExtraRound) {
       continue;
     }
     ++events[pick->device];
-    if (pick->device != 0) continue;  // devices 1 and 2 have no events
+    if (pick->device != 0) continue;
     schedule.HoldEvents(0);
     schedule.ReleaseEvents(0, true, Brought::news, now);
   }
@@ -295,7 +295,7 @@ TEST(Schedule, ALineWithFewQueriesAllowsFourEventRequestsAtOnce) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::fast}, true);
   schedule.SetQueries(schedule.AddDevice(1s, 1min), std::vector<Group>(9, Group::fast));
-  schedule.Restart(0, kStart);  // device 1 stays suspended
+  schedule.Restart(0, kStart);
   for (int at_once = 0; at_once < 5; ++at_once) {
     while (schedule.Next(kStart)) {
     }
@@ -417,7 +417,7 @@ TEST(Schedule, AHeldDeviceWaitsAndOtherDevicesContinue) {
   schedule.Restart(0, kStart);
   schedule.Restart(1, kStart);
   schedule.Hold(0, kStart + 300ms);
-  schedule.Hold(0, kStart + 100ms);  // a shorter hold does not end the longer one
+  schedule.Hold(0, kStart + 100ms);
   EXPECT_EQ(schedule.Next(kStart)->device, 1U);
   EXPECT_FALSE(schedule.Next(kStart + 299ms));
   EXPECT_EQ(schedule.NextDue(), kStart + 300ms);
@@ -446,8 +446,6 @@ TEST(Schedule, NewQueriesEndTheRound) {
   EXPECT_FALSE(schedule.NextDue());
 }
 
-/// Random devices on a line that may be far too slow: each waits at most for its own period and one
-/// turn of all others, and NextDue is always right.
 TEST(Schedule, NoDeviceStarvesWhateverThePeriods) {
   std::mt19937 random(4711);
   for (int round = 0; round < 60; ++round) {
@@ -535,8 +533,6 @@ TEST(Schedule, TheSecondHasteWaitsForTenSecondsAndNoneEndsABackOff) {
   EXPECT_EQ(schedule.NextDue(), kStart + 19s);
 }
 
-// ---------------- Groups that are read once or daily.
-
 TEST(Schedule, AOnceQueryIsRequestedOnceUntilRestart) {
   Schedule schedule;
   schedule.SetQueries(schedule.AddDevice(1s, 1min), {Group::once});
@@ -604,7 +600,7 @@ TEST(Schedule, AFailedDailyQueryIsRepeatedOnceAndRestartsTheDay) {
   schedule.Restart(0, kStart);
   ASSERT_TRUE(schedule.Next(kStart));
   schedule.Repeat(0, Group::daily, kStart + 1h);
-  schedule.Repeat(0, Group::daily, kStart + 1min);  // ignored: the first call counts
+  schedule.Repeat(0, Group::daily, kStart + 1min);
   EXPECT_FALSE(schedule.Next(kStart + 59min));
   EXPECT_TRUE(schedule.Next(kStart + 1h));
   EXPECT_FALSE(schedule.Next(kStart + 24h));
@@ -617,10 +613,10 @@ TEST(Schedule, ANewPlanSkipsNoDailyQuery) {
   schedule.Restart(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
-  schedule.SetQueries(0, std::vector(3, Group::daily));  // query 1 was refused
+  schedule.SetQueries(0, std::vector(3, Group::daily));
   schedule.RestartAsPlanned(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 1U);
-  schedule.SetQueries(0, std::vector(5, Group::daily));  // a query was split
+  schedule.SetQueries(0, std::vector(5, Group::daily));
   schedule.RestartAsPlanned(0, kStart);
   for (std::size_t query = 0; query < 5; ++query) EXPECT_EQ(schedule.Next(kStart)->query, query);
   EXPECT_FALSE(schedule.Next(kStart + 23h));
@@ -633,13 +629,13 @@ TEST(Schedule, ARestartAsPlannedContinuesTheDailyRound) {
   schedule.SetQueries(schedule.AddDevice(1s, 1min, 24h), std::vector(3, Group::daily));
   schedule.Restart(0, kStart);
   ASSERT_EQ(schedule.Next(kStart)->query, 0U);
-  schedule.SetQueries(0, std::vector(2, Group::daily));  // query 0 was refused
+  schedule.SetQueries(0, std::vector(2, Group::daily));
   schedule.RestartAsPlanned(0, kStart);
   EXPECT_EQ(schedule.Next(kStart)->query, 0U);
   EXPECT_EQ(schedule.Next(kStart)->query, 1U);
   EXPECT_FALSE(schedule.Next(kStart));
   schedule.SetQueries(0, std::vector(2, Group::daily));
-  schedule.RestartAsPlanned(0, kStart + 9h);  // no round is under way
+  schedule.RestartAsPlanned(0, kStart + 9h);
   EXPECT_EQ(schedule.Next(kStart + 9h)->query, 0U);
 }
 
@@ -653,14 +649,12 @@ TEST(Schedule, ANewPlanContinuesTheRoundInProgress) {
     return pick ? std::optional(pick->query) : std::nullopt;
   };
   for (int i = 0; i < 3; ++i) next(kStart);
-  // The second fast query is split in two. All queries have been asked already.
   ASSERT_EQ(next(kStart), 1U);
   schedule.SetQueries(0, {Group::fast, Group::fast, Group::fast, Group::slow, Group::once});
   schedule.GoOn(0, kStart);
   EXPECT_EQ(next(kStart), 1U);
   EXPECT_EQ(next(kStart), 2U);
   EXPECT_EQ(next(kStart), std::nullopt) << "neither the slow one nor that which is read once";
-  // The first slow query is moved to the daily group.
   ASSERT_EQ(next(kStart + 1s), 0U);
   schedule.SetQueries(0, {Group::fast, Group::fast, Group::slow, Group::daily, Group::once});
   schedule.GoOn(0, kStart + 1s);
@@ -679,8 +673,9 @@ TEST(Schedule, ANewPlanContinuesTheRoundInProgress) {
 TEST(Schedule, ANewPlanContinuesSlowAndDailyRounds) {
   const struct {
     Group group;
-    std::size_t now;                 // queries in the new plan; three before, one of them asked
-    std::vector<std::size_t> asked;  // query numbers after the new plan; query 0 is fast
+    std::size_t now;  // number of queries in the new plan; the old plan had three, one of which had
+                      // been asked
+    std::vector<std::size_t> asked;
   } kRows[] = {{Group::slow, 3, {2, 3}},
                {Group::slow, 2, {2}},
                {Group::daily, 3, {2, 3}},

@@ -16,7 +16,7 @@ namespace {
 using Choice = Turns::Choice;
 using ::testing::ElementsAre;
 
-/// Returns the first `count` choices, if every choice in `has` always has something to send.
+/// Returns the first `count` choices, if each choice in `has` always has something to send.
 std::vector<Choice> Play(Turns& turns, const Turns::Waiting& waiting,
                          const std::vector<Choice>& has, std::size_t count) {
   std::vector<Choice> taken;
@@ -99,9 +99,8 @@ struct Spell {
 TEST(Turns, HealthyDevicesGetBackTheTimeOfFailingDevices) {
   Turns turns;
   const Spell spells[] = {
-      {1s, false, false},  // an idle line: no time was taken from others
-      {3s, true, true},   {2s, false, true},  {1s, false, false},
-      {1h, true, true},   {59s, false, true}, {1s, false, false},  // the debt is one minute at most
+      {1s, false, false}, {3s, true, true},   {2s, false, true},  {1s, false, false},
+      {1h, true, true},   {59s, false, true}, {1s, false, false},
   };
   for (const Spell& spell : spells) {
     turns.OnTime(spell.passed, spell.failing);
@@ -111,13 +110,11 @@ TEST(Turns, HealthyDevicesGetBackTheTimeOfFailingDevices) {
   EXPECT_TRUE(turns.HealthyFirst()) << "the first failure counts, too";
 }
 
-// ---------------- When the queries of a group are due, and which periods it has missed.
-
 TEST(Round, BeginsOnItsGridAndSkipsPeriodsThatHavePassedWhole) {
   const struct {
     const char* what;
     Duration period;
-    Duration begun;  // counted from the time it was due
+    Duration begun;
     std::uint32_t missed;
     std::optional<Duration> next;
   } kRows[] = {{"not yet due", 5s, -1ms, 0, 0s},
@@ -149,7 +146,7 @@ TEST(Round, IsRepeatedOnceAndOnlyEarlier) {
 
 class IdleTimeTest : public ::testing::Test {
  protected:
-  /// One input at `at`. `before` and `after`: the line is idle before and after the input.
+  /// Handles one input at `at`. `before` and `after`: the line is idle before and after the input.
   Duration Input(Duration at, bool before, bool after) {
     const Duration passed = time_.OnInput({kStart + at, kWall + at}, before);
     time_.OnHandled(after);
@@ -179,7 +176,7 @@ TEST_F(IdleTimeTest, RestartsWhenTheLineResumes) {
   EXPECT_EQ(Since(), 5s);
 }
 
-// ---------------- Reads that can wait are sent where they delay no poll, but do not starve.
+// ---------------- Reads that can wait are sent in gaps where they delay no poll.
 
 using Which = Background::Which;
 
@@ -249,7 +246,7 @@ TEST(Background, ALongExchangeIsForgottenSlowly) {
   line.background.Set(0, kStart, kRoom);
   line.Poll(kStart);
   line.background.NoteEnd(0, 240ms);
-  for (int i = 0; i < 32; ++i) line.background.NoteEnd(0, 20ms);  // (63/64)^32 of the rest: 153 ms
+  for (int i = 0; i < 32; ++i) line.background.NoteEnd(0, 20ms);  // times (63/64)^32: 153 ms remain
   EXPECT_TRUE(line.background.HasRoom(0, kStart + 1s - 230ms));
   EXPECT_FALSE(line.background.HasRoom(0, kStart + 1s - 228ms));
 }
@@ -324,8 +321,6 @@ TEST(Background, WaitsForTheDiskAndForAnAbsentDevice) {
   line.background.Set(0, std::nullopt, kRoom);
   EXPECT_FALSE(line.background.NextAt(kStart));
 }
-
-// ---------------- Events on their way from the reply to the disk.
 
 class EventDeliveryTest : public ::testing::Test, protected ToyMembers {
  protected:

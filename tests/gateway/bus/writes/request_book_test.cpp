@@ -1,4 +1,4 @@
-// Tests of `RequestBook` and `CommandRoom`: a repeated request is carried out once.
+// Tests of `RequestBook` and `CommandRoom`: a repeated request must be carried out only once.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/bus/writes/request_book.h"
 
@@ -59,7 +59,7 @@ TEST_F(RequestBookTest, TheSameNumberForAnotherRequestIsRefused) {
 }
 
 TEST_F(RequestBookTest, ARequestOfAnEarlierRunIsNotRepeated) {
-  // The audit returns the requests of earlier runs, the latest first.
+  // The audit log is not read yet. It will return the requests of earlier runs, the latest first.
   std::optional<PastRequests> past;
   book_ = RequestBook([&past] { return past; });
   EXPECT_EQ(Begin(RequestOf(40)), What::refused);
@@ -75,7 +75,6 @@ TEST_F(RequestBookTest, ARequestOfAnEarlierRunIsNotRepeated) {
   EXPECT_EQ(Begin(RequestOf(9)), What::answered);
   EXPECT_EQ(Begin(RequestOf(8)), What::refused) << "there was no room for it";
   EXPECT_EQ(Begin(RequestOf(41)), What::fresh);
-  // The request is under way in this run, whatever the audit contains about it.
   past->all = {{RequestOf(41), WriteEnd::unknown, "stopped"}};
   EXPECT_EQ(Begin(RequestOf(41)), What::under_way);
 }
@@ -92,7 +91,7 @@ TEST_F(RequestBookTest, RequestsOfEarlierRunsStayWithinTheClientLimit) {
 
 TEST_F(RequestBookTest, AForgottenRequestIsRefusedAndNeverRepeated) {
   for (std::uint64_t seq = 10; seq < 10 + RequestBook::kRemembered; ++seq) Do(seq);
-  Do(3);  // below all remembered numbers: the lowest of them is forgotten
+  Do(3);
   EXPECT_EQ(Begin(RequestOf(10)), What::refused);
   EXPECT_EQ(last_.answer.end, WriteEnd::denied);
   EXPECT_THAT(last_.answer.reason, HasSubstr("only the last 32 requests are remembered"));
@@ -123,7 +122,7 @@ TEST_F(RequestBookTest, RequestsUnderWayAreLimitedPerClient) {
   book_.End("plc-1", 4, {});
   EXPECT_EQ(Begin(RequestOf(9)), What::answered);
   EXPECT_EQ(Begin(RequestOf(10)), What::fresh);
-  // A flood of new requests does not make the book forget requests under way.
+  // A flood of new requests must not make the book forget requests under way.
   for (std::uint64_t seq = 100; seq < 1000; ++seq) EXPECT_EQ(Begin(RequestOf(seq)), What::refused);
   EXPECT_EQ(Begin(RequestOf(1)), What::under_way);
 }
@@ -134,7 +133,7 @@ TEST_F(RequestBookTest, ClientsAreLimitedAndRecentClientsAreRemembered) {
   EXPECT_EQ(last_.answer.end, WriteEnd::busy);
   now_ += RequestBook::kKept - 1s;
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
-  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);  // begun, and never ended
+  EXPECT_EQ(Begin(RequestOf(2, "plc-1")), What::fresh);
   now_ += 1s;
   EXPECT_EQ(Begin(RequestOf(1, "one too many")), What::fresh) << "who was silent has left";
   EXPECT_EQ(Begin(RequestOf(1, "plc-0")), What::answered);
@@ -155,8 +154,6 @@ TEST_F(RequestBookTest, EndingAnUnknownOrEndedRequestDoesNothing) {
   EXPECT_EQ(Begin(RequestOf(7)), What::answered);
   EXPECT_EQ(last_.answer.end, WriteEnd::ok);
 }
-
-// ---------------- `CommandRoom`: how many commands may wait for a line.
 
 using ::testing::SizeIs;
 
@@ -183,7 +180,6 @@ TEST(CommandRoom, ReturnedRoomIsAvailableAgain) {
   EXPECT_EQ(TakeAll(room, "b"), 4U);
 }
 
-/// A client connects, writes and leaves repeatedly, before the line takes its commands.
 TEST(CommandRoom, AbandonedCommandsTakeNoRoomButAreLimited) {
   CommandRoom room(4);
   for (std::size_t i = 0; i < CommandRoom::kMostAbandoned; ++i) {

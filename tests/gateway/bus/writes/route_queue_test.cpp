@@ -24,7 +24,6 @@ constexpr const char* kBlock = "03 03 E7 00 78";
 constexpr const char* kWrite = "06 00 08 00 02";
 constexpr const char* kStop = "06 00 08 00 00";
 
-/// A write of 40 registers, which is no short write.
 std::string BlockWrite() {
   std::string pdu = "10 03 E7 00 28 50";
   for (int i = 0; i < 80; ++i) pdu += " 00";
@@ -48,7 +47,6 @@ class RouteQueueTest : public ::testing::Test {
     queue.Push(std::move(request));
   }
 
-  /// Returns "client:pdu" for each request in the batch.
   static std::vector<std::string> Names(const RouteQueue::Batch& batch) {
     std::vector<std::string> names;
     for (const RoutedRequest& request : batch) {
@@ -77,7 +75,7 @@ TEST_F(RouteQueueTest, ClientsOfOnePriorityTakeTurns) {
   EXPECT_THAT(Take(), ElementsAre(Of(1, "03 00 00 00 01")));
   EXPECT_THAT(Take(), ElementsAre(Of(2, kRead)));
   EXPECT_THAT(Take(), ElementsAre(Of(3, kRead)));
-  Push(2, kRead, 21);  // behind client 1, which still waits
+  Push(2, kRead, 21);
   EXPECT_THAT(Take(), ElementsAre(Of(1, "03 00 01 00 01")));
   EXPECT_THAT(Take(), ElementsAre(Of(2, kRead)));
   EXPECT_THAT(Take(), ElementsAre(Of(1, "03 00 02 00 01")));
@@ -167,7 +165,7 @@ TEST_F(RouteQueueTest, IdenticalReadsShareOneExchange) {
   Push(2, kRead);
   Push(3, kRead, 21);
   Push(4, BlockWrite());
-  Push(4, kRead);  // behind the write of the same client
+  Push(4, kRead);
   Push(5, "04 00 00 00 01");
   Push(6, kRead, 20, Priority::low);
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead), Of(2, kRead), Of(6, kRead)));
@@ -244,7 +242,7 @@ TEST_F(RouteQueueTest, AReturnedBatchGoesToTheFrontAgain) {
   EXPECT_THAT(Take(), ElementsAre(Of(1, kRead)));
 }
 
-/// A model of the queue that applies the rules word for word: slow, but easy to check.
+/// A simple model of the queue: it applies the rules literally, so it is slow but easy to check.
 class Model {
  public:
   void Push(const RoutedRequest& request) { waiting_.push_back(request); }
@@ -259,7 +257,6 @@ class Model {
       return SameSlave(request, earlier) && (IsWrite(request) || request.client == earlier.client);
     });
   }
-  /// True for a short write, and for a write that a later short write to the same slave waits for.
   bool IsUrgent(const RoutedRequest& request) const {
     return IsWrite(request) && MayGo(request) &&
            std::ranges::any_of(waiting_, [&](const RoutedRequest& later) {

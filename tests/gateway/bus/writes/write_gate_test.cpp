@@ -213,7 +213,6 @@ TEST_F(WriteGateTest, TheInterlockIsCheckedAgainWhenTheWriteIsSent) {
   EXPECT_THAT(sink_.commands[0].why_not(now_), Optional(HasSubstr("is true, but must be false")));
 }
 
-/// Example: a load may be switched on only in remote mode, but may always be switched off.
 TEST_F(WriteGateTest, AnInterlockMayGuardOnlyOneValue) {
   Configure(kClosed, [](config::Writing& writing) { writing.allow_when[0].only = true; });
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked);
@@ -221,7 +220,6 @@ TEST_F(WriteGateTest, AnInterlockMayGuardOnlyOneValue) {
   EXPECT_EQ(sink_.commands.at(0).why_not(now_), std::nullopt);
 }
 
-/// A client sends 0.9 as the float32 0.899999976.
 TEST_F(WriteGateTest, AnInterlockComparesTheDecimalOfAFloat32) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.allow_when = {{"line.feeder.local", Value(false), Value(0.9), 0, kLocal}};
@@ -237,7 +235,6 @@ TEST_F(WriteGateTest, AnInterlockAgesLikeAnyValue) {
   EXPECT_EQ(Write({{kClosed, true}}), Why::locked) << "read an hour ago, at a poll of a second";
 }
 
-/// Example: a parameter of the inverter limits its frequency to 50 Hz.
 TEST_F(WriteGateTest, APointCanBeTheMaximumOfAnotherPoint) {
   Configure(kSetting, [](config::Writing& writing) {
     writing.max.reset();
@@ -277,9 +274,6 @@ TEST_F(WriteGateTest, AFullQueueIsBusy) {
   EXPECT_EQ(Write({{kSetting, 1.0}}), Why::busy);
   EXPECT_THAT(sink_.denied, IsEmpty()) << "the sink knows itself";
 }
-
-// ---------------- Selections before an operate: which client has selected which point, and until
-// when.
 
 using Taken = Selections::Verdict;
 
@@ -343,11 +337,9 @@ TEST(Selections, AreBounded) {
   EXPECT_EQ(selections.Take(kLast, {0, kLast}, kStart), Taken::selected) << "the last stay";
 }
 
-// ---------------- Which states may follow a state of a write, and which ends are allowed in it.
-
 struct StateRow {
   WriteState state;
-  const char* next;  ///< the numbers of the states that may follow
+  const char* next;
   const char* ends;
 };
 

@@ -33,7 +33,7 @@ TEST(WriteLimits, MinimumAndMaximumBelongToTheRange) {
   EXPECT_TRUE(WhyOutside(point, HUGE_VAL));
 }
 
-/// 0.1 as a float32 is 0.100000001490116, but does not exceed a limit of 0.1.
+/// 0.1 as a float32 is 0.100000001490116. It must not exceed a limit of 0.1.
 TEST(WriteLimits, AFloat32IsTakenAsItsShortestDecimal) {
   config::Point point = SettingOf(Type::float32);
   point.writing.max = 0.1;
@@ -54,7 +54,6 @@ TEST(WriteLimits, AFloat32IsTakenAsItsShortestDecimal) {
   EXPECT_EQ(AsMeant(SettingOf(Type::int16), std::int64_t{3}), Value(std::int64_t{3}));
 }
 
-/// The shortest text of these numbers has an exponent, for example 5e-04.
 TEST(WriteLimits, SmallAndLargeFloat32AreTakenAsTheirShortestDecimal) {
   config::Point point = SettingOf(Type::float32);
   EXPECT_EQ(AsMeant(point, static_cast<double>(0.0005F)), Value(0.0005));
@@ -69,7 +68,7 @@ std::string Inexact(const config::Point& point, const Value& value) {
   return WhyInexact(point, value, Convert(point, 0, value).value()).value_or("");
 }
 
-/// Scale 10: the device accepts 40 or 50. 46 would become 50, which is beyond a maximum of 46.
+/// With scale 10 the device accepts 40 or 50, so 46 would become 50: more than a maximum of 46.
 TEST(WriteLimits, AValueThatTheDeviceCannotRepresentIsRefused) {
   config::Point point = SettingOf(Type::uint16);
   point.scale = 10;
@@ -88,7 +87,6 @@ TEST(WriteLimits, AValueThatTheDeviceCannotRepresentIsRefused) {
   }
 }
 
-/// The raw value that is written for a value, and the value that the point shows then.
 TEST(Convert, GivesTheRawAndTheShownValue) {
   struct Case {
     Type type;
@@ -129,7 +127,7 @@ TEST(WriteLimits, DecimalsAreCountedInTheUnscaledValue) {
   point.writing.decimals = 1;
   EXPECT_EQ(Inexact(point, 0.9), "");
   EXPECT_EQ(Inexact(point, 0.96),
-            "0.96 has more digits than the device takes, 1 behind its decimal point");
+            "0.96 has more digits than the device takes (1 after the decimal point)");
   point.scale = 400;
   EXPECT_EQ(Inexact(point, 360.0), "") << "0.9";
   EXPECT_NE(Inexact(point, 361.0), "");
@@ -140,7 +138,7 @@ TEST(WriteLimits, ASentinelCannotBeWritten) {
   point.sentinels = {{999, Quality::bad_sensor_failure}};
   EXPECT_EQ(Inexact(point, std::int64_t{998}), "");
   EXPECT_EQ(Inexact(point, std::int64_t{999}),
-            "999 is a code that has another meaning for this device");
+            "999 is a code with another meaning for this device, so it cannot be written");
 }
 
 TEST(WriteLimits, StepsAreCountedFromZero) {
@@ -170,7 +168,7 @@ TEST(WriteLimits, LimitsApplyToWholeNumbers) {
 TEST(WriteLimits, AFloat32InTheWrongWordOrderIsRefused) {
   const config::Point point = SettingOf(Type::float32);
   EXPECT_THAT(WhyOutside(point, 2.329518567093576e-41).value_or(""),
-              HasSubstr("is the word order of the float"));
+              HasSubstr("check the word order of the float"));
   EXPECT_EQ(WhyOutside(point, 0.0), std::nullopt);
   EXPECT_EQ(WhyOutside(point, -1e-30), std::nullopt);
 }
@@ -178,8 +176,6 @@ TEST(WriteLimits, AFloat32InTheWrongWordOrderIsRefused) {
 TEST(WriteLimits, TextsHaveNoLimits) {
   EXPECT_EQ(WhyOutside(SettingOf(Type::string), std::string("anything")), std::nullopt);
 }
-
-// ---------------- Values as people type them.
 
 config::Point ShortPoint(Type type) {
   config::Point point;

@@ -12,7 +12,6 @@
 namespace baudgate::bus {
 namespace {
 
-/// For the queue: no read-back is under way.
 bool Nobody(std::size_t /*device*/) { return false; }
 
 WriteCommand To(std::uint32_t device, Duration deadline = 10s) {
@@ -26,7 +25,7 @@ bool Any(const WriteCommand&) { return true; }
 
 TEST(WriteQueue, KeepsAndNumbersTheOrderOfArrival) {
   WriteQueue queue;
-  EXPECT_EQ(queue.NextSequence(), 1U);  // taken by a routed write
+  EXPECT_EQ(queue.NextSequence(), 1U);
   queue.Push(To(5));
   queue.Push(To(6));
   const auto first = queue.Take(Any);
@@ -72,7 +71,6 @@ TEST(WriteQueue, AWriteIsAnsweredOnceItHasBeenReadBack) {
   EXPECT_TRUE(queue.TakeConfirmed(Nobody).empty());
 }
 
-/// A set point is written every 30 ms, so the read-back shows the value of the latest write only.
 TEST(WriteQueue, APointWrittenAgainIsNoLongerCompared) {
   WriteQueue queue;
   WriteCommand command = To(1);
@@ -132,8 +130,6 @@ TEST(WriteQueue, AClosedPortEndsAllCommands) {
   EXPECT_EQ(queue.TakeAll().size(), 1U);
   EXPECT_EQ(queue.TakeConfirmed(Nobody).size(), 1U);
 }
-
-// ---------------- `RoutedSide`: what the line remembers of the clients of transparent routes.
 
 constexpr const char* kReadOne = "03 00 00 00 01";
 
@@ -198,7 +194,6 @@ TEST_F(RoutedSideTest, ARefusedReadIsRepeatedAtOnceForTwoSecondsThenAfterAnExcha
   EXPECT_FALSE(side_.MayRepeatRead(slave_, true, kStart + 60s));
 }
 
-/// `is_common` is true for function 3 only: function 4 may be ignored.
 TEST_F(RoutedSideTest, AReadThatManySlavesIgnoreIsNotRepeated) {
   Push("04 00 00 00 01");
   EXPECT_EQ(Refuse(), 1U);

@@ -1,4 +1,4 @@
-// Tests of `ClockCorrector`: when it may correct a clock, and what it sends and reports.
+// Tests of `ClockCorrector`: when it corrects a clock, and what it sends and reports.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/clocks/clock_corrector.h"
 
@@ -82,7 +82,6 @@ class ClockCorrectorTest : public ::testing::Test, private bus::CommandSink {
     now_.wall += time;
     corrector_->Tick(now_);
   }
-  /// Answers the read under way: the clock of the meter is off by `drift`.
   void AnswerRead(double drift) {
     ASSERT_THAT(asked_, SizeIs(1));
     ASSERT_THAT(asked_[0].reads(), ElementsAre(0U));
@@ -157,7 +156,7 @@ TEST_F(ClockCorrectorTest, DoesNotTryAgainAfterARestartOnTheSameDay) {
   Pass(1s);
   AnswerRead(12.3);
   ASSERT_THAT(asked_, SizeIs(1));
-  asked_.clear();  // the gateway restarts before an answer comes
+  asked_.clear();
   Restart();
   Show(12.3);
   Pass(1s);

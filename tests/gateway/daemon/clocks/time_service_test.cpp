@@ -1,4 +1,4 @@
-// Tests of AskTimeService. The test plays the time service at the other end of a socket.
+// Tests of AskTimeService. The test simulates the time service at the other end of a socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -34,7 +34,6 @@ int Say(sd_bus*, const char*, const char*, const char*, sd_bus_message* reply, v
   return sd_bus_message_append(reply, "b", *static_cast<const int*>(what));
 }
 
-/// Returns the answer if the service replies `said`. Without `said` there is no such service.
 std::optional<bool> Ask(std::optional<int> said) {
   int ends[2] = {-1, -1};
   EXPECT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends), 0);
@@ -49,7 +48,7 @@ std::optional<bool> Ask(std::optional<int> said) {
                 0);
     }
     EXPECT_GE(sd_bus_start(bus.get()), 0);
-    for (int done = 0; done >= 0;) {  // ends when the other end closes
+    for (int done = 0; done >= 0;) {
       done = sd_bus_process(bus.get(), nullptr);
       if (done == 0) done = sd_bus_wait(bus.get(), UINT64_MAX);
     }

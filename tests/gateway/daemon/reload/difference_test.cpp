@@ -1,4 +1,4 @@
-// Tests of what a changed configuration does, and when it needs a restart.
+// Tests what a changed configuration does, and when it needs a restart.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/daemon/reload/difference.h"
 
@@ -28,7 +28,7 @@ Difference After(const std::function<void(Config&)>& change) {
 struct LineCase {
   const char* what;
   std::function<void(Config&)> change;
-  Action action;  // for line y
+  Action action;
   const char* named;
 };
 
@@ -217,7 +217,6 @@ TEST(Difference, HistoryPointsAreComparedByName) {
   EXPECT_THAT(Compare(running, next).settings, ElementsAre("history.keep", "history.points"));
 }
 
-/// The point of the interlock is the same, but its device has another number.
 TEST(Difference, InterlocksAreComparedByName) {
   Config running = Sample();
   Config next = Sample();
@@ -229,8 +228,6 @@ TEST(Difference, InterlocksAreComparedByName) {
   next.lines[1].devices[0].points[0].writing.allow_when[0].is = false;
   EXPECT_EQ(Compare(running, next).lines[1].action, Action::restarted);
 }
-
-// ---------------- What a changed configuration does to listeners and routes.
 
 using config::Modbus;
 
@@ -433,8 +430,6 @@ TEST(ModbusDifference, IgnoresAnOutputThatIsOff) {
   EXPECT_THAT(CompareModbus(SampleModbus(), off).routes, IsEmpty());
 }
 
-// ---------------- Which numbers devices and lines have after a reload.
-
 std::vector<std::string> Names(const Config& config) {
   std::vector<std::string> names;
   for (const config::Line& line : config.lines) names.push_back(line.name);
@@ -499,7 +494,7 @@ TEST(Placement, ReferencesToDevicesAndLinesAreRenumbered) {
   const Config running = with_numbers(Sample(), 3, 1);  // y-b
   Config next = Sample();
   next.lines.erase(next.lines.begin());
-  next.lines[0].port = "/dev/other";  // y is restarted
+  next.lines[0].port = "/dev/other";
   const Placement placed = Placed(running, with_numbers(next, 1, 0));
   EXPECT_THAT(Names(placed.config), ElementsAre("", "", "z", "y"));
   EXPECT_EQ(placed.config.history.points[0].device, 7U);

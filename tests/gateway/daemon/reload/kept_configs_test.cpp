@@ -1,4 +1,4 @@
-// Tests of which configuration a start uses. "again" is a restart, also by kill -9.
+// Tests which configuration the gateway uses at its start. "again" is a restart, also by kill -9.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -79,6 +79,8 @@ TEST_F(KeptConfigsTest, AnEmptyCopyOfATrialConfirmsNothing) {
   std::ofstream(folder_ / "trial.yaml", std::ios::trunc).flush();
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
   EXPECT_FALSE(Again().IsUnconfirmed("a")) << "the confirmed one";
+  std::ofstream(Again().confirmed_file(), std::ios::trunc).flush();
+  EXPECT_FALSE(Again().IsUnconfirmed("b")) << "an empty text could not run in its place";
   fs::remove(Again().confirmed_file());
   EXPECT_FALSE(Again().IsUnconfirmed("b")) << "there is nothing that could run in its place";
 }
@@ -132,16 +134,14 @@ TEST_F(KeptConfigsTest, AFailedWriteIsReportedAndChangesNothing) {
   EXPECT_TRUE(Again().IsUnconfirmed("b"));
 }
 
-// ---------------- When a configuration on trial is rolled back.
-
 using ::testing::HasSubstr;
 
 struct TrialCase {
   const char* what;
   Health before;
-  Duration after;             // into a trial of 60 s
-  std::optional<Health> now;  // nothing: not configured any more
-  const char* gives_up;       // the reason for the rollback; "": none
+  Duration after;
+  std::optional<Health> now;  // nothing: the device is no longer configured
+  const char* gives_up;       // the reason for the rollback; "": no rollback
 };
 
 TEST(Probation, RollsBackByTimeAndDeviceHealth) {
@@ -186,7 +186,7 @@ TEST(Probation, ADeviceIsGivenTimeAfterItsPortWasLent) {
   EXPECT_TRUE(probation.Look(kStart + 50s, {{"bay.a", Health::unknown}}));
 }
 
-// The second trial asks bay.a again, so its state before the first trial counts.
+// At the second trial, bay.a has not been polled yet, so its state before the first trial counts.
 TEST(Probation, RestartedDuringATrialRemembersWhichDevicesWorkedBefore) {
   Probation probation;
   probation.Begin(kStart, 60s, {{"bay.a", Health::well}});

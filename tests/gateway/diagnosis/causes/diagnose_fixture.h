@@ -13,7 +13,6 @@
 
 namespace baudgate::diagnosis {
 
-/// Returns the symptom that is most frequent for an exchange with this outcome.
 inline Symptom SymptomOf(Outcome outcome) {
   switch (outcome) {
     case Outcome::no_reply:
@@ -56,7 +55,6 @@ class DiagnoseTest : public ::testing::Test {
   }
 
   bus::DeviceStatus& device() { return record_.status; }
-  /// Adds `count` exchanges with this symptom, one per second.
   void Looked(bus::DeviceStatus& status, Symptom symptom, std::uint32_t count,
               Finding finding = {}) {
     finding.symptom = symptom;
@@ -86,7 +84,6 @@ class DiagnoseTest : public ::testing::Test {
     device() = {};
     device().state = bus::DeviceState::never_seen;
   }
-  /// Removes all exchanges of the neighbour, so no other device answers.
   void Alone() { neighbour_.status.findings = {}; }
   bus::MinuteCounts& Minute() { return device().hour.At(status::kNow.instant); }
 

@@ -25,13 +25,13 @@ TEST_F(DiagnoseTest, AClosedPortIsReportedForTheLineNotItsDevices) {
   line_.port_text = "/dev/ttyUSB0: No such file or directory";
   line_.port_since = status::kNow.wall - 3min;
   EXPECT_THAT(Say(), IsEmpty());
-  EXPECT_THAT(SayOfLine(), ElementsAre("port closed for 3 min: /dev/ttyUSB0: No such file or "
-                                       "directory"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("port closed for 3 min: /dev/ttyUSB0: No such file or directory"));
   line_.port = bus::LineStatus::Port::released;
   line_.released_until = status::kNow.wall + 10min;
   EXPECT_THAT(Say(), IsEmpty());
-  EXPECT_THAT(SayOfLine(), ElementsAre("released: the port is lent until 14:23:20 UTC; 'baudgate "
-                                       "release bay-1 --end' takes it back"));
+  EXPECT_THAT(SayOfLine(), ElementsAre("released: the port is lent until 14:23:20 UTC. Run "
+                                       "'baudgate release bay-1 --end' to take the port back"));
 }
 
 TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
@@ -44,15 +44,14 @@ TEST_F(DiagnoseTest, OneCopyOfARequestIsNoEcho) {
 TEST_F(DiagnoseTest, ABusWithoutEchoIsNotReportedAsAnOpenRing) {
   line_.exchanges = 100;
   line_.collisions = 90;
-  EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times: two talkers at "
-                                       "once, or a bus that does not echo (set 'echo: off')"));
+  EXPECT_THAT(SayOfLine(), ElementsAre("the echo was missing or different 90 times. Two masters "
+                                       "send at once, or the bus does not echo (set 'echo: off')"));
   Looked(device(), Symptom::odd, 9);
   device().state = neighbour_.status.state = bus::DeviceState::offline;
-  EXPECT_THAT(
-      SayOfLine(),
-      ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
-                  "echo: verify): is the ring open (a loose fibre, a device without power)? If "
-                  "the bus has no echo, set 'echo: off' in the configuration"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("none of its 2 devices answers, and requests do not come back (90 times, "
+                          "echo: verify). Close the ring (a loose fibre, a device without power), "
+                          "or set 'echo: off' for a bus without echo"));
 }
 
 TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
@@ -61,31 +60,31 @@ TEST_F(DiagnoseTest, EachTroubleOfALineHasItsSentence) {
     std::string sentence;
   } rows[] = {
       {[](bus::LineStatus& line) { line.echoes = 12, line.echoed = 0xFFF0FF; },
-       "the request itself came back 12 times: set 'echo: strip' in the configuration"},
+       "the request itself came back 12 times. Set 'echo: strip' in the configuration"},
       {[](bus::LineStatus& line) { line.collisions = 1; },
-       "the echo was missing or different once: two talkers at once, or a ring or bus that opens "
-       "now and then: a loose plug, or a device that restarts"},
+       "the echo was missing or different once. Two masters send at once, or the ring opens now "
+       "and then (a loose plug, or a device that restarts)"},
       {[](bus::LineStatus& line) { line.negotiations = 1; },
-       "the server speaks Telnet when a connection begins, and doubles each FF: set its port to "
+       "the server speaks Telnet when a connection begins, and doubles each FF. Set its port to "
        "raw TCP, without Telnet or RFC 2217"},
       {[](bus::LineStatus& line) { line.parity_errors = 34, line.framing_errors = 3; },
-       "the driver has counted 34 parity and 3 framing errors since the port was opened: noise, "
-       "bad termination, or a device with settings of its own"},
+       "the driver has counted 34 parity and 3 framing errors since the port was opened. Check for "
+       "noise, bad termination, or a device with other settings"},
       {[](bus::LineStatus& line) { line.restored = 11; },
-       "another program (fuser -v /dev/ttyUSB0) has changed the settings of the port 11 times "
-       "(they were set again): keep it away from /dev/ttyUSB0"},
+       "another program (fuser -v /dev/ttyUSB0) has changed the settings of the port 11 times, and "
+       "the gateway has restored them. Keep that program away from /dev/ttyUSB0"},
       {[](bus::LineStatus& line) { line.overruns = 5; },
-       "the driver lost bytes 5 times: the machine is too busy, or the adapter needs flow control "
+       "the driver lost bytes 5 times. The machine is too busy, or the adapter needs flow control "
        "(rtscts)"},
       {[](bus::LineStatus& line) { line.bytes_in = 1000, line.stray_bytes = 60; },
-       "60 of 1000 bytes came when nothing was asked: noise between the replies (check bias "
-       "resistors and termination), or a second master"},
+       "60 of 1000 bytes came when nothing was asked. Look for noise between the replies (bias "
+       "resistors, termination), or for a second master"},
       {[](bus::LineStatus& line) {
          for (const Duration ago : {Duration(2h), Duration(50min), Duration(1min)})
            line.losses.Add(status::kNow.instant - ago);
        },
-       "the open port was lost 2 times in the last hour: loose plug, hub or power; the log has the "
-       "times"},
+       "the open port was lost 2 times in the last hour. Check plug, hub and power; the log has "
+       "the times"},
   };
   line_.exchanges = 1000;
   const bus::LineStatus well = line_;
@@ -107,8 +106,8 @@ TEST_F(DiagnoseTest, AServerThatClosesAfterEachAnswerIsReportedOnlyWithFailures)
   line_.rests = 90;
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "that is no trouble by itself";
   Minute().failed = 3;
-  EXPECT_THAT(SayOfLine(), ElementsAre("the server ends the connection behind each answer, and 3 "
-                                       "polls were missed or failed: set it to keep the "
+  EXPECT_THAT(SayOfLine(), ElementsAre("the server ends the connection after each answer, and 3 "
+                                       "polls were missed or failed. Set the server to keep the "
                                        "connection open (its inactivity time, its mode)"));
   line_.rests = 20;
   EXPECT_THAT(SayOfLine(), IsEmpty());
@@ -130,9 +129,9 @@ TEST_F(DiagnoseTest, ALostConnectionNamesServerAndNetwork) {
   for (int i = 0; i < 11; ++i) line_.losses.Add(status::kNow.instant - 1min + i * 5s);
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("the connection was lost 7 times in the last hour: look at the server's other "
-                  "clients and its limit of connections, its inactivity time, restarts and the "
-                  "network"));
+      ElementsAre(
+          "the connection was lost 7 times in the last hour. Check other clients of the server, "
+          "its limit of connections, its inactivity time and restarts, and the network"));
 }
 
 TEST_F(DiagnoseTest, AConnectionThatEndsInsideRepliesIsReported) {
@@ -141,7 +140,7 @@ TEST_F(DiagnoseTest, AConnectionThatEndsInsideRepliesIsReported) {
   NeverAnswered();
   Looked(device(), Symptom::tail_lost, 3);
   const auto says = ElementsAre(
-      "the server closes the connection inside replies: look at it and the device behind it "
+      "the server closes the connection inside replies. Check the server and the device behind it "
       "(firmware, limits)");
   EXPECT_THAT(SayOfLine(), says);
   line_.port = bus::LineStatus::Port::closed;
@@ -165,11 +164,10 @@ TEST_F(DiagnoseTest, AServerThatEndsConnectionsInUseIsReported) {
     line_.drops.Add(status::kNow.instant - ago);
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "twice in five minutes";
   line_.drops.Add(status::kNow.instant - 3s);
-  EXPECT_THAT(
-      SayOfLine(),
-      ElementsAre("the server has ended the connection 3 times in the last minutes while "
-                  "it was in use: another client takes it (take that away, or raise the limit "
-                  "of connections), or a router or firewall in between ends it"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("the server has ended the connection 3 times in the last minutes while "
+                          "it was in use. Another client takes it (end that client, or raise the "
+                          "limit of connections), or a router or firewall in between ends it"));
 }
 
 TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
@@ -189,12 +187,12 @@ TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
   };
   using Ends = bus::ConnectionEnds;
   const Row table[] = {
-      {&Ends::refused, 1, 3, "the next one was refused: the server, its program or modem restarts"},
-      {&Ends::unreachable, 0, 4, "no host answered for a while: look at the power of the server"},
-      {&Ends::shut, 2, 2, "the next one was closed at once: another client takes it"},
-      {&Ends::asked, 4, 0, "with a request under way: the server fails at requests"},
-      {&Ends::idle, 1, 3, "look at the server's other clients"},
-      {&Ends::idle, 1, 3, "each after about 3.3 s: the server limits the time of a connection", 3},
+      {&Ends::refused, 1, 3, "The next connection was refused: check power and log"},
+      {&Ends::unreachable, 0, 4, "No host answered for a while: check the power of the server"},
+      {&Ends::shut, 2, 2, "The next connection was closed at once: end another client"},
+      {&Ends::asked, 4, 0, "A request was under way each time: check load"},
+      {&Ends::idle, 1, 3, "Check other clients of the server"},
+      {&Ends::idle, 1, 3, "Each lasted about 3.3 s: raise the limit", 3},
   };
   for (const Row& row : table) {
     line_.ends = {};
@@ -204,7 +202,7 @@ TEST_F(DiagnoseTest, TheEndsOfConnectionsNameTheirCause) {
     add(line_.ends.idle, row.idle);
     if (row.what != &Ends::asked && row.what != &Ends::idle) add(line_.ends.*row.what, 3);
     EXPECT_THAT(SayOfLine(),
-                ElementsAre(HasSubstr(std::string("lost 4 times in the last hour: ") + row.says)));
+                ElementsAre(HasSubstr(std::string("lost 4 times in the last hour. ") + row.says)));
   }
 }
 
@@ -213,12 +211,12 @@ TEST_F(DiagnoseTest, APortThatTakesNoDataIsReported) {
   line_.takes_no_data = true;
   const auto say = [this] { return SayOfLine()[0]; };
   using ::testing::EndsWith;
-  EXPECT_THAT(say(), EndsWith("in the last hour: it takes no data: the adapter, or what is behind "
-                              "it, hangs: plug it in anew or restart it"));
+  EXPECT_THAT(say(), EndsWith("in the last hour, as it takes no data. Unplug the adapter and plug "
+                              "it in again, or restart the device behind it"));
   config_.lines[0].serial.xonxoff = true;
-  EXPECT_THAT(say(), EndsWith("XOFF came, and no XON since: switch XON/XOFF off at both ends"));
+  EXPECT_THAT(say(), EndsWith("XOFF came and no XON since. Switch XON/XOFF off at both ends"));
   config_.lines[0].serial.rtscts = true;
-  EXPECT_THAT(say(), EndsWith("is the CTS line of the device connected and active?"));
+  EXPECT_THAT(say(), EndsWith("Check that the CTS line of the device is connected and active"));
 }
 
 TEST_F(DiagnoseTest, DevicesThatFellSilentTogetherAreNamed) {
@@ -234,8 +232,8 @@ TEST_F(DiagnoseTest, DevicesThatFellSilentTogetherAreNamed) {
   Looked(third.status, Symptom::clean, 32);
   const bus::DeviceRecord all[] = {neighbour_, record_, third};
   EXPECT_THAT(DiagnoseDevice(line_, record_, all, status::kNow, status::kStarted)[0],
-              ::testing::HasSubstr("not a byte comes any more, as from feeder-1 since the same "
-                                   "moment: look at what they share"));
+              ::testing::HasSubstr("not a byte comes any more, nor from feeder-1 since the same "
+                                   "moment. Check what these devices share"));
 }
 
 TEST_F(DiagnoseTest, TheLineIsSuspectedWhenNoDeviceAnswers) {
@@ -245,18 +243,19 @@ TEST_F(DiagnoseTest, TheLineIsSuspectedWhenNoDeviceAnswers) {
   neighbour_.status = device();
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("none of its 2 devices answers: not a byte came: check what they share: wiring "
-                  "(A and B), power, bit rate, parity and protocol (9600 7E1, spabus), direction "
-                  "control of the converter; or another program reads the port (fuser -v "
-                  "/dev/ttyUSB0)"));
+      ElementsAre(
+          "none of its 2 devices answers: not a byte came. Check wiring (A and B), "
+          "power, bit rate, parity and protocol (9600 7E1, spabus), direction "
+          "control of the converter; or another program reads the port (fuser -v /dev/ttyUSB0)"));
   EXPECT_THAT(Say(), ElementsAre("has never answered, as no device of line 'bay-1' answers"));
   line_.exchanges = 10;
   line_.parity_errors = 4;
-  EXPECT_THAT(SayOfLine()[1],
-              ::testing::EndsWith("bit rate, parity or data bits differ (9600 7E1)"));
+  EXPECT_THAT(
+      SayOfLine()[1],
+      ::testing::EndsWith("Compare bit rate, parity and data bits (9600 7E1) with the devices"));
   neighbour_.status.state = bus::DeviceState::disabled;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(
-                            "check its power and wiring (A and B swapped?), then address (2)"))
+                            "Check its power and wiring (A and B swapped?), then address (2)"))
       << "one device alone has a sentence of its own";
 }
 
@@ -265,14 +264,12 @@ TEST_F(DiagnoseTest, AnOpenRingIsReportedForTheLineNotItsDevices) {
   line_.collisions = 40;
   EXPECT_THAT(
       SayOfLine(),
-      ElementsAre("the ring is open since 14:10:20 UTC, as requests come back no more: look "
-                  "for a loose or broken fibre, or a device on it without power"));
+      ElementsAre("the ring has been open since 14:10:20 UTC, because requests no longer come "
+                  "back. Look for a loose or broken fibre, or a device on the ring without power"));
   device().state = bus::DeviceState::offline;
-  EXPECT_THAT(Say(), ElementsAre("cannot be reached: the ring of line 'bay-1' is open; this says "
-                                 "nothing about the device"));
+  EXPECT_THAT(Say(), ElementsAre("cannot be reached, because the ring of line 'bay-1' is open. "
+                                 "Close the ring first: the device itself may be well"));
 }
-
-// ---------------- The diagnosis of missed polls: a full line, a slow device, a device that fails.
 
 /// The device is polled every second, and has missed 60 of about 200 polls in the last minutes.
 class MissedTest : public DiagnoseTest {
@@ -301,12 +298,13 @@ TEST_F(MissedTest, ALineFullOfGoodExchangesIsReported) {
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "something else keeps it from its polls";
   Minute().served = kWatched * 44 / 100;
   Neighbours().served = kWatched * 39 / 100;
-  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("more is asked than fits")))
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre(::testing::HasSubstr("the polls need more time than the line has")))
       << "both take as much";
   Neighbours().served = kWatched / 10;
   EXPECT_THAT(SayOfLine(),
               ElementsAre("polls are missed: feeder-2 takes 44 % of the line's time, 38 ms an "
-                          "exchange: raise its poll, or ask for fewer points"));
+                          "exchange. Raise its poll, or ask for fewer points"));
   line_.busy = 4s;
   line_.bytes_in = 3000;
   EXPECT_THAT(SayOfLine(), ElementsAre(::testing::EndsWith("or raise the bit rate")))
@@ -316,16 +314,16 @@ TEST_F(MissedTest, ALineFullOfGoodExchangesIsReported) {
 TEST_F(MissedTest, ALongConfiguredQuietTimeIsNamed) {
   Minute().served = Neighbours().served = kWatched / 2;
   device().timing.quiet = neighbour_.status.timing.quiet = 400ms;
-  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("lower timing.quiet (400ms)")));
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("Lower timing.quiet (400ms)")));
   device().timing.quiet = 30ms;
-  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("raise poll, ask for fewer points")));
+  EXPECT_THAT(SayOfLine(), ElementsAre(::testing::HasSubstr("Raise poll, ask for fewer points")));
 }
 
 TEST_F(MissedTest, TheDeviceThatUsesMostOfTheTimeIsNamed) {
   Minute().served = kWatched / 5;
   Neighbours().served = kWatched * 3 / 4;
   const std::string cause =
-      "75 % of the line's time, 348 ms an exchange: raise its poll, or ask for fewer points";
+      "75 % of the line's time, 348 ms an exchange. Raise its poll, or ask for fewer points";
   EXPECT_THAT(SayOfLine(), ElementsAre("polls are missed: feeder-1 takes " + cause));
   EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes " + cause));
 }
@@ -334,11 +332,8 @@ TEST_F(MissedTest, AFailingNeighbourIsNamed) {
   Neighbours().wasted = kWatched / 2;
   EXPECT_THAT(Say(), IsEmpty()) << "what stands beside its good replies took the time";
   Looked(neighbour_.status, Symptom::damaged, 4);
-  EXPECT_THAT(
-      Say(),
-      ElementsAre(
-          missed_ +
-          "feeder-1 takes 50 % of the line's time with exchanges that fail: mend that first"));
+  EXPECT_THAT(Say(), ElementsAre(missed_ + "feeder-1 takes 50 % of the line's time with exchanges "
+                                           "that fail. Follow its sentence first"));
   EXPECT_THAT(SayOfLine(), IsEmpty()) << "the sentence of feeder-1 says why";
 }
 
@@ -347,11 +342,9 @@ TEST_F(MissedTest, AFailingDeviceDoesNotReportMissedPolls) {
   EXPECT_THAT(Say(), IsEmpty());
 }
 
-// ---------------- Outages differ from single losses in how the failures follow one another.
-
 constexpr Instant kStart{1000s};
 
-/// Plays one exchange per second: 'o' is answered, 'x' fails.
+/// Simulates one exchange per second: 'o' is answered, 'x' fails.
 bus::FailureRuns After(std::string_view exchanges) {
   bus::FailureRuns failures;
   Instant now = kStart;
@@ -365,7 +358,7 @@ std::string Times(int times, std::string_view part) {
   return text;
 }
 
-/// Returns "3.0 s every 15 s", or nothing if the failures are losses.
+/// Returns, for example, "3.0 s every 15 s"; nothing if the failures are single losses.
 std::string Shown(const bus::FailureRuns& failures) {
   const auto found = FindAbsences(failures);
   if (!found) return {};
@@ -382,17 +375,15 @@ TEST(Absences, AreDistinguishedFromLosses) {
       {Times(30, "o") + "x", ""},
       {Times(30, "o") + "xxo", ""},
       {Times(30, "o") + "xxxxo", "4.0 s"},
-      {Times(30, "o") + "xxxx", ""},  // the device may stay away
+      {Times(30, "o") + "xxxx", ""},
       {Times(4, "oooooooooooooxxx") + "o", "3.0 s every 16 s"},
       {Times(4, "oooooxxxxx") + "o", "5.0 s every 10 s"},
       {"ooooooxxxxxooooooooxxxoooooooooooooooooooxxxxoooooo", "4.0 s"},
       {"x" + Times(40, "o") + "xxxxxooo", "5.0 s"},
       {Times(20, "o") + "x" + Times(20, "o") + "xxxxxooo", "5.0 s"},
-      // Failures at random or by a rule, however many.
       {Times(16, "oox"), ""},
       {Times(16, "oxx"), ""},
       {Times(16, "ox"), ""},
-      // One outage among losses.
       {Times(30, "o") + "xxxxxxxx" + Times(6, "oooox") + "o", ""},
   };
   for (const auto& row : rows) EXPECT_EQ(Shown(After(row.exchanges)), row.says) << row.exchanges;
@@ -417,10 +408,10 @@ TEST(Absences, OfTwoDevicesAtTheSameTimeAreRecognised) {
     bool together;
   } rows[] = {
       {"ooooxxxooooxxxoooo", "oooooxxooooxxxxooo", true},
-      {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},  // once may be chance
+      {"ooooxxxooooxxxoooo", "oooooxxooooooooooo", false},
       {"ooooxxxooooxxxoooo", "oxxoooooxxooooooxx", false},
-      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},  // single losses
-      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},  // the other device was always away
+      {"oooxoooooxoooooxoo", "oooxoooooxoooooxoo", false},
+      {"ooooxxxooooxxxoooo", "oooxxxxxxxxxxxxxoo", false},
   };
   for (const auto& row : rows) {
     EXPECT_EQ(AreAwayTogether(After(row.one), After(row.other)), row.together) << row.other;
@@ -497,10 +488,10 @@ TEST(Absences, SilenceIsUsualIfItHasEndedTwiceBefore) {
   } rows[] = {
       {"oooo", false},
       {"ooooxxx", false},
-      {"ooooxxxooooxxx", false},  // one return is too few
+      {"ooooxxxooooxxx", false},
       {"ooooxxxooooxxxooooxxxx", true},
       {"ooooxxxooooxxxooooxxxxxxxxxxxx", false},
-      {"ooooxxxooooxxxoooo", false},  // the device answers
+      {"ooooxxxooooxxxoooo", false},
   };
   for (const auto& row : rows) {
     const Instant now = kStart + std::chrono::seconds(row.exchanges.size());

@@ -20,23 +20,24 @@ TEST_F(DiagnoseTest, PointsThatAreNotGoodAreCounted) {
   record_.points[1].read_at = status::kNow.instant;
   record_.points[1].reported = Quality::bad_sensor_failure;
   EXPECT_THAT(Say(),
-              ElementsAre("1 of 2 points are older than their max_age: its polls fail or come too "
-                          "seldom",
+              ElementsAre("1 of 2 points are older than their max_age, as its polls fail or come "
+                          "too seldom. Follow its other sentences, or raise max_age",
                           "1 of 2 points have no good value (" + record_.device->points[1].name +
-                              "): it sends no number for them (NaN: look at what it measures; or a "
-                              "decimal comma: see trace)"));
+                              "): it sends no number for them. Check what it measures (NaN), or "
+                              "look for a decimal comma with 'baudgate trace'"));
   const struct {
     std::string stands;
     std::string says;
     std::string remedy{};
   } rows[] = {
-      {"", "it sends nothing for them: does the profile fit the device?"},
+      {"", "it sends nothing for them. Check that the profile fits the device"},
       {"0,52",
-       "'0,52' is no number: set a decimal point at the device, or type: string in its profile"},
-      {"-----", "'-----' stands for no measurement: look at its inputs and cards"},
-      {"READY", "'READY' is no number: does the profile fit the device? type: string takes it"},
-      {"'unit' says 'kg', which is not in the description",
-       "'unit' says 'kg', which is not in the description: set that", "set that"},
+       "'0,52' is no number. Set a decimal point at the device, or type: string in its profile"},
+      {"-----", "'-----' stands for no measurement. Check its inputs and cards"},
+      {"READY",
+       "'READY' is no number. Check that the profile fits the device, or set type: string in it"},
+      {"'unit' says 'kg', which is not in the codes of its profile",
+       "'unit' says 'kg', which is not in the codes of its profile. Set that", "set that"},
   };
   for (const auto& row : rows) {
     Looked(device(), Symptom::no_number, 1, {.cause = row.stands, .remedy = row.remedy});
@@ -54,7 +55,7 @@ TEST_F(DiagnoseTest, AReaderIsJudgedByItsMessages) {
   config_.lines[0].devices[1].max_age = 3s;
   record_.age_limits[static_cast<std::size_t>(config::Group::fast)] = {3s, 9s};
   for (bus::PointRecord& point : record_.points) point.read_at = status::kNow.instant - 12s;
-  EXPECT_THAT(Say(), ElementsAre("nothing has come for 12 s, and its max_age is shorter: check its "
+  EXPECT_THAT(Say(), ElementsAre("nothing has come for 12 s, and its max_age is shorter. Check its "
                                  "power and its wire"));
   Looked(device(), Symptom::clean, 1, {.idle = 2s});
   Looked(device(), Symptom::clean, 15, {.idle = 20s});
@@ -62,36 +63,35 @@ TEST_F(DiagnoseTest, AReaderIsJudgedByItsMessages) {
       << "others came sooner";
   Looked(device(), Symptom::clean, 16, {.idle = 10ms});
   Looked(device(), Symptom::clean, 16, {.idle = 20s});
-  EXPECT_THAT(Say(), ElementsAre("comes every 20 s, and its max_age is shorter: raise its poll (or "
-                                 "max_age) above that, or let it send more often"));
+  EXPECT_THAT(Say(), ElementsAre("comes every 20 s, and its max_age is shorter. Raise its poll or "
+                                 "max_age above that, or let the device send more often"));
   device().last_ok = status::kNow.instant - 70s;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("nothing has come for 70 s")))
       << "and not that this is normal";
   device().last_ok = status::kNow.instant - 12s;
   for (bus::PointRecord& point : record_.points) point.read_at = status::kNow.instant;
   Looked(device(), Symptom::refusal, 4, {.cause = "no number in 'OL'", .remedy = "look at it"});
-  EXPECT_THAT(
-      Say(),
-      ElementsAre(
-          "no number in 'OL' (4 of its last 32 messages): look at it; or another device, or a "
-          "header, stands between its messages: switch it off"));
+  EXPECT_THAT(Say(), ElementsAre("no number in 'OL' (4 of its last 32 messages). Look at it; or "
+                                 "switch off the header or other device between its messages"));
   Looked(device(), Symptom::eighth_bit, 5);
   EXPECT_THAT(Say()[0],
               ::testing::StartsWith("5 of its last 32 messages are bad: they come damaged"));
   NeverAnswered();
   device().unasked = true;
-  EXPECT_THAT(Say(), ElementsAre("has not spoken yet, and its values are old after 3s: check its "
-                                 "power and wire, then bit rate and parity (9600 7E1) and its "
-                                 "options"));
+  EXPECT_THAT(Say(),
+              ElementsAre("has sent nothing yet, and its values are old after 3s. Check its "
+                          "power and wire, then bit rate and parity (9600 7E1) and its options"));
   config_.lines[0].devices[1].max_age = 18250 * 24h;
-  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("has not spoken yet: normal where nothing "
-                                                       "has happened")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                         "has sent nothing yet, which is normal if nothing has happened")));
   device().exchanges = 2;
   Looked(device(), Symptom::noise, 2);
-  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
-                                     "no message was good yet: bytes come, and no message: "
-                                     "its bit rate or parity differs"),
-                                 "feeder-1 answers on the same line"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(
+          ::testing::StartsWith(
+              "no message was good yet: bytes come, but no good message. Set the same bit rate"),
+          "feeder-1 answers on the same line"));
 }
 
 TEST_F(DiagnoseTest, AReaderThatAnswersNoCommandIsReported) {
@@ -99,8 +99,8 @@ TEST_F(DiagnoseTest, AReaderThatAnswersNoCommandIsReported) {
   Looked(device(), Symptom::silence, 16);
   Minute().failed = 16;
   EXPECT_THAT(Say(),
-              ElementsAre(::testing::StartsWith("speaks by itself, and does not answer its "
-                                                "commands: check the wire that carries them")));
+              ElementsAre(::testing::StartsWith(
+                  "sends unasked, but does not answer commands. Check its power and the wire")));
   Minute().answered = 3;
   EXPECT_THAT(Say()[0], ::testing::Not(::testing::HasSubstr("commands")));
 }
@@ -119,18 +119,20 @@ TEST_F(DiagnoseTest, AQualityReportedByTheDeviceIsExplained) {
     Quality quality;
     std::string ends;
   } rows[] = {
-      {Quality::bad, "it says that they are not valid, or sends another form: look at its sensors"},
+      {Quality::bad,
+       "the device reports them as invalid, or sends another form. Check its sensors"},
       {Quality::uncertain,
-       "it says itself that they are not certain (not stable): look at what it measures"},
+       "the device reports them as uncertain (not stable). Check what it measures"},
       {{Quality::bad_sensor_failure, Reason::over_range},
-       "look at the sensor, its wire and its range (a balance: its load)"},
+       "Check the sensor, its wire and its range (at a balance the load)"},
   };
   for (const auto& row : rows) {
     record_.points[1].reported = row.quality;
     EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(row.ends)));
   }
   record_.points[0].reported = record_.points[1].reported;
-  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("look at what is behind the device")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(
+                         "Nothing is measured: check what is connected to the device")));
 }
 
 TEST_F(DiagnoseTest, AConfiguredLimitIsNamedOnlyIfEveryPointHasALimit) {
@@ -138,9 +140,8 @@ TEST_F(DiagnoseTest, AConfiguredLimitIsNamedOnlyIfEveryPointHasALimit) {
   const auto beyond = [](Reason reason) { return Quality(Quality::bad_sensor_failure, reason); };
   record_.points[1].reported = beyond(Reason::over_range);
   points[1].writing.max = Decimal(100);
-  const std::string sensor = "look at the sensor, its wire and its range (a balance: its load)";
-  const std::string max =
-      ": beyond its range or the configured max (100): correct max, or look at the sensor";
+  const std::string sensor = "Check the sensor, its wire and its range (at a balance the load)";
+  const std::string max = ". Correct the configured max (100), or check the sensor and its range";
   points[1].access = config::Access::read;
   EXPECT_THAT(Say(),
               ElementsAre(::testing::EndsWith("(1 over range; " + points[1].name + ")" + max)));
@@ -151,7 +152,7 @@ TEST_F(DiagnoseTest, AConfiguredLimitIsNamedOnlyIfEveryPointHasALimit) {
   record_.points[1].reported = beyond(Reason::under_range);
   EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith(sensor))) << "there is no min";
   points[1].writing.min = Decimal(-5);
-  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("the configured min (-5): correct min, or")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("Correct the configured min (-5), or")));
 
   points[0].access = config::Access::read;
   record_.points[0].reported = beyond(Reason::over_range);
@@ -166,7 +167,7 @@ TEST_F(DiagnoseTest, UnconfirmedReadingsAreNotBlamedOnTheDevice) {
   record_.points[1].reported = Quality::uncertain;
   config_.lines[0].devices[1].points[1].recheck = config::Recheck::jump;
   device().rechecks = 2;
-  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("set recheck: off at it")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::EndsWith("set recheck: off at the point")));
 }
 
 TEST_F(DiagnoseTest, PointsThatTheDeviceDoesNotAnswerAreNamed) {
@@ -185,7 +186,7 @@ TEST_F(DiagnoseTest, ImplausibleNumbersSuggestAnotherByteOrder) {
   config_.lines[0].devices[1].points[1].type = config::Type::float64;
   const std::string name = record_.device->points[0].name;
   EXPECT_THAT(Say(), ElementsAre("1 of 2 numbers cannot be true (" + name +
-                                 ": 3.88e-35): check the order of their bytes (order), their type "
+                                 ": 3.88e-35). Check the order of their bytes (order), their type "
                                  "and their register"));
   record_.points[0].value = -4.2e-9;
   EXPECT_THAT(Say(), ::testing::IsEmpty());
@@ -195,7 +196,7 @@ TEST_F(DiagnoseTest, TheByteOrderThatMakesAllNumbersPlausibleIsNamed) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
-  // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B. Here their words are swapped:
+  // 230.25 is 43 66 40 00, 50.02 is 42 48 14 7B. Here the words are swapped.
   for (const std::size_t i : {std::size_t{0}, std::size_t{1}}) {
     its.points[i].type = config::Type::float32;
     its.points[i].scale = 1;
@@ -205,19 +206,20 @@ TEST_F(DiagnoseTest, TheByteOrderThatMakesAllNumbersPlausibleIsNamed) {
   }
   EXPECT_THAT(Say()[0],
               ::testing::EndsWith(
-                  ": their bytes come in another order: set order: CDAB in the configuration"));
+                  ". Set order: CDAB in the configuration, as their bytes come in that order"));
   its.options.Set("order", std::string("BADC"));
   EXPECT_THAT(Say()[0], ::testing::EndsWith("and their register"));
 }
 
-/// With swapped words the floats look usual, too, but the order alone must not be blamed.
+/// The addresses are off by one register. With swapped words the numbers look usual, too, so the
+/// order must not be named as the only cause.
 TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &protocols::ModbusRtuProtocol().traits;
   its.options.Set("order", std::string("ABCD"));
   its.points.resize(3, its.points[0]);
   record_.points.resize(3, record_.points[0]);
-  // The registers 0, 2 and 4 contain 230.25, 50.02 and 12.5.
+  // The registers 0, 2 and 4 contain 230.25, 50.02 and 12.5; the points read 1, 3 and 5.
   const std::uint32_t read[] = {0x40004248U, 0x147B4148U, 0x00000000U};
   for (std::size_t i = 0; i < 3; ++i) {
     its.points[i].name = "p" + std::to_string(i);
@@ -227,20 +229,20 @@ TEST_F(DiagnoseTest, NumbersReadOneRegisterTooFarNameTheAddresses) {
     its.points[i].offset = 0;
     record_.points[i].value = static_cast<double>(std::bit_cast<float>(read[i]));
   }
-  EXPECT_THAT(Say()[0], ::testing::EndsWith("read one register lower (or higher) they fit: correct "
-                                            "their addresses"));
+  EXPECT_THAT(Say()[0], ::testing::EndsWith(
+                            "Correct their addresses: one register lower (or higher) they fit"));
   // Another value follows. Now order and address explain the numbers equally well.
   record_.points[2].value = static_cast<double>(std::bit_cast<float>(0x00004220U));
   EXPECT_THAT(Say()[0],
-              ::testing::EndsWith("set order: CDAB, or correct their addresses by one register: "
-                                  "both make usual numbers, so compare with its display"));
+              ::testing::EndsWith("Set order: CDAB, or correct their addresses by one register; "
+                                  "compare with its display, as both give usual numbers"));
   its.options.Set("order", std::string("CDAB"));
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("take order: CDAB out, or correct their addresses"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Take order: CDAB out, or correct their addresses"));
   its.options.Set("order", std::string("ABCD"));
   record_.points[2].value = {};
   record_.points[2].reported = {Quality::bad_configuration, Reason::not_fitted};
-  EXPECT_THAT(Say(), ElementsAre("only the last address is refused (p2, holding 5): its addresses "
-                                 "are off by one: lower each by one in the profile"));
+  EXPECT_THAT(Say(), ElementsAre("only the last address is refused (p2, holding 5), so all are off "
+                                 "by one. Lower each address by one in the profile"));
 }
 
 TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
@@ -251,12 +253,12 @@ TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
     double beside;
     std::string says;
   } rows[] = {
-      {int16, 32767, 100, "(current: 32767): it stands for no measurement"},
-      {int16, -32768, 100, "(current: -32768): it stands for no measurement"},
-      {uint16, 32767, 100, "it stands for no measurement"},
-      {uint32, 4294967295, 100, "(current: 4294967295): it stands for no measurement"},
-      {uint16, 65436, 100, "(current: 65436): it is -100 as a signed number: set type: int16"},
-      {uint32, 4294967196, 100, "it is -100 as a signed number: set type: int32 in the profile"},
+      {int16, 32767, 100, "(current: 32767). This number stands for no measurement"},
+      {int16, -32768, 100, "(current: -32768). This number stands for no measurement"},
+      {uint16, 32767, 100, "This number stands for no measurement"},
+      {uint32, 4294967295, 100, "(current: 4294967295). This number stands for no measurement"},
+      {uint16, 65436, 100, "(current: 65436). As a signed number it is -100: set type: int16"},
+      {uint32, 4294967196, 100, "As a signed number it is -100: set type: int32 in the profile"},
       {uint16, 65436, 64000, ""},
       {uint16, 64000, 100, ""},
       {int16, -100, 100, ""},
@@ -272,7 +274,7 @@ TEST_F(DiagnoseTest, ImplausibleIntegersAreReported) {
   }
 }
 
-/// The NaN of a stopped motor, the FFFFFFFF of a meter for one direction, an optional register.
+/// Examples: NaN of a stopped motor, FFFFFFFF of a meter for one direction, an optional register.
 TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
   const struct {
     Quality quality;
@@ -295,7 +297,7 @@ TEST_F(DiagnoseTest, AMissingOptionalPointIsReportedAsUsual) {
   record_.points[1].reported = {Quality::bad_configuration, Reason::not_fitted};
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("(it says 'exception 02')")));
   record_.points[1].value = 1.5;
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("it has answered before")) << "it gave this one";
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("It has answered before")) << "it gave this one";
 }
 
 TEST_F(DiagnoseTest, ValuesAreNotJudgedInTheFirstPeriod) {
@@ -315,7 +317,7 @@ TEST_F(DiagnoseTest, PointsThatASpeakerNeverSendsAreReported) {
   record_.points[0] = {};
   record_.age_limits[static_cast<std::size_t>(record_.device->points[0].group)].uncertain_after =
       6s;
-  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("nothing that it sends has them")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("none of its messages has them")));
   device().missing = "no MDA comes: switch it on at the device";
   EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): no MDA comes: switch "
                                  "it on at the device"));
@@ -327,10 +329,9 @@ TEST_F(DiagnoseTest, PointsInDoubtAreNotBlamedOnTheDevice) {
     point.reported = Quality::good;
   }
   record_.points[0].at_best = Quality::uncertain;
-  EXPECT_THAT(Say(),
-              ElementsAre("1 of 2 points are in doubt until they are read again: the port was "
-                          "opened anew, the device was away, or a reply may have belonged to "
-                          "another request"));
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 points are in doubt until the next read, because the port "
+                                 "was reopened, the device was away, or a reply may belong to "
+                                 "another request"));
   record_.points[0].at_best = Quality::uncertain_last_usable;
   EXPECT_THAT(Say(),
               ElementsAre(::testing::HasSubstr("1 of 2 points are older than their max_age")));
@@ -339,8 +340,8 @@ TEST_F(DiagnoseTest, PointsInDoubtAreNotBlamedOnTheDevice) {
 TEST_F(DiagnoseTest, PointsWithoutAValueOfAnAnsweringDeviceAreReported) {
   record_.points[0] = {};
   Looked(device(), Symptom::refusal, 1, {.cause = "NACK 6"});
-  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): it says 'NACK 6': "
-                                 "does the profile fit the device and its options?"));
+  EXPECT_THAT(Say(), ElementsAre("1 of 2 points have no value yet (current): it says 'NACK 6'. "
+                                 "Check that the profile fits the device and its options"));
 }
 
 }  // namespace

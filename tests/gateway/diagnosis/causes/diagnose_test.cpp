@@ -33,24 +33,24 @@ TEST_F(DiagnoseTest, OccasionalFailuresNameTheirCause) {
     std::string remedy{};
   } rows[] = {
       {Outcome::corrupt, 20, "checksum",
-       "20 of 32 exchanges failed: its replies come damaged: a bad wire or plug at its end, or two "
-       "devices have its address (2; unplug one)"},
+       "20 of 32 exchanges failed: its replies come damaged. Check wire and plug at its end, and "
+       "check whether two devices have address 2"},
       {Outcome::corrupt, 30, "checksum",
-       "30 of 32 exchanges failed: its replies come damaged: two devices have its address (2; "
-       "unplug one), or a bad wire at its end"},
+       "30 of 32 exchanges failed: its replies come damaged. Check whether two devices have "
+       "address 2, and check the wire at its end"},
       {Outcome::no_reply, 2, "",
-       "2 of 32 exchanges failed: single requests get no answer: noise, a bad wire or plug at its "
-       "end"},
+       "2 of 32 exchanges failed: single requests get no answer. Check for noise, and for a bad "
+       "wire or plug at its end"},
       {Outcome::busy, 32, "exception 06",
-       "it says 'exception 06' to 32 of 32 requests: end its programming, local or test mode, or "
+       "it says 'exception 06' to 32 of 32 requests. End its programming, local or test mode, or "
        "restart it"},
       {Outcome::busy, 7, "function 03: exception 06, device busy",
-       "it says 'function 03: exception 06, device busy' to 7 of 32 requests: raise its poll"},
+       "it says 'function 03: exception 06, device busy' to 7 of 32 requests. Raise its poll"},
       {Outcome::refused, 20, "exception 04, device failure",
-       "it says 'exception 04, device failure' to 20 of 32 requests: look at it", "look at it"},
+       "it says 'exception 04, device failure' to 20 of 32 requests. Look at it", "look at it"},
       {Outcome::unsupported, 64, "",
-       "it says 'unsupported' to 32 of 32 requests: does the profile fit the device and its "
-       "options?"},
+       "it says 'unsupported' to 32 of 32 requests. Check that the profile fits the device and its "
+       "options"},
   };
   const bus::DeviceStatus well = device();
   for (const auto& row : rows) {
@@ -75,8 +75,8 @@ TEST_F(DiagnoseTest, RareLossesBeyondTheLatestExchangesAreReported) {
     Ended(Outcome::ok, behind);
   }
   Ended(Outcome::ok, 15);
-  EXPECT_THAT(Say(), ElementsAre("6 of 140 exchanges failed: single requests get no answer: noise, "
-                                 "a bad wire or plug at its end"));
+  EXPECT_THAT(Say(), ElementsAre("6 of 140 exchanges failed: single requests get no answer. Check "
+                                 "for noise, and for a bad wire or plug at its end"));
   Looked(device(), Symptom::damaged, 1);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("single requests get no answer"))
       << "the largest class of failures";
@@ -90,11 +90,11 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTimeNameEachOther) {
     std::string behind;
   } rows[] = {
       {Outcome::no_reply, Symptom::silence,
-       "it is away for about 4.0 s every 16 s, at the same time as ",
-       ": look at the supply or the branch of the line that they share"},
+       "it stops answering for about 4.0 s every 16 s, at the same time as ",
+       ". Check the supply and the branch of the line that these devices share"},
       {Outcome::corrupt, Symptom::damaged,
        "its replies come damaged at the same times as those of ",
-       ": a bad contact or noise in what they share: check cable, termination and ground"},
+       ". Check what these devices share: contacts, cable, termination and ground"},
   };
   const bus::DeviceStatus well = device();
   const bus::DeviceStatus beside = neighbour_.status;
@@ -113,8 +113,8 @@ TEST_F(DiagnoseTest, DevicesThatFailAtTheSameTimeNameEachOther) {
   }
 }
 
-/// If the neighbours are silent, too, the line is idle before every request, so an idle line before
-/// a failure does not show that the device sleeps.
+/// The neighbour is silent at the same times, so the line is idle before each request. An idle line
+/// before a failure is therefore no sign of a sleeping device.
 TEST_F(DiagnoseTest, DevicesAbsentAtTheSameTimeAreNotTakenForSleeping) {
   for (int i = 0; i < 4; ++i) {
     const Instant begin = looked_;
@@ -140,11 +140,12 @@ TEST_F(DiagnoseTest, ADeviceThatAnswersInPlaceOfAnotherIsReported) {
   record_.override_quality = Quality{Quality::bad, Reason::swapped};
   EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1"));
   Looked(device(), Symptom::damaged, 3);
-  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1; or both answer: "
-                                 "two devices have its address (2; unplug one)"));
+  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1. Check whether "
+                                 "two devices have address 2"));
   neighbour_.override_quality = record_.override_quality;
-  EXPECT_THAT(Say(), ElementsAre("no value is good: meter 2 answers in place of 1; or are it and " +
-                                 neighbour_.device->name + " swapped?"));
+  EXPECT_THAT(Say(),
+              ElementsAre("no value is good: meter 2 answers in place of 1. Check whether it and " +
+                          neighbour_.device->name + " are swapped"));
 }
 
 TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
@@ -154,11 +155,8 @@ TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {
   EXPECT_THAT(Say(), IsEmpty()) << "a restart is no news";
   Minute().outages = 9;
   Minute().down = 10min;
-  EXPECT_THAT(
-      Say(),
-      ElementsAre(
-          "9 outages in the last hour, and it answered 86 % of the time: look at its power and its "
-          "wire"));
+  EXPECT_THAT(Say(), ElementsAre("9 outages in the last hour, and it answered 86 % of the time. "
+                                 "Check its power and its wire"));
   line_.exchanges = 100;
   line_.echoed = 0xFFFFFFFF;
   EXPECT_THAT(Say(), IsEmpty()) << "the line's sentence tells why";
@@ -172,10 +170,10 @@ TEST_F(DiagnoseTest, ASingleUnansweredRequestIsNamed) {
   device().queries = {{.first_point = 0, .points = 1},
                       {.first_point = 1, .points = 3, .in_vain = 5, .symptom = Symptom::silence}};
   const std::string name = record_.device->points[1].name;
-  EXPECT_THAT(Say(), ElementsAre("does not answer the request for " + name + " and 2 more (" +
-                                 record_.device->points[1].read +
-                                 "), and answers the others: take these points out "
-                                 "of the profile"));
+  EXPECT_THAT(Say(),
+              ElementsAre("does not answer the request for " + name + " and 2 more (" +
+                          record_.device->points[1].read +
+                          "), but answers the others. Take these points out of the profile"));
   Looked(device(), Symptom::silence, 1, {.ended = true});
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("ends the connection at the request for " +
                                                        name + " and 2 more (")));
@@ -183,8 +181,8 @@ TEST_F(DiagnoseTest, ASingleUnansweredRequestIsNamed) {
   Looked(device(), Symptom::clean, 24);
   device().queries[1].symptom = Symptom::damaged;
   Looked(device(), Symptom::damaged, 8);
-  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
-                         "the replies for " + name + " and 2 more come damaged, and no others: ")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("only the replies for " + name +
+                                                       " and 2 more come damaged. ")));
   device().queries[0].failures = 0b1010;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("8 of 32 exchanges failed: ")))
       << "others fail now and then as well";
@@ -198,9 +196,12 @@ TEST_F(DiagnoseTest, ASingleUnansweredRequestIsNamed) {
 TEST_F(DiagnoseTest, UnconfirmedReadingsAreReportedAsDamage) {
   device().exchanges = 100;
   device().unconfirmed = 4;
-  EXPECT_THAT(Say(), ElementsAre("4 of its readings changed when they were read again: replies "
-                                 "come damaged, and no check value shows it: switch its checksum "
-                                 "on, here too, and look for noise"));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(
+          "4 of its readings changed when they were read again, so replies may be damaged although "
+          "they look whole. Look for noise, and switch a checksum on at the device and here if it "
+          "is off"));
   device().rechecks = 13;
   EXPECT_THAT(Say(), IsEmpty()) << "most jumps were real";
   device().rechecks = 12;
@@ -240,74 +241,74 @@ TEST_F(DiagnoseTest, ADeviceThatBeginsToRefuseIsNotAskedForItsProfile) {
         {.cause = "the module answers '?01' to #", .remedy = "does the profile fit the module?"});
   Looked(device(), Symptom::clean, 4);
   EXPECT_EQ(Say()[0],
-            "it says 'the module answers '?01' to #' to 3 of 32 requests: it has answered before: "
-            "another device, other settings or a fault: look at it, restart it");
+            "it says 'the module answers '?01' to #' to 3 of 32 requests. It has answered before: "
+            "check whether the device or its settings were changed, or restart it");
   device().outcomes[static_cast<std::size_t>(Outcome::ok)] = 0;
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("does the profile fit the module?"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("Does the profile fit the module?"));
 }
 
 TEST_F(DiagnoseTest, ATextAroundNearlyAllRepliesIsBlamedOnTheConverter) {
   Looked(device(), Symptom::text_beside, 3, {.cause = "'HB0001'"});
   Looked(device(), Symptom::clean, 20);
-  EXPECT_THAT(SayOfLine(), ElementsAre("something on the line sends text by itself ('HB0001'): "
-                                       "take it off this line, or switch its automatic output "
-                                       "(heartbeat) off"));
+  EXPECT_THAT(SayOfLine(),
+              ElementsAre("text comes unasked on the line ('HB0001'). Take the device that sends "
+                          "it off this line, or switch its automatic output (heartbeat) off"));
   config_.lines[0].port = "tcp://10.0.0.7:4001";
-  EXPECT_THAT(SayOfLine(), ElementsAre("text comes by itself ('HB0001'): a heartbeat or "
-                                       "registration packet of the radio or serial server, or a "
-                                       "device: switch it off"));
+  EXPECT_THAT(
+      SayOfLine(),
+      ElementsAre("text comes unasked ('HB0001'). Switch off the heartbeat or registration "
+                  "packet of the radio or serial server, or the automatic output of a device"));
   Looked(device(), Symptom::text_beside, 32, {.cause = "'OK'"});
   EXPECT_THAT(SayOfLine(), IsEmpty());
-  EXPECT_THAT(Say(), ElementsAre("the same text stands around its replies ('OK'): set the modem, "
+  EXPECT_THAT(Say(), ElementsAre("the same text stands around its replies ('OK'). Set the modem, "
                                  "radio or serial server in between to raw"));
   for (int i = 0; i < 32; ++i) {
     Looked(device(), Symptom::text_beside, 1, {.cause = i % 2 == 0 ? "'+IPD,7:'" : "'+IPD,13:'"});
   }
-  EXPECT_THAT(Say()[0], ::testing::StartsWith("text stands around its replies ('+IPD,13:'): set"));
+  EXPECT_THAT(Say()[0], ::testing::StartsWith("text stands around its replies ('+IPD,13:'). Set"));
   const std::string server = std::exchange(config_.lines[0].port, "/dev/ttyUSB0");
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("('+IPD,13:'): switch its automatic output off, or"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("('+IPD,13:'). Switch its automatic output off, or"));
   config_.lines[0].port = server;
   Looked(device(), Symptom::clean, 16);
   Looked(device(), Symptom::noise_behind, 16);
-  EXPECT_THAT(Say()[0], ::testing::EndsWith("noise behind the serial server, or packets of its own "
-                                            "(heartbeat): switch them off"));
+  EXPECT_THAT(Say()[0], ::testing::EndsWith("Look for noise behind the serial server, and switch "
+                                            "off packets of its own (heartbeat)"));
   Looked(device(), Symptom::noise_behind, 32);
-  EXPECT_THAT(Say()[0], ::testing::EndsWith("the modem, radio or serial server adds them: set it "
-                                            "to raw"));
+  EXPECT_THAT(Say()[0],
+              ::testing::EndsWith("The modem, radio or serial server adds them: set it to raw"));
 }
 
 TEST_F(DiagnoseTest, BytesBesideGoodRepliesAreReported) {
   Looked(device(), Symptom::noise_before, 4);
   EXPECT_THAT(Say(),
-              ElementsAre("stray bytes stand before its replies in 4 of 32 exchanges: noise while "
-                          "nobody drives the bus; check bias, termination and ground"));
+              ElementsAre("stray bytes stand before its replies in 4 of 32 exchanges. Noise comes "
+                          "while no device drives the bus: check bias, termination and ground"));
   Looked(device(), Symptom::few_beside, 20, {.cause = "10 02 ... 10 03"});
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("stray bytes stand before its replies")))
       << "a packet stands around each";
   Looked(device(), Symptom::few_beside, 10, {.cause = "10 02 ... 10 03"});
-  EXPECT_THAT(Say(), ElementsAre("the same bytes stand around its replies (10 02 ... 10 03): set "
+  EXPECT_THAT(Say(), ElementsAre("the same bytes stand around its replies (10 02 ... 10 03). Set "
                                  "the modem, radio or serial server in between to raw, or "
                                  "terminate the bus"));
   Looked(device(), Symptom::copies, 32);
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its replies come twice in 32 of 32")));
   Looked(device(), Symptom::others_beside, 1);
-  EXPECT_THAT(Say(),
-              ElementsAre("a second reply with another content follows in 1 of 32 exchanges: "
-                          "two devices have its address (2; unplug one), or another master "
-                          "asks it (take it away)"))
+  EXPECT_THAT(
+      Say(),
+      ElementsAre("a second reply with another content follows in 1 of 32 exchanges. Check whether "
+                  "two devices have address 2, or remove another master from the line"))
       << "and others of theirs are alike";
   static constexpr config::Traits kCommon{.common_address = "0"};
   config::Device& its = config_.lines[0].devices[1];
   its.traits = &kCommon;
   const std::string address = std::exchange(its.address, "0");
-  EXPECT_THAT(Say()[0],
-              ::testing::HasSubstr("every device answers to address 0: give each its own"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("every device answers to address 0"));
   its.traits = &protocols::SpabusProtocol().traits;
   its.address = address;
   Looked(device(), Symptom::clean, 30);
   Looked(device(), Symptom::master_beside, 2, {.cause = "another master", .remedy = "take it off"});
   EXPECT_THAT(Say(), IsEmpty()) << "that is the line's";
-  EXPECT_THAT(SayOfLine(), ElementsAre("another master: take it off"));
+  EXPECT_THAT(SayOfLine(), ElementsAre("another master. Take it off"));
 }
 
 TEST_F(DiagnoseTest, AwaitedLateAnswersSuggestALongerReplyTime) {
@@ -320,7 +321,7 @@ TEST_F(DiagnoseTest, AwaitedLateAnswersSuggestALongerReplyTime) {
   device().late = 2;
   EXPECT_THAT(Say(),
               ElementsAre("late: its replies come up to 496 ms after the request, and timing.reply "
-                          "is 300 ms: set timing: { reply: 550ms } in the configuration"));
+                          "is 300 ms. Set timing: { reply: 550ms } in the configuration"));
   Looked(device(), Symptom::late, 1, {.time = 380ms});
   EXPECT_THAT(Say(), ElementsAre(::testing::HasSubstr("up to 380 ms")));
 }
@@ -329,8 +330,10 @@ TEST_F(DiagnoseTest, RepliesThatLagByOneRequestAreReported) {
   device().behind = 15;
   EXPECT_THAT(Say(), IsEmpty());
   device().behind = 16;
-  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
-                         "its replies answer the request before, so that each request is sent")));
+  EXPECT_THAT(
+      Say(),
+      ElementsAre(::testing::StartsWith(
+          "its replies answer the previous request, so the gateway sends each request twice")));
 }
 
 TEST_F(DiagnoseTest, RareSecondRepliesAreReportedForAnHour) {
@@ -339,14 +342,15 @@ TEST_F(DiagnoseTest, RareSecondRepliesAreReportedForAnHour) {
   EXPECT_THAT(Say(), IsEmpty()) << "once is a repeat that met its reply";
   device().doubled = 2;
   EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
-                         "doubled: a second, different reply came behind one 2 times: ")));
+                         "a second, different reply to one request came 2 times. ")));
   device().last_doubled = status::kNow.instant - 61min;
   EXPECT_THAT(Say(), IsEmpty());
 }
 
 TEST_F(DiagnoseTest, AnUnsetClockIsReported) {
   device().lacks_time = true;
-  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith("its clock is not set, as this machine's")));
+  EXPECT_THAT(Say(), ElementsAre(::testing::StartsWith(
+                         "its clock is not set, because the clock of this machine")));
 }
 
 TEST_F(DiagnoseTest, ADegradedDeviceReportsItsLastTrouble) {
@@ -356,8 +360,6 @@ TEST_F(DiagnoseTest, ADegradedDeviceReportsItsLastTrouble) {
       Say(), ElementsAre(
                  "degraded: several of its last 32 exchanges failed; last: checksum 3A is not 74"));
 }
-
-// ---------------- Reasons, shortened to the length of a first sentence.
 
 TEST(Reason, IsShortened) {
   const struct {
@@ -376,23 +378,21 @@ TEST(Reason, IsShortened) {
   for (const auto& row : rows) EXPECT_EQ(Shortened(row.reason), row.text);
 }
 
-// ---------------- The diagnosis of devices that do not answer, or are not asked.
-
 TEST_F(DiagnoseTest, AnAbsentDeviceReportsSinceWhenWhyAndItsNoticeBound) {
   line_.notice_bound = 9s;
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 12min;
   Ended(Outcome::no_reply, 34);
-  EXPECT_THAT(Say(), ElementsAre("offline for 12 min: not a byte comes any more: check its power "
-                                 "and its wire, or whether its settings were changed",
+  EXPECT_THAT(Say(), ElementsAre("offline for 12 min: not a byte comes any more. Check its power "
+                                 "and its wire, and whether its settings were changed",
                                  "feeder-1 answers on the same line",
-                                 "its return is noticed within 9.0 s"));
+                                 "the gateway notices its return within 9.0 s"));
   NeverAnswered();
   EXPECT_THAT(Say(), ElementsAre("not asked yet"));
   Ended(Outcome::no_reply, 34);
   EXPECT_THAT(
       Say(),
-      ElementsAre("has never answered: not a byte came: check its power and wire, then its address "
+      ElementsAre("has never answered: not a byte came. Check its power and wire, then its address "
                   "(2), bit rate, parity and protocol (9600 7E1, spabus)",
                   "feeder-1 answers on the same line"));
 }
@@ -407,9 +407,9 @@ TEST_F(DiagnoseTest, ModemTextBeforeTheSilenceIsReportedAsItsCause) {
     Ended(Outcome::no_reply, 34);
     EXPECT_EQ(Say()[0],
               answered_since
-                  ? "offline for 12 min: not a byte comes any more: check its power and "
-                    "its wire, or whether its settings were changed"
-                  : "offline for 12 min: 'NO CARRIER' came, and nothing since: dial again");
+                  ? "offline for 12 min: not a byte comes any more. Check its power and its wire, "
+                    "and whether its settings were changed"
+                  : "offline for 12 min: 'NO CARRIER' came, and nothing since. Dial again");
   }
 }
 
@@ -448,7 +448,7 @@ TEST_F(DiagnoseTest, ADisabledDeviceIsReported) {
   device().state = bus::DeviceState::disabled;
   EXPECT_THAT(
       Say(),
-      ElementsAre("taken out of use at run time; 'baudgate enable bay-1.feeder-2' brings it back"));
+      ElementsAre("disabled at run time. Run 'baudgate enable bay-1.feeder-2' to use it again"));
   config_.lines[0].devices[1].enabled = false;
   EXPECT_THAT(Say(), ElementsAre("disabled in the configuration (enabled: false)"));
 }

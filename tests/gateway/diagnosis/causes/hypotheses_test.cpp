@@ -31,13 +31,13 @@ TEST_F(HypothesesTest, FewerRegistersThanRequestedSuggestASmallerBlock) {
     std::vector<status::Seen> seen = {{odd, 9, few}};
     if (row.good > 0) seen.push_back({clean, 2, {.bytes = row.good, .expected = row.good}});
     EXPECT_EQ(SayOf({.seen = seen, .says = {}, .state = status::kHere}),
-              "it gives fewer registers than are asked for (22 bytes came where 82 answer the "
-              "request): set block: " +
+              "it gives fewer registers than requested (22 bytes came where 82 answer the "
+              "request). Set block: " +
                   row.block + " in the configuration");
   }
 }
 
-/// One request with a flow-control byte is not enough: the byte may be chance.
+/// One failing request with a flow-control byte can be chance, so the converter is not named.
 TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
   constexpr std::uint8_t kXon = 0b00100;
   const bus::QueryCount good = {.first_point = 0, .points = 1};
@@ -45,11 +45,10 @@ TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
       .first_point = 1, .points = 1, .in_vain = 8, .symptom = silence, .asked = kXon};
   bus::QueryCount other = dead;
   other.asked = 0;
-  bus::QueryCount cut = other;  // the reply contains the flow-control byte
+  bus::QueryCount cut = other;
   cut.symptom = tail_lost;
   const std::string says =
-      "requests fail that contain 11, and no others: switch XON/XOFF off at the converter or "
-      "serial server";
+      "only requests that contain 11 fail. Switch XON/XOFF off at the converter or serial server";
   const status::Seen silent = {silence, 16};
   EXPECT_EQ(
       SayOf({{{clean, 16}, silent}, {}, status::kAnswered | status::kHere, {good, dead, dead}}),
@@ -70,18 +69,17 @@ TEST_F(HypothesesTest, RequestsFailingAtFlowControlBytesNameTheConverter) {
   }
 }
 
-/// Noise on the line damages replies in many ways. Then a bad wire of one device is no cause.
 TEST_F(HypothesesTest, DamagedNeighboursSuggestNoiseOnTheLine) {
   const auto mixed = [this](bus::DeviceStatus& status) {
     Looked(status, clean, 25);
     for (const Symptom symptom : {damaged, noise, end_lost, bad_check}) Looked(status, symptom, 1);
   };
-  const std::string own = "a bad wire or plug at its end";
+  const std::string own = "Check wire and plug at its end";
   mixed(device());
   Looked(device(), damaged, 2);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(own));
   mixed(neighbour_.status);
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("noise on the line: check termination"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("come damaged. Check termination"));
   Looked(neighbour_.status, clean, 32);
   Looked(neighbour_.status, silence, 4);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr(own)) << "something else is wrong with it";
@@ -92,27 +90,27 @@ TEST_F(HypothesesTest, ANeighbourThatNeverAnswersMayShareTheAddress) {
   neighbour_.status.last_ok.reset();
   neighbour_.status.state = bus::DeviceState::never_seen;
   Looked(neighbour_.status, silence, 32);
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged: feeder-1, which never "
-                                             "answers, may have its address (2) as well"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged. Check whether feeder-1, "
+                                             "which never answers, has address 2 as well"));
 }
 
 TEST_F(HypothesesTest, EndlessBytesAreReported) {
   device().state = bus::DeviceState::offline;
   device().last_ok = status::kNow.instant - 30s;
   Looked(device(), noise, 20);
-  line_.babble = 3000;  // bytes, at 9600 bit/s
+  line_.babble = 3000;
   line_.babble_since = status::kNow.instant - 30s;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("bytes come without an end"));
   line_.babble_since = status::kNow.instant - 10min;
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies come damaged"));
 }
 
-/// The other master sometimes sends the same requests, which look like late echoes.
+/// The other master sometimes sends the same requests as the gateway. They look like late echoes.
 TEST_F(HypothesesTest, AnotherMasterSeenBesideANeighbourIsReported) {
   Looked(device(), late_echo, 5);
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("the gateway's own requests come back late"));
   Looked(neighbour_.status, master_beside, 2, {.cause = "another master", .remedy = "one"});
-  EXPECT_THAT(Say()[0], ::testing::HasSubstr("another master: one"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("another master. One"));
 }
 
 /// Meters that answer at the same time damage each other's replies.
@@ -123,8 +121,7 @@ TEST_F(HypothesesTest, ACommonAddressIsReportedWhenRepliesAreDoubled) {
   config_.lines[0].devices[1].address = "0";
   EXPECT_THAT(Say()[0], ::testing::HasSubstr("its replies break off"));
   device().doubled = 1;
-  EXPECT_THAT(Say()[0],
-              ::testing::HasSubstr("every device answers to address 0: give each its own"));
+  EXPECT_THAT(Say()[0], ::testing::HasSubstr("every device answers to address 0"));
 }
 
 Symptom SymptomNamed(std::string_view name) {
@@ -133,7 +130,6 @@ Symptom SymptomNamed(std::string_view name) {
   return static_cast<Symptom>(number);
 }
 
-/// Parses a line such as "late 4 | time=380ms | cause=a text".
 status::Seen SeenOf(const std::string& line) {
   const std::string between = " | ";
   std::size_t at = line.find(between);
@@ -236,34 +232,32 @@ TEST_F(HypothesesTest, TheTableOfTheDocsContainsEveryCause) {
   EXPECT_EQ(rows, Hypotheses().size()) << "a row is a cause";
 }
 
-// ---------------- Causes that depend on the configuration, and of messages that come unasked.
-
-/// Some replies do not fit their form, but at other times the same requests are answered well.
+/// The same requests are answered well at other times, so the line damages the replies.
 TEST_F(HypothesesTest, OccasionalMisfitsAreReportedAsDamageOnceValuesWereRead) {
   Finding wide = {.cause = "number '+02.51' is 6 characters wide, not 7", .remedy = "set width"};
   status::Row row = {{{clean, 20}, {odd, 5, wide}}, "", status::kAnswered | status::kHere};
-  const std::string said = "number '+02.51' is 6 characters wide, not 7: ";
-  EXPECT_EQ(SayOf(row), said + "set width");
+  const std::string said = "number '+02.51' is 6 characters wide, not 7. Set width";
+  EXPECT_EQ(SayOf(row), said);
   config::Device& meant = config_.lines[0].devices[1];
   meant.traits = &protocols::DconProtocol().traits;
   meant.options.Set("checksum", false);
-  EXPECT_EQ(SayOf(row), said + "set width") << "no value was ever read";
+  EXPECT_EQ(SayOf(row), said) << "no value was ever read";
   row.queries = {{.points = 1}};
   record_.points[0].value = 2.5;
   EXPECT_EQ(SayOf(row),
-            "some replies are damaged ('+02.51'): noise on the line, or a converter loses "
-            "characters: check termination and ground, and switch its checksum on");
+            "some replies are damaged ('+02.51') by noise or by a converter that loses characters. "
+            "Check termination and ground, and switch its checksum on");
   row.seen.push_back({other_device, 3, {.cause = "module 17 answers where 01 was asked"}});
-  EXPECT_THAT(SayOf(row), ::testing::StartsWith("some replies are damaged ('+02.51'): "))
+  EXPECT_THAT(SayOf(row), ::testing::StartsWith("some replies are damaged ('+02.51') by"))
       << "an address that lacks a character";
   row.seen.pop_back();
   meant.options.Set("checksum", true);
-  EXPECT_EQ(SayOf(row), said + "set width");
+  EXPECT_EQ(SayOf(row), said);
   meant.traits = &protocols::ModbusRtuProtocol().traits;
   row.seen[1].finding = {.cause = "14 bytes came where 4 answer the request"};
   EXPECT_EQ(SayOf(row),
-            "some replies belong to other requests (14 bytes came where 4 answer the request): "
-            "another client of the server, or another master");
+            "some replies belong to other requests (14 bytes came where 4 answer the request). "
+            "Look for another client of the server, or another master");
 }
 
 TEST_F(HypothesesTest, MisfitsAmongMostlyGoodMessagesAreReportedAsDamage) {
@@ -278,8 +272,8 @@ TEST_F(HypothesesTest, MisfitsAmongMostlyGoodMessagesAreReportedAsDamage) {
     const Evidence evidence = Gather(line_, record_, both, status::kNow);
     return Judge(evidence).front()->say(evidence);
   };
-  EXPECT_EQ(say(5), "its messages do not end with 0x0D: set end");
-  EXPECT_THAT(say(22), ::testing::StartsWith("they come damaged: noise or a bad wire"));
+  EXPECT_EQ(say(5), "its messages do not end with 0x0D. Set end");
+  EXPECT_THAT(say(22), ::testing::StartsWith("they come damaged. Check for noise"));
 }
 
 TEST_F(HypothesesTest, UnaskedMessagesThatDoNotFitNameTheirCause) {
@@ -293,12 +287,14 @@ TEST_F(HypothesesTest, UnaskedMessagesThatDoNotFitNameTheirCause) {
     bool answered;
     std::string says;
   } rows[] = {
-      {bytes_lost, length, true, "characters are missing in some of its messages: a bad wire"},
-      {bytes_lost, length, false, "its messages have 11 characters: set length"},
+      {bytes_lost, length, true,
+       "characters are missing in some of its messages. Check for a bad wire"},
+      {bytes_lost, length, false, "its messages have 11 characters. Set length"},
       {bad_check, fits, false,
-       "its check value is computed otherwise (xor8 fits): write checksum: xor8"},
+       "its check value is computed otherwise (xor8 fits). Write checksum: xor8"},
       {bad_check, fits, true, "its check value is computed otherwise (xor8 fits)"},
-      {bad_check, differs, false, "its check value is computed otherwise: it differs always by 24"},
+      {bad_check, differs, false,
+       "its check value is computed in another way. It differs always by 24"},
       {bad_check, differs, true, "they come damaged"},
       {text, {.cause = "'login:'"}, false, "text comes in place of messages ('login:')"},
   };

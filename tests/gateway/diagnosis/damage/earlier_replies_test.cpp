@@ -1,5 +1,4 @@
-// Tests of `EarlierReplies`, by the table in gateway/diagnosis/damage/earlier_replies.h, and of
-// `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`.
+// Tests of `EarlierReplies`, `SameAgain`, `TakenReplies`, `NumberedRequests` and `ReplyLag`.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/damage/earlier_replies.h"
 
@@ -19,7 +18,6 @@ namespace {
 
 class EarlierRepliesTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// Plays an exchange of 1 s in which the replies `came` arrive. `own` is the one that is taken.
   void Exchange(const bus::Member& member, std::string_view asked,
                 const std::vector<std::string_view>& came = {}, std::string_view own = {}) {
     exchange_.Begin(member, bus::AskFor(asked), member.times, now_);
@@ -50,7 +48,6 @@ TEST_F(EarlierRepliesTest, ALateReplyOfAnotherDeviceAmendsThatExchange) {
   EXPECT_FALSE(earlier_.Take());
 }
 
-/// "!A1" comes late during the exchange of "?A2", and "!A2" during that of "?B1".
 TEST_F(EarlierRepliesTest, EachOfTwoLateRepliesAmendsItsOwnRequest) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A2\r", {"A1=5"});
@@ -94,7 +91,6 @@ TEST_F(EarlierRepliesTest, ALateEchoOfAnOwnRequestIsRecognised) {
   EXPECT_TRUE(earlier_.IsLateEcho(exchange_));
 }
 
-/// "?A1" is repeated. Two replies follow, and one of them answers the first try.
 TEST_F(EarlierRepliesTest, OneOfTwoRepliesAfterALostTryIsLate) {
   Exchange(a, "?A1\r");
   Exchange(a, "?A1\r", {"A1=5"}, "A1=5");
@@ -124,11 +120,9 @@ TEST_F(EarlierRepliesTest, TheRestOfABrokenReplyIsFoundInALaterExchange) {
   EXPECT_FALSE(earlier_.FindRest(exchange_)) << "told once";
 }
 
-// ---------------- `SameAgain`: the same reply to different requests.
-
 struct Run {
   std::string_view asked;
-  bool right = true;  // the first reply is right
+  bool right = true;
   bool misfit = false;
   bool numbered = false;
 };
@@ -164,8 +158,6 @@ TEST(SameAgain, ADifferentReplyRestartsTheCount) {
   EXPECT_FALSE(same.OnCame(ToBytes("1234"), ToBytes("F"), true, false, false));
 }
 
-// ---------------- `TakenReplies`: the latest replies show copies, and what a damaged text lacks.
-
 TEST(TakenReplies, RecogniseACopyOfAReplyToAnotherRequest) {
   TakenReplies taken;
   taken.Add(ToBytes("?A1\r"), ToBytes("A=5\r"));
@@ -191,8 +183,6 @@ TEST(TakenReplies, RecogniseATextThatLacksCharacters) {
   EXPECT_FALSE(lacks(""));
 }
 
-// ---------------- The number in a late reply shows how late the reply is.
-
 class NumberedRequestsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
   NumberedRequestsTest() {
@@ -217,7 +207,7 @@ class NumberedRequestsTest : public ::testing::Test, protected bus::ToyMembers {
 TEST_F(NumberedRequestsTest, ReturnTheTimeSinceTheFirstTry) {
   Send(1, kStart);
   EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt) << "nothing was asked since";
-  Send(1, kStart + 1s);  // a retry
+  Send(1, kStart + 1s);
   Send(2, kStart + 2s);
   EXPECT_EQ(Lateness(1, kStart + 3s), 3s);
   sent_.OnAnswered(Bytes{0, 1, 9});
@@ -250,8 +240,6 @@ TEST_F(NumberedRequestsTest, WithoutANumberAreNotFound) {
   Send(2, kStart + 1s);
   EXPECT_EQ(Lateness(1, kStart + 2s), std::nullopt);
 }
-
-// ---------------- `ReplyLag`: replies that come late by requests, not by time.
 
 struct Late {
   Duration after;

@@ -1,4 +1,4 @@
-// Tests of what the observer reports about an exchange after its end.
+// Tests what the observer reports about an exchange after its end.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/diagnosis/observer.h"
 

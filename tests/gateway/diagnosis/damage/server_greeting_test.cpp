@@ -52,8 +52,6 @@ TEST_F(ServerGreetingTest, AGreetingAtTheFirstRequestIsReturnedWithItsReply) {
   EXPECT_TRUE(greeting_.OnAnswered(reply_).empty());
 }
 
-// ---------------- `LacksSome`: a damaged reply, compared with the good reply to the retry.
-
 TEST(ChangedBytes, OneOrTwoBytesLostInsideAReplyAreDetected) {
   const struct {
     std::string heard;
@@ -62,15 +60,15 @@ TEST(ChangedBytes, OneOrTwoBytesLostInsideAReplyAreDetected) {
   } rows[] = {
       {">+0.34\r", ">+02.34\r", true},
       {">+0.4\r", ">+02.34\r", true},
-      {">+0.4\r\n", ">+02.34\r", true},                          // line ends do not count
-      {">+02.34\r", ">+02.34\r", false},                         // nothing is lost
-      {">+.4\r", ">+02.34\r", false},                            // three are too many
-      {">+0.35\r", ">+02.34\r", true},                           // the value has changed meanwhile
-      {">+9.51\r", ">+02.34\r", false},                          // another text
-      {":0103043666F0\r\n", ":010304436643660866F0\r\n", true},  // several lost in a row
-      {":0103043666F0", ":010304436643660866F0\r\n", false},     // the reply may break off
-      {"<+0.34\r", ">+02.34\r", false},                          // another first byte
-      {">+4\r", ">+04\r", false},                                // too short for a proof
+      {">+0.4\r\n", ">+02.34\r", true},
+      {">+02.34\r", ">+02.34\r", false},
+      {">+.4\r", ">+02.34\r", false},  // three lost bytes are too many
+      {">+0.35\r", ">+02.34\r", true},
+      {">+9.51\r", ">+02.34\r", false},
+      {":0103043666F0\r\n", ":010304436643660866F0\r\n", true},  // several bytes are lost in a row
+      {":0103043666F0", ":010304436643660866F0\r\n", false},
+      {"<+0.34\r", ">+02.34\r", false},
+      {">+4\r", ">+04\r", false},  // too short for a proof
       {"", ">+02.34\r", false},
   };
   for (const auto& row : rows) {
@@ -121,11 +119,8 @@ TEST_F(HeardExchangeTest, KeepsNoMoreThanALongReply) {
   EXPECT_LE(exchange_.arrivals().size(), 256U);
 }
 
-// ---------------- Characters as a receiver with another bit rate reads them.
-
-/// Returns `text` as a receiver with a bit rate `per_bit` times as high reads it: ten bits a
-/// character, no pauses. A character without its stop bit becomes FF, and that bit is taken for the
-/// next start bit, as UARTs do.
+/// Returns `text` as received at `per_bit` times its bit rate: ten bits for each character, no
+/// pauses. Without a stop bit, a UART delivers FF and takes that bit for the next start bit.
 Bytes Received(std::string_view text, double per_bit) {
   std::vector<bool> wire;
   for (const char character : text) {
@@ -186,11 +181,10 @@ TEST(OtherBitRate, NoiseAndConstantBytesAreNotDetected) {
   EXPECT_EQ(taken, 0);
 }
 
-// ---------------- What the replies of a device usually look like.
-
 class ReplyHabitsTest : public ::testing::Test, protected bus::ToyMembers {
  protected:
-  /// `own` is the reply that is taken; empty: none.
+  /// Runs an exchange with the replies `came`. `own` is the accepted reply; empty: no
+  /// reply is accepted.
   void Exchange(std::string_view asked, const std::vector<Bytes>& came, const Bytes& own = {}) {
     exchange_.Begin(a, bus::AskFor(asked), a.times, kStart);
     habits_.OnBegin(a);
@@ -232,7 +226,6 @@ TEST_F(ReplyHabitsTest, AReplyAcceptedForAnotherRequestIsACopy) {
   EXPECT_FALSE(habits_.IsCopy(exchange_)) << "it was not taken before";
 }
 
-/// A second time in a row is no damage: the device sends that form.
 TEST_F(ReplyHabitsTest, ATextThatRepeatedlyLacksACharacterIsOfAnotherForm) {
   const Finding lacks{.symptom = Symptom::bytes_lost, .cause = "a character"};
   Exchange("?A1\r", {ToBytes("!A1=*C1\r")});

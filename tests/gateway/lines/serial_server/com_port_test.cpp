@@ -15,7 +15,6 @@ using testing::ElementsAre;
 using testing::ElementsAreArray;
 using testing::IsEmpty;
 
-/// Returns the values of one answer: the bytes between "FF FA 2C" and "FF F0".
 std::string Inner(const Bytes& answer) {
   const std::string text = ToHex(answer);
   constexpr std::size_t kAround = 9 + 6;
@@ -31,7 +30,7 @@ struct Step {
 
 class ComPortTest : public testing::Test {
  protected:
-  ComPortTest() { com_.On(*ParseHex("0B FF")); }  // the first answer is the modem state
+  ComPortTest() { com_.On(*ParseHex("0B FF")); }
   std::string On(const char* command) { return Inner(com_.On(*ParseHex(command))); }
   void Try(const Step& step) {
     port_.calls.clear();
@@ -142,7 +141,7 @@ TEST(ComPort, ReportsOnlyChangesThatTheMasksAllow) {
   test::FakePort port;
   port.modem = ModemLines{.cts = true};
   ComPort com(port, {}, "");
-  EXPECT_THAT(com.Poll(), IsEmpty());  // the client has set no mask yet
+  EXPECT_THAT(com.Poll(), IsEmpty());
   com.On(*ParseHex("0A 1F"));
   EXPECT_THAT(com.Poll(), IsEmpty());
   port.modem = ModemLines{.dsr = true};
@@ -159,10 +158,7 @@ TEST(ComPort, ReportsOnlyChangesThatTheMasksAllow) {
   EXPECT_THAT(com.Poll(), IsEmpty());
 }
 
-// ---------------- `TelnetDecoder` and `TelnetOptions`: the bytes of a client, however they are
-// cut.
-
-/// Returns items such as "data 61 62", "FD 2C", "sub 2C 01 41". Adjacent data are one item.
+/// Returns items such as "data 61 62", "FD 2C", "sub 2C 01 41". Adjacent data bytes are one item.
 std::vector<std::string> Items(TelnetDecoder& decoder, const std::vector<Bytes>& pieces) {
   std::vector<std::string> items;
   bool data_last = false;
@@ -254,7 +250,7 @@ TEST(TelnetOptions, OffersTheOptionsThatASerialPortNeeds) {
 
 struct Dialogue {
   const char* what;
-  std::vector<std::pair<const char*, const char*>> steps;  ///< verb and option, and the answer
+  std::vector<std::pair<const char*, const char*>> steps;  ///< verb and option, answer
 };
 
 const Dialogue kDialogues[] = {

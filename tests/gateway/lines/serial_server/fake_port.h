@@ -52,11 +52,11 @@ class FakePort final : public transports::Transport {
   std::string Describe() const override { return "fake"; }
 
   bool open = true;
-  bool takes = true;  ///< false: sent bytes stay in `unsent`
+  bool takes = true;
   std::size_t unsent = 0;
   bool paused = false;
   bool no_switches = false;
-  std::string refused;  ///< Apply fails if the settings contain this text
+  std::string refused;
   Status reset;
   Bytes sent;
   std::vector<std::string> calls;

@@ -1,4 +1,4 @@
-// Tests of clients over real sockets: which client gets the port, is refused or waits.
+// Tests of clients over real sockets: which client gets the port, waits, or is refused.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/lines/serial_server/server.h"
 
@@ -31,7 +31,6 @@ std::size_t OpenDescriptors() {
   return static_cast<std::size_t>(std::distance(begin(all), end(all)));
 }
 
-/// Grants the port at once, or takes it back if the line is down.
 struct FakeLine final : PortOwner {
   void Want(PortUser& user, const Visit& visit, Now now) override {
     wanted.push_back(visit.client);
@@ -125,7 +124,7 @@ TEST_F(ServerTest, AClientMayWaitForItsTurn) {
   RunReady(io_);
   EXPECT_FALSE(second->ended());
   EXPECT_THAT(line_.port.sent, IsEmpty());
-  third->stream().close();  // the third client leaves the queue
+  third->stream().close();
   first->stream().close();
   EXPECT_TRUE(Until([&] { return line_.port.sent.size() == 1; })) << "what it has sent meanwhile";
   EXPECT_EQ(line_.wanted.size(), 2U);
@@ -258,9 +257,6 @@ TEST_F(ServerTest, ClientsThatComeAndGoLeaveNoDescriptorOpen) {
     RunReady(io_);
   }
 }
-
-// ---------------- One client of a port: when it asks for the port, and which side waits for the
-// other.
 
 using Mode = config::PortServer::Mode;
 
@@ -429,7 +425,6 @@ TEST_F(Rfc2217, DoublesTheCommandByteInBothDirections) {
   EXPECT_EQ(ToHex(port_.sent), "61 FF 62");
 }
 
-/// A UART loses characters during a break, so bytes leave before or after it.
 TEST_F(Rfc2217, IacBrkMakesABreakBetweenTheDataAroundIt) {
   Begin();
   port_.takes = false;

@@ -75,7 +75,6 @@ TEST_F(ControlTest, ARemovedSocketFileIsCreatedAgain) {
   EXPECT_THAT(Ask(before, kStatus), HasSubstr("substation-7")) << "who is connected stays so";
 }
 
-/// The socket file cannot be made for a while, for example because its folder was renamed.
 TEST_F(ControlTest, ARestoredStaleSocketFileIsReplaced) {
   limits_.look = 1ms;
   StartServer();
@@ -124,7 +123,6 @@ TEST_F(ControlTest, WithoutAPathTheFirstUsableFolderIsChosen) {
   config_.socket.clear();
   StartServer();
   ASSERT_TRUE(listening_) << listening_.error();
-  // The first place, if the service is installed and the test may write there.
   EXPECT_THAT(server_->path(), AnyOf(places[0], places[1]));
   EXPECT_THAT(Ask(RawClient(server_->path()), kStatus), HasSubstr("substation-7"));
 }
@@ -192,8 +190,6 @@ TEST_F(ControlTest, AStoppingGatewayNotifiesItsTraces) {
   EXPECT_TRUE(client.IsClosed());
   EXPECT_FALSE(lines_.Push(0, Sent("feeder-1"))) << "the queue was not given back";
 }
-
-// ---------------- Clients that send garbage or nothing, that never read, or that are too many.
 
 TEST_F(ControlTest, GarbageGetsAnErrorAndTheClientMayTryAgain) {
   StartServer();
@@ -271,7 +267,6 @@ TEST_F(ControlTest, SixteenTracesAllowAStatusRequestButNoFurtherTrace) {
   ASSERT_TRUE(lines_.WaitForTraces(0, 15));
 }
 
-/// An answer about this device does not fit into the buffers of a socket.
 config::Config WithManyPoints() {
   config::Config config = status::TwoLines();
   config::Point point;
@@ -293,7 +288,6 @@ TEST_F(WideDeviceTest, AClientThatStopsReadingIsDroppedAndOthersAreServed) {
   RawClient slow = Connect();
   slow.Send("{\"command\":\"status\",\"target\":\"bay-1.feeder-1\"}\n");
   EXPECT_THAT(Ask(Connect(), R"({"command":"status","target":"io"})"), HasSubstr("substation-7"));
-  // The silent client came later and is dropped, so the slow one must have been dropped, too.
   RawClient silent = Connect();
   ASSERT_TRUE(silent.IsClosed());
   EXPECT_FALSE(slow.ReceiveLine()) << "the whole answer was kept for it";
@@ -315,7 +309,6 @@ TEST_F(ControlTest, AnUnreadTraceDropsRecordsAndNotesTheLoss) {
   record.kind = records::TraceRecord::Kind::received;
   record.device = "feeder-1";
   record.hex = std::string(600, '4');
-  // Much more than the buffers of the socket and the queue can hold.
   for (int i = 0; i < 50'000; ++i) lines_.Push(0, record);
   records::TraceRecord last;
   last.text = "the last";

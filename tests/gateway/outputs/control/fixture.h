@@ -1,4 +1,4 @@
-// `ControlTest`: the gateway of two_lines.h with a control server. `FakeLines` records its calls.
+// `ControlTest`: a gateway (two_lines.h) with a control server. `FakeLines` records its calls.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,22 +38,19 @@ class FakeLines final : public lines::LineControl, public bus::CommandSink {
   std::vector<records::TraceRecord> Recorded(std::uint32_t line) override;
   const protocols::Protocol* FindProtocol(const std::string&) const override { return protocol; }
 
-  /// Answers at once with `result`, unless the queue is full or `hold` takes the command.
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
   WriteResult result{.read_back = true};
   std::promise<bus::WriteCommand>* hold = nullptr;  ///< if set: takes the next command
   bool full = false;
-  const protocols::Protocol* protocol = nullptr;  ///< the protocol of every name
+  const protocols::Protocol* protocol = nullptr;
 
-  /// Passes a record to the traces of a line. Returns false if no client follows the line.
   bool Push(std::uint32_t line, const records::TraceRecord& record);
-  /// Waits without a limit until a line has `count` traces.
   bool WaitForTraces(std::uint32_t line, std::size_t count);
   std::vector<std::string> calls();
 
-  std::vector<records::TraceRecord> recorded;  ///< of each line; set before the server starts
+  std::vector<records::TraceRecord> recorded;
 
  private:
   std::size_t Traces(std::uint32_t line);
@@ -65,13 +62,11 @@ class FakeLines final : public lines::LineControl, public bus::CommandSink {
   std::map<std::uint32_t, std::vector<std::weak_ptr<records::TraceQueue>>> traces_;
 };
 
-/// Sends one request and returns the next line that comes.
 inline std::string Ask(const RawClient& client, const std::string& request) {
   client.Send(request + "\n");
   return client.ReceiveLine().value_or("(no answer)");
 }
 
-/// Sets XDG_RUNTIME_DIR until the end of the test.
 class RuntimeDirectory {
  public:
   explicit RuntimeDirectory(const std::filesystem::path& path);

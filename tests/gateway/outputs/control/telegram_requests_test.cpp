@@ -18,7 +18,7 @@ using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-/// A telegram that begins with '?' reads, its second byte is a password, and CR ends it.
+/// A telegram that begins with '?' is a read. Its second byte is a password, and CR ends it.
 const protocols::TelegramRule kRule = {
     "?!",
     [](View written, const protocols::ParsedOptions&) -> Result<Bytes> {
@@ -106,8 +106,6 @@ TEST_F(TelegramRequestsTest, AnInvalidTelegramIsRefused) {
   EXPECT_THAT(Ask("bay-1", "3F 31"), HasSubstr("telegrams by hand are not supported"));
 }
 
-// ---------------- Each request without a socket: its calls to the lines, and its answer.
-
 using ::testing::IsEmpty;
 
 class ServiceTest : public ::testing::Test {
@@ -153,8 +151,7 @@ TEST_F(ServiceTest, APortInUseIsNotReleasedToAnotherProgram) {
   };
   EXPECT_THAT(release(""), HasSubstr("true"));
   EXPECT_THAT(release(""), HasSubstr("true")) << "its time begins anew";
-  EXPECT_THAT(release(R"(,"tcp":"127.0.0.1:4001")"),
-              HasSubstr("is released to another program until"));
+  EXPECT_THAT(release(R"(,"tcp":"127.0.0.1:4001")"), HasSubstr("is lent to another program until"));
   Ask(R"({"command":"take_back","target":"io"})");
   const auto set = [this](const std::string& why) {
     store_.UpdateLine(1, [&](bus::LineStatus& status) {
@@ -179,12 +176,12 @@ TEST_F(ServiceTest, NonsenseTimesAreRefused) {
     return Ask(R"({"command":"release","target":"io","for_ms":)" + time + "}");
   };
   for (const char* time : {"0", "-5", "999", "86400001"}) {
-    EXPECT_THAT(release(time), HasSubstr("from 1s to 24h")) << time;
+    EXPECT_THAT(release(time), HasSubstr("for 1s to 24h")) << time;
   }
   for (const char* time : {"1e30", "1.5", "\"10min\"", "null", "18446744073709551615"}) {
     EXPECT_THAT(release(time), HasSubstr("'for_ms' of 'release' must be a whole number")) << time;
   }
-  EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("from 1s to 24h"));
+  EXPECT_THAT(Ask(R"({"command":"release","target":"io"})"), HasSubstr("for 1s to 24h"));
   EXPECT_THAT(lines_.calls(), IsEmpty());
   EXPECT_THAT(Ask(R"({"command":"release","target":"io","for_ms":86400000})"), HasSubstr("true"));
 }
@@ -273,8 +270,6 @@ TEST_F(ServiceTest, RecordedReturnsTheStoredRecordsOfALineOrDevice) {
   EXPECT_THAT(one["records"][0].get<std::string>(), HasSubstr("feeder-2 < 3C 31"));
   EXPECT_FALSE(wish_);
 }
-
-// ---------------- `read` and `write` over the control socket.
 
 config::Config WithWrites() {
   config::Config config = status::TwoLines();
@@ -405,7 +400,6 @@ TEST_F(PointRequestsTest, AFailedReadReturnsTheStoredValues) {
   EXPECT_THAT(Ask(R"({"command":"read","target":"io"})"), HasSubstr("name a point"));
 }
 
-/// A write waits for its line. Meanwhile the client leaves or closes its side.
 class WaitingWrite : public ControlTest {
  protected:
   WaitingWrite() : ControlTest(WithWrites()) {
@@ -437,7 +431,7 @@ TEST_F(WaitingWrite, IsAbandonedWhenItsClientLeaves) {
 /// The client closes only its sending side, as `socat` does at the end of its input.
 TEST_F(WaitingWrite, ContinuesWhenItsClientClosesOnlyItsSendingSide) {
   ASSERT_EQ(::shutdown(client_->socket(), SHUT_WR), 0);
-  Ask(Connect(), kStatus);  // after this answer, the server has noticed the closed side
+  Ask(Connect(), kStatus);
   EXPECT_FALSE(abandoned());
   command_.done({.read_back = true});
   EXPECT_THAT(client_->ReceiveLine().value_or(""), HasSubstr(R"("end":"ok")"));

@@ -19,7 +19,6 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
 
-/// An audit with two records per page.
 struct FakeAudit final : audit::AuditSource {
   audit::AuditState state() const override { return shown; }
   std::optional<bus::PastRequests> Past() const override { return past; }
@@ -41,7 +40,7 @@ struct FakeAudit final : audit::AuditSource {
     return page;
   }
   audit::AuditState shown;
-  std::atomic<bool> hangs = false;  ///< Read blocks, as on a disk that hangs
+  std::atomic<bool> hangs = false;
   mutable std::counting_semaphore<> reading{0};
   mutable std::counting_semaphore<> goes_on{0};
   std::string trouble;
@@ -51,7 +50,7 @@ struct FakeAudit final : audit::AuditSource {
 
 class WritesTest : public ControlTest {
  protected:
-  ~WritesTest() override { StopServer(); }  // before audit_ is destroyed
+  ~WritesTest() override { StopServer(); }
   WritesTest() {
     audit_.shown.disk = records::Disk::fine;
     for (int i = 1; i <= 5; ++i) {
@@ -98,7 +97,6 @@ TEST_F(WritesTest, AHangingDiskDelaysNoOtherRequest) {
   audit_.reading.acquire();
   EXPECT_THAT(Ask(Connect(), kStatus), HasSubstr("substation-7"));
   EXPECT_THAT(reader.ReceiveLine().value_or(""), HasSubstr("does not answer in time"));
-  // Also requests beyond the limit of waiting reads get this answer.
   for (std::size_t i = 0; i <= RecordReader::kMost; ++i) {
     EXPECT_THAT(Ask(Connect(), R"({"command":"writes"})"), HasSubstr("does not answer in time"));
   }
@@ -107,7 +105,6 @@ TEST_F(WritesTest, AHangingDiskDelaysNoOtherRequest) {
   audit_.goes_on.release();
 }
 
-/// A page that waits for the disk keeps its configuration alive until it ends.
 TEST_F(WritesTest, AReloadWaitsForNoDisk) {
   audit_.hangs = true;
   info_.audit = &audit_;
@@ -257,8 +254,6 @@ TEST_F(WritesTest, StrangeRequestsAreHarmless) {
   EXPECT_TRUE(page.contains("records"));
 }
 
-// ---------------- Alarms over the control socket.
-
 using events::AckQuery;
 
 struct FakeEvents final : events::EventSource {
@@ -351,7 +346,6 @@ TEST_F(AlarmsTest, AreAcknowledgedByDevicePointOrEvent) {
   EXPECT_EQ(Ack("bay-1.feeder-2")["acknowledged"], 0) << "it has none";
 }
 
-/// The name of a line, a unit behind a route, a server, or the gateway, as `alarms` shows it.
 TEST_F(AlarmsTest, AreAcknowledgedByTheirShownName) {
   EXPECT_EQ(Ack("bay-1")["acknowledged"], 0) << "the alarms of its devices are others";
   events_.Add(20, "", "");
@@ -365,7 +359,6 @@ TEST_F(AlarmsTest, AreAcknowledgedByTheirShownName) {
   }
 }
 
-/// Without an events file there are still the alarms of the gateway itself.
 TEST_F(AlarmsTest, AreServedWithoutAnEventsFile) {
   events_.in_memory = true;
   EXPECT_EQ(Ask("alarms", "")["records"].size(), 3U);

@@ -1,4 +1,4 @@
-// `AtWork`: a gateway with one point and a subscriber, which a test attacks.
+// `AtWork`: a gateway with one point and a subscriber, which tests attack.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

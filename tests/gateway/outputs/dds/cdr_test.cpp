@@ -1,4 +1,4 @@
-// Tests of the wire form of DDS samples, against bytes that another program computed.
+// Tests of the encoding of DDS samples, against bytes that another program computed.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -265,7 +265,7 @@ TEST(Cdr, RefusesDamagedRequestsAndReplies) {
     EXPECT_FALSE(Decode(Bytes(reply.begin(), reply.begin() + static_cast<long>(length)), read));
   }
   Bytes maybe = request;
-  maybe[90] = 2;  // the byte of `confirm`
+  maybe[90] = 2;
   RequestSample read;
   ASSERT_EQ(request[90], 1);
   EXPECT_FALSE(Decode(maybe, read)) << "neither true nor false";
@@ -378,10 +378,9 @@ TEST(Cdr, RefusesOtherEncapsulations) {
 }
 
 TEST(Cdr, RefusesToDecodeTextsBeyondTheirBound) {
-  // A key of 65 bytes, as a faulty publisher of another vendor could send it.
   Bytes bytes = *ParseHex("00 01 00 00 42 00 00 00");
   Append(bytes, std::string(65, 'k') + '\0');
-  bytes.resize(bytes.size() + 2);  // pads to a multiple of four
+  bytes.resize(bytes.size() + 2);
   const Bytes good = Encoded(APoint());
   Append(bytes, View(good).subspan(4 + 12));
   EXPECT_FALSE(DecodesAsPoint(bytes));
@@ -448,12 +447,8 @@ TEST(AssignBounded, EndsAtANul) {
   EXPECT_EQ(text, "SPCJ");
 }
 
-// ---------------- The list of fields, and the DDS-XML made from it, must agree with baudgate.idl.
-
-/// For each struct its fields, such as "@key string<64> gateway".
 using Types = std::map<std::string, std::vector<std::string>>;
 
-/// Tests run at the root of the source tree.
 std::string Read(const std::string& name) {
   std::ifstream file("gateway/outputs/dds/" + name);
   std::stringstream text;

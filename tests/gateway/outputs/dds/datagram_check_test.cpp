@@ -45,14 +45,14 @@ TEST(DatagramCheck, RemovesATrailingVendorSubmessage) {
   EXPECT_EQ(check.Check(bytes, kPeer, kStart).length, bytes.size() - 60);
   const Bytes& cyclone = Captured().at("cyclone_heartbeats");
   EXPECT_EQ(check.Check(cyclone, kPeer, kStart).length, cyclone.size());
-  // The statistics that once ended the process, alone in a datagram: only the header passes.
+  // Alone in a datagram, this vendor submessage once ended Fast DDS, so only the header must pass.
   Bytes statistics = Rtps("80 01 38 00");
   statistics.resize(statistics.size() + 57, 0xEE);
   statistics.resize(20 + 60);
   EXPECT_EQ(check.Check(statistics, kPeer, kStart).length, 20U);
 }
 
-// Each datagram has memory of its own, so AddressSanitizer finds a read beyond its end.
+// Each datagram is in a separate buffer, so AddressSanitizer finds a read beyond its end.
 TEST(DatagramCheck, RefusesTruncatedDatagramsOrPassesWholeSubmessages) {
   for (const auto& [name, bytes] : Captured()) {
     for (std::size_t size = 0; size < bytes.size(); ++size) {
@@ -89,7 +89,7 @@ TEST(DatagramCheck, DamagedBytesAreNeverReadBeyondTheEnd) {
 }
 
 TEST(DatagramCheck, HidesTypeDescriptions) {
-  // DATA of discovery: the parameters 69 00 and 72 00 are at the offsets 48 and 56 of the datagram.
+  // DATA of discovery. The parameters 69 00 and 72 00 are at the offsets 48 and 56.
   const Bytes bytes = Rtps(
       "15 05 2C 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 00 03 00 00 "
       "69 00 04 00 FF FF FF FF 72 00 04 00 EE EE EE EE 01 00 00 00");
@@ -118,7 +118,7 @@ TEST(DatagramCheck, HidesMulticastGroupsForSamples) {
   EXPECT_THAT(hidden(AnnouncementOf(1, 20, "48 00" + address + "33 00" + address)),
               ElementsAre("48 00"))
       << "announcements go on by multicast";
-  // The multicast group that a subscriber announces: parameter 30 00.
+  // Parameter 30 00 is the multicast group that a subscriber announces.
   EXPECT_THAT(hidden(Rtps("15 05 38 00 00 00 10 00 00 00 03 C7 00 00 03 C2 00 00 00 00 01 00 00 00 "
                           "00 03 00 00 30 00" +
                           address + "01 00 00 00")),
@@ -166,7 +166,7 @@ TEST(DatagramCheck, ReadersAndWritersOfAParticipantAreBounded) {
 struct Row {
   const char* what;
   Refusal reason;
-  const char* hex;  ///< the bytes behind the RTPS header
+  const char* hex;
 };
 
 constexpr char kDataStart[] = "00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 ";
@@ -227,7 +227,6 @@ TEST(DatagramCheck, NamesTheRefusalOfABrokenSubmessage) {
             Refusal::not_rtps);
 }
 
-/// Makes a DATA submessage of the SPDP writer: flags, and the bytes behind the sequence number.
 Bytes Data(std::uint8_t flags, const std::string& rest, std::uint16_t to_qos = 16) {
   Bytes body{0, 0, static_cast<std::uint8_t>(to_qos), static_cast<std::uint8_t>(to_qos >> 8)};
   Append(body, View(*ParseHex(kDataStart + rest)));
@@ -340,7 +339,6 @@ TEST(DatagramCheck, DemandsTheOrderOfSecuredSubmessages) {
         srtps_prefix + body + "34 01 14 00 " + mac + "FF FF FF FF "}) {
     EXPECT_EQ(reason(wrong, Secured::allowed), Refusal::secured) << wrong;
   }
-  // Fast DDS ends each datagram with statistics, protected or not.
   const std::string statistics = "80 01 04 00 00 00 00 00 ";
   EXPECT_EQ(reason(srtps_prefix + body + srtps_postfix + statistics), Refusal::none);
   EXPECT_EQ(reason(srtps_prefix + heartbeat + statistics + srtps_postfix), Refusal::none);
@@ -349,7 +347,7 @@ TEST(DatagramCheck, DemandsTheOrderOfSecuredSubmessages) {
   EXPECT_EQ(reason(heartbeat, Secured::allowed), Refusal::none);
 }
 
-/// Makes a handshake message that claims to contain `count` tokens (4 bytes in hex).
+/// Returns a handshake message that claims to contain `count` tokens (4 bytes in hex).
 Bytes HandshakeMessage(std::string_view count) {
   std::string hex = "00 00 10 00 00 02 01 C4 00 02 01 C3 00 00 00 00 01 00 00 00 00 01 00 00 ";
   for (int i = 0; i < 96; ++i) hex += "00 ";
@@ -413,7 +411,7 @@ TEST(DatagramCheck, LimitsTheNumberOfParticipants) {
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart).reason, Refusal::participants);
   EXPECT_EQ(check.Check(AnnouncementOf(2), kPeer, kStart).reason, Refusal::none) << "again";
   EXPECT_EQ(check.participants().size(), 3U);
-  // Participant 2 leaves as Fast DDS does it: with the hash of its key.
+  // Participant 2 leaves as Fast DDS does: with the hash of its key.
   Bytes leaves = Rtps("15 03 34 00 00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 02 00 00 00", 2);
   Append(leaves, View(*ParseHex("70 00 10 00")));
   Append(leaves, View(Rtps("", 2)).subspan(8));
@@ -423,7 +421,8 @@ TEST(DatagramCheck, LimitsTheNumberOfParticipants) {
   EXPECT_EQ(check.Check(AnnouncementOf(4), kPeer, kStart + 1s).reason, Refusal::none);
 }
 
-// A discovery server forwards the announcements of many machines.
+// A discovery server forwards the announcements of many machines, so the limit must count the
+// announced address.
 TEST(DatagramCheck, CountsAForwardedAnnouncementForItsOwnAddress) {
   const auto of_one = [](std::uint16_t number, std::uint8_t last) {
     Bytes bytes = AnnouncementOf(number);
@@ -438,14 +437,13 @@ TEST(DatagramCheck, CountsAForwardedAnnouncementForItsOwnAddress) {
   }
   EXPECT_EQ(check.Check(of_one(30, 1), kPeer, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(31, 1), kPeer, kStart).reason, Refusal::address);
-  // Other senders, also the same address with another port, count for themselves.
+  // Another sender has a limit of its own, even if only its port differs.
   const Sender another{kPeer.address, 5};
   EXPECT_EQ(check.Check(of_one(41, 41), another, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(42, 42), another, kStart).reason, Refusal::none);
   EXPECT_EQ(check.Check(of_one(43, 43), another, kStart).reason, Refusal::address);
 }
 
-// The library decides by the reader that a datagram names, not by its writer.
 TEST(DatagramCheck, CountsAnAnnouncementFromAnyWriter) {
   DatagramCheck check{CheckOptions{}};
   Bytes bytes = AnnouncementOf(1);
@@ -454,7 +452,6 @@ TEST(DatagramCheck, CountsAnAnnouncementFromAnyWriter) {
   EXPECT_EQ(check.participants().size(), 1U);
 }
 
-// A subscriber that receives our announcements asks for the second and later ones.
 TEST(DatagramCheck, TracksParticipantsThatConfirmedAnAnnouncement) {
   const std::string at =
       "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A "

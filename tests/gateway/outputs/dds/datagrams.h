@@ -1,4 +1,4 @@
-// RTPS datagrams for tests: captured ones (captured.txt), and functions that make others.
+// RTPS datagrams for tests: captured (captured.txt) or made.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,7 +22,7 @@ inline constexpr std::uint64_t kFar = std::uint64_t{1} << 40;
 /// Reader and writer of the announcements of publishers, in hex.
 inline constexpr char kPublications[] = "00 00 03 C7 00 00 03 C2";
 
-/// Captured on loopback between Fast DDS 2.9.1 and Cyclone DDS 0.10.2, by name.
+/// Datagrams by name, captured on loopback between Fast DDS 2.9.1 and Cyclone DDS 0.10.2.
 inline const std::map<std::string, Bytes>& Captured() {
   static const std::map<std::string, Bytes> captured = [] {
     std::map<std::string, Bytes> read;
@@ -33,8 +33,7 @@ inline const std::map<std::string, Bytes>& Captured() {
   return captured;
 }
 
-/// An RTPS 2.3 header with the vendor id of Fast DDS and a prefix that ends in `number`, then the
-/// bytes of `rest_hex`.
+/// Returns an RTPS 2.3 header of Fast DDS whose prefix ends in `number`, then `rest_hex`.
 inline Bytes Rtps(std::string_view rest_hex, std::uint16_t number = 0) {
   Bytes bytes = *ParseHex("52 54 50 53 02 03 01 0F 01 0F AA BB CC DD 00 00 01 00");
   bytes.push_back(static_cast<std::uint8_t>(number >> 8));
@@ -48,7 +47,6 @@ inline void Append32(Bytes& to, std::uint32_t number) {
     to.push_back(static_cast<std::uint8_t>(number >> shift));
 }
 
-/// Makes a submessage in little-endian order.
 inline Bytes Submessage(std::uint8_t id, std::uint8_t flags, const Bytes& body) {
   Bytes bytes{id, static_cast<std::uint8_t>(flags | 1)};
   bytes.push_back(static_cast<std::uint8_t>(body.size()));
@@ -57,8 +55,8 @@ inline Bytes Submessage(std::uint8_t id, std::uint8_t flags, const Bytes& body) 
   return bytes;
 }
 
-/// The announcement of an invented participant (RTPS 2.3, 8.5.3) with the discovery readers and
-/// writers of Fast DDS on 127.0.0.1. `further`: more parameters in hex, without the sentinel.
+/// Returns the announcement of an invented participant (RTPS 2.3, 8.5.3) with the discovery readers
+/// and writers of Fast DDS on 127.0.0.1. `further`: more parameters in hex, without the sentinel.
 inline Bytes AnnouncementOf(std::uint16_t number, std::uint32_t lease_seconds = 20,
                             std::string_view further = "") {
   Bytes body = *ParseHex("00 00 10 00 00 01 00 C7 00 01 00 C2 00 00 00 00 01 00 00 00 00 03 00 00");
@@ -103,8 +101,7 @@ inline Bytes Gap(std::uint16_t number, std::string_view reader_writer, std::uint
   return bytes;
 }
 
-/// Sends datagrams to the discovery port of each participant on this machine: the base of the
-/// domain + 10 + 2 x number. Fast DDS numbers the participants of a process.
+/// Sends datagrams to the discovery ports of this machine: base of the domain + 10 + 2 x number.
 class DatagramSender {
  public:
   explicit DatagramSender(int domain) : base_(7400 + 250 * domain) {}
@@ -115,7 +112,6 @@ class DatagramSender {
       to.sin_family = AF_INET;
       to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
       to.sin_port = htons(static_cast<std::uint16_t>(base_ + offset));
-      // No participant listens on some of the ports, so errors are ignored.
       [[maybe_unused]] const auto sent =
           ::sendto(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL,
                    reinterpret_cast<const sockaddr*>(&to), sizeof to);

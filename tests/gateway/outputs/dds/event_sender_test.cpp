@@ -54,7 +54,6 @@ class Supply final : public EventSupply {
   std::function<void()> on_new;
 };
 
-/// Returns the first and last number of the events that can be sent now, which must be consecutive.
 std::pair<std::uint64_t, std::uint64_t> SendAll(EventSender& sender) {
   std::pair<std::uint64_t, std::uint64_t> sent{0, 0};
   while (const EventSample* event = sender.Next()) {
@@ -276,7 +275,6 @@ TEST(AlarmsOfASender, AreSentWithTheirLatestState) {
   EXPECT_EQ(run.writer.alarms.back().name, "c");
 }
 
-/// Events beyond the newest 1000 of a device are lost if they are sent before a reader is there.
 TEST(EventsOfASender, WaitSomeSecondsForTheFirstReader) {
   for (const bool comes : {true, false}) {
     SampleLoad run;

@@ -56,7 +56,7 @@ inline void Set(bus::PointStore& store, std::uint32_t device, std::uint32_t poin
 
 class Published {
  public:
-  using Key = std::pair<std::string, std::string>;  ///< device, point
+  using Key = std::pair<std::string, std::string>;
 
   SubscriberCallbacks Callbacks() {
     return {.on_point =
@@ -85,19 +85,18 @@ class Published {
             .on_rejected = [this](std::uint64_t count) { Note([&] { rejected = count; }); }};
   }
 
-  /// Waits until `condition` holds. Returns false after 20 s.
   bool WaitFor(const std::function<bool()>& condition) {
     std::unique_lock lock(mutex_);
     return changed_.wait_for(lock, std::chrono::seconds(20), condition);
   }
 
-  // Read these inside WaitFor, or when all publishers have ended.
+  // Must be read inside WaitFor, or when all publishers have ended.
   std::map<Key, PointSample> points;
   std::map<Key, Gone> gone;
   std::map<std::string, DeviceSample> devices;
   std::map<std::string, Gone> devices_gone;
-  std::map<std::string, GatewaySample> starts;  ///< by gateway
-  std::set<WriterId> writers;                   ///< the writers of points
+  std::map<std::string, GatewaySample> starts;
+  std::set<WriterId> writers;
   std::set<PublisherId> publishers_left;
   int gateways = 0;
   std::size_t samples = 0;
@@ -120,7 +119,7 @@ inline SubscriberOptions TestSubscriber() {
   return {.participant = {.domain = TestDomain(), .interfaces = {"127.0.0.1"}}};
 }
 
-/// The gateway and the DDS process in one object: samples pass through the messages of the link.
+/// Gateway and DDS process in one object. Samples are encoded and decoded as on the link.
 class ThroughLink : public SampleWriter {
  public:
   explicit ThroughLink(std::unique_ptr<SampleWriter> writer)
@@ -167,7 +166,7 @@ class ThroughLink : public SampleWriter {
     return Sent::yes;
   }
 
-  std::unique_ptr<SampleWriter> held_;  // until the server opens it
+  std::unique_ptr<SampleWriter> held_;  // empty when the server has opened it
   std::atomic<SampleWriter*> writer_;
   LinkServer server_{[this](const LinkOpen&) { return Result(std::move(held_)); }};
 };

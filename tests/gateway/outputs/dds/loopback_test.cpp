@@ -237,13 +237,11 @@ TEST(Loopback, AnInterfaceAddressOfAnotherMachineIsRefused) {
   EXPECT_THAT(writer.error(), ::testing::HasSubstr("192.0.2.1"));
 }
 
-// ---------------- Key hashes, against values that another program computed.
-
 TEST(KeyHash, MatchesTheHashOfOtherVendors) {
   PointSample point;
   point.gateway = "sub-7", point.device = "feeder-1", point.point = "current_l1";
   EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
-  point.value = 7;  // not part of the key
+  point.value = 7;
   EXPECT_EQ(ToHex(HashKey(point)), "DE 56 C3 97 F6 81 9A 85 FD B6 E3 03 A4 F1 59 7F");
   DeviceSample device;
   device.gateway = "sub-7", device.device = "feeder-1";
@@ -259,9 +257,6 @@ TEST(KeyHash, MatchesTheHashOfOtherVendors) {
   EXPECT_EQ(HashKey(reply), HashKey(request));
 }
 
-// ---------------- A subscriber with thousands of samples, with unreadable ones, and the names of
-// writers.
-
 using testing::RawWriter;
 
 PointSample Named(std::string point, std::uint64_t seq) {
@@ -276,7 +271,6 @@ Bytes Encoded(const PointSample& sample) {
   return bytes;
 }
 
-// All points change while a callback is slow: the publisher does not wait.
 TEST(Subscriber, FiveThousandPointsAreReadInAFewTakes) {
   constexpr std::size_t kPoints = 5000;
   Published heard;
@@ -311,10 +305,9 @@ TEST(Subscriber, UndecodableSamplesAreCountedAndNotShown) {
   ASSERT_TRUE(subscriber.ok()) << subscriber.error();
   RawWriter writer(kPointTopic, "baudgate::v1::PointSample");
   Bytes strange = Encoded(Named("strange", 1));
-  strange[1] = 3;  // a parameter list
+  strange[1] = 3;
   Bytes cut = Encoded(Named("cut", 1));
   cut.pop_back();
-  // The longest name that fits, made longer by one.
   Bytes over_long = Encoded(Named(std::string(kMaxKey, 'x'), 1));
   const auto name = std::search_n(over_long.begin(), over_long.end(), kMaxKey, 'x');
   *(name - 4) += 1;
@@ -322,7 +315,6 @@ TEST(Subscriber, UndecodableSamplesAreCountedAndNotShown) {
   for (const Bytes& bytes : {strange, cut, over_long, Encoded(Named("good", 1))}) {
     ASSERT_TRUE(writer.Write(bytes));
   }
-  // A subscriber reads samples in order, so all bad samples were read before the good one.
   ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 1; }));
   ASSERT_TRUE(writer.Write(Encoded(Named("good too", 1))));
   ASSERT_TRUE(heard.WaitFor([&] { return heard.samples == 2; }));

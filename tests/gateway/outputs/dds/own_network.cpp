@@ -25,7 +25,6 @@ void Ip(const std::string& words) {
   EXPECT_EQ(std::system(("ip " + words).c_str()), 0) << "ip " << words;
 }
 
-/// Opens a socket on which the kernel reports changes of interfaces and addresses.
 int InterfaceNews() {
   const int news = ::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC | SOCK_NONBLOCK, NETLINK_ROUTE);
   sockaddr_nl wanted{};
@@ -35,9 +34,8 @@ int InterfaceNews() {
   return news;
 }
 
-/// The kernel notices a change of the other end a moment late.
 void AwaitInterface(const std::string& address, bool up) {
-  constexpr int kLimit = 10'000;  // in ms
+  constexpr int kLimit = 10'000;
   const auto is_up = [&address] {
     const OwnAddresses own = FindOwnAddresses();
     const auto at = own.find(address);
@@ -55,7 +53,7 @@ void AwaitInterface(const std::string& address, bool up) {
 
 int CurrentNetwork() { return ::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC); }
 
-/// Users other than root get a network only together with a user namespace, where they are root.
+/// Users other than root may create a network only inside a user namespace, where they are root.
 bool BecomeRoot() {
   const uid_t user = ::geteuid();
   if (user == 0) return true;
@@ -64,7 +62,6 @@ bool BecomeRoot() {
   return true;
 }
 
-/// Returns -1 if a new network for this thread is not permitted.
 int NewNetwork() {
   if (::unshare(CLONE_NEWNET) != 0) return -1;
   Ip("link set lo up");

@@ -7,24 +7,22 @@ namespace baudgate::dds::testing {
 
 class OwnNetwork {
  public:
-  /// The address here, and the address on the other machine.
   static constexpr char kHere[] = "10.77.0.5";
   static constexpr char kThere[] = "10.77.0.9";
 
-  /// Moves the calling thread, and all that it starts, into the network "here".
+  /// Moves the calling thread, and all threads that it starts, into the network of kHere.
   OwnNetwork();
-  ~OwnNetwork();  ///< moves the thread back
+  ~OwnNetwork();
   OwnNetwork(const OwnNetwork&) = delete;
   OwnNetwork& operator=(const OwnNetwork&) = delete;
 
-  /// False if this user may not make networks. Root may.
+  /// False if this user is not allowed to create networks. Root is.
   bool ok() const { return there_ >= 0; }
   void GoThere() const;
   void ComeBack() const;
 
   void AddCable() const;
   void RemoveCable() const;
-  /// Takes the other end of the cable down; PlugIn brings it up again.
   void Unplug() const;
   void PlugIn() const;
 

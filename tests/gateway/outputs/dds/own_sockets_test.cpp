@@ -1,4 +1,4 @@
-// Tests of the sentences about DDS sockets that the system refuses, and of refusals on this system.
+// Tests of the messages about DDS sockets that the system refuses, and of refusals on this system.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gmock/gmock.h>
@@ -51,7 +51,6 @@ TEST(SocketRemarks, ExplainEachSocketProblem) {
           AllOf(HasSubstr("104 KiB instead of 4096 KiB"), HasSubstr("net.core.wmem_max="))));
 }
 
-/// Stands for the socket of a participant or of another program.
 class UdpSocket {
  public:
   UdpSocket(const char* address, std::uint16_t port, bool shared)
@@ -131,15 +130,15 @@ TEST(InterfaceWatch, ReportsChangesThatTheLibraryCannotFollow) {
   };
   const Row rows[] = {
       {{"10.0.0.5"}, begin, ""},
-      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},  // gone, and no other address is left
+      {{"10.0.0.5"}, {{"127.0.0.1", 1}}, ""},
       {{"127.0.0.1", "10.0.0.5"},
        {{"127.0.0.1", 1}},
        "this machine no longer has the address 10.0.0.5"},
-      {{"127.0.0.1", "10.0.0.5"}, {{"127.0.0.1", 1}, {"10.0.0.5", {}}}, ""},  // down
+      {{"127.0.0.1", "10.0.0.5"}, {{"127.0.0.1", 1}, {"10.0.0.5", {}}}, ""},
       {{"127.0.0.7", "10.0.0.5"},
        {{"127.0.0.1", 1}},
        "this machine no longer has the address 10.0.0.5"},
-      {{"127.0.0.1", "10.2.0.5"}, begin, ""},  // the address was not there before
+      {{"127.0.0.1", "10.2.0.5"}, begin, ""},
       {{"10.1.0.5", "10.0.0.5"}, {{"127.0.0.1", 1}}, ""},
       {{}, {{"127.0.0.1", 1}}, ""},
       {{"10.0.0.5"}, {{"10.0.0.5", 7}}, "the interface of 10.0.0.5 was created again"},

@@ -19,8 +19,6 @@ GuidPrefix GuidPrefixOf(std::uint32_t number) {
   return prefix;
 }
 
-/// Announces participants, each from another address unless `address` is given. Returns how many
-/// were admitted.
 std::size_t AnnounceMany(ParticipantTable& table, std::uint32_t first, std::uint32_t count,
                          Instant now, std::optional<std::uint32_t> address = {}) {
   std::size_t in = 0;
@@ -82,7 +80,6 @@ TEST(ParticipantTable, TheRateOfNewParticipantsIsLimited) {
   EXPECT_EQ(in, 128U);
   EXPECT_EQ(table.size(), 0U);
   EXPECT_EQ(AnnounceMany(table, 2000, 100, kStart + 1s, 5), 8U) << "eight a second of one address";
-  // One address each: 256 places, 136 of them used, and 50 more each second.
   EXPECT_EQ(AnnounceMany(table, 3000, 1000, kStart + 1s), 256U - 136U + 50U);
 }
 
@@ -121,8 +118,6 @@ TEST(ParticipantTable, RemembersTheAddressThatAParticipantSpeaksFrom) {
   EXPECT_EQ(table.Reached(kStart), (std::vector{UdpAddress{7, 7410}}));
 }
 
-// ---------------- Readers and writers: too many of one participant, too many in all, too fast.
-
 Guid Endpoint(std::uint8_t participant, std::uint32_t number) {
   Guid guid{};
   guid[0] = participant;
@@ -139,7 +134,6 @@ class EndpointTableTest : public ::testing::Test {
     ASSERT_EQ(participants_.Announce(PrefixOf(Endpoint(number, 0)), number, 20s, kStart),
               Refusal::none);
   }
-  /// Announces endpoints, and returns how many were admitted.
   std::size_t Announce(std::uint8_t participant, std::uint32_t first, std::uint32_t count,
                        Instant now = kStart) {
     std::size_t in = 0;
@@ -193,8 +187,6 @@ TEST_F(EndpointTableTest, EndpointsOfALeftParticipantAreForgotten) {
   EXPECT_EQ(table_.size(), 1U);
 }
 
-// ---------------- The advice to the user about a participant that cannot be answered.
-
 TEST(Unanswered, TheAdviceDependsOnTheConfiguredInterfaces) {
   const std::string both_sides =
       "the participant is on this machine and must use an address of dds.interfaces beside "
@@ -235,8 +227,6 @@ TEST(Unanswered, TheAdviceDependsOnTheConfiguredInterfaces) {
               row.host + " was discovered but cannot be answered: " + row.cure);
   }
 }
-
-// ---------------- How far the sequence number of a writer may jump.
 
 Guid WriterGuid(std::uint32_t number, std::uint8_t kind) {
   Guid guid{};
@@ -287,8 +277,6 @@ TEST(SequenceWindow, ManyInventedWritersDoNotEvictAKnownWriter) {
   }
   EXPECT_FALSE(window.Advance(known, 6001, 0, kStart + 1ms)) << "it is still known to be at 5000";
 }
-
-// ---------------- When a subscriber takes its samples: few at once, many in batches.
 
 TEST(TakingThread, RestsLongerAfterLongerRounds) {
   struct Row {

@@ -26,7 +26,6 @@ namespace {
 using testing::MakeConfig;
 using testing::RememberingWriter;
 
-/// Lets the test wait until the value 2.5 has been sent.
 class TellingWriter : public RememberingWriter {
  public:
   Sent Write(const PointSample& sample) override {
@@ -59,7 +58,6 @@ TEST(Publisher, RefusesNamesThatAreTooLongForKeys) {
   EXPECT_THAT(publisher.error(), ::testing::HasSubstr("longer than 64"));
 }
 
-/// A writer whose sessions of listeners the test changes.
 class ChangingWriter : public RememberingWriter {
  public:
   Sent Write(const PointSample& sample) override {
@@ -115,15 +113,12 @@ TEST(Publisher, SendsEverythingToANewSessionAndNothingWithoutOne) {
   for (const auto& [session, value] : writer->got()) EXPECT_NE(session, 0U) << value;
 }
 
-// ---------------- `PublishPlan` and `Pacer`, under virtual time.
-
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 PointState Number(double value, Quality quality = Quality::good) {
   return PointState::Of(value, quality);
 }
 
-/// A plan of one point with a deadband. `value` has been sent.
 PublishPlan SentSample(double value, double deadband = 0) {
   PublishPlan plan({}, {deadband}, 0, kStart);
   plan.PointSent(0, Number(value), kStart);
@@ -155,7 +150,7 @@ TEST(PublishPlan, KeepsSmallChangesBack) {
 TEST(PublishPlan, MeasuresTheDeadbandFromTheLastSentValue) {
   PublishPlan plan = SentSample(10, 0.5);
   EXPECT_FALSE(plan.WantsPoint(0, Number(10.3)));
-  EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));  // reached in two small steps
+  EXPECT_TRUE(plan.WantsPoint(0, Number(10.6)));
 }
 
 TEST(PublishPlan, SendsAChangeOfQualityWhateverTheDeadband) {
@@ -220,7 +215,6 @@ TEST(PublishPlan, SendsAnUnchangedPointWithinTheHeartbeat) {
     }
   }
   for (const auto& [slot, at] : last) EXPECT_GE(at, kStart + 49s) << slot;
-  // All points were sent at the same moment, but their heartbeats must be spread.
   EXPECT_LE(most_at_once, 12U);
 }
 
@@ -243,7 +237,7 @@ TEST(PublishPlan, TriesAgainAfterAFailedWrite) {
   EXPECT_TRUE(due.empty());
   plan.TakeDuePoints(kStart + 3s, 10, due);
   EXPECT_EQ(due, std::vector<std::uint32_t>{0});
-  EXPECT_TRUE(plan.WantsPoint(0, Number(1)));  // even if the value is the old one again
+  EXPECT_TRUE(plan.WantsPoint(0, Number(1)));
 }
 
 TEST(PublishPlan, ADeviceStatusIsSentOnceASecond) {
@@ -299,10 +293,8 @@ TEST(Pacer, KeepsItsRateWhenWokenAtTheRequestedTimes) {
     ++waits;
   }
   EXPECT_NEAR(sent, 2000 + 100, 60);
-  EXPECT_LE(waits, 45);  // half a burst each time
+  EXPECT_LE(waits, 45);
 }
-
-// ---------------- `PacedWriter`: how often a writer without room is asked again.
 
 TEST(PacedWriter, WaitsLongerAfterEachFullWriter) {
   testing::RememberingWriter writer;
@@ -326,8 +318,6 @@ TEST(PacedWriter, WaitsLongerAfterEachFullWriter) {
   EXPECT_EQ(paced.written(), 1U);
   EXPECT_EQ(paced.failed(), 0U) << "nothing was refused";
 }
-
-// ---------------- `DueQueue`, compared with a plain list that is searched each time.
 
 TEST(DueQueue, IsEmptyWithoutSlots) {
   DueQueue queue(0, kStart);

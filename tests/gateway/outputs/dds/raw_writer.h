@@ -13,7 +13,6 @@ class DomainParticipant;
 
 namespace baudgate::dds::testing {
 
-/// Has a participant of its own. Each sample is another instance.
 class RawWriter {
  public:
   RawWriter(const std::string& topic, const std::string& type);
@@ -21,8 +20,8 @@ class RawWriter {
   RawWriter(const RawWriter&) = delete;
   RawWriter& operator=(const RawWriter&) = delete;
 
-  bool Write(const Bytes& payload);  ///< with its encapsulation
-  std::string guid() const;          ///< in the form of Fast DDS
+  bool Write(const Bytes& payload);  ///< with the encapsulation header
+  std::string guid() const;          ///< in the text form of Fast DDS
 
  private:
   eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;

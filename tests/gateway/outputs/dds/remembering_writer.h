@@ -27,7 +27,6 @@ class RememberingWriter : public SampleWriter {
   Subscribers subscribers() const override { return there; }
   DatagramCounters datagrams() const override { return counted; }
 
-  /// Returns the latest sample of a point, or null.
   const PointSample* Latest(const std::string& point) const {
     const auto at = std::find_if(points.rbegin(), points.rend(),
                                  [&](const PointSample& s) { return s.point == point; });
@@ -44,8 +43,8 @@ class RememberingWriter : public SampleWriter {
   Subscribers there{.events = 1};
   TakeRequest on_request;
   DatagramCounters counted;
-  int asked = 0;            ///< the number of calls to Write
-  Sent answer = Sent::yes;  ///< for every sample; only with `yes` a sample is recorded
+  int asked = 0;
+  Sent answer = Sent::yes;  ///< answer to each Write; only with `yes` the sample is recorded
 
  private:
   template <typename T>

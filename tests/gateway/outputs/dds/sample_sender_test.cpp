@@ -27,7 +27,6 @@ struct Sending {
     const bus::Sample sample{point, std::move(value), quality};
     store.Update(device, std::span(&sample, 1), now, 5ms);
   }
-  /// Does what the thread of the publisher does in this time.
   void RunFor(Duration time) {
     const Instant end = now.instant + time;
     for (;;) {
@@ -263,7 +262,7 @@ TEST(SampleSender, SendsTheLatestValueWhenTheWriterHasRoomAgain) {
   ASSERT_NE(run.writer.Latest("p1"), nullptr);
   EXPECT_EQ(run.writer.Latest("p1")->value, 50.5);
   EXPECT_EQ(run.writer.Latest("p1")->seq, 50U);
-  EXPECT_LE(run.writer.points.size(), 4U);  // far fewer than fifty: values are not queued
+  EXPECT_LE(run.writer.points.size(), 4U);
   EXPECT_EQ(run.sender.counters().failed, 0U);
   EXPECT_THAT(run.lines, SizeIs(0));
 }
@@ -292,7 +291,6 @@ TEST(SampleSender, ANewSessionGetsEverythingAndSeqContinues) {
   EXPECT_EQ(run.writer.points.front().seq, 2U);
 }
 
-/// A reload removes one device, restarts one, and leaves one unchanged.
 TEST(SampleSender, SendsFinalSamplesOfRemovedDevicesAndContinues) {
   Sending run(MakeConfig(2, 1));
   run.Set(0, 0, 1.5);
@@ -321,8 +319,7 @@ TEST(SampleSender, SendsFinalSamplesOfRemovedDevicesAndContinues) {
   EXPECT_THAT(run.writer.points, SizeIs(4));
 }
 
-/// A late subscriber gets all samples that the writers hold. Removed names must not use their room,
-/// so the writers are replaced.
+/// Removed names would use room in the writers, so the writers are replaced.
 TEST(SampleSender, RemovedPointsReplaceTheWritersAfterTheirFinalSamples) {
   Sending run(MakeConfig(2, 1));
   run.RunFor(1s);
@@ -344,7 +341,6 @@ TEST(SampleSender, RemovedPointsReplaceTheWritersAfterTheirFinalSamples) {
   EXPECT_THAT(run.writer.reopened, SizeIs(1)) << "nothing is gone now";
 }
 
-/// The second reload comes before the replaced writers have a session.
 TEST(SampleSender, ASecondReloadStillSendsFinalSamples) {
   for (const bool reload_first : {true, false}) {
     Sending run(MakeConfig(2, 1));
@@ -398,7 +394,7 @@ TEST(SampleSender, AddedPointsReplaceTheWritersOnlyForRoom) {
   EXPECT_THAT(run.writer.points, SizeIs(611));
 }
 
-/// All points are removed: 1000 ends, more than the pace and the writer allow at once.
+/// All points are removed: 1000 final samples, more than the pace and the writer allow at once.
 struct Leaving : Sending {
   explicit Leaving(Sent answer = Sent::later) : Sending(MakeConfig(1, 1000)) {
     RunFor(1s);
@@ -449,7 +445,6 @@ TEST(SampleSender, ANewSessionGetsNoFinalSamples) {
   EXPECT_EQ(run.ends(), 0U);
 }
 
-/// The reload has added devices to the store, but the sender has not been informed yet.
 TEST(SampleSender, ANewSessionDuringAReloadSendsThePreviousDevices) {
   Sending run(MakeConfig(2, 3));
   run.RunFor(1ms);

@@ -64,7 +64,6 @@ class SecureTest : public ::testing::Test {
     Set(store_, 0, 0, value);
     return heard_.WaitFor([&] { return heard_.points[{"feeder-0", "p0"}].value == value; });
   }
-  /// Sends the datagram and waits until it is refused. Each round sends a sample and waits for it.
   bool Refuses(Refusal reason, const Bytes& datagram) {
     const std::uint64_t before = subscriber_->datagrams().Refused(reason);
     attacker_.Send(datagram);
@@ -96,7 +95,7 @@ TEST_F(SecureTest, OnlyTheRightCertificateGetsSamples) {
   }
   const auto publisher = Publish(config_, store_);
   ASSERT_NE(publisher, nullptr);
-  Subscribe();  // after the other subscribers
+  Subscribe();
   ASSERT_TRUE(SampleArrives());
   for (int i = 0; i < 20; ++i) EXPECT_TRUE(SampleArrives());
   EXPECT_TRUE(heard_.WaitFor([&] { return heard_.gateways == 1; }));
@@ -188,7 +187,7 @@ TEST_F(SecureTest, InvalidFilesCreateNoParticipant) {
 }
 
 TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
-  // Otherwise the participants without security would bypass the network.
+  // Otherwise participants without security would bypass the network.
   LibrarySettingsAttributes settings;
   settings.intraprocess_delivery = INTRAPROCESS_OFF;
   XMLProfileManager::library_settings(settings);
@@ -218,7 +217,7 @@ TEST_F(SecureTest, SamplesAreEncryptedOnTheWire) {
        {"plinthstation", "zephyrvalue", "PointSample", "baudgate/points", "baudgate/devices"}) {
     EXPECT_EQ(secured.find(text), std::string::npos) << text;
   }
-  // These texts stay visible, as docs/dds.md says.
+  // These texts are not encrypted, as docs/dds.md says.
   for (const char* text : {"CN=substation-7", "-----BEGIN CERTIFICATE-----", "<publish>"}) {
     EXPECT_NE(secured.find(text), std::string::npos) << text;
   }

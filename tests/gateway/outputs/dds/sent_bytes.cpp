@@ -38,7 +38,6 @@ std::string SentBytes::All() const {
 
 }  // namespace baudgate::dds::testing
 
-// Replaces sendmsg of the C library for all libraries of this process.
 extern "C" {
 
 ssize_t sendmsg(int socket, const struct msghdr* message, int flags) {

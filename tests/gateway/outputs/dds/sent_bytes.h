@@ -6,7 +6,7 @@
 
 namespace baudgate::dds::testing {
 
-/// Records until it is destroyed. Only one object may exist at a time.
+/// Records until it is destroyed. Only one object can exist at a time.
 class SentBytes {
  public:
   SentBytes();

@@ -24,7 +24,6 @@
 
 namespace baudgate::dds::testing {
 
-/// Waits until `condition` holds. Returns false after 20 s.
 inline bool Eventually(const std::function<bool()>& condition) {
   const Instant end = std::chrono::steady_clock::now() + 20s;
   while (!condition()) {

@@ -18,7 +18,6 @@ using testing::Request;
 using testing::TestSubscriber;
 using testing::WriteClient;
 
-/// A gateway that stores the requests that arrive.
 class Gateway {
  public:
   Gateway() {
@@ -94,7 +93,6 @@ TEST(WriteTopics, DamagedRequestsAreDropped) {
   ASSERT_TRUE(Eventually([&] { return client.matched(); }));
   Bytes good(kMaxBytes<RequestSample>);
   good.resize(Encode(Request(9), good));
-  // Writes the whole request until it arrives: then the stranger is connected, too.
   ASSERT_TRUE(Eventually([&] {
     stranger.Write(good);
     return !gateway.arrived().empty();
@@ -112,8 +110,7 @@ TEST(WriteTopics, DamagedRequestsAreDropped) {
   }
 }
 
-// The library holds back requests with more names than fit. They would be delivered when a writer
-// leaves, which must never happen.
+// When a writer leaves, the library delivers requests that it has held back.
 TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   Gateway gateway;
   WriteClient client;
@@ -131,7 +128,7 @@ TEST(WriteTopics, RequestsHeldBackByTheLibraryAreNeverExecuted) {
   }
   const std::size_t before = gateway.arrived().size();
   EXPECT_GE(before, 1000U);
-  many.reset();  // now there is room again
+  many.reset();
   const std::uint64_t dropped = gateway.writer().dropped_requests();
   client.Ask(Request(1, "substation-7", "kept back"));
   EXPECT_TRUE(Eventually([&] { return gateway.writer().dropped_requests() > dropped; }));

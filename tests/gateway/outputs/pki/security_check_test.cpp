@@ -34,7 +34,6 @@ class SecurityCheck : public ::testing::Test {
     ASSERT_TRUE(folder_.Make({"g"}, 1, kNow).ok());
     ASSERT_TRUE(other_.Make({"g"}, 0, kNow).ok());
   }
-  /// Returns findings such as "warning key: …" or "key: …", without the folder.
   std::vector<std::string> Found(WallTime now = kNow) const {
     std::vector<std::string> found;
     for (const Finding& one : CheckSecurity(files_, now).findings) {
@@ -112,7 +111,7 @@ TEST_F(SecurityCheck, ReportsAKeyWithAPassword) {
   EXPECT_EQ(CheckSecurity(files_, kNow).password, "plinth-42");
   WriteText(files_.password_file, "plinth-43\n");
   const auto found = Found();
-  EXPECT_THAT(found, ElementsAre(StartsWith("key: g/key.pem has a password")));
+  EXPECT_THAT(found, ElementsAre(StartsWith("key: g/key.pem is encrypted")));
   EXPECT_THAT(found.front(), Not(HasSubstr("plinth")));
 }
 
@@ -158,9 +157,6 @@ TEST_F(SecurityCheck, RecognisesAGovernanceWithUnprotectedMessages) {
   EXPECT_THAT(report.findings, IsEmpty());
   EXPECT_FALSE(report.messages_protected);
 }
-
-// ---------------- The files of `baudgate certs dds`: modes, permissions, and what is never
-// overwritten.
 
 mode_t ModeOf(const std::string& file) {
   struct ::stat about {};

@@ -20,10 +20,10 @@ struct Seen {
 };
 
 enum : unsigned {
-  kAnswered = 1,   ///< the device has answered before
-  kNeighbour = 2,  ///< a neighbour answers
-  kServer = 4,     ///< Modbus TCP
-  kHere = 8,       ///< the device answers at present
+  kAnswered = 1,
+  kNeighbour = 2,
+  kServer = 4,  ///< the line is Modbus TCP
+  kHere = 8,
 };
 
 struct Row {
@@ -37,7 +37,6 @@ struct Row {
 
 class HypothesesTest : public diagnosis::DiagnoseTest {
  protected:
-  /// Returns each cause with its name in docs/status.md and its sentence.
   std::vector<std::pair<std::string, std::string>> CausesOf(const Row& row) {
     config_.lines[0].port = row.Is(kServer) ? "tcp://10.0.0.7:502" : "/dev/ttyUSB0";
     config_.lines[0].serial = row.Is(kServer)

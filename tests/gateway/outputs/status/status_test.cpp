@@ -1,4 +1,4 @@
-// Tests of the whole status, as JSON and as text for people.
+// Tests of the whole status, as JSON and as text.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/client/status.h"
 
@@ -15,7 +15,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-/// feeder-1 answers, feeder-2 is gone, the port of io is closed.
 class StatusTest : public ::testing::Test {
  protected:
   StatusTest() {
@@ -72,9 +71,9 @@ bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0   
 bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 io.ai-1         never seen  none             -       -      -      -        0       0
 
-bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire, or whether its settings were changed
+bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
-bay-1.feeder-2: its return is noticed within 9.0 s
+bay-1.feeder-2: the gateway notices its return within 9.0 s
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
 )");
 }
@@ -92,10 +91,10 @@ bay-1.feeder-2  offline     no_reply    12 min  10.0 %  24 ms  28 ms        0
 bay-1.feeder-1  online      ok           0.3 s  99.8 %  25 ms  28 ms        0
 
 io: port closed for 3 min: /dev/ttyUSB1: No such file or directory
-bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power
-  and its wire, or whether its settings were changed
+bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power
+  and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
-bay-1.feeder-2: its return is noticed within 9.0 s
+bay-1.feeder-2: the gateway notices its return within 9.0 s
 )");
   EXPECT_EQ(Frame(60, 12), R"(substation-7: baudgate 1.2.3, up 3 h, lines: 2, devices: 3,
   online: 1
@@ -116,7 +115,7 @@ TEST(StatusFrame, PartsShareTheHeight) {
   EXPECT_THAT(tools::Shares(0, {3, 0}), ElementsAre(0, 0));
 }
 
-/// Returns `text` without the rest of the row behind `last`: a new counter appears there.
+/// Returns `text` without the rest of the row behind `last`, where new counters are added.
 std::string CutBehind(std::string_view last, std::string text) {
   const std::size_t at = text.find(last);
   if (at == std::string::npos) return text;
@@ -142,9 +141,9 @@ device          state    last      answered      ok   mean    p99  retries  miss
 bay-1.feeder-1  online   ok           0.3 s  99.8 %  25 ms  28 ms        0       0
 bay-1.feeder-2  offline  no_reply    12 min  10.0 %  24 ms  28 ms        0       0
 
-bay-1.feeder-2: offline for 12 min: not a byte comes any more: check its power and its wire, or whether its settings were changed
+bay-1.feeder-2: offline for 12 min: not a byte comes any more. Check its power and its wire, and whether its settings were changed
 bay-1.feeder-2: feeder-1 answers on the same line
-bay-1.feeder-2: its return is noticed within 9.0 s
+bay-1.feeder-2: the gateway notices its return within 9.0 s
 )");
 }
 

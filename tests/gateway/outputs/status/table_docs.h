@@ -13,7 +13,6 @@
 
 namespace baudgate::status {
 
-/// Removes the keys that `expected` does not contain, so new counters do not break tests.
 inline nlohmann::ordered_json Known(const nlohmann::ordered_json& json,
                                     const nlohmann::ordered_json& expected) {
   nlohmann::ordered_json known;
@@ -23,8 +22,8 @@ inline nlohmann::ordered_json Known(const nlohmann::ordered_json& json,
   return known;
 }
 
-/// Returns keys that occur twice, or that are missing in the part of docs/status-reference.md that
-/// begins with `| of a device |`. A new counter needs a row there.
+/// Returns keys that occur twice, or that are missing in the table `| of |` of
+/// docs/status-reference.md.
 template <config::HasFields T>
 std::vector<std::string> TroublesOfKeys(const std::string& of) {
   std::ifstream file("docs/status-reference.md");

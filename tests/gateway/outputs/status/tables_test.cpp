@@ -8,7 +8,6 @@
 
 namespace baudgate::status {
 
-/// A struct with a table of its own.
 struct Toy {
   std::uint64_t resets = 7;
   std::uint32_t hidden = 1;
@@ -55,7 +54,7 @@ TEST(Tables, EachKeyIsUniqueAndDocumented) {
   EXPECT_THAT(TroublesOfKeys<bus::MinuteCounts>("of a device"), IsEmpty());
 }
 
-/// The JSON of a device without any exchange. The order of the keys is public, too.
+/// The order of the keys is public, too.
 TEST(Tables, TheJsonOfADeviceIsUnchanged) {
   Json json;
   AddFields(bus::DeviceStatus(), kNow, json);

@@ -9,14 +9,12 @@
 
 namespace baudgate::status {
 
-/// The lines bay-1 (feeder-1, feeder-2) and io (ai-1).
 config::Config TwoLines();
 
 inline constexpr Instant kStarted{1h};
 /// Three hours after kStarted.
-inline constexpr Now kNow{kStarted + 3h, WallTime{1'790'000'000s}};  // 2026-09-21T14:13:20Z
+inline constexpr Now kNow{kStarted + 3h, WallTime{1'790'000'000s}};
 
-/// Put numbers into the store, as a line would.
 void SetOpen(bus::PointStore& store, std::uint32_t line, const std::string& text);
 void AddExchanges(bus::PointStore& store, std::uint32_t device, Outcome outcome,
                   std::uint32_t count, Now at, Duration round_trip = 20ms);

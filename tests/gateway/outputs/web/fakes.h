@@ -54,10 +54,10 @@ class FakeEvents final : public events::EventSource {
     return events::PastPage{};
   }
 
-  std::string by;  ///< who acknowledged last
+  std::string by;
 };
 
-/// Read each second: 10, 11, 12 … within a minute, and bad in the second half of each minute.
+/// A point read each second: 10, 11, 12 … within a minute, and bad in its second half.
 class FakeHistory final : public history::HistorySource {
  public:
   history::HistoryState state() const override { return {}; }

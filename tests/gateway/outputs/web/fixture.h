@@ -1,4 +1,4 @@
-// `WebTest`: the gateway of two_lines.h behind a web server on a free port.
+// `WebTest`: a gateway with the configuration of two_lines.h behind a web server on a free port.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -11,7 +11,7 @@
 namespace baudgate::web {
 
 struct Reply {
-  int status = 0;                                ///< 0: the other side closed too early
+  int status = 0;  ///< 0: the connection was closed before the whole answer
   std::map<std::string, std::string> headers{};  ///< names in lower case
   std::string body{};
 };
@@ -21,15 +21,13 @@ class HttpClient {
   explicit HttpClient(std::uint16_t port, int receive_buffer = 0)
       : port_(port), raw_(port, receive_buffer) {}
 
-  /// Sends a GET with the headers `more`, each with its line end.
   Reply Get(const std::string& path, const std::string& more = "");
   Reply Post(const std::string& path, const std::string& body, const std::string& more = "");
-  /// Sends these bytes and returns the answer.
   Reply Send(const std::string& bytes);
   Reply Receive();
-  /// Returns the next event of a stream, such as "event: beat\ndata: {}". Call Open first.
+  /// Returns the next event of a stream. Open must be called first.
   std::optional<std::string> NextEvent();
-  /// Sends a GET, and reads only the head of the answer.
+  /// Sends a GET and reads only the head of the answer.
   Reply Open(const std::string& path, const std::string& more = "");
   std::string Host() const { return "Host: 127.0.0.1:" + std::to_string(port_) + "\r\n"; }
   RawClient& raw() { return raw_; }
@@ -37,7 +35,6 @@ class HttpClient {
  private:
   Reply Head();
   std::string Exactly(std::size_t count);
-  /// Returns the next piece of a chunked body; nothing at its end.
   std::optional<std::string> Chunk();
 
   const std::uint16_t port_;

@@ -1,4 +1,4 @@
-// Tests of the streams of points without a server and under virtual time: what a viewer reads.
+// Tests of the streams of points without a server and under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,7 +18,6 @@ using ::testing::StartsWith;
 
 Now After(Duration time) { return {kNow.instant + time, kNow.wall + time}; }
 
-/// Reads all that is there, and appends "(end)" if the stream has ended.
 std::string ReadAll(Stream& stream) {
   std::string all;
   std::array<char, 100> part{};

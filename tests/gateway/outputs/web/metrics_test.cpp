@@ -183,7 +183,6 @@ TEST_F(MetricsTest, AreAllDocumented) {
 
 }  // namespace
 
-/// A struct with a table of its own. Its rows are enough to make its metrics.
 struct Toy {
   std::uint32_t resets = 7;
   Duration busy = 1500ms;
@@ -219,7 +218,7 @@ TEST(Families, AreDerivedFromTheRowsOfATable) {
             2 + outputs::SeriesIn<bus::LineStatus>() - 1 - bus::kLineUses);
 }
 
-/// Fails if a row names a metric but its type has no values: the metric would silently be missing.
+/// Fails if a row names a metric but its type has no values: the metric would be missing.
 template <typename T>
 void ExpectValues() {
   VisitFields(static_cast<const T*>(nullptr), [](auto row) {
@@ -235,12 +234,10 @@ TEST(Families, EveryRowWithAMetricHasValues) {
   ExpectValues<modbus::RouteStatus>();
 }
 
-// ---------------- Every example of docs/api.md is requested, and the answer must have its form.
-
 using status::Json;
 
 struct Example {
-  std::string request;  ///< "GET /api/v1/status", "POST /login {…}"
+  std::string request;  ///< Example: "GET /api/v1/status", "POST /login {…}"
   std::string answer;
 };
 
@@ -256,7 +253,6 @@ std::vector<Example> Examples() {
   return examples;
 }
 
-/// Returns where the two differ in form; empty: nowhere. "…" in the example stands for more.
 std::string Different(const Json& example, const Json& answer, const std::string& at = "") {
   if (example.is_null() || answer.is_null()) return {};
   if (example.is_number() && answer.is_number()) return {};
@@ -308,7 +304,7 @@ TEST_F(WebTest, DocumentedExamplesAreAnsweredAsPrinted) {
     EXPECT_EQ(answer.contains("detail") ? answer["status"] : Json(200), Json(reply.status));
   }
   EXPECT_EQ(events.by, "web:127.0.0.1");
-  Stop();  // the streams end, too
+  Stop();
 }
 
 TEST_F(WebTest, TheHistoryIsDownloadedPageByPage) {

@@ -213,7 +213,6 @@ TEST_F(WebTest, ATraceIsStreamed) {
   EXPECT_TRUE(lines_.WaitForTraces(0, 0)) << "who has left is noticed by the next beat";
 }
 
-/// Read blocks, as on a disk that does not answer.
 struct HangingHistory final : history::HistorySource {
   history::HistoryState state() const override { return {}; }
   Result<history::Page> Read(const history::PageQuery&) const override {
@@ -264,15 +263,13 @@ TEST_F(WebTest, AReloadAppliesTokenHostsAndPort) {
   EXPECT_FALSE(HttpClient(before).raw().connected());
 }
 
-// ---------------- The files of the page as they are sent.
-
-/// A proxy may serve the page below its own path, so "/js/main.js" would lead out of it.
+/// A proxy can serve the page below a path of its own, where "/js/main.js" does not exist.
 TEST(Assets, NoFileOfThePageContainsAnAbsolutePath) {
   const std::regex from_root(R"re([`'"(]/[a-z][^`'")]*)re");
   int read = 0;
   for (const PackedFile& file : PackedFiles()) {
     const std::string path(file.path);
-    if (path == "/chart.js" || path.ends_with(".svg")) continue;  // a library and a picture
+    if (path == "/chart.js" || path.ends_with(".svg")) continue;
     Request request;
     request.path = path;
     const auto response = AssetResponse(request);
@@ -352,8 +349,6 @@ TEST(Connections, TheNumberOfAnswersAtOnceIsLimited) {
   EXPECT_TRUE(all.Begin(7, kStart)) << "this machine has no other limit";
 }
 
-// ---------------- Hostile clients: they cost little, and other clients are still served.
-
 using ::testing::AnyOf;
 
 TEST_F(WebTest, AThousandHalfOpenConnectionsBlockNoClient) {
@@ -383,7 +378,7 @@ TEST_F(WebTest, TooManyViewersAreRefused) {
   viewers.pop_back();
   int status = 503;
   for (int i = 0; i < 200 && status == 503; ++i) {
-    viewers.front().NextEvent();  // takes some tenths of a second
+    viewers.front().NextEvent();
     status = Get("/api/v1/status").status;
   }
   EXPECT_EQ(status, 200) << "who has left is noticed by the next beat";
@@ -396,7 +391,7 @@ TEST_F(WebTest, UnreadAnswersAreLimitedInMemory) {
   }
   bus::PointStore store(config_);
   limits_.answers = 10'000'000;
-  limits_.idle = 1min;  // no client is dropped for silence, however slow the machine is
+  limits_.idle = 1min;  // so that no client is dropped for silence on a slow machine
   auto opened = WebServer::Open(config_.web, nullptr);
   ASSERT_TRUE(opened);
   port_ = opened->socket.port();
@@ -406,7 +401,7 @@ TEST_F(WebTest, UnreadAnswersAreLimitedInMemory) {
   int busy = 0;
   for (int i = 0; i < 5; ++i) {
     silent.push_back(Client(4096));
-    const int status = silent.back().Open("/api/v1/points").status;  // 4 MB each
+    const int status = silent.back().Open("/api/v1/points").status;
     EXPECT_THAT(status, AnyOf(200, 503));
     busy += status == 503 ? 1 : 0;
   }
@@ -468,7 +463,7 @@ TEST_F(WebTest, AViewerThatReadsNothingIsDroppedWithoutEffectOnOthers) {
   good.Open("/api/v1/points/stream");
   std::vector<bus::Sample> samples(400);
   int events = 0;
-  for (int round = 0; round < 15; ++round) {  // two seconds
+  for (int round = 0; round < 15; ++round) {
     for (std::uint32_t i = 0; i < 400; ++i) samples[i] = {i, Value(round + 0.5), Quality::good};
     store.Update(0, samples, ReadClocks(), 20ms);
     events += good.NextEvent() ? 1 : 0;

@@ -19,7 +19,6 @@ namespace {
 using ::testing::HasSubstr;
 using Written = WriteLog::Written;
 
-/// A limit for events that must come, however late.
 Instant Ever() { return ReadClocks().instant + 60s; }
 
 class AuditLogTest : public FolderTest {
@@ -143,7 +142,6 @@ TEST_F(AuditLogTest, TheFileIsCheckedAlsoWithoutWrites) {
   log->End(*ticket, {WriteEnd::ok, {}, 3ms});
 }
 
-/// The table may not exist yet. A reader gets an empty page then.
 TEST_F(AuditLogTest, ReadReturnsAnEmptyPageWhileTheFileIsOpening) {
   FaultyDisk disk;
   disk.Hang(true);
@@ -200,7 +198,6 @@ TEST_F(AuditLogTest, AFullDiskIsReportedOnceAndTheRecordsAreWrittenLater) {
   EXPECT_EQ(heard().size(), 2U);
 }
 
-/// Like `rm events.db*` while a gateway runs.
 TEST_F(AuditLogTest, ARemovedFileIsNoticedAndCreatedAgain) {
   const auto log = Start(file());
   const auto first = log->Begin(WrittenPoint("a"));
@@ -243,9 +240,6 @@ TEST_F(AuditLogTest, RecordsLostAtTheEndAreReported) {
   EXPECT_THAT(heard().back(), HasSubstr("1 records of writes are lost"));
 }
 
-// ---------------- `AuditBook`: records that wait for the disk are merged, ordered and bounded.
-
-/// Numbers new records as the file does, and marks all as written.
 std::vector<Draft> Write(AuditBook& book, std::int64_t& seq) {
   std::vector<Draft> drafts = book.Due();
   for (Draft& draft : drafts) {
@@ -322,15 +316,15 @@ TEST(AuditBook, AllRecordsAreInsertedIntoANewFile) {
   EXPECT_EQ(book.Due()[0].record.seq, 1);
 }
 
-// ---------------- The power fails at a random moment, hundreds of times. No stored record is lost
-// or doubled, none reports a success that did not happen, and the file always opens.
+// ---------------- Random power cuts. No stored record is lost or doubled, no record reports a
+// success that did not happen, and the file always opens.
 
 const std::size_t kSeeds = LongRun(400);
 constexpr int kLives = 4;
 
 struct Told {
-  bool kept = false;            // the file has confirmed it
-  std::optional<WriteEnd> end;  // the end that was reported
+  bool kept = false;
+  std::optional<WriteEnd> end;
   bool end_kept = false;
 };
 
@@ -339,7 +333,6 @@ class Life {
   Life(FaultyDisk& disk, std::mt19937& random, std::map<std::string, Told>& told)
       : disk_(disk), random_(random), told_(told), file_(kEventsFile, disk.vfs()) {}
 
-  /// Runs until the power fails.
   void Run() {
     disk_.power_left = static_cast<int>(1 + random_() % 250);
     while (!disk_.power_failed()) {
@@ -347,7 +340,6 @@ class Life {
       if (what < 3) Begin();
       if (what >= 3 && what < 6) End();
       if (what >= 6) Step();
-      // A short fault of the disk.
       disk_.write_error = random_() % 50 == 0 ? SQLITE_FULL : 0;
       disk_.sync_error = random_() % 50 == 0 ? SQLITE_IOERR_FSYNC : 0;
     }
@@ -392,7 +384,7 @@ class Life {
   AuditBook book_;
   AuditFile file_;
   std::map<Ticket, std::string> open_;
-  std::set<std::string> here_;  // clients of this life
+  std::set<std::string> here_;
 };
 
 void Check(const std::vector<WriteRecord>& records, const std::map<std::string, Told>& told) {

@@ -62,7 +62,6 @@ class AuditedWritesTest : public ::testing::Test {
     command.done = [this](const WriteResult& result) { results_.push_back(result); };
     return command;
   }
-  /// Ends the command as its line would, from a state in which this end is allowed.
   static void End(bus::WriteCommand& command, const WriteResult& result) {
     for (const auto state :
          {bus::WriteState::queued, bus::WriteState::sent, bus::WriteState::reading_back}) {
@@ -118,7 +117,6 @@ TEST_F(AuditedWritesTest, WritesKeepTheirOrder) {
   for (std::uint32_t i = 0; i < 3; ++i) EXPECT_EQ(lines_.commands[i].writes()[0].point, i);
 }
 
-/// Modbus clients, the control socket and DDS use different threads.
 TEST_F(AuditedWritesTest, RecordsAndCommandsOfManyThreadsHaveTheSameOrder) {
   Make();
   std::vector<std::thread> clients;

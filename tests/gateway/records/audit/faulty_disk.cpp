@@ -78,8 +78,7 @@ int FileSize(sqlite3_file* file, sqlite3_int64* size) {
   return SQLITE_OK;
 }
 
-/// Only one thread uses connections at a time. Refuses an exclusive lock while another connection
-/// is open, so that only the last one cleans up.
+/// Refuses an exclusive lock while another connection is open, so that only the last one cleans up.
 int Lock(sqlite3_file* file, int level) {
   return level == SQLITE_LOCK_EXCLUSIVE && FileOf(file).handles > 1 ? SQLITE_BUSY : SQLITE_OK;
 }

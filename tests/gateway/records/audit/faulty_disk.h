@@ -15,7 +15,6 @@
 
 namespace baudgate::audit {
 
-/// The file of the events on such a disk.
 inline constexpr const char* kEventsFile = "/events.db";
 
 class FaultyDisk {
@@ -25,39 +24,35 @@ class FaultyDisk {
   FaultyDisk(const FaultyDisk&) = delete;
   FaultyDisk& operator=(const FaultyDisk&) = delete;
 
-  /// The name of this disk for SQLite.
   const std::string& vfs() const { return name_; }
 
-  /// The number of writes and syncs until the power fails; negative: it does not fail.
+  /// Number of writes and syncs until the power fails; negative: the power does not fail.
   std::atomic<int> power_left = -1;
   bool power_failed() const { return power_left == 0; }
-  /// Restores the power, with the files as the cut has left them. No connection may be open.
+  /// Restores the power. The files are as the power cut has left them. No connection must be open.
   void Restore(std::mt19937& random);
 
-  /// SQLite error codes with which writes, syncs or opens fail; 0: they work.
+  /// SQLite error codes that writes, syncs or opens return; 0: no error.
   std::atomic<int> write_error = 0;
   std::atomic<int> sync_error = 0;
   std::atomic<int> open_error = 0;
 
-  /// While the disk hangs, syncs wait.
   void Hang(bool hang);
-  /// Blocks until a sync waits.
   void WaitUntilItHangs();
 
-  // For the functions that SQLite calls.
   struct Change {
     std::size_t offset = 0;
     std::vector<char> bytes;
-    bool truncate = false;  // at `offset`
+    bool truncate = false;
   };
   struct File {
     std::vector<char> now;
     std::vector<char> synced;
     std::vector<Change> pending;
-    std::vector<std::unique_ptr<std::vector<char>>> shared;  // shared memory of all connections
+    std::vector<std::unique_ptr<std::vector<char>>> shared;
     int handles = 0;
   };
-  bool Spend();  ///< counts one operation; false: the power has failed
+  bool Spend();
   void WaitWhileHanging();
   std::map<std::string, std::shared_ptr<File>> files;
 

@@ -79,7 +79,6 @@ class FolderTest : public ::testing::Test {
   std::filesystem::path folder_;
 };
 
-/// One step of the writing thread: writes all due records to the file.
 inline Status Keep(AuditFile& file, AuditBook& book) {
   if (const auto opened = file.Open()) {
     if (opened->new_file) book.NewFile();

@@ -293,11 +293,8 @@ TEST(WriteTableFaults, AnUnopenableDiskIsRetried) {
   EXPECT_EQ(ReadAll("/events.db", disk.vfs()).size(), 1U);
 }
 
-// ---------------- Repeated writes become one record a minute.
-
 class RepeatsTest : public ::testing::Test {
  protected:
-  /// Returns the rows of the file after all due records were written.
   const std::vector<WriteRecord>& Rows() {
     std::vector<Draft> drafts = book_.Due();
     for (Draft& draft : drafts) {
@@ -349,7 +346,7 @@ TEST_F(RepeatsTest, TheFirstWriteIsStoredAtOnceAndASingleWriteIsNoRepeat) {
 
 TEST_F(RepeatsTest, ADifferentOutcomeRegisterOrClientHasItsOwnRow) {
   Add(RouteWrite("192.0.2.5:1", 5));
-  Add(RouteWrite("192.0.2.5:2", 5));  // the same client on a new connection
+  Add(RouteWrite("192.0.2.5:2", 5));
   WriteRecord refused = RouteWrite("192.0.2.5:1", 5);
   refused.end = WriteEnd::refused;
   Add(refused);
@@ -412,8 +409,6 @@ TEST_F(RepeatsTest, AddressesLoseTheirPort) {
   EXPECT_EQ(AddressOf("user:root"), "user:root");
   EXPECT_EQ(AddressOf("/dev/ttyS1"), "/dev/ttyS1");
 }
-
-// ---------------- The names of routed writes. Each leaves one record, however it ends.
 
 RoutedWrite Write(View pdu) { return {"10.0.0.7:1", "drive", 20, false, pdu, {kStart, kWall}}; }
 

@@ -47,7 +47,6 @@ class EventsFileTest : public ::testing::Test {
     EXPECT_TRUE(to.database().Execute("INSERT INTO event_cursors VALUES ('" + name + "', 1, 1)"))
         << to.database().error();
   }
-  /// Returns the names that another connection reads, in their order.
   std::string Names() const {
     Database reader(file().string(), Database::Mode::read);
     EXPECT_TRUE(reader.is_open()) << reader.error();
@@ -80,7 +79,6 @@ TEST_F(EventsFileTest, ADamagedFileIsPutAsideOnceByTwoConnections) {
   EventsConnection b(file(), {}, writer);
   ASSERT_TRUE(a.Open().ok);
   ASSERT_TRUE(b.Open().ok);
-  // Overwrites all bytes behind the header, so SQLite reports damage to both connections.
   ASSERT_TRUE(a.database().Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
   constexpr int kHeader = 100;
   std::fstream bytes(file(), std::ios::in | std::ios::out | std::ios::binary);
@@ -148,7 +146,6 @@ TEST_F(EventsFileTest, AnEmptyFileIsALoss) {
   EXPECT_EQ(second.Open().put_aside, "");
 }
 
-/// The disk is full while the file is made. The remains of this failure are no loss.
 TEST_F(EventsFileTest, AFailedCreationIsNotReportedAsALoss) {
   const auto ignore = std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
@@ -178,13 +175,14 @@ TEST_F(EventsFileTest, ARemovedFileIsDetected) {
   EXPECT_TRUE(opened.new_file);
 }
 
-/// The header counts a page that is only in the log, because it was changed after the reader began.
+/// A page changes after the reader began, so it is only in the log, but the file's header counts
+/// it.
 TEST_F(EventsFileTest, ACheckpointDelayedByAReaderIsNoDamage) {
   EventsConnection connection(file());
   ASSERT_TRUE(connection.Open().ok);
   Database& database = connection.database();
   const auto pages = [&] { return First(database, "PRAGMA page_count"); };
-  int number = 100'000;  // numbers of equal width, so new rows go to the last page
+  int number = 100'000;
   const auto add = [&] { Add(connection, std::to_string(++number) + std::string(300, 'x')); };
   ASSERT_TRUE(database.Execute("PRAGMA wal_checkpoint(TRUNCATE)"));
   const std::string before = pages();
@@ -208,7 +206,7 @@ TEST_F(EventsFileTest, AnUnreadableFolderLosesNothing) {
   const auto folder = file().parent_path();
   const std::string away = folder.string() + ".away";
   std::filesystem::rename(folder, away);
-  std::filesystem::create_symlink(folder, folder);  // leads to itself
+  std::filesystem::create_symlink(folder, folder);  // a link to itself, so it cannot be read
   EXPECT_TRUE(connection.Check());
   EXPECT_TRUE(connection.is_open());
   std::filesystem::remove(folder);
@@ -217,7 +215,7 @@ TEST_F(EventsFileTest, AnUnreadableFolderLosesNothing) {
   EXPECT_EQ(Names(), "still");
 }
 
-/// Like `rm events.db-wal`, or another file in its place, while two connections write.
+/// Example: `rm events.db-wal`, or another file in its place, while two connections write.
 TEST_F(EventsFileTest, TheContentOfARemovedLogIsSavedAndANewLogBegins) {
   for (const bool replaced : {false, true}) {
     OpenBoth();
@@ -243,8 +241,8 @@ TEST_F(EventsFileTest, TheContentOfARemovedLogIsSavedAndANewLogBegins) {
   }
 }
 
-/// Without this lock, which all connections of a process share, the next program that reads the
-/// file would delete the log at its end.
+/// All connections of a process share the lock. Without it, the next program that reads the file
+/// would delete the log at its end.
 TEST_F(EventsFileTest, ChecksAndReadersKeepTheLockOfTheFile) {
   OpenBoth();
   Add(*one_, "a");
@@ -268,9 +266,9 @@ TEST_F(EventsFileTest, ChecksAndReadersKeepTheLockOfTheFile) {
 struct InUse {
   const char* name;
   std::function<void(const std::filesystem::path& file, const std::filesystem::path& log)> harm;
-  std::string said;    ///< a part of the sentence
-  std::string kept;    ///< what remains of "old" (in the file) and "new" (in its log)
-  bool aside = false;  ///< the damaged file was put aside
+  std::string said;
+  std::string kept;  ///< what can still be read of "old" (in the file) and "new" (in its log)
+  bool aside = false;
 };
 
 void Invert(const std::filesystem::path& path, std::streamoff at) {
@@ -282,7 +280,7 @@ void Invert(const std::filesystem::path& path, std::streamoff at) {
   bytes.put(byte);
 }
 
-/// A writer has all pages in memory and would not notice, so a look is needed.
+/// A writer has all pages in memory, so only a check of the file finds the damage.
 TEST_F(EventsFileTest, DamageToAFileInUseIsDetectedByACheck) {
   using std::filesystem::path;
   using std::filesystem::resize_file;
@@ -359,7 +357,6 @@ TEST_F(EventsFileTest, AFileWithAPartOfALostLogIsDamaged) {
   EXPECT_NE(one_->Open().put_aside.find("a part of its write-ahead log"), std::string::npos);
 }
 
-/// Like `mv backup.db events.db` while a gateway runs.
 TEST_F(EventsFileTest, AReplacementOfTheFileIsLeftUnchanged) {
   const auto backup = file().string() + ".backup";
   {

@@ -102,9 +102,6 @@ TEST(StateFolder, ReportsWhyItCannotBeCreated) {
   EXPECT_FALSE(folder.Open());
 }
 
-// ---------------- `DeviceMemory`: entries are whole, for the same device only, and survive a disk
-// that fails.
-
 class DeviceMemoryTest : public ::testing::Test {
  protected:
   DeviceMemoryTest() {
@@ -123,7 +120,6 @@ class DeviceMemoryTest : public ::testing::Test {
     config_.lines.push_back(line);
   }
 
-  /// Makes a new memory. The previous one must have ended and written its file.
   std::unique_ptr<DeviceMemory> Start() {
     return std::make_unique<DeviceMemory>(
         file(), config_, [this](const std::string& warning) { warnings_.push_back(warning); },
@@ -180,7 +176,6 @@ TEST_F(DeviceMemoryTest, AnInvalidFileIsPutAsideAndNamed) {
   }
 }
 
-/// Reading the file fails, as on a card that dies.
 TEST_F(DeviceMemoryTest, AnUnreadableFileIsPutAside) {
   fs::create_directory(file());
   EXPECT_EQ(Start()->Of(0), "");
@@ -214,7 +209,7 @@ TEST_F(DeviceMemoryTest, FollowsTheDeviceWhenAReloadRenumbersIt) {
     const auto memory = Start();
     memory->Set(0, "serial 1");
     memory->Set(1, "serial 2");
-    config::Config slots = config_;  // line 0 is removed, and added again with one device less
+    config::Config slots = config_;
     slots.lines[0] = {};
     slots.lines[0].devices.resize(2);
     slots.lines.push_back(config_.lines[0]);
@@ -230,7 +225,7 @@ TEST_F(DeviceMemoryTest, FollowsTheDeviceWhenAReloadRenumbersIt) {
 }
 
 TEST_F(DeviceMemoryTest, AFailingDiskIsReportedUntilARetrySucceeds) {
-  fs::create_directories(file().string() + ".part");  // makes every write fail
+  fs::create_directories(file().string() + ".part");
   {
     const auto memory = Start();
     memory->Set(0, "serial 1");

@@ -56,7 +56,7 @@ struct Row {
   State before;
   Step step;
   State after;
-  bool is_new = false;  // counts as another occurrence
+  bool is_new = false;
 };
 
 TEST(Alarm, GoesThroughItsStates) {
@@ -105,7 +105,6 @@ TEST(Alarm, IsAcknowledgedOnce) {
   }
 }
 
-/// A user who acknowledges event 3 has not seen event 5, which raised the alarm again.
 TEST(Alarm, AnAcknowledgementOfAnEarlierEventIsIgnored) {
   EventRecord event = Event(Step::acknowledge);
   event.mark.seq = 2;
@@ -171,8 +170,8 @@ TEST(AlarmBoard, ForgetsEndedAlarmsFirst) {
   EXPECT_EQ(all[1].alarm.name, "2");
 }
 
-// ---------------- The power fails at a random moment, hundreds of times. The alarms in the file
-// must fit its events, and no stored event is lost.
+// ---------------- Random power cuts. The alarms in the file must fit its events, and no stored
+// event is lost.
 
 using audit::FaultyDisk;
 
@@ -180,7 +179,6 @@ const std::size_t kSeeds = LongRun(300);
 constexpr int kLives = 4;
 constexpr Step kSteps[] = {Step::raise, Step::clear, Step::pulse, Step::acknowledge};
 
-/// Makes a random event. Its text contains the step and the alarm for Follow, such as "2 of 4".
 EventRecord Event(std::mt19937& random) {
   EventRecord event;
   event.line = "bay";
@@ -198,13 +196,11 @@ class Life {
   Life(FaultyDisk& disk, std::mt19937& random)
       : disk_(disk), random_(random), file_(audit::kEventsFile, disk.vfs()) {}
 
-  /// Runs until the power fails. Returns the last number that was stored.
   std::int64_t Run() {
     disk_.power_left = static_cast<int>(1 + random_() % 250);
     while (!disk_.power_failed()) {
       for (auto count = random_() % 4; count > 0; --count) Add();
       Write();
-      // A short fault of the disk.
       disk_.write_error = random_() % 50 == 0 ? SQLITE_FULL : 0;
       disk_.sync_error = random_() % 50 == 0 ? SQLITE_IOERR_FSYNC : 0;
     }
@@ -233,7 +229,6 @@ class Life {
   EventFile file_;
 };
 
-/// State and number of each alarm, computed from the events.
 using States = std::map<std::string, std::pair<AlarmState, std::int64_t>>;
 States Follow(const std::vector<EventRecord>& events) {
   States states;

@@ -64,9 +64,9 @@ TEST(EventBook, ContinuesTheNumbersOfTheFile) {
 TEST(EventBook, RecognisesRepeatedEvents) {
   EventBook book;
   book.OnOpened(7, {{NameOf(0), "a"}, {NameOf(1), "x"}});
-  book.Add(BatchOf(0, "a", 2, true));  // stored before the restart
-  book.Add(BatchOf(1, "y", 1, true));  // not stored before the restart
-  book.Add(BatchOf(2, "a", 1, true));  // of another device
+  book.Add(BatchOf(0, "a", 2, true));
+  book.Add(BatchOf(1, "y", 1, true));
+  book.Add(BatchOf(2, "a", 1, true));
   EXPECT_THAT(Numbers(book.Prepare()), ElementsAre(8, 9));
   EXPECT_THAT(book.Kept(3), ElementsAre(NameOf(0), NameOf(1), NameOf(2)))
       << "all may be asked for more";
@@ -143,7 +143,7 @@ TEST(EventBook, FollowsTheStoredAlarms) {
   kept.name = "0:1";
   kept.state = AlarmState::active;
   kept.seq = 2;
-  Batch before = BatchOf(1, "a", 0, true);  // stored before the restart
+  Batch before = BatchOf(1, "a", 0, true);
   before.events = {AlarmEvent(Step::clear)};
   book.Add(before);
   book.TellAlways(AlarmEvent(Step::raise, true));
@@ -236,8 +236,6 @@ TEST(EventRecord, CutsLongTexts) {
   EXPECT_EQ(RecordsOf(batch, "l", Relay(), kHappened, {})[0].text.size(), kLongestText);
 }
 
-// ---------------- The rounds of the writing thread: what a failed round leaves for the next.
-
 class EventRoundsTest : public ::testing::Test {
  protected:
   EventRoundsTest() {
@@ -264,7 +262,7 @@ class EventRoundsTest : public ::testing::Test {
   EventQueue queue_{options_, pending_};
 };
 
-/// Once a batch is confirmed, its device may delete the events.
+/// A device is allowed to delete the events of a batch that has been confirmed.
 TEST_F(EventRoundsTest, ABatchIsConfirmedOnlyByASuccessfulRound) {
   Add("a");
   EventRounds::Round fails = rounds_.Take();
@@ -285,8 +283,6 @@ TEST_F(EventRoundsTest, AFailingDiskIsRetriedAfterASecond) {
   now_ += 1s;
   EXPECT_TRUE(rounds_.Begin());
 }
-
-// ---------------- `RoundTimer`: when events are written.
 
 constexpr Instant kNow = Instant() + 1h;
 

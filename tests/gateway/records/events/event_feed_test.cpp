@@ -1,4 +1,4 @@
-// Tests of `EventFeed`, the events as outputs see them, and of the table of events.
+// Tests of `EventFeed`, which shows events to outputs, and of the table of events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/event_feed.h"
 
@@ -15,7 +15,6 @@ namespace {
 constexpr std::optional<Source> kAll = std::nullopt;
 constexpr std::size_t kMost = 7;
 
-/// Makes one event for each source, with consecutive numbers.
 class Events {
  public:
   std::vector<Batch> Of(const std::vector<Source>& sources) {
@@ -95,8 +94,8 @@ TEST(EventFeed, ShowsTheNewestEventsOrThoseFromANumber) {
   }
 }
 
-/// Room for 3 events, and for the owners of 4 more: 1…5 are forgotten, of 6…9 only the owners are
-/// known, 10…12 are shown.
+/// The feed holds 3 events and the owners of 4 more: events 1…5 are forgotten, of 6…9 only the
+/// owners are known, and 10…12 are shown.
 TEST(EventFeed, CountsLostEventsPerDevice) {
   EventFeed feed({.events = 3, .remembered = 4});
   feed.Renumber(kFeeders);
@@ -172,7 +171,6 @@ TEST(EventFeed, BeginsWithTheFileOnce) {
   EXPECT_EQ(contents.image.events.size(), 250U);
   EXPECT_EQ(contents.image.gone.size(), 51U);
   EventFeed feed(limits);
-  // The second device was removed, the first was moved to another line.
   feed.Renumber({{"bay-2", "feeder-3"}, {"bay-2", "feeder-1"}});
   int woken = 0;
   feed.listeners().Listen([&] { ++woken; });
@@ -192,9 +190,6 @@ TEST(EventFeed, BeginsWithTheFileOnce) {
   EXPECT_EQ(feed.Take(0, 1000).size(), 250U);
   EXPECT_EQ(woken, 1);
 }
-
-// ---------------- The table of events is read by pages, and the oldest events are deleted for new
-// ones.
 
 constexpr WallTime kWall = WallTime(std::chrono::hours(498'000));
 

@@ -93,7 +93,6 @@ TEST_F(EventLogTest, RecordsHowTheGatewayStartedAndEnded) {
   EXPECT_EQ(texts[1], "1");
   EXPECT_EQ(texts[2], "the gateway ends");
   EXPECT_EQ(texts[3], "baudgate 2 has started; the run before ended in order");
-  // The copy of the files is what a killed gateway leaves.
   const std::string other = (file().parent_path() / "killed.db").string();
   std::filesystem::copy(file(), other);
   std::filesystem::copy(file().string() + "-wal", other + "-wal");
@@ -103,7 +102,6 @@ TEST_F(EventLogTest, RecordsHowTheGatewayStartedAndEnded) {
   EXPECT_THAT(Texts(*next).back(), HasSubstr("4 has started; the run before was broken off after"));
 }
 
-/// No event is written, so only the reader notices the damage.
 TEST_F(EventLogTest, AFileFoundDamagedByAReaderIsPutAsideAtTheNextLook) {
   const auto log = Start(file());
   log->queue().Add(BatchOf(0, "a"));
@@ -142,7 +140,6 @@ TEST_F(EventLogTest, RecordsADiskFailure) {
   EXPECT_EQ(log->state().waiting, 0U);
 }
 
-/// Both write without a pause. Neither may find the file busy.
 TEST_F(EventLogTest, SharesTheThreadOfTheFileWithTheAudit) {
   const auto writer = std::make_shared<records::EventsWriter>();
   const auto log = Start(file(), {}, writer);
@@ -189,7 +186,7 @@ TEST_F(EventLogTest, ReportsMissingRecordsAgainAfterARestart) {
     record.event = 1;
     record.name = "trip";
     record.values = {{"phases", std::int64_t{4}}};
-    log->queue().Keep(record);  // the log ends after it
+    log->queue().Keep(record);
   }
   const auto log = Start(file());
   log->queue().Add(BatchOf(0, "more"));
@@ -199,7 +196,6 @@ TEST_F(EventLogTest, ReportsMissingRecordsAgainAfterARestart) {
   EXPECT_EQ(log->Read({})->records.at(0).kept->values.at(0).name, "phases");
 }
 
-/// A reload restarts the line, so its devices have other numbers.
 TEST_F(EventLogTest, AWaitingEventKeepsItsDeviceNameOverAReload) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -223,7 +219,7 @@ TEST_F(EventLogTest, TheLastMessageOfADeviceFollowsItsName) {
     EXPECT_EQ(log->queue().said(2), "12.345 E1");
     EXPECT_EQ(feed_->Show(2, 0, 7).events.size(), 1U);
     EXPECT_EQ(feed_->Show(1, 0, 7).events.size(), 0U);
-    log->queue().Add(BatchOf(2, "12.345 E1", true));  // repeated: our confirmation was lost
+    log->queue().Add(BatchOf(2, "12.345 E1", true));
     log->queue().Add(BatchOf(2, "12.346 E2"));
     AwaitKept(3);
     EXPECT_EQ(log->state().repeats, 1U);
@@ -232,8 +228,6 @@ TEST_F(EventLogTest, TheLastMessageOfADeviceFollowsItsName) {
   ASSERT_TRUE(page) << page.error();
   EXPECT_EQ(page->records.size(), 2U);
 }
-
-// ---------------- Alarms while their disk works, fails and hangs, and their acknowledgement.
 
 EventRecord Raised(const std::string& name) {
   EventRecord record;
@@ -263,7 +257,7 @@ std::vector<std::string> AlarmsIn(const std::vector<std::string>& heard) {
   return alarms;
 }
 
-/// The disk failure is an alarm itself, so it must not wait for this disk.
+/// The disk failure is itself an alarm, so alarms must not wait for this disk.
 TEST_F(EventLogTest, AlarmsWorkWhileTheDiskFails) {
   FaultyDisk disk;
   const auto log = Start("/events.db", disk.vfs());
@@ -375,7 +369,7 @@ TEST_F(EventLogTest, AReloadEndsUnconfiguredAlarms) {
   log->queue().Tell(Raised("a"));
   log->queue().Tell(Raised("b"));
   while (log->state().newest < 2) std::this_thread::yield();
-  log->queue().Tell(Raised("c"));  // may not be on the disk yet
+  log->queue().Tell(Raised("c"));
   log->queue().Renumber({{"bay-1", "feeder-1"}}, Only("b"));
   while (log->state().newest < 5) std::this_thread::yield();
   EXPECT_THAT(Texts(*log), ElementsAre("a", "b", "c", "not in the configuration any more: a",
@@ -411,8 +405,6 @@ TEST_F(EventLogTest, ReportsThatAnAcknowledgementWaitsForTheDisk) {
   while (log->state().alarms_unacknowledged > 0) std::this_thread::yield();
 }
 
-// ---------------- The events for outputs: from memory, and from the file after an absence.
-
 TEST_F(EventLogTest, StoresConsumerPositionsAndReadsOlderEventsFromTheFile) {
   const auto begin = [this] {
     feed_ = std::make_shared<EventFeed>(FeedLimits{.events = 10});
@@ -446,7 +438,6 @@ TEST_F(EventLogTest, StoresConsumerPositionsAndReadsOlderEventsFromTheFile) {
   while (!cursors_->Of("dds")) std::this_thread::yield();
   EXPECT_EQ(cursors_->Of("dds"), (Cursor{320, true}));
   EXPECT_EQ(take(320).front().record.seq, 321);
-  // The new file lacks events that the consumer has not read.
   std::filesystem::remove(file());
   log->queue().Add(BatchOf(0, "b"));
   AwaitKept(2);

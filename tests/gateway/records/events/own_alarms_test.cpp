@@ -64,17 +64,15 @@ class OwnAlarmsTest : public ::testing::Test {
   void Renew(std::shared_ptr<config::Config> config, const std::set<std::string>& begun) {
     alarms_.Renew(std::move(config), begun);
   }
-  /// Looks once for each second from the last one on.
   void LookUntil(int second) {
     for (; looked_ <= second; ++looked_) {
       At(looked_);
       Hear(alarms_.Look(now_));
     }
   }
-  /// "30: raise bay-1.feeder-1 no answer for 30s: no reply", without ends of alarms from before the
-  /// start.
+  /// Example: "30: raise bay-1.feeder-1 no answer for 30s: no reply". Without ends of alarms from
+  /// before the start.
   std::vector<std::string> Heard() { return std::exchange(heard_, {}); }
-  /// Returns the same texts, including these ends.
   std::vector<std::string> All() { return std::exchange(all_, {}); }
 
   void Hear(const OwnAlarms::Records& records) {
@@ -205,7 +203,6 @@ TEST_F(OwnAlarmsTest, AnAlarmOfAServerSuppressesThoseOfItsUnits) {
                                    "90: raise .unit-70 no answer to clients for 30s"));
 }
 
-/// The file may contain alarms from before the start whose end is never reported.
 TEST_F(OwnAlarmsTest, TheFirstAnswerEndsStoredAlarms) {
   End(0, Trouble::no_answer, kFeeder);
   EXPECT_THAT(All(), ElementsAre("0: clear bay-1.feeder-1 no answer, over",
@@ -253,7 +250,7 @@ TEST_F(OwnAlarmsTest, AReloadLosesAndDuplicatesNoAlarm) {
   }
 }
 
-/// The line was restarted without `echo: verify`, and none of its devices answers.
+/// The line was restarted without `echo: verify`, so it no longer reports an open ring.
 TEST_F(OwnAlarmsTest, AnUnreportedTroubleSuppressesNoAlarm) {
   Begin(0, Trouble::ring_open, kBay);
   LookUntil(40);
@@ -281,7 +278,7 @@ TEST(Troubles, HaveTheAlarmSettingsOfTheirSource) {
       {Trouble::ring_open, "bay-1", "", 5s},
       {Trouble::port_down, "bay-2", "", -1s},
       {Trouble::unit_silent, "bay-1", "unit-20", 9s},
-      {Trouble::unit_silent, "", "unit-20", -1s},  // the alarm of an earlier route
+      {Trouble::unit_silent, "", "unit-20", -1s},
       {Trouble::unit_silent, "bay-1", "unit-30", -1s},
       {Trouble::unit_silent, "", "unit-70", 30s},
       {Trouble::server_away, "", "10.0.0.9:502", 30s},

@@ -38,7 +38,6 @@ class Gateway {
  public:
   explicit Gateway(const FaultyDisk& disk) : file_(audit::kEventsFile, disk.vfs()) {}
 
-  /// Returns the last stored place in the meter; nothing if the file does not open.
   std::optional<std::string> Said(Source source) {
     const auto opened = file_.Open();
     if (opened && !opened->ok) return std::nullopt;
@@ -142,7 +141,6 @@ TEST(Past, TheOldestRecordsAreDeletedFirst) {
   EXPECT_EQ(rows.back().value, Value(79.0));
 }
 
-/// Records and the place in the meter are one transaction: nothing is read twice or left out.
 TEST(Past, APowerCutLosesARecordTogetherWithItsReadPosition) {
   std::int64_t kept = 0;
   for (unsigned seed = 1; seed <= LongRun(60) && !testing::Test::HasFailure(); ++seed) {
@@ -183,8 +181,6 @@ TEST(Past, APowerCutLosesARecordTogetherWithItsReadPosition) {
   }
   EXPECT_GT(kept, static_cast<std::int64_t>(10 * LongRun(60))) << "else it shows little";
 }
-
-// ---------------- `PlacedTime`: seconds within a minute become a time.
 
 using namespace std::chrono;  // NOLINT: dates read like dates
 
@@ -242,7 +238,7 @@ TEST(PlacedTime, IsCompletedFromTheTimeOfReception) {
   }
 }
 
-/// The event happens between two reads, which are 1 s apart. The reply may take up to 2 s.
+/// The event happens between two reads, which are 1 s apart. The reply can take up to 2 s.
 TEST(PlacedTime, IsRightForEveryDelayOfTwoSeconds) {
   for (const WallTime border : {At(kDay, 10h), At(kDay, 10h + 1min), At(kNewYear, 0s)}) {
     for (Duration before = -61s; before <= 61s; before += 97ms) {
@@ -258,13 +254,13 @@ TEST(PlacedTime, IsRightForEveryDelayOfTwoSeconds) {
 }
 
 TEST(PlacedTime, OfABatchKeepsItsOrder) {
-  // 59.900 came before 00.100, so it belongs to the minute before.
+  // 59.900 comes before 00.100 in the batch, so it belongs to the previous minute.
   const auto placed =
       Place({Seconds(59'900ms), Seconds(100ms), Seconds(100ms)}, At(kDay, 10h + 58s), {});
   EXPECT_EQ(placed[0].time, At(kDay, 10h - 100ms));
   EXPECT_EQ(placed[1].time, At(kDay, 10h + 100ms));
   EXPECT_EQ(placed[2].time, At(kDay, 10h + 100ms));
-  // 30, 20, 10 need at least two minutes in between.
+  // In the order 30, 20, 10 at least two minutes have passed.
   const auto long_ago = Place({Seconds(30s), Seconds(20s), Seconds(10s)}, At(kDay, 10h + 12s), {});
   EXPECT_EQ(long_ago[0].time, At(kDay, 10h - 90s));
   EXPECT_EQ(long_ago[1].time, At(kDay, 10h - 40s));
@@ -349,7 +345,6 @@ TEST_F(SharesTest, TheNumberOfOmittedEventsAndTheLastOneAreReported) {
   EXPECT_EQ(shares_.TakeLeftOut(now_).size(), 1U) << "one alone is told as it is";
 }
 
-/// Every 2.5 s for an hour: reported less and less often, in the end about once a minute.
 TEST_F(SharesTest, ALongFlappingIsReportedAtMostOnceAMinute) {
   Taken("a", Shares::kAtOnce);
   Keep("a", Shares::kAtOnce);
@@ -368,7 +363,6 @@ TEST_F(SharesTest, ALongFlappingIsReportedAtMostOnceAMinute) {
   EXPECT_LE(told, 65U);
 }
 
-/// The record about omitted events raises no alarm, whatever the events were.
 TEST_F(SharesTest, TheRecordOfOmittedEventsRaisesNoAlarm) {
   EventRecord flaps = Port("a", "on");
   flaps.subject = "a above 5";
@@ -398,7 +392,6 @@ TEST_F(SharesTest, AShareRefillsWithTime) {
   EXPECT_EQ(Taken("a", 100), Shares::kAtOnce);
 }
 
-/// While the disk fails no event is stored, but memory stays bounded.
 TEST_F(SharesTest, WaitingEventsAreBounded) {
   int taken = 0;
   for (int minute = 0; minute < 10'000; ++minute, Pass(Shares::kEach)) taken += Take("a") ? 1 : 0;

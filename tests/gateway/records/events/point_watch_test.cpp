@@ -1,4 +1,4 @@
-// Tests of `PointWatch`: the events that the readings of a point cause by its rules.
+// Tests of `PointWatch`: the events that readings of a point cause by its rules.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/events/point_watch.h"
 
@@ -28,7 +28,7 @@ Seen Num(double value) { return {Value(value)}; }
 Seen Bit(bool value) { return {Value(value)}; }
 Seen Word(const std::string& value) { return {Value(value)}; }
 
-/// One reading per second. "2 on": reading 2 caused an event; "!": the first known state.
+/// One reading per second. "2 on" means that reading 2 caused an event; "!" marks the first state.
 std::vector<std::string> Play(const PointEvent& rule, const std::vector<Seen>& readings) {
   PointWatch watch(rule);
   std::vector<std::string> found;
@@ -247,19 +247,19 @@ TEST(Watched, AlarmsAreThoseOfTheConfiguration) {
   };
   const Row rows[] = {
       {"bay-1", "feeder-1", "current above 5", "current", true},
-      {"bay-1", "feeder-1", "current above 6", "current", false},  // another limit
-      {"bay-1", "feeder-1", "current below 5", "current", false},  // no alarm
+      {"bay-1", "feeder-1", "current above 6", "current", false},
+      {"bay-1", "feeder-1", "current below 5", "current", false},
       {"bay-1", "feeder-1", "voltage above 5", "voltage", false},
       {"bay-1", "feeder-1", "0:3", "", true},
-      {"bay-1", "feeder-1", "2:3", "", true},   // the row covers all channels
-      {"bay-1", "feeder-1", "0:1", "", false},  // no alarm
+      {"bay-1", "feeder-1", "2:3", "", true},
+      {"bay-1", "feeder-1", "0:1", "", false},
       {"bay-1", "feeder-1", "0:13", "", false},
-      {"bay-1", "feeder-2", "current above 5", "current", false},  // events: off
+      {"bay-1", "feeder-2", "current above 5", "current", false},
       {"bay-1", "feeder-2", "0:3", "", false},
       {"bay-1", "feeder-3", "0:3", "", false},
-      {"bay-2", "feeder-1", "0:3", "", false},  // the device was there once
+      {"bay-2", "feeder-1", "0:3", "", false},
       {"bay-1", "feeder-1", "no answer", "", true},
-      {"bay-1", "feeder-2", "no answer", "", false},  // alarms: off
+      {"bay-1", "feeder-2", "no answer", "", false},
       {"bay-1", "feeder-3", "no answer", "", false},
       {"bay-1", "", "port down", "", true},
       {"bay-2", "", "port down", "", false},

@@ -88,7 +88,6 @@ class RecordServiceTest : public ::testing::Test {
     Pass(1s);
     service_.OnDrained(0, now_.instant);
   }
-  /// The device has answered a read, `later` than the last step.
   void Hear(Duration later) {
     Pass(later);
     service_.OnRead(0, now_.instant);
@@ -144,7 +143,7 @@ TEST_F(RecordServiceTest, ACheckForEventsBeforeTheReadProvesNothing) {
 TEST_F(RecordServiceTest, AFurtherEventSupersedesTheRecordOfThePrevious) {
   Owe(412);
   ReadAll(5);
-  Owe(413);  // reported before the relay had no more events
+  Owe(413);
   ASSERT_THAT(kept_, SizeIs(1));
   ASSERT_THAT(asked_, SizeIs(1)) << "it is read once more";
   ReadAll(7);
@@ -337,8 +336,6 @@ TEST_F(SilentServiceTest, ADeviceWithoutEventsNeedsNoProofOfNoFurtherEvent) {
 namespace baudgate::events {
 namespace {
 
-// ---------------- The codes and words of the gateway's own events, by which users filter.
-
 using config::EventState;
 
 const WallTime kAt(1'790'000'000s);
@@ -444,8 +441,6 @@ TEST(OwnRecords, AreCutToTheStoredLength) {
   const Fact fact{OwnCode::port_down, false, "b", "", std::string(500, 'x')};
   EXPECT_EQ(FactRecord(fact, kAt).text.size(), kLongestText);
 }
-
-// ---------------- Values that belong together are stored as one record.
 
 using ::testing::ElementsAre;
 

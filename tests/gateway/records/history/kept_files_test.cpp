@@ -1,4 +1,4 @@
-// Tests of which files of the history stay, and of reports about removed ones.
+// Tests which files of the history are deleted, and reports about removed files.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -119,7 +119,6 @@ TEST_F(KeptFiles, AClockThatIsWrongForSecondsDeletesNothing) {
   EXPECT_EQ(minutes(), 2U);
   EXPECT_EQ(All({.point = "bay.f1.a", .until = kBegin}).size(), 14U) << "and four gaps";
   EXPECT_THAT(store->TakeNews(), IsEmpty());
-  // Two days later, with a clock that was always right.
   const Millis later = kBegin + 2 * kDay;
   ASSERT_TRUE(store->Write(Hour(4, later), At(later)));
   const auto news = store->TakeNews();
@@ -193,7 +192,6 @@ TEST_F(KeptFiles, ARemovedFileIsNoticedAtTheNextCommit) {
   EXPECT_EQ(records[4].entry.time, anew);
 }
 
-/// The file of the day before contains the run and its last time.
 TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   const Millis began = kBegin + kDay - 2 * kSecond;
   auto store = Open(began);
@@ -212,7 +210,7 @@ TEST_F(KeptFiles, ARemovedFileIsAGapAfterThePreviousDay) {
   EXPECT_EQ(records[3].entry.time, next);
 }
 
-/// A reader that repeats its request must not clear the fault: only a look may.
+/// A reader that repeats its request must not clear the fault.
 TEST_F(KeptFiles, AnUnreadableFileIsForgottenWhenItIsReadableAgain) {
   const std::filesystem::path file = folder() / DayFileName(kBegin - 3 * kDay);
   const std::filesystem::path kept = folder() / "kept";

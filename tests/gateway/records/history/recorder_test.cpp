@@ -1,4 +1,4 @@
-// Tests of `Recorder`, with clocks that are set, and of the rules of what is stored.
+// Tests of `Recorder` with simulated clocks, and of the rules which values are stored.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/history/recorder.h"
 
@@ -60,7 +60,7 @@ class RecorderTest : public ::testing::Test {
   }
 
   using Sample_ = bus::Sample;
-  static constexpr Millis kBegin = 1'790'000'040'000;  // a whole minute
+  static constexpr Millis kBegin = 1'790'000'040'000;
   Now now_{Instant(1h), ToWall(kBegin)};
   config::Config config_;
   std::unique_ptr<bus::PointStore> store_;
@@ -151,7 +151,6 @@ TEST_F(RecorderTest, AClockStepBeginsANewRun) {
   EXPECT_EQ(out_.runs[1].began, kBegin - 3'599'000);
   EXPECT_EQ(out_.runs[1].until, kBegin - 3'598'000);
   EXPECT_EQ(out_.runs[2].why, RunBegin::clock);
-  // A reading after the step gets its time from the new clock.
   Pass(1s);
   Set(0, 2);
   Take();
@@ -173,7 +172,6 @@ TEST_F(RecorderTest, AStandstillOfTheProgramIsAGap) {
   EXPECT_EQ(out_.runs[1].began, kBegin + 16000);
   EXPECT_THAT(Kept(), ElementsAre("1/0@0=10", "1/1@0=20", "2/0@16000=", "2/1@16000="))
       << "by now they are too old to be good";
-  // One second of 17 was good.
   Pass(1s);
   recorder_->End(now_, out_);
   Millis good = 0;
@@ -201,8 +199,6 @@ TEST_F(RecorderTest, TrendsIncludeEveryReading) {
   EXPECT_EQ(out_.trends[1].trend.count, 90);
   EXPECT_EQ(out_.runs.back().until, kBegin + 90 * kSecond);
 }
-
-// ---------------- Which readings are stored.
 
 constexpr LogRule kPlain{};
 const LogRule kHalf{.deadband = 0.5};
@@ -255,8 +251,6 @@ TEST(LogRule, DecidesWhichChangesAreKept) {
     EXPECT_TRUE(IsKept(row.rule, nullptr, now)) << row.why;
   }
 }
-
-// ---------------- Values that wait for the disk.
 
 using testing::IsEmpty;
 using testing::SizeIs;

@@ -22,7 +22,7 @@ struct Set {
   bool reading = true;
 };
 
-/// Computes the trends millisecond by millisecond, with long double.
+/// Computes the expected trends millisecond by millisecond, with long double.
 std::map<Millis, Trend> Oracle(const std::vector<Set>& sets, Millis end, Millis width) {
   std::map<Millis, Trend> spans;
   std::map<Millis, long double> sums;
@@ -53,7 +53,6 @@ std::vector<Trend> Rolled(const std::vector<Set>& sets, Millis end, Millis width
   Rollup rollup(width);
   for (const Set& set : sets) {
     rollup.Set(set.time, set.value, set.reading, out);
-    // Extra calls of Advance change nothing.
     if (random() % 3 == 0) rollup.Advance(set.time, out);
   }
   rollup.Forget(end, out);
@@ -98,7 +97,6 @@ TEST(Rollup, EqualsTheOracle) {
   for (int round = 0; round < 400; ++round) {
     const Millis width = 20 + random() % 100;
     std::vector<Set> sets;
-    // Many times are exactly on a boundary, or beside it.
     Millis time = 1'790'000'000'000 + random() % 200;
     const double offset = random() % 2 == 0 ? 0 : 1e6;
     for (std::size_t i = 1 + random() % 40; i > 0; --i) {
@@ -155,8 +153,6 @@ TEST(Rollup, WiderSpansEqualTheirMergedParts) {
   }
 }
 
-// ---------------- A history reduced to a number of pixels.
-
 using web::FakeHistory;
 using web::kDayBegin;
 
@@ -212,8 +208,6 @@ TEST(Chart, AlwaysHasAStep) {
     }
   }
 }
-
-// ---------------- Entries as bytes and back, and bytes of unknown origin.
 
 constexpr Millis kFirst = 1'790'000'000'000;
 

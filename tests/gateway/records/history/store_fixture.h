@@ -15,7 +15,6 @@ namespace baudgate::history {
 
 inline constexpr Millis kBegin = 1'790'000'000'000 / kDay * kDay;
 
-/// Makes both clocks. The wall clock is wrong by `ahead` ms.
 inline Now At(Millis time, Millis ahead = 0) {
   return {Instant(std::chrono::milliseconds(time)), ToWall(time + ahead)};
 }
@@ -30,7 +29,6 @@ class ValueStoreTest : public FolderTest {
     EXPECT_TRUE(status) << status.error();
     return store;
   }
-  /// Makes a batch with both points, once a second.
   static Batch Seconds(std::int64_t run, Millis from, Millis to, RunBegin why = RunBegin::started,
                        std::optional<Millis> began = {}) {
     Batch batch;

@@ -28,7 +28,6 @@ using ::testing::HasSubstr;
 
 TEST_F(ValueStoreTest, StoredValuesAreReadBack) {
   auto store = Open(kBegin);
-  // Three hours in steps of a minute, so rows become chunks.
   for (Millis time = kBegin; time < kBegin + 3 * kHour; time += kMinute) {
     const Status status =
         store->Write(Seconds(1, time, time + kMinute, {}, kBegin), At(time + kMinute));
@@ -56,7 +55,6 @@ TEST_F(ValueStoreTest, StoredValuesAreReadBack) {
 
 TEST_F(ValueStoreTest, ARestartIsAGap) {
   Open(kBegin)->Write(Seconds(1, kBegin, kBegin + 5 * kSecond), At(kBegin + 5 * kSecond), true);
-  // The store ended without packing, so its rows are left.
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 2 * kSecond),
                            At(kBegin + kHour + 2 * kSecond)));
@@ -74,7 +72,6 @@ TEST_F(ValueStoreTest, AClockSetBackReordersNothing) {
   auto store = Open(kBegin + kHour);
   ASSERT_TRUE(store->Write(Seconds(1, kBegin + kHour, kBegin + kHour + 3 * kSecond),
                            At(kBegin + kHour + 3 * kSecond)));
-  // Back into the day before.
   const Millis back = kBegin - kHour;
   ASSERT_TRUE(
       store->Write(Seconds(2, back, back + 3 * kSecond, RunBegin::clock), At(back + 3 * kSecond)));
@@ -148,7 +145,7 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
   EXPECT_EQ(hours->spans[0].mean, 29.5);
   EXPECT_EQ(hours->spans[1].mean, 74.5) << "out of the minutes of an hour that is not over";
   store.reset();
-  // A killed gateway has not written this hour, so it is computed from its minutes.
+  // A killed gateway has not written the trend of this hour, so it is computed from the minutes.
   store = Open(kBegin + 3 * kHour);
   Batch later;
   later.runs = {{1, kBegin + 3 * kHour, kBegin + 3 * kHour, RunBegin::started}};
@@ -158,7 +155,6 @@ TEST_F(ValueStoreTest, SpansAreMerged) {
   EXPECT_EQ(mended->spans[1], hours->spans[1]);
 }
 
-/// All samples that were committed before the last second are there, in order and once.
 TEST(ValuePowerCuts, LoseASecondAtMost) {
   std::mt19937 random(14);
   const std::vector<PointName> names = {{"a", config::Type::float64}};
@@ -205,7 +201,6 @@ TEST(ValuePowerCuts, LoseASecondAtMost) {
   }
 }
 
-/// gateway/records/disk must know the versions of this module, to refuse newer files.
 TEST_F(ValueStoreTest, TheVersionsOfItsFilesAreKnown) {
   ValueStore store(folder(), {{"bay.f1.a", config::Type::float32}}, {});
   ASSERT_TRUE(store.Open(At(kBegin)));
@@ -237,8 +232,6 @@ TEST(ValueDisk, AFullDiskRecoversWhenThereIsRoom) {
   EXPECT_TRUE(store.Write({}, At(kBegin + 3)));
   EXPECT_FALSE(store.waits());
 }
-
-// ---------------- The history with its threads, on disks that work, fail and hang.
 
 using ::testing::Contains;
 
@@ -291,8 +284,7 @@ class HistoryLogTest : public FolderTest {
     const std::lock_guard lock(mutex_);
     return heard_;
   }
-  /// Checks after each round of the log, and once more after 100 ms, because the last round may be
-  /// over already.
+  /// Checks after each round of the log, and also after 100 ms, because the last round may be over.
   template <typename Ready>
   void Await(Ready ready) {
     for (;;) {
@@ -369,13 +361,12 @@ TEST_F(HistoryLogTest, ARemovedFileIsCreatedAgain) {
   Set(7);
   const auto kept = [&] { return log->view()->Read({.point = "bay.f1.a"})->records; };
   Await([&] { return kept().size() == 1; });
-  // The database file goes last, because the log makes a new one as soon as it is gone.
+  // The database file is removed last, because the log creates a new one as soon as it is missing.
   std::set<std::filesystem::path, std::greater<>> files;
   for (const auto& entry : std::filesystem::directory_iterator(folder())) {
     if (entry.path().filename().string().starts_with("values-")) files.insert(entry.path());
   }
   for (const auto& file : files) std::filesystem::remove(file);
-  // No value changes, but the present value is stored again.
   Await([&] { return log->view()->state().counters.kept == 2 && !kept().empty(); });
   Await([&] { return !kept().back().gap; });
   EXPECT_EQ(kept().back().entry.value, Value(std::int64_t{7}));
@@ -421,7 +412,6 @@ TEST_F(HistoryLogTest, AHangingDiskIsShown) {
   });
 }
 
-/// A reload has ended the earlier history, which still has the files because its disk hangs.
 TEST_F(HistoryLogTest, WaitsForThePreviousOwnerOfTheFiles) {
   std::atomic<bool> taken = true;
   taken_ = [&taken] { return taken.load(); };

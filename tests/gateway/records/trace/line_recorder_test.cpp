@@ -1,4 +1,4 @@
-// Tests of `LineRecorder`: recordings and traces, in which no secret may appear.
+// Tests of `LineRecorder`: recordings and traces, which must not contain secrets.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/records/trace/line_recorder.h"
 
@@ -44,7 +44,6 @@ class LineRecorderTest : public testing::Test {
     request.bytes = ToBytes(text);
     recorder_->OnSent(device, request, Later());
   }
-  /// Sends a request in which the password 724 and its check value are secret.
   void SendSecret() {
     protocols::Request request;
     request.bytes = ToBytes(kRequest);
@@ -69,7 +68,6 @@ class LineRecorderTest : public testing::Test {
     return text;
   }
 
-  /// Returns the text of all bytes received since the last request.
   std::string LastReceivedText() const {
     std::string text;
     const auto records = recorder_->Recorded();
@@ -219,7 +217,7 @@ TEST_F(LineRecorderTest, AReplyToASecretIsMaskedInAnyPieces) {
       SendSecret();
       if (cut > 0) Receive(echo.substr(0, cut));
       End();
-      if (cut < echo.size()) Receive(echo.substr(cut));  // late
+      if (cut < echo.size()) Receive(echo.substr(cut));
       EXPECT_EQ(LastReceivedText(), std::string(echo.size(), '*')) << echo << " cut at " << cut;
     }
   }
@@ -247,7 +245,6 @@ TEST_F(LineRecorderTest, TheMaskOutlivesTheExchangeAndThePort) {
   EXPECT_EQ(LastReceivedText(), "***");
 }
 
-/// A task continues behind its password. The reason at its end may quote any of its replies.
 TEST_F(LineRecorderTest, NoReasonQuotesTheReplyToASecret) {
   const char* const reason = "the device says: wrong password '724'";
   SendSecret();
@@ -316,8 +313,6 @@ TEST_F(LineRecorderTest, NoiseBetweenRequestsDisplacesNoExchange) {
   EXPECT_THAT(recorder_->Recorded().front().text, HasSubstr("1st"));
 }
 
-// ---------------- The comments at the head of a trace, written and read.
-
 config::Line ALine() {
   config::Line line;
   line.name = "bay-1";
@@ -349,8 +344,6 @@ TEST(TraceHead, IsParsedBack) {
     EXPECT_EQ(ReadTracedDevice(other), std::nullopt) << other;
   }
 }
-
-// ---------------- Records as lines of text, and the queue between a line and a slow reader.
 
 constexpr WallTime kTimeOfDay = WallTime(4h + 5min + 6s + 123456us + 789ns);
 
@@ -410,8 +403,6 @@ TEST(TraceQueue, ANoteReplacesDroppedRecords) {
   queue.Push(record);
   EXPECT_EQ(queue.Take().size(), 1U) << "told once";
 }
-
-// ---------------- The files of the flight recorder.
 
 namespace fs = std::filesystem;
 
@@ -495,13 +486,13 @@ TEST_F(RecordingsTest, NamesCanNotLeaveTheFolder) {
 
 TEST_F(RecordingsTest, TheOldestFilesOfALineAreDeleted) {
   const std::vector<std::string> others = {
-      "bay-1-1-20200101T000000Z-x-corrupt.trace",  // of another line
+      "bay-1-1-20200101T000000Z-x-corrupt.trace",  // a file of another line
       "bay-1-notes.trace", "bay-1-20200101T000000Z-x-corrupt.txt", "readme"};
   for (const std::string& name : others) std::ofstream(folder_ / name) << "x";
   Begin(folder_);
   for (int i = 0; i < 30; ++i) {
     Save(kTime + i * 1h);
-    if (i % 10 == 9) {  // so that not too many wait
+    if (i % 10 == 9) {
       End();
       Begin(folder_);
     }
@@ -527,7 +518,6 @@ TEST_F(RecordingsTest, AnUnwritableFolderIsReported) {
 }
 
 TEST_F(RecordingsTest, ARecordingRefusedByAFullDiskIsRetried) {
-  // The part file leads to a device without room, so the write fails.
   const fs::path part = folder_ / ".bay-1.trace.part";
   fs::create_symlink("/dev/full", part);
   Begin(folder_);

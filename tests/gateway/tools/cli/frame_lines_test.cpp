@@ -73,10 +73,9 @@ std::string RecordOf(const std::string& time, const std::string& bytes) {
   return time + " - < " + ToHex(ToBytes(bytes)) + " | " + Printable(ToBytes(bytes)) + "\n";
 }
 
-/// Messages that a device sends unasked, in pieces and behind damage.
 TEST(FrameLines, UnaskedMessagesAreDecoded) {
   config::Catalog catalog = Protocols();
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   const std::string head = "# device wind, protocol telegram, profile nmea-0183-weather";
   const std::string sentence = "$WIMWV,045,R,011.63,N,A*09\r\n";
   const std::string records = RecordOf("12:00:00.000000", sentence.substr(0, 9)) +
@@ -160,8 +159,6 @@ TEST(FrameLines, DecodeAcceptsFramesLikeRecords) {
 
 namespace baudgate::tools {
 namespace {
-
-// ---------------- `trace` with a control server.
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;

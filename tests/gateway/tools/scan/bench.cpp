@@ -6,13 +6,13 @@
 
 namespace baudgate::scan {
 
-/// Appends what the port receives within `window`. True if the master sent anything.
+/// Appends what the second master sends within `window`, as received here. True if it sent
+/// anything.
 bool Bench::TakeMaster(Duration window, Bytes& heard) {
   bool spoke = false;
   for (; master && next_ < now_ + window; next_ += master->every) {
     if (next_ < now_) continue;
     Append(heard, View(FromWireBits(ToWire(master->request, master->serial), serial_).bytes));
-    // The slave answers in the settings of the master: other ports receive garbage.
     TwinBus::Answer answer = bus.Ask(master->request, master->serial, next_);
     if (SameWire(master->serial, serial_)) Append(heard, View(answer.heard.bytes));
     spoke = true;
@@ -29,7 +29,6 @@ Result<Gathered> Bench::Ask(View request, Duration patience, Duration gap) {
   }
   sent.emplace_back(Bytes(request.begin(), request.end()), serial_);
   const Duration sending = static_cast<Duration::rep>(request.size()) * serial_.CharacterTime();
-  // A request is lost if the master sends at the same time.
   Bytes meanwhile;
   const bool collided = TakeMaster(sending, meanwhile);
   now_ += sending;
@@ -41,7 +40,6 @@ Result<Gathered> Bench::Ask(View request, Duration patience, Duration gap) {
     late_ = answer.heard.bytes;
     answer = {};
   }
-  // The wait for a reply also receives what the master sends in between.
   if (answer.speakers == 0) TakeMaster(patience, gathered.heard);
   gathered.damaged = answer.heard.damaged;
   Append(gathered.heard, View(answer.heard.bytes));
@@ -69,7 +67,7 @@ ProfileNames ShippedNames(const Wish& wish) {
   for (const protocols::Protocol* protocol : protocols::AllProtocols()) {
     catalog.protocols[std::string(protocol->name)] = protocol;
   }
-  catalog.profile_dirs = {"config/profiles"};  // tests run at the root of the source tree
+  catalog.profile_dirs = {"config/profiles"};
   ProfileNames names;
   for (const Tongue& tongue : wish.tongues) {
     names[std::string(tongue.protocol->name)] = config::NamesAndTitles(catalog, *tongue.protocol);

@@ -66,9 +66,8 @@ struct Seen final : Watcher {
   }
 };
 
-/// Returns a wish for `protocol`, or for all protocols that a scan supports.
 Wish WishFor(const std::string& protocol = {});
-/// Makes the names from the shipped profiles, as the command does.
+/// Returns the names in the shipped profiles, as the command uses them.
 ProfileNames ShippedNames(const Wish& wish);
 
 }  // namespace baudgate::scan

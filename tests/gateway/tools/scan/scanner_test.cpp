@@ -28,7 +28,7 @@ constexpr config::SerialSettings k8N1{};
 constexpr config::SerialSettings k8E1{.parity = config::Parity::even};
 constexpr config::SerialSettings k8O1{.parity = config::Parity::odd};
 
-/// The requests that a scan may send, independent of the scan's own rules.
+/// True if a scan is allowed to send the request. Independent of the rules in the code of the scan.
 bool IsListedRead(const Bytes& frame) {
   const std::string text(AsText(frame));
   static const std::regex kSpa("^>[1-9][0-9]{0,2}RF:([0-9A-F]{2}|XX)\r$");
@@ -52,7 +52,6 @@ bool IsListedRead(const Bytes& frame) {
     const Bytes pdu(frame.begin() + 1, frame.end() - static_cast<std::ptrdiff_t>(tail));
     return std::ranges::find(kPdus, pdu) != kPdus.end();
   };
-  // The check value of an old meter is one byte.
   const auto ks = [&frame] {
     std::uint8_t sum = 0xFF;
     for (const std::uint8_t byte : frame) sum ^= byte;
@@ -88,7 +87,6 @@ class Scan : public ::testing::Test {
     EXPECT_TRUE(end) << end.error();
     report = scanner.report();
   }
-  /// Twelve devices of three protocols. Two have the same address, one has another parity.
   void AddTwelve() {
     bench.bus.Add({"spabus", "spaj140c", "1", k7E1});
     bench.bus.Add({"spabus", "spau130c", "2", k7E1});
@@ -305,7 +303,7 @@ TEST_F(Scan, ADeviceWithADetectedFormatIsFoundOnce) {
   }
 }
 
-/// Function 3 is a write for a meter, so only a device that has answered as a slave gets it.
+/// For this meter function 3 is a write, so only a device that has answered as a slave gets it.
 TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   bench.bus.Add({"set4tm", "set-4tm.03m", "20", k8O1});
   Wish wish = WishFor("modbus_rtu");
@@ -314,8 +312,6 @@ TEST_F(Scan, AMeterIsNeverAskedForHoldingRegisters) {
   EXPECT_FALSE(bench.sent.empty());
   for (const auto& [frame, serial] : bench.sent) EXPECT_NE(frame[1], 3) << ToHex(frame);
 }
-
-// ---------------- How single exchanges of a scan are judged.
 
 using What = Verdict::What;
 
@@ -418,8 +414,6 @@ TEST(JudgeTalk, TheMasterAndItsFormatAreNamed) {
   EXPECT_THAT(WhoTalks(wish.tongues, ToBytes("hello"), {}).text,
               HasSubstr("another device sends on this line: 5 characters came at 9600 bit/s"));
 }
-
-// ---------------- The plan of a scan.
 
 TEST(Plan, BeginsWithTheUsualSettingOfEachProtocol) {
   const Wish wish = WishFor();

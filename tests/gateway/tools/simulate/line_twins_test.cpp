@@ -32,7 +32,6 @@ config::Device Module(const std::string& address, bool checksum) {
   return device;
 }
 
-/// Returns one reply for each request. A reply that has not ended after 10 s is cut.
 std::vector<std::string> Replies(const config::Line& line, const std::vector<Bytes>& requests) {
   config::Catalog catalog;
   catalog.protocols["dcon"] = &protocols::DconProtocol();
@@ -69,8 +68,6 @@ TEST(LineTwins, EachAnswersInItsOwnChecksumModeInAnyOrder) {
     EXPECT_EQ(replies[1].size(), bare + (first ? 0 : 2)) << replies[1];
   }
 }
-
-// ---------------- The address that an unknown device on the line gets.
 
 /// "0x1" is another spelling of 1.
 TEST(FreeAddress, IsTheLowestUnusedAddress) {

@@ -150,8 +150,6 @@ TEST(Pty, MovesWithoutClosing) {
   EXPECT_NE(fcntl(master, F_GETFD), -1);
 }
 
-// ---------------- Twins on a bench: readers with other settings, several protocols, and TCP.
-
 using config::Parity;
 
 const std::string kProbe = "PA0\r";
@@ -184,7 +182,7 @@ TEST(PtySettings, ReportTheSettingsOfAReader) {
   close(slave);
 }
 
-/// The rate B0 means "hang up". Zero characters per second must not be a divisor.
+/// The rate B0 means "hang up". The code must not divide by it.
 TEST(PtySettings, AReaderThatHangsUpSetsNoRate) {
   auto pty = Pty::Create();
   ASSERT_TRUE(pty) << pty.error();
@@ -216,7 +214,6 @@ class Bench : public ::testing::Test {
     fd_ = open(simulator_->path().c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     ASSERT_GE(fd_, 0);
   }
-  /// Sends a request. Returns the whole reply, or the first bytes that come if `whole` is false.
   std::string Ask(const std::string& request, bool whole = true) {
     const std::uint64_t before = simulator_->answered();
     EXPECT_EQ(write(fd_, request.data(), request.size()), static_cast<ssize_t>(request.size()));
@@ -279,7 +276,7 @@ TEST_F(Bench, AnswersOverTcp) {
   ASSERT_EQ(simulator_->path().rfind("tcp://127.0.0.1:", 0), 0U) << simulator_->path();
   const auto at = config::ParseHostPort(simulator_->path().substr(6));
   ASSERT_TRUE(at);
-  for (int connection = 0; connection < 40; ++connection) {  // more than the twin allows
+  for (int connection = 0; connection < 40; ++connection) {  // more than the twin allows at once
     if (fd_ >= 0) close(fd_);
     fd_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
     sockaddr_in to{};
@@ -291,8 +288,6 @@ TEST_F(Bench, AnswersOverTcp) {
     ASSERT_FALSE(Ask(kProbe).empty()) << connection;
   }
 }
-
-// ---------------- What one UART receives from another with different settings.
 
 config::SerialSettings Format(int baud, int data, Parity parity, int stop = 1) {
   config::SerialSettings serial;

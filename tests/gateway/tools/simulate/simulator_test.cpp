@@ -24,7 +24,6 @@ namespace {
 constexpr Duration kPatience = 20s;
 constexpr std::size_t kMostRequests = 8;
 
-/// Returns the different requests that the conversation of the protocol makes first.
 std::vector<std::string> RequestsOf(const protocols::Setup& setup) {
   protocols::Rig rig(setup);
   rig.LearnTruth();
@@ -109,7 +108,6 @@ TEST_P(RealSimulatorTest, MayEndWhileAReplyIsDue) {
     ASSERT_LT(std::chrono::steady_clock::now(), limit);
     io_.run_one_for(1ms);
   }
-  // The twin ends while handlers that the reactor found due are still to run.
   asio::post(io_, [this] { simulator_.reset(); });
   io_.run_for(10ms);
   std::uint8_t byte = 0;

@@ -37,7 +37,6 @@ inline TwinFaults Make(const std::vector<std::string>& texts, const TwinWire& wi
   return TwinFaults(std::move(faults), wire, kStart, std::move(stranger));
 }
 
-/// Returns one text for each piece, such as "15ms 0123456789".
 inline std::vector<std::string> Shown(const std::vector<TimedPiece>& pieces) {
   std::vector<std::string> shown;
   for (const TimedPiece& piece : pieces)

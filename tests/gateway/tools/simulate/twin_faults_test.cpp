@@ -39,7 +39,7 @@ TEST(TwinFaults, BitsAreFlipped) {
   }
 }
 
-/// A port that checks parity detects an odd number of wrong bits, and passes 0xFF on.
+/// A port that checks parity detects an odd number of wrong bits and delivers 0xFF.
 TEST(TwinFaults, AFlippedBitIsAParityErrorWhereThereIsParity) {
   TwinWire wire = Wire();
   wire.serial.data_bits = 7;
@@ -165,8 +165,6 @@ TEST(TwinFaults, PiecesAreNeverFasterThanTheWire) {
   EXPECT_GT(bytes, 2000 * kReply.size());
 }
 
-// ---------------- When faults occur: after, for, every, at a rate, and repeatable by the seed.
-
 TEST(FaultSchedule, BeginsEndsAndRepeats) {
   const Fault always = Parsed("loss");
   EXPECT_TRUE(always.IsDue(0s));
@@ -222,8 +220,6 @@ TEST(FaultSeed, RepeatsARunOnEveryMachine) {
   EXPECT_EQ(Pattern("loss:rate=0.5,seed=2", 32), ".xx..x......xxxx.....xxx.x...x.x");
   EXPECT_EQ(Pattern("loss:rate=0.5,seed=1", 200), Pattern("loss:rate=0.5", 200));
 }
-
-// ---------------- The syntax of faults.
 
 using ::testing::HasSubstr;
 

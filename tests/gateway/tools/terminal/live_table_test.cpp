@@ -120,8 +120,6 @@ TEST(LiveTable, FormatsAges) {
   EXPECT_EQ(FormatAge(49h), "2 d");
 }
 
-// ---------------- Rows of tables that fit a terminal.
-
 TEST(ColumnLayout, PutsColumnsSideBySideWhereTheyFit) {
   const ColumnLayout layout({{5}, {6, true}, {0}, {4}}, 20);
   EXPECT_EQ(layout.Row({"a", "12.5", "", "good"}), "a        12.5  good\n");
@@ -163,8 +161,6 @@ TEST(ColumnLayout, IsUsedByBothKindsOfTables) {
             "      five six seven\n");
 }
 
-// ---------------- Frames on a terminal.
-
 TEST(LiveScreen, RestoresTheTerminal) {
   std::ostringstream out;
   {
@@ -197,8 +193,6 @@ TEST(LiveScreen, NeedsATerminal) {
   ::close(ends[1]);
 }
 
-// ---------------- A table whose rows come one after the other.
-
 TEST(StreamTable, HasOneHeaderWhileTheColumnsAreWideEnough) {
   StreamTable table({{"point", 8}, {"outcome"}, {"reason"}});
   std::ostringstream out;
@@ -225,8 +219,6 @@ TEST(StreamTable, RepeatsItsHeaderWhenAColumnGrows) {
             "bay-1.feeder  ok\n"
             "b             ok\n");
 }
-
-// ---------------- Sentences in a terminal.
 
 using ::testing::ElementsAre;
 

@@ -1,4 +1,4 @@
-// Tests of which samples `watch` prints, and their JSON.
+// Tests which samples `watch` prints, and their JSON.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/watch/watch_lines.h"
 
@@ -84,11 +84,8 @@ TEST(WatchLines, JsonHasEachFieldOfTheContract) {
             R"("changed":"2026-09-21T14:13:20.000Z","text":"tripped","acknowledged_by":""})");
 }
 
-// ---------------- `RunGuarded`: a child that is killed is started again, a child that ends is not.
-
 constexpr Duration kAtOnce[] = {Duration::zero()};
 
-/// A number that the parent shares with its children.
 class SharedCount {
  public:
   SharedCount()
@@ -129,7 +126,7 @@ TEST(Guarded, ForwardsTheStopSignal) {
   std::ostringstream err;
   const auto run = [&runs] {
     ++*runs;
-    ::kill(::getppid(), SIGTERM);  // sends the signal as a user would
+    ::kill(::getppid(), SIGTERM);
     for (;;) ::pause();
     return 0;
   };
@@ -137,8 +134,6 @@ TEST(Guarded, ForwardsTheStopSignal) {
   EXPECT_EQ(*runs, 1);
   EXPECT_EQ(err.str(), "");
 }
-
-// ---------------- When `watch` opens its subscriber again.
 
 TEST(Listening, IsReopenedUntilItSucceeds) {
   dds::OwnAddresses own = {{"10.0.0.5", 2}};
@@ -162,7 +157,7 @@ TEST(Listening, IsReopenedUntilItSucceeds) {
   const Row rows[] = {
       {1s, 2, "", "", 1},
       {2s, 0, "", "", 1},
-      {2500ms, 7, "", "", 1},  // the interfaces are read once a second
+      {2500ms, 7, "", "", 1},
       {3s, 7, "no room", "the interface of 10.0.0.5 was made anew; no room", 2},
       {4s, 7, "no room", "", 3},
       {5s, 7, "no port", "no port", 4},
@@ -180,8 +175,6 @@ TEST(Listening, IsReopenedUntilItSucceeds) {
     EXPECT_EQ(opened, row.opened);
   }
 }
-
-// ---------------- The order in which the points of a device are shown.
 
 using ::testing::ElementsAre;
 
@@ -221,12 +214,9 @@ TEST(PointOrder, RecognisesWriteOnlyPoints) {
   EXPECT_FALSE(Order().IsWriteOnly("voltage"));
 }
 
-// ---------------- Which publisher of a point may take over, and which raises an alarm.
-
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-/// The id of a publisher: A to Z.
 dds::PublisherId Id(char letter) {
   dds::PublisherId id;
   id.bytes.fill(static_cast<std::uint8_t>(letter));
@@ -235,7 +225,6 @@ dds::PublisherId Id(char letter) {
 
 class Story {
  public:
-  /// The publisher `letter` sends sample `seq` of the point at the time `at`.
   Story& Sample(char letter, std::uint64_t seq, Duration at, const char* point = "p") {
     dds::PointSample sample;
     sample.gateway = "g", sample.device = "d", sample.point = point, sample.seq = seq;
@@ -251,7 +240,6 @@ class Story {
   }
   Story& Left(char letter) { return publishers.OnLeft(Id(letter)), *this; }
   Story& Tick(Duration at) { return publishers.Tick(Instant(at)), *this; }
-  /// Returns all remarks so far except notes.
   std::vector<std::string> Told() {
     for (const Remark& remark : publishers.TakeRemarks()) {
       if (remark.weight != Remark::Weight::note) told.push_back(remark.text);

@@ -41,7 +41,6 @@ Watched RunIt(const WatchOptions& options) {
   return {exit_code, out.str(), err.str()};
 }
 
-/// Sends SIGTERM to its own thread when `wanted` has been flushed.
 class StopWhenSeen : public std::stringbuf {
  public:
   explicit StopWhenSeen(std::string wanted) : wanted_(std::move(wanted)) {}
@@ -76,7 +75,6 @@ class WatchTest : public ::testing::Test {
     ASSERT_NE(publisher_, nullptr);
   }
 
-  /// Points are published often, because either of two writers may be discovered first.
   static config::Config Config() {
     config::Config config = dds::testing::MakeConfig(2, 3);
     config.dds.heartbeat = 2s;
@@ -166,7 +164,6 @@ TEST_F(WatchTest, OtherOutputsGetPlainLines) {
   EXPECT_THAT(watched.out, Not(HasSubstr("\x1b")));
 }
 
-/// A second publisher that uses the name of the gateway.
 class Impostor {
  public:
   void Publish(const std::string& value) {
@@ -206,7 +203,6 @@ TEST_F(WatchTest, UndecodableSamplesAreReportedWithTheirNumber) {
 }
 
 TEST_F(WatchTest, EndsCleanlyAtASignal) {
-  // The signal stays pending until the watching thread handles it.
   std::ostringstream out;
   std::ostringstream err;
   int exit_code = -1;

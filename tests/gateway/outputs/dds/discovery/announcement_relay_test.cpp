@@ -16,14 +16,14 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using ::testing::UnorderedElementsAre;
 
-constexpr std::uint32_t kPlant = 0x0A000000;  // 10.0.0.0
+constexpr std::uint32_t kPlant = 0x0A000000;
 
 struct Who {
   std::uint16_t number = 0;
-  std::uint32_t address = kPlant;  ///< `number` is added
+  std::uint32_t address = kPlant;
   std::uint16_t port = 7410;
   std::uint32_t lease = 20;
-  std::string name = "one";  ///< the user data of the participant
+  std::string name = "one";
 
   UdpAddress at() const { return {address + number, port}; }
   UdpAddress sender() const { return {address + number, 40000}; }
@@ -48,7 +48,6 @@ Bytes Of(const Who& who) {
   return bytes;
 }
 
-/// Returns one text for each introduction, such as "7 to 10.0.0.8:7410".
 std::vector<std::string> Texts(const Relayed& relayed) {
   std::vector<std::string> texts;
   for (const Introduction& one : relayed.introductions) {
@@ -159,7 +158,6 @@ TEST_F(Relay, AnAnnouncementWithAForeignAddressIsRefused) {
 TEST_F(Relay, AnotherMachineCannotTakeOverAParticipant) {
   Hears({.number = 1});
   Hears({.number = 2});
-  // The same participant, from another machine.
   EXPECT_THAT(Hears({.number = 2, .address = kPlant + 100}), IsEmpty());
   EXPECT_EQ(CountOf({.number = 3}), 4U);
   EXPECT_THAT(Hears({.number = 3}),
@@ -200,11 +198,10 @@ TEST_F(Relay, TheNumberOfParticipantsIsLimited) {
 TEST_F(Relay, TheNumberOfParticipantsOfAnAddressIsLimited) {
   Hears({.number = 1000});
   for (std::uint16_t number = 0; number < 200; ++number) {
-    // Subtracts the number that at() adds, so all have the address 10.1.0.0.
     Hears({.number = number, .address = 0x0A010000U - number, .lease = 1});
-    EXPECT_EQ(refused_, number < 128 ? "" : "too many participants of one address");
+    EXPECT_EQ(refused_, number < 128 ? "" : "too many participants from one address");
   }
-  now_ += 3s;  // the leases of all have expired, and 24 more may come
+  now_ += 3s;
   std::size_t admitted = 0;
   for (std::uint16_t number = 200; number < 300; ++number) {
     Hears({.number = number, .address = 0x0A010000U - number, .lease = 1});
@@ -220,7 +217,6 @@ TEST_F(Relay, TheRateOfForwardedAnnouncementsIsLimited) {
   relay_ = AnnouncementRelay(limits);
   std::map<std::string, int> sent;
   for (std::uint16_t number = 0; number < 12; ++number) {
-    // Subtracts the number that at() adds, so all have the address 10.0.0.0.
     for (const auto& text : Hears({.number = number, .address = kPlant - number})) {
       ++sent[text.substr(text.find("to "))];
     }

@@ -1,4 +1,4 @@
-// Tests of what a discovery server receives from the real Fast DDS.
+// Tests what a discovery server receives from the real Fast DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -19,14 +19,12 @@ using ::testing::ElementsAre;
 using Phase = LinkState::Phase;
 using Wish = LinkKeeper::Wish;
 
-/// Looks until the keeper asks for a start. Returns how long that took.
 Duration UntilStart(LinkKeeper& keeper, Instant& now) {
   const Instant from = now;
   while (keeper.Look(now) != Wish::start) now = std::max(now, keeper.NextLook());
   return now - from;
 }
 
-/// `passed` is also the number of admitted participants. `fragments` datagrams were refused.
 LinkCounts Counts(std::uint32_t subscribers, std::uint64_t written, std::uint64_t refused,
                   std::uint32_t passed, std::uint64_t fragments) {
   LinkCounts counts{.subscribers = {.points = subscribers}, .written = written, .refused = refused};
@@ -180,8 +178,6 @@ TEST(LinkKeeper, KeepsSubscriberAddressesUntilTheNextProcessReachesThem) {
   EXPECT_THAT(keeper.reached(), ElementsAre(third, second)) << "the first one is gone";
 }
 
-// ---------------- Lines that another process may write into our log.
-
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
@@ -206,8 +202,6 @@ TEST(BoundedLines, ExcessLinesAreDroppedAndCounted) {
               ElementsAre("980 lines were left out", "next"));
 }
 
-// ---------------- `LinkWriter` over a real socket pair.
-
 PointSample Point(double value) {
   PointSample sample;
   sample.gateway = "g", sample.device = "d", sample.point = "p", sample.value = value;
@@ -216,7 +210,6 @@ PointSample Point(double value) {
 
 class LinkWriterTest : public ::testing::Test {
  protected:
-  /// Returns the value of the next sample; NaN if there is no packet.
   double Next() {
     const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
     PointSample sample;
@@ -252,7 +245,7 @@ TEST_F(LinkWriterTest, AFullSocketPostponesSamplesAndLosesNone) {
   int sent = 0;
   while (sent < 100'000 && writer_.Write(Point(sent)) == Sent::yes) ++sent;
   ASSERT_GT(sent, 50);
-  ASSERT_LT(sent, 5000);  // the socket holds some hundreds
+  ASSERT_LT(sent, 5000);
   EXPECT_EQ(writer_.Write(Point(0)), Sent::later);
   for (int i = 0; i < sent; ++i) EXPECT_EQ(Next(), i);
   EXPECT_EQ(writer_.Write(Point(7)), Sent::yes);
@@ -288,7 +281,7 @@ TEST_F(LinkWriterTest, AClosedSocketPostponesASample) {
 
 TEST_F(LinkWriterTest, TheEndIsAnnouncedToTheProcess) {
   writer_.Attach(ends_.first.get());
-  EXPECT_FALSE(writer_.WaitAcknowledged(Duration::zero()));  // the other end is still there
+  EXPECT_FALSE(writer_.WaitAcknowledged(Duration::zero()));
   EXPECT_TRUE(writer_.ending());
   const ReceivedPacket received = ReceivePacket(ends_.second.get(), buffer_);
   ASSERT_EQ(received.got, PacketGot::packet);

@@ -34,7 +34,7 @@ constexpr char kOpen[] =
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
 // Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples written, 2^32
 // refused, 5 requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons of
-// refusal: 38 fragments, 2 participants beyond the limit of one address.
+// refusal: 38 fragments, 2 participants beyond the limit of their address.
 constexpr char kCounts[] =
     "42 07 D1 00 03 00 00 00 02 00 00 00 01 00 00 00 04 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 "
     "00 01 00 00 00 05 00 00 00 00 00 00 "
@@ -152,7 +152,7 @@ TEST(LinkMessage, OpenWithSecurityIsEncodedAndDecoded) {
   for (std::size_t size = 0; size < body.size(); ++size) {
     EXPECT_FALSE(DecodeOpen(body.first(size)).ok()) << size;
   }
-  // Damage must not open the link to everybody: a wrong number of texts, or no identity.
+  // A damaged message must not open a link without security.
   Bytes six = packet;
   six[kLinkHeaderBytes + 0x4E - 1] = 6;
   EXPECT_FALSE(DecodeOpen(ParseLink(six)->body).ok());
@@ -260,7 +260,7 @@ TEST(LinkMessage, AFailureTextIsShortenedAndMadePrintable) {
   EXPECT_THAT(sentence, HasSubstr("no?such"));
 }
 
-/// Each prefix has memory of its own, so a sanitizer finds a read beyond the end.
+/// Each prefix is in a separate buffer, so a sanitizer finds a read beyond the end.
 TEST(LinkMessage, EveryTruncationIsRefused) {
   Bytes sample(kMaxLinkMessage);
   sample.resize(EncodeSample(LinkKind::point, PointSample(), sample));

@@ -1,4 +1,4 @@
-// Tests of `LinkServer`, the DDS process' end of the link.
+// Tests of `LinkServer`, the end of the link in the DDS process.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/link_server.h"
 
@@ -17,7 +17,6 @@ using ::testing::HasSubstr;
 using testing::RememberingWriter;
 using ::testing::SizeIs;
 
-/// Moves its points to `kept` when it ends. `kept` must outlive the writer.
 class KeepingWriter : public RememberingWriter {
  public:
   explicit KeepingWriter(std::vector<PointSample>& kept) : kept_(kept) {}
@@ -42,7 +41,6 @@ class LinkServerTest : public ::testing::Test {
     ASSERT_EQ(*server_.Answer(kStart), EncodeBare(LinkKind::opened));
     writer_->there = {};
   }
-  /// Ends the link, and returns how long that took.
   Duration Leave() {
     Instant now = kStart;
     while (const auto next = server_.Leave(now)) now = *next;
@@ -63,7 +61,7 @@ class LinkServerTest : public ::testing::Test {
   }
 
   RememberingWriter* writer_ = nullptr;
-  std::vector<PointSample> written_;  // the samples of a writer that has ended
+  std::vector<PointSample> written_;
   std::string refusal_;
   LinkOpen asked_;
   int woken_ = 0;
@@ -276,7 +274,7 @@ TEST_F(LinkServerTest, AMalformedMessageClosesTheLink) {
   long_version.resize(
       EncodeSample(LinkKind::gateway, GatewaySample{"g", 7, std::string(32, 'v')}, long_version));
   ASSERT_TRUE(Take(long_version));
-  long_version[long_version.size() - 33 - 4] = 34;  // the length of the version
+  long_version[long_version.size() - 33 - 4] = 34;
   long_version[2] = static_cast<std::uint8_t>(long_version[2] + 1);
   long_version.insert(long_version.end() - 1, 'v');
   EXPECT_THAT(Take(long_version).error(), HasSubstr("damaged sample"));

@@ -1,5 +1,4 @@
-// Tests of `ProcessLink`, the daemon's end of the link. The test plays the other ends, and waits
-// for log lines, never for a time.
+// Tests of `ProcessLink`, the daemon's end of the link. The test simulates the DDS process.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/link/process_link.h"
 
@@ -22,7 +21,6 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// The log lines of a link. A test can wait for a line.
 class Lines {
  public:
   ProcessLink::Log Log() {
@@ -32,7 +30,6 @@ class Lines {
       changed_.notify_all();
     };
   }
-  /// Waits for the first line that contains `text`, and forgets all lines before it.
   std::string WaitFor(const std::string& text) {
     std::unique_lock lock(mutex_);
     for (;;) {
@@ -66,7 +63,6 @@ class Directory {
   fs::path path_;
 };
 
-/// The test in the role of the DDS process.
 class Played {
  public:
   explicit Played(const std::string& path) : socket_(std::move(*ConnectTo(path))) {}

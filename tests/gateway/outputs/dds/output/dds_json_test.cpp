@@ -1,4 +1,4 @@
-// Tests of the DDS output in the status: fields, sentences, and the line for people.
+// Tests of the DDS output in the status: fields, sentences, and the line of text for users.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/output/dds_json.h"
 

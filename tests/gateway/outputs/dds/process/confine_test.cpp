@@ -1,5 +1,5 @@
-// Tests of the calls that a confined DDS process cannot make. Each runs in a child, whose exit code
-// names a call that still works.
+// Tests that a confined DDS process cannot make certain calls. The exit code of a child names a
+// call that still works.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 #include <netinet/in.h>
@@ -23,7 +23,6 @@ namespace {
 using ::testing::ExitedWithCode;
 using ::testing::KilledBySignal;
 
-/// True if the call failed because it is not permitted.
 bool Refused(long result) { return result == -1 && errno == EPERM; }
 
 int WhatIsNotRefused() {

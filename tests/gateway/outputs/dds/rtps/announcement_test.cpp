@@ -45,7 +45,7 @@ TEST(Announcement, OtherSubmessagesAreNotForwarded) {
   const auto again = ReadAnnouncement(read->datagram, kHere);
   ASSERT_TRUE(again) << "what is passed on is an announcement";
   EXPECT_EQ(again->datagram, read->datagram);
-  // A fragment that ends Fast DDS 2.9.1, before and behind the announcement.
+  // This fragment before the announcement, or behind it, makes Fast DDS 2.9.1 end its process.
   Bytes hidden = Rtps("16 03 24 00");
   hidden.resize(hidden.size() + 0x24);
   const Bytes right = testing::AnnouncementOf(7);
@@ -62,7 +62,7 @@ TEST(Announcement, BytesBehindItsParametersAreNotForwarded) {
   const Bytes right = testing::AnnouncementOf(7);
   Bytes longer = right;
   longer.resize(right.size() + 8, 0xEE);
-  longer[22] = static_cast<std::uint8_t>(right[22] + 8);  // the length of the DATA submessage
+  longer[22] = static_cast<std::uint8_t>(right[22] + 8);
   const auto read = ReadAnnouncement(longer, kHere);
   ASSERT_TRUE(read) << read.error();
   EXPECT_EQ(read->datagram, right);
@@ -71,7 +71,7 @@ TEST(Announcement, BytesBehindItsParametersAreNotForwarded) {
 TEST(Announcement, ATimeStampDoesNotChangeItsContent) {
   Bytes first = Captured().at("fast_spdp");
   Bytes second = first;
-  second[24] ^= 0xFF;  // a byte of the time stamp
+  second[24] ^= 0xFF;
   const auto one = ReadAnnouncement(first, kHere);
   const auto other = ReadAnnouncement(second, kHere);
   ASSERT_TRUE(one && other);
@@ -91,7 +91,6 @@ TEST(Announcement, AGoodbyeIsRecognised) {
 TEST(Announcement, MustContainTheAddressOfItsSender) {
   EXPECT_EQ(WhyNot(Captured().at("fast_spdp"), {0x0A000001, 40000}),
             "an announcement without the address that it came from");
-  // Two addresses: 10.0.0.9 and the address of the sender.
   const Bytes two = testing::AnnouncementOf(
       7, 20, "32 00 18 00 01 00 00 00 F2 1C 00 00 00 00 00 00 00 00 00 00 00 00 00 00 0A 00 00 09");
   const auto there = ReadAnnouncement(two, {0x0A000009, 40000});
@@ -116,17 +115,15 @@ TEST(Announcement, OtherDatagramsAreRefused) {
     if (name.find("spdp") != std::string::npos) continue;
     EXPECT_EQ(WhyNot(bytes), "no announcement of a participant") << name;
   }
-  // To the reader of publications, from the writer of announcements.
   Bytes elsewhere = testing::AnnouncementOf(7);
   elsewhere[20 + 4 + 4 + 2] = 0x03;
   EXPECT_EQ(WhyNot(elsewhere), "no announcement of a participant");
-  // A token that claims 268435456 properties.
   EXPECT_EQ(WhyNot(testing::AnnouncementOf(
                 7, 20, "01 10 10 00 02 00 00 00 61 00 00 00 00 00 00 10 00 00 00 00")),
             "a broken parameter list");
 }
 
-// Each copy has memory of its own, so AddressSanitizer finds a read beyond its end.
+// Each copy is in a separate buffer, so AddressSanitizer finds a read beyond its end.
 TEST(Announcement, WithDamageIsRefusedOrForwardedWhole) {
   std::mt19937 random(11);
   const std::vector<Bytes> right = {Captured().at("fast_spdp"), Captured().at("cyclone_spdp"),

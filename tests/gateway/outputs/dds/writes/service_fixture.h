@@ -20,7 +20,6 @@ inline config::Point PointNamed(const std::string& name, config::Type type, bool
   return point;
 }
 
-/// "feeder-1" with setting (0 to 40), trip (must be selected first) and off (may not be written).
 inline config::Config ServiceConfig() {
   config::Device device;
   device.name = "feeder-1";

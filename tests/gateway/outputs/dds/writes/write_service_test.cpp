@@ -1,4 +1,4 @@
-// Tests of `WriteService`: which command a request from DDS becomes, its reply, and its record.
+// Tests of `WriteService`: the command, the reply and the record of a request from DDS.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/dds/writes/write_service.h"
 
@@ -23,7 +23,6 @@ constexpr char kClient[] = "dds:01.0f.02.03.04.05.06.07.08.09.0a.0b|0.0.1.2";
 
 class WriteServiceTest : public ::testing::Test {
  protected:
-  /// Takes a request and returns its reply, or an empty one if there is none yet.
   ReplySample Take(WriteArrival arrival) {
     if (arrival.received == Instant()) arrival.received = now_.instant;
     service_.Take(arrival, now_);
@@ -35,7 +34,6 @@ class WriteServiceTest : public ::testing::Test {
     replies_.erase(replies_.begin());
     return reply;
   }
-  /// The line ends the first command with `result`.
   void Finish(const WriteResult& result) {
     sink_.commands.front().done(result);
     sink_.commands.erase(sink_.commands.begin());
@@ -127,7 +125,7 @@ TEST_F(WriteServiceTest, NothingIsSentBeforeEarlierRequestsAreLoaded) {
   EXPECT_THAT(sink_.commands, IsEmpty());
 }
 
-/// The DDS library of a client may send a stored request to the reader of the next run.
+/// The DDS library of a client can send a stored request to the next run of the gateway.
 TEST_F(WriteServiceTest, AnExpiredRequestIsDeniedAndRecorded) {
   WriteArrival early = Ask(1, "setting", 1);
   early.early = true;
@@ -219,24 +217,17 @@ TEST_F(WriteServiceTest, AFullLineAnswersBusyAndDoesNotWriteLater) {
 
 struct Deadline {
   std::uint32_t deadline_ms;
-  Duration waited;                    ///< since the request was received
-  std::optional<Duration> not_after;  ///< from now, by the wall clock
+  Duration waited;
+  std::optional<Duration> not_after;
   Duration left;
 };
 
 TEST_F(WriteServiceTest, TheEarliestDeadlineOfARequestApplies) {
   const Deadline cases[] = {
-      {0, 0s, {}, 5s},
-      {2500, 0s, {}, 2500ms},
-      {2500, 2s, {}, 500ms},
-      {1, 3s, {}, -2999ms},  // expired when it came: nothing is sent
-      {4'294'967'295U, 0s, {}, 60s},
-      {0, 0s, 1s, 1s},
-      {0, 0s, 1h, 5s},
-      {0, 0s, Duration::max(), 5s},
-      {0, 0s, -1ns, 0s},
-      {100, 0s, 1s, 100ms},
-      {0, 59min, {}, 5s - 59min},
+      {0, 0s, {}, 5s},      {2500, 0s, {}, 2500ms},        {2500, 2s, {}, 500ms},
+      {1, 3s, {}, -2999ms}, {4'294'967'295U, 0s, {}, 60s}, {0, 0s, 1s, 1s},
+      {0, 0s, 1h, 5s},      {0, 0s, Duration::max(), 5s},  {0, 0s, -1ns, 0s},
+      {100, 0s, 1s, 100ms}, {0, 59min, {}, 5s - 59min},
   };
   std::uint64_t seq = 0;
   for (const Deadline& one : cases) {
@@ -264,10 +255,6 @@ TEST_F(WriteServiceTest, TheEarliestDeadlineOfARequestApplies) {
   }
 }
 
-// ---------------- `DdsWrites`: replies are sent, also after the writer had no room, and nothing
-// reaches a line after the end. The tests wait for events, never for a time.
-
-/// The test sends requests through this writer, and reads the replies.
 class PlayedWriter : public SampleWriter {
  public:
   Sent Write(const PointSample&) override { return Sent::yes; }
@@ -312,7 +299,6 @@ class PlayedWriter : public SampleWriter {
   std::vector<ReplySample> replies_;
 };
 
-/// Confirms each command at once, on the calling thread.
 class ConfirmingSink final : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override {
@@ -372,8 +358,6 @@ TEST_F(DdsWritesTest, ExcessRequestsAreOnlyCounted) {
   EXPECT_LE(static_cast<std::uint64_t>(sink_.done), writes_.taken());
 }
 
-// ---------------- The value of a request, for points of every type.
-
 using config::Type;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -383,7 +367,7 @@ struct Case {
   Type type;
   double value;
   std::string text;
-  std::optional<Value> meant;  ///< nothing: refused
+  std::optional<Value> meant;
 };
 
 TEST(RequestValue, TextIsUsedUnlessItIsEmpty) {

@@ -49,7 +49,6 @@ inline config::Config MakeConfig(std::vector<config::Device> devices) {
   return config;
 }
 
-/// Makes a whole frame: an MBAP header, the unit, and the PDU from hex.
 inline Bytes Frame(std::uint8_t unit, const std::string& pdu_hex,
                    std::uint16_t transaction = 0x1234) {
   return AduOf(transaction, unit, ParseHex(pdu_hex).value());

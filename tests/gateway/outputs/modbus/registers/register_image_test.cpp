@@ -1,4 +1,4 @@
-// Tests of `RegisterImage`, which must answer like the direct way, and of registers and events.
+// Tests of `RegisterImage`, which must answer like a direct read, and of registers and events.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_image.h"
 
@@ -21,17 +21,15 @@ using config::OnBad;
 using config::Table;
 using config::Type;
 
-constexpr std::size_t kAll = 1000;  // a request this large renews a stale image
+constexpr std::size_t kAll = 1000;  // a read of this many registers renews a stale image
 
-/// The answer of the image or of the direct way: exception and words.
 struct Answer {
   ExceptionCode exception = kNoException;
   std::vector<int> words;
   bool operator==(const Answer&) const = default;
 };
 
-/// Registers: float 0-1, int16 2, text 3-4 (slow), uint16 6, write-only 7, uint16 8; bits 0, 1 and
-/// 3.
+/// Registers: float 0-1, int16 2, text 3-4 (slow), uint16 6, write-only 7, uint16 8; bits 0, 1, 3.
 class RegisterImageTest : public testing::TestWithParam<OnBad> {
  protected:
   RegisterImageTest() : config_(MakeConfig({MakeDevice(1, Points())})) {
@@ -100,8 +98,8 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
     return answer;
   }
 
-  /// Compares all ranges of up to twelve words. A range outside the image must be an exception, or
-  /// exceed one run of an area.
+  /// Compares the image with a direct read for all ranges of up to twelve words. A range outside
+  /// the image must be an exception, or exceed one run of an area.
   template <typename Word>
   std::size_t CompareTable(Table table, Instant now) {
     std::size_t found = 0;
@@ -109,7 +107,6 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
       for (std::uint16_t start = base; start < base + 12; ++start) {
         for (std::uint16_t count = 1; count <= 12; ++count) {
           const auto place = image_->Find(table, start, count);
-          // A single bit is never in the image: it may be an exception that it is not in a block.
           if (table == Table::bits && count == 1 && base == 0) {
             EXPECT_FALSE(place);
             continue;
@@ -143,7 +140,7 @@ class RegisterImageTest : public testing::TestWithParam<OnBad> {
 };
 
 TEST_P(RegisterImageTest, MatchesADirectReadForEveryQuality) {
-  Compare(kStart);  // never read
+  Compare(kStart);
   UpdateAll();
   Compare(kStart);
   for (const Quality quality :
@@ -195,7 +192,7 @@ TEST_P(RegisterImageTest, EveryChangeMakesTheImageStale) {
     Compare(kStart + 4s);
     ASSERT_TRUE(Refresh(kStart));
   }
-  store_->SetLineCycle(0, 60s, kStart);  // the limit of the age becomes longer
+  store_->SetLineCycle(0, 60s, kStart);
   EXPECT_FALSE(Refresh(kStart, 0));
   Compare(kStart + 100s);
   store_->SetLineCycle(0, 1ms, kStart);
@@ -206,7 +203,7 @@ TEST_P(RegisterImageTest, AChangeOfNoValueKeepsTheImageFresh) {
   UpdateAll();
   Compare(kStart);
   store_->UpdateStatus(0, [](bus::DeviceStatus& status) { ++status.exchanges; });
-  store_->SetLineCycle(0, 1ms, kStart);  // still below the limits of age
+  store_->SetLineCycle(0, 1ms, kStart);
   EXPECT_TRUE(Refresh(kStart, 0));
 }
 
@@ -221,8 +218,6 @@ TEST_P(RegisterImageTest, AStaleImageIsRebuiltAfterItsSizeHasBeenRead) {
 
 INSTANTIATE_TEST_SUITE_P(OnBad, RegisterImageTest,
                          testing::Values(OnBad::exception, OnBad::hold, OnBad::nan));
-
-// ---------------- The record of a device as registers and bits: good, bad, aged and never read.
 
 using Registers = std::vector<std::uint16_t>;
 
@@ -255,7 +250,6 @@ class RegisterContentsTest : public testing::Test {
     Update(4, false);
   }
 
-  /// Returns the registers, or nothing and sets `exception_`.
   Registers Read(std::uint16_t start, std::uint16_t count, Instant now = kStart) {
     Registers out(count, 0xEEEE);
     std::vector<Piece> pieces;
@@ -460,8 +454,6 @@ TEST_F(RegisterContentsTest, HolesReadZero) {
   });
   EXPECT_EQ(bits, (std::vector<std::uint8_t>{0xEE, 0, 0}));
 }
-
-// ---------------- Events as registers, field by field.
 
 using ::testing::Each;
 using ::testing::ElementsAreArray;

@@ -20,7 +20,8 @@ constexpr auto kNone = kNoException;
 
 class RegisterMapTest : public testing::Test {
  protected:
-  // 0 int16, 1-2 float, 3-6 int64, 8 int16 (rw), 9 float (rw), 11 write-only; bits 0, 1 (rw), 5
+  // Registers: int16 0, float 1, int64 3, int16 8 (rw), float 9 (rw), write-only 11, int16 8999,
+  // 9100 and 19999; bits 0, 1 (rw), 5.
   RegisterMapTest()
       : config_(MakeConfig(
             {MakeDevice(5, {}),
@@ -221,13 +222,10 @@ TEST_F(RegisterMapTest, EachHoleIsOnePieceWhereTheListenerAllowsHoles) {
   EXPECT_EQ(pieces_.size(), 3U);
 }
 
-// ---------------- Encodings with known bytes, and the rules of on_bad and on_fault.
-
 using config::OnBad;
 using config::WordOrder;
 using Registers = std::vector<std::uint16_t>;
 
-/// Returns the registers; empty if the value does not fit.
 Registers Encode(Type type, const Value& value, WordOrder order = WordOrder::abcd) {
   const config::Point point = MakePoint(type, 0);
   Registers out(config::RegisterCount(point));

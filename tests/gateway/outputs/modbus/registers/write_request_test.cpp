@@ -1,4 +1,4 @@
-// Tests of how write requests become points and values.
+// Tests how write requests become points and values.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ using config::Type;
 
 class WriteRequestTest : public testing::Test {
  protected:
-  // 0 int16, 1-2 float, 3-4 text, 9 read-only; bits 0…9, of which 3 is a number
+  // Registers: int16 0, float 1-2, text 3-4, read-only 9; bits 0…9, bit 3 is of an integer point.
   WriteRequestTest() {
     std::vector<config::Point> points = {MakePoint(Type::int16, 0, Access::read_write),
                                          MakePoint(Type::float32, 1, Access::read_write),
@@ -40,7 +40,6 @@ class WriteRequestTest : public testing::Test {
   std::vector<bus::WriteAsk::Part> parts_;
 };
 
-/// The first value is good, but is not written either.
 TEST_F(WriteRequestTest, ABadValueRefusesAllValues) {
   EXPECT_EQ(Decode("10 00 00 00 03 06 00 07 00 00 7F C0"), kIllegalValue);
   EXPECT_TRUE(parts_.empty());

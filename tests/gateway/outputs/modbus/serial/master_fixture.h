@@ -1,5 +1,5 @@
-// Behind a serial master: unit 1 is a device with an int16 at 0 (read and write) of the value -2,
-// unit 20 leads to a line. `MasterSessionTest` has a master under virtual time.
+// A gateway behind a serial master. Unit 1 is a device with an int16 at 0 (rw) whose value is -2;
+// unit 20 is routed to a line. `MasterSessionTest` has a master under virtual time.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -99,7 +99,6 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
 
   Duration LineTime(std::size_t bytes) { return bytes * listener().serial.CharacterTime(); }
 
-  /// Lets time pass, and handles all that is due meanwhile.
   void Pass(Duration time) {
     const Instant end = now_.instant + time;
     for (Poll();; Poll()) {
@@ -114,14 +113,12 @@ class MasterSessionTest : public MasterTest, private MasterSession::Owner {
     io_.restart();
     io_.poll();
   }
-  /// The last byte comes after the time of all bytes on the line.
   void Hear(const Bytes& bytes) {
     Pass(LineTime(bytes.size()));
     session_->OnBytes(bytes, now_);
     Poll();
   }
   void Say(std::uint8_t unit, const std::string& pdu) { Hear(Rtu(unit, pdu)); }
-  /// Expects that exactly this frame is sent within 100 ms.
   void Expect(std::uint8_t unit, const std::string& pdu) {
     Pass(100ms);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(unit, pdu))));

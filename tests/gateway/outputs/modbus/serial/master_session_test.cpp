@@ -231,7 +231,7 @@ TEST_F(MasterSessionTest, AnAsciiMasterIsAnsweredAtEveryCut) {
   const Bytes request = Ascii(1, "03 00 00 00 01");
   for (std::size_t cut = 0; cut <= request.size(); ++cut) {
     Hear(Bytes(request.begin(), request.begin() + static_cast<std::ptrdiff_t>(cut)));
-    Pass(900ms);  // a character may be late by up to a second
+    Pass(900ms);
     Hear(Bytes(request.begin() + static_cast<std::ptrdiff_t>(cut), request.end()));
     Pass(100ms);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Ascii(1, "03 02 FF FE"))))
@@ -255,9 +255,6 @@ TEST_F(MasterSessionTest, AMasterOfAnotherFramingIsNamed) {
   }
 }
 
-// ---------------- A two-wire adapter returns the gateway's replies: an echo must never be carried
-// out.
-
 constexpr const char* kWriteZero = "06 00 00 00 07";
 
 class MasterEchoTest : public MasterSessionTest {
@@ -266,7 +263,6 @@ class MasterEchoTest : public MasterSessionTest {
     listener().echo = echo;
     Begin();
   }
-  /// Returns when the reply to a confirmed write has been handed to the port.
   void WriteOnce() {
     const std::size_t number = commands();
     Say(1, kWriteZero);
@@ -276,7 +272,7 @@ class MasterEchoTest : public MasterSessionTest {
     Pass(session_->Deadline().value() - now_.instant);
     EXPECT_THAT(std::exchange(sent_, {}), testing::ElementsAre(ToHex(Rtu(1, kWriteZero))));
   }
-  /// The last byte comes `after_the_reply`, counted from its hand-over to the port.
+  /// Delivers the bytes so that the last one comes `after_the_reply` was handed to the port.
   void HearAt(const Bytes& bytes, Duration after_the_reply) {
     Pass(sent_at_.back() + after_the_reply - now_.instant - LineTime(bytes.size()));
     Hear(bytes);
@@ -435,8 +431,6 @@ INSTANTIATE_TEST_SUITE_P(Echo, EveryMasterEchoTest,
                          [](const auto& info) {
                            return info.param == config::Listener::Echo::off ? "Off" : "Strip";
                          });
-
-// ---------------- `ReplyEcho`: what is an echo of the gateway's reply, by bytes, frames and time.
 
 using enum config::Listener::Echo;
 

@@ -1,4 +1,4 @@
-// A gateway that listens at a pty, and a scripted master at the far end.
+// A gateway that listens at a pty, and a scripted master at the other end.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -57,7 +57,6 @@ class SerialListenerTest : public MasterTest {
   }
 
   void Say(std::uint8_t unit, const std::string& pdu) { master_->Write(Rtu(unit, pdu)); }
-  /// Waits for the next frame, which must be this one.
   void Expect(std::uint8_t unit, const std::string& pdu) {
     const Bytes frame = Rtu(unit, pdu);
     ASSERT_TRUE(

@@ -1,4 +1,4 @@
-// Tests of the serial port of a master: opened, lost and found again.
+// Tests of the serial port of a master: it is opened, lost and found again.
 // SPDX-License-Identifier: Apache-2.0
 #include <thread>
 

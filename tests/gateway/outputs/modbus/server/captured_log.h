@@ -23,7 +23,6 @@ class CapturedLog {
   CapturedLog(const CapturedLog&) = delete;
   CapturedLog& operator=(const CapturedLog&) = delete;
 
-  /// Ends the capture. Returns how many lines contain `part`.
   int CountLines(const std::string& part) {
     ended_ = true;
     std::istringstream text(testing::internal::GetCapturedStdout());

@@ -136,8 +136,6 @@ TEST_F(ClientPollTest, ASingleClientGetsOnlyTheEventsThatItWatches) {
   EXPECT_EQ(only.last_events, static_cast<std::uint32_t>(EPOLLOUT));
 }
 
-// ---------------- One client under virtual time: when it is answered, and when it is closed.
-
 class ClientSessionTest : public ServiceTest, private ClientSession::Owner {
  protected:
   ~ClientSessionTest() override {
@@ -233,8 +231,6 @@ TEST_F(ClientSessionTest, HalfAnRtuFrameIsDroppedAfter50Milliseconds) {
   Say(request);
   EXPECT_EQ(Received(), "01 03 02 FF FE 78 34");
 }
-
-// ---------------- The server seen by an independent client: libmodbus.
 
 class LibmodbusTest : public ServerTest {
  protected:

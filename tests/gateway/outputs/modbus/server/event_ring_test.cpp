@@ -1,4 +1,4 @@
-// Test of the event registers over TCP, read by pymodbus while new events replace the oldest.
+// Test of the event registers over TCP: pymodbus reads them while new events replace the oldest.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <stdio.h>
@@ -16,7 +16,6 @@ namespace {
 using ::testing::SizeIs;
 using Json = nlohmann::json;
 
-/// The ring holds the last 40 of 3,000 events. Some belong to a device that is not on Modbus.
 class EventRing : public ServerTest {
  protected:
   static constexpr std::int64_t kLast = 3000;
@@ -44,7 +43,6 @@ class EventRing : public ServerTest {
     }
     feed_->Add(happened);
   }
-  /// Adds a few events for each request of the client.
   void GoOn() {
     std::mt19937 random(7);
     std::uint64_t requests = 0;
@@ -59,7 +57,7 @@ class EventRing : public ServerTest {
   }
   Json Read(int unit) {
     StartServer();
-    Happen(100);  // more than the ring holds, so some are lost
+    Happen(100);  // more than the 40 events of the ring, so some are lost
     events_ = std::thread([this] { GoOn(); });
     const std::string command = "/usr/bin/python3 tests/system/pymodbus_events.py " +
                                 std::to_string(server_->port()) + " " + std::to_string(unit) +

@@ -20,7 +20,6 @@
 
 namespace baudgate::modbus {
 
-/// Stores commands until the test answers them, or answers at once, or is full.
 class ScriptedSink : public bus::CommandSink {
  public:
   bool Submit(bus::WriteCommand command) override {
@@ -39,7 +38,6 @@ class ScriptedSink : public bus::CommandSink {
     return true;
   }
 
-  /// Waits for the command with this number, without a limit.
   bus::WriteCommand Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return commands_.size() > number; });
@@ -51,10 +49,10 @@ class ScriptedSink : public bus::CommandSink {
     return commands_.size();
   }
 
-  // Set these before the clients start.
+  // Must be set before clients start.
   bool full = false;
   std::optional<WriteEnd> answer;
-  bool unfit = false;  ///< part of the answer
+  bool unfit = false;
 
  private:
   std::mutex mutex_;
@@ -62,14 +60,13 @@ class ScriptedSink : public bus::CommandSink {
   std::vector<bus::WriteCommand> commands_;
 };
 
-/// Returns the PDU of the answer to one request; empty if the server has closed the connection.
 inline std::string Ask(const RawClient& client, std::uint8_t unit, const std::string& pdu) {
   client.Send(Frame(unit, pdu));
   const Bytes answer = client.ReceiveFrame();
   return answer.size() > kMbapHeader ? ToHex(View(answer).subspan(kMbapHeader)) : ToHex(answer);
 }
 
-/// Unit 1: int16 at 0 (rw), float at 1-2 (rw), int16 at 3, never read; coils 0 (rw) and 1.
+/// Unit 1: int16 at 0 (rw), float at 1-2 (rw), int16 at 3 (never read); coils 0 (rw) and 1.
 class ServerTest : public testing::Test {
  protected:
   using Type = config::Type;

@@ -34,14 +34,12 @@ class RenewalTest : public RouteTest {
     next_ = config_;
   }
 
-  /// A renewal in which the first listeners and routes stay the same.
   static Renewal Same(std::size_t listeners, std::size_t routes) {
     Renewal renewal;
     for (std::size_t i = 0; i < listeners; ++i) renewal.listeners.push_back({i, true});
     for (std::size_t i = 0; i < routes; ++i) renewal.routes.emplace_back(i);
     return renewal;
   }
-  /// Applies `next_` to the running server.
   void Renew(const Renewal& renewal) {
     std::promise<void> done;
     asio::post(io_, [&] {
@@ -176,7 +174,7 @@ TEST_F(RenewalTest, AnUnusedNewPortIsClosed) {
   EXPECT_TRUE(server_->OpenPort(more).ok());
 }
 
-/// A rollback works like this: the configuration is applied although a port is missing.
+/// A rollback applies its configuration although a port is missing.
 TEST_F(RenewalTest, AnOccupiedPortIsOpenedWhenThePreviousListenerCloses) {
   StartServer();
   next_.modbus.listen[1].host = "0.0.0.0";
@@ -272,16 +270,13 @@ TEST_F(RenewalTest, AllListenersMayBeRemovedAndAddedAgain) {
   EXPECT_EQ(AskOnce(1, kOwn), "03 02 FF FE");
 }
 
-// ---------------- A listening socket that systemd passes goes to the listener with its address
-// only.
-
 using asio::ip::tcp;
 
-constexpr int kFirst = 3;  // the first descriptor that systemd passes
+constexpr int kFirst = 3;
 
 tcp::endpoint Loopback(std::uint16_t port) { return {asio::ip::address_v4::loopback(), port}; }
 
-/// Runs in a process of its own, because it overwrites the descriptors 3 and 4.
+/// Runs in a separate process, because it overwrites the descriptors 3 and 4.
 int TakesItsOwn() {
   asio::io_context io;
   tcp::acceptor wanted(io, Loopback(0));
@@ -316,8 +311,6 @@ TEST(PassedSockets, AreIgnoredByAnotherProcess) {
   ::unsetenv("LISTEN_PID");
   ::unsetenv("LISTEN_FDS");
 }
-
-// ---------------- The allow list of a listener.
 
 PeerAddress Peer(const std::string& text) {
   const auto address = asio::ip::make_address(text);

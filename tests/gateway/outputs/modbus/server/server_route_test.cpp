@@ -234,8 +234,6 @@ TEST_F(RouteTest, ARouteReachesARemoteServer) {
   EXPECT_EQ(front.Traffic().routes[1].refused, 1U);
 }
 
-// ---------------- Clients with RTU over TCP.
-
 class RtuOverTcpTest : public RouteTest {
  protected:
   RtuOverTcpTest() { listener().framing = Framing::rtu; }
@@ -243,7 +241,6 @@ class RtuOverTcpTest : public RouteTest {
   static Bytes Rtu(std::uint8_t slave, const std::string& pdu) {
     return protocols::ModbusRtuProtocol().carrier->wrap(slave, ParseHex(pdu).value());
   }
-  /// Receives as many bytes as the expected reply has, and compares them.
   static void ExpectReply(const RawClient& client, std::uint8_t slave, const std::string& pdu) {
     const Bytes expected = Rtu(slave, pdu);
     EXPECT_EQ(ToHex(client.Receive(expected.size())), ToHex(expected));
@@ -359,7 +356,7 @@ TEST_F(RtuOverTcpTest, ADamagedRequestIsNeverAnswered) {
   StartServer();
   const RawClient client = Connect();
   const RawClient other = Connect();
-  // This answer comes after silence, when the server has handled all earlier bytes, too.
+  // This answer comes only after silence, so the server has handled all earlier bytes, too.
   const auto await_silence = [&] {
     Bytes request = Rtu(20, kRead);
     Append(request, View(ParseHex("14 03").value()));

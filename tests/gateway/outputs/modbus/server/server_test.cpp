@@ -148,7 +148,7 @@ TEST_F(ServerTest, AnUnknownAddressIsAClearError) {
   EXPECT_EQ(status.error(), "192.0.2.1:0: this machine has no such address; check modbus.listen");
 }
 
-/// Runs in a process of its own, because it overwrites descriptor 3.
+/// Runs in a separate process, because it overwrites descriptor 3.
 TEST_F(ServerTest, ARemovedAddressOfTheMachineIsNamed) {
   const auto trouble = [this] {
     asio::io_context io;
@@ -185,8 +185,6 @@ TEST_F(ServerTest, StopClosesClientsAndPorts) {
   EXPECT_TRUE(client.IsClosed());
   EXPECT_FALSE(RawClient(port).connected());
 }
-
-// ---------------- Writes: the commands to the sink, and the answer to each end of a command.
 
 TEST_F(ServerTest, ConfirmedWritesAreEchoed) {
   sink_.answer = WriteEnd::ok;
@@ -300,8 +298,6 @@ TEST_F(ServerTest, TheServerMayHaveStoppedWhenTheDeviceConfirms) {
   EXPECT_TRUE(client.IsClosed());
 }
 
-// ---------------- Clients that are too many, not allowed, silent, or that never read.
-
 constexpr const char* kReadZero = "03 00 00 00 01";
 constexpr const char* kAnswer = "03 02 FF FE";
 
@@ -375,7 +371,7 @@ TEST_F(ServerTest, RefusedAndMalformedClientsDoNotFloodTheLog) {
   }
   EXPECT_EQ(server_->counters().refused, 5U);
   EXPECT_EQ(server_->counters().malformed, 5U);
-  // Earlier tests may have written these lines already.
+  // Earlier tests may have written these lines already, and they are written only once.
   EXPECT_LE(log.CountLines("modbus: client 127.0.0.1:"), 2);
 }
 
@@ -412,7 +408,6 @@ TEST_F(ServerTest, TheServerAcceptsAgainWhenFileDescriptorsAreFree) {
   EXPECT_EQ(Ask(client, 1, kReadZero), kAnswer);
 }
 
-/// Sends requests until the server stops reading because its answers are not read.
 void Flood(const RawClient& client, const Bytes& request, const std::function<bool()>& closed) {
   Bytes many;
   for (int i = 0; i < 100; ++i) Append(many, View(request));

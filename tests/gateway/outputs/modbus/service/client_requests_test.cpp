@@ -1,4 +1,4 @@
-// Tests of routed requests: what the target gets, and the answer to each end.
+// Tests of routed requests: the request to the target, and the answer to each end.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/client_requests.h"
 
@@ -177,7 +177,7 @@ TEST_F(ServiceTest, ASilentListenerSuppressesItsOwnExceptionsOnly) {
   EXPECT_THAT(Ask(1, "03 00 09 00 01"), ElementsAre("12 34 00 00 00 03 01 83 02"));
 }
 
-/// A reload may end during a request. Zeros for a removed device would be taken for values.
+/// A reload can remove the device during a request. A client would take zeros for its values.
 TEST_F(ServiceTest, ARemovedDeviceIsAnsweredWithDeviceFailure) {
   EXPECT_THAT(Ask(1, "03 00 00 00 01"), ElementsAre("12 34 00 00 00 05 01 03 02 FF FE"));
   store_->Retire(0);
@@ -334,8 +334,6 @@ TEST_F(ServiceTest, RepliesAfterTheEndOfTheServiceAreIgnored) {
   EXPECT_THAT(Settle(), IsEmpty());
 }
 
-// ---------------- Which function codes the clients of a listener may use.
-
 TEST(Permission, PermitsFunctionCodes) {
   const auto allowed = [](config::Permit permit) {
     std::string codes;
@@ -348,8 +346,6 @@ TEST(Permission, PermitsFunctionCodes) {
   EXPECT_EQ(allowed(config::Permit::data), "1 2 3 4 5 6 15 16 ");
   EXPECT_TRUE(Permits(config::Permit::all, 100));
 }
-
-// ---------------- Unit 0: which device it is, and when a write to unit 0 goes to all slaves.
 
 constexpr const char* kStopAll = "06 00 08 00 00";
 constexpr const char* kReadStatus = "03 23 28 00 01";

@@ -1,4 +1,4 @@
-// Tests of the event registers: each client has its own place in each unit, while the ring goes on.
+// Tests of the event registers. Each client has a separate position in the events of each unit.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 
@@ -10,7 +10,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
-/// Units 1 and 2 are devices. The feed shows 20 events, and remembers the owners of 20 more.
 class EventsOfService : public ServiceTest {
  protected:
   EventsOfService() {
@@ -134,16 +133,16 @@ TEST_F(EventsOfService, RefuseOtherWrites) {
     const char* pdu;
     const char* answer;
   } cases[] = {
-      {"06 23 38 00 01", "86 03"},                       // half of the number
-      {"06 23 39 00 01", "86 03"},                       // the other half
-      {"10 23 38 00 01 02 00 01", "90 03"},              // half of the number
-      {"10 23 38 00 03 06 00 00 00 01 00 00", "90 02"},  // includes a read-only register
-      {"10 23 37 00 02 04 00 00 00 01", "90 02"},        //
-      {"10 23 39 00 02 04 00 00 00 01", "90 02"},        //
-      {"06 23 3A 00 01", "86 02"},                       //
-      {"06 23 87 00 01", "86 02"},                       //
-      {"05 23 38 FF 00", "85 02"},                       // bits
-      {"0F 23 38 00 02 01 03", "8F 02"},                 //
+      {"06 23 38 00 01", "86 03"},
+      {"06 23 39 00 01", "86 03"},
+      {"10 23 38 00 01 02 00 01", "90 03"},
+      {"10 23 38 00 03 06 00 00 00 01 00 00", "90 02"},
+      {"10 23 37 00 02 04 00 00 00 01", "90 02"},
+      {"10 23 39 00 02 04 00 00 00 01", "90 02"},
+      {"06 23 3A 00 01", "86 02"},
+      {"06 23 87 00 01", "86 02"},
+      {"05 23 38 FF 00", "85 02"},
+      {"0F 23 38 00 02 01 03", "8F 02"},
   };
   for (const auto& c : cases) {
     EXPECT_THAT(Ask(1, c.pdu), ElementsAre("12 34 00 00 00 03 01 " + std::string(c.answer)))
@@ -162,7 +161,6 @@ TEST_F(EventsOfService, AreReadInWholeValues) {
   EXPECT_THAT(Ask(1, "01 23 38 00 01"), ElementsAre("12 34 00 00 00 03 01 81 02"));
 }
 
-/// A slow client learns how many events it has missed.
 TEST_F(EventsOfService, EachOverwrittenEventIsCountedAsLost) {
   std::uint64_t next = 1;
   std::uint64_t seen = 0;
@@ -212,9 +210,6 @@ TEST_F(EventsOfService, EventsOfOtherUnitsAreSkippedAndNotCountedAsLost) {
   EXPECT_EQ(Read(255).lost, 11U);
 }
 
-// ---------------- The register that acknowledges alarms.
-
-/// Alarms that are acknowledged when the test allows it.
 class FakeAlarms final : public events::EventSource {
  public:
   events::EventsState state() const override { return {}; }
@@ -282,7 +277,6 @@ class AckServiceTest : public ServiceTest {
     alarms_.Raise("d2", 8);
     alarms_.Raise("d2", (std::int64_t{3} << 32) + 5);
   }
-  /// Returns the answer to the client, at once or after the disk has the record.
   std::string Write(std::uint8_t unit, const std::string& number) {
     alarms_.meant.clear();
     auto answers = Ask(unit, "10 23 88 00 02 04 " + number);

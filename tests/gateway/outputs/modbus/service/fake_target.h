@@ -1,4 +1,4 @@
-// A route target that stores requests, answers them at once, or is full, as the test wants.
+// A route target that stores requests, answers them at once, or refuses as full.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,6 @@
 
 namespace baudgate::modbus {
 
-/// A request for register 500.
 inline constexpr const char* kRead = "03 01 F4 00 01";
 
 inline bus::RoutedReply GoodReply(Bytes pdu) {
@@ -60,7 +59,7 @@ class FakeTarget final : public bus::RouteTarget {
     arrived_.notify_all();
   }
 
-  /// Wait for the request, or the client that leaves, with this number, without a limit.
+  /// Both wait without a limit: for the request, or for the client that leaves, with this number.
   bus::RoutedRequest Wait(std::size_t number) {
     std::unique_lock lock(mutex_);
     arrived_.wait(lock, [&] { return requests_.size() > number; });
@@ -80,7 +79,7 @@ class FakeTarget final : public bus::RouteTarget {
     return forgotten_;
   }
 
-  // Set these before the clients start.
+  // Must be set before clients start.
   bool full = false;
   std::function<bus::RoutedReply(const bus::RoutedRequest&)> answer;  ///< empty: the test answers
 

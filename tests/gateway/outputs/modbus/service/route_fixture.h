@@ -1,4 +1,4 @@
-// The server of server_fixture.h, with the lines "drive" and "pumps" behind routes.
+// The server of server_fixture.h, with routes to the lines "drive" and "pumps".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,10 +15,8 @@ class RouteTest : public ServerTest {
     links_.lines = {nullptr, &drive_, &pumps_};
     links_.frames.rtu = &protocols::ModbusRtuProtocol();
   }
-  // The server uses the lines, so it stops first.
   ~RouteTest() override { StopServer(); }
 
-  /// Adds a route whose deadline is longer than any test.
   config::Route& Add(std::size_t line, std::uint8_t first, std::uint8_t last) {
     config::Route& route = config_.modbus.routes.emplace_back(RouteTo(config_, line, first, last));
     route.deadline = 1h;

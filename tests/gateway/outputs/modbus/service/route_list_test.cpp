@@ -165,8 +165,6 @@ TEST_F(RouteTableTest, ARouteReplacesTheGatewayUnitsThatItNames) {
   EXPECT_EQ(Of(0).route, 1U);
 }
 
-// ---------------- Every routed write leaves a record, and does not wait for it.
-
 constexpr const char* kWrite = "06 00 08 00 07";
 
 class RoutedWriteTest : public ServiceTest {

@@ -27,11 +27,10 @@ class KeptWire final : public ClientWire {
   void AnswerNothing(Instant) override { answers.push_back("nothing"); }
   void SweepAt(Instant at) override { sweeps.push_back(at); }
 
-  /// Returns the answers since the last call, in their order.
   std::vector<std::string> Take() { return std::exchange(answers, {}); }
 
   std::vector<std::string> answers;
-  std::vector<Instant> sweeps;  ///< times of the requested sweeps
+  std::vector<Instant> sweeps;
 };
 
 class WriteSink final : public bus::CommandSink {
@@ -46,7 +45,6 @@ class WriteSink final : public bus::CommandSink {
   std::vector<bus::DeniedWrite> denied;
 };
 
-/// Unit 1 is a device with one register. A test adds the routes.
 class ServiceTest : public testing::Test {
  protected:
   using Answers = std::vector<std::string>;
@@ -84,7 +82,6 @@ class ServiceTest : public testing::Test {
   /// The wall clock is one hour ahead of the steady clock.
   Now Clocks() const { return {now_, WallTime(now_.time_since_epoch() + 1h)}; }
 
-  /// Returns the answers that come at once and after the answers of the targets.
   Answers Ask(View frame) {
     if (services_.empty()) Enter(wire_);
     services_[0]->Handle(frame, Clocks());
@@ -96,7 +93,6 @@ class ServiceTest : public testing::Test {
     io_.poll();
     return wire_.Take();
   }
-  /// `client` counts the connected clients.
   std::uint64_t IdOf(std::size_t client) { return Traffic().clients.at(client).id; }
   TrafficStatus Traffic() { return shared_->book()->Status(Clocks()); }
 

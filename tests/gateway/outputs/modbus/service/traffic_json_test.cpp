@@ -1,4 +1,4 @@
-// Tests of Modbus clients and routes in the status: as JSON and as text for people.
+// Tests of Modbus clients and routes in the status, as JSON and as text.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/service/traffic_json.h"
 
@@ -113,7 +113,6 @@ TEST(Traffic, IsEmptyWithoutRoutesAndClients) {
   EXPECT_EQ(tools::RenderTraffic(TrafficJson({}, {}, status::kNow), {}), "");
 }
 
-/// Returns the status with a Modbus section that contains the test's clients and routes.
 status::Json StatusOf(const config::Config& config, const bus::PointStore& store,
                       const std::optional<status::Target>& target) {
   const std::string line = target ? config.lines[target->line].name : std::string();
@@ -156,14 +155,11 @@ TEST(Traffic, ALineShowsItsOwnRoutesOnly) {
 namespace baudgate::modbus {
 namespace {
 
-// ---------------- Counters of clients and routes.
-
 using testing::IsEmpty;
 using testing::SizeIs;
 
 class TrafficTest : public ServiceTest {
  protected:
-  /// Checks the sum that traffic.h promises.
   static void ExpectSum(const RouteCounters& counters, std::uint64_t under_way) {
     EXPECT_EQ(counters.requests, counters.ok + counters.refused + counters.denied +
                                      counters.no_reply + counters.expired + counters.busy +
@@ -238,7 +234,6 @@ TEST_F(TrafficTest, EachClientHasItsOwnCounters) {
   EXPECT_EQ(IdOf(0), second);
 }
 
-/// The alarms get the end of each routed request, with the unit number that the client has used.
 TEST_F(TrafficTest, TheEndOfARoutedRequestIsReported) {
   Add(1, 20, 22).remap = 1;
   std::vector<std::string> told;
@@ -267,7 +262,6 @@ TEST_F(TrafficTest, EveryEndOfARoutedRequestIsCounted) {
   bus::RoutedReply shared = ok;
   shared.shared = true;
   shared.waited = 10ms;
-  // Two requests are old, so that their answers come after the deadline.
   const std::size_t kLate[] = {5, 6};
   const bus::RoutedReply replies[] = {ok,
                                       shared,
@@ -362,8 +356,6 @@ TEST_F(TrafficTest, AnExceptionOfASlaveIsNotShownAsTrouble) {
 
 namespace baudgate::modbus {
 namespace {
-
-// ---------------- Sentences about serial masters and routes, and when there are none.
 
 using ::testing::ElementsAre;
 using ::testing::IsEmpty;

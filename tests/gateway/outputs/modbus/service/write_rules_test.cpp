@@ -14,7 +14,6 @@ using ::testing::SizeIs;
 class WriteRules : public ServiceTest {
  protected:
   config::Writing& writing() { return config_.lines[0].devices[0].points[0].writing; }
-  /// Writes register 60000.
   static constexpr const char* kSelect = "06 EA 60 C0 DE";
   static constexpr const char* kWrite = "06 00 00 00 07";
   static constexpr const char* kSelected = "12 34 00 00 00 06 01 06 EA 60 C0 DE";

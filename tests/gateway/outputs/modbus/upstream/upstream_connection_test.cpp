@@ -1,4 +1,4 @@
-// Tests of the connection to a Modbus TCP server, and what its end does to requests.
+// Tests of the connection to a Modbus TCP server, and of requests when it ends.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -133,7 +133,6 @@ TEST_F(UpstreamConnectionTest, ARefusedConnectionIsNotTriedForEveryRequest) {
   EXPECT_TRUE(RunUntil(io_, [&] { return back.accepted() == 1; }));
 }
 
-/// Each read is tried twice, then its unit pauses.
 TEST_F(UpstreamConnectionTest, AServerThatClosesAtOnceIsRetriedAfterAPause) {
   server_.turns_away = true;
   EXPECT_EQ(Wait(Submit()).outcome, Outcome::no_reply);
@@ -146,10 +145,8 @@ TEST_F(UpstreamConnectionTest, AServerThatClosesAtOnceIsRetriedAfterAPause) {
   EXPECT_EQ(server_.accepted(), 4U);
 }
 
-/// A server that closes the connection at one request, and answers all others.
 class ClosingServer : public UpstreamConnectionTest {
  protected:
-  /// Answers the requests of the latest connection. True if it has closed the connection.
   bool Serve() {
     RunReady(io_);
     if (server_.accepted() == 0) return false;
@@ -179,7 +176,7 @@ class ClosingServer : public UpstreamConnectionTest {
     return asked.reply;
   }
 
-  std::string closes_on;  ///< a unit, or a unit and a PDU
+  std::string closes_on;
 
  private:
   std::size_t session_ = 0;
@@ -202,7 +199,6 @@ TEST_F(ClosingServer, FailsOnlyForTheUnitThatItClosesOn) {
   EXPECT_LE(server_.accepted(), 6U) << "unit 7 pauses";
 }
 
-/// The request is truncated. Its unit answers all other requests, so the unit must not pause.
 TEST_F(ClosingServer, FailsOnlyForTheRequestThatItClosesOn) {
   closes_on = "01 01 00";
   int failed = 0;
@@ -246,7 +242,7 @@ TEST_F(UpstreamConnectionTest, ADeadServerIsDisconnectedAfterSilentDeadlines) {
   Wait(first);
   for (int i = 0; i < RequestsOnWire::kSilentDeadlines; ++i) {
     EXPECT_FALSE(server_.session(0).ended());
-    // Requests that expire together count once.
+    // Requests that expire together count as one silent deadline.
     Submit({.slave = 21, .within = 300ms});
     Submit({.slave = 22, .within = 300ms});
     const Asked& silent = Submit({.within = 300ms});

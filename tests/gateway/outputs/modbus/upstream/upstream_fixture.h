@@ -1,4 +1,4 @@
-// A scripted Modbus TCP server on loopback, and an upstream that leads to it.
+// A scripted Modbus TCP server on loopback, and an upstream that connects to it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +18,6 @@
 
 namespace baudgate::modbus {
 
-/// Accepts connections and stores their requests. The test makes it answer.
 class ScriptedServer {
  public:
   explicit ScriptedServer(asio::io_context& io, std::uint16_t port = 0)
@@ -51,7 +50,6 @@ class ScriptedServer {
   void Close(std::size_t session = 0) {
     sessions_.at(session).stream().shutdown(asio::ip::tcp::socket::shutdown_send);
   }
-  /// Closes connections as soon as they come.
   bool turns_away = false;
 
  private:
@@ -89,7 +87,6 @@ class UpstreamTest : public testing::Test {
  protected:
   UpstreamTest() { upstream_.Start(); }
 
-  /// The clock of this machine plus `ahead_`.
   Instant Clock() const { return std::chrono::steady_clock::now() + ahead_; }
   bus::RoutedRequest Make(const Question& ask) {
     Asked& asked = asked_.emplace_back();
@@ -119,8 +116,8 @@ class UpstreamTest : public testing::Test {
   static constexpr std::size_t kReadsOnWire =
       RequestsOnWire::kMost - RequestsOnWire::kKeptForWrites;
 
-  /// Sends a request that is not answered in time. If it expires before it is sent (on a slow
-  /// machine), it gets more time.
+  /// Sends a request that is not answered in time. It gets more time if it expires before it is
+  /// sent.
   const Asked& SendInVain(std::uint8_t slave = 20) {
     const Asked* asked = nullptr;
     for (Duration within = 5ms; asked == nullptr || !asked->reply.sent; within *= 4) {
@@ -130,7 +127,6 @@ class UpstreamTest : public testing::Test {
     }
     return *asked;
   }
-  /// As many reads as the wire takes: four each to the units 20, 21 and 22.
   void FillTheWire() {
     for (std::size_t i = 0; i < kReadsOnWire; ++i) {
       Submit({.slave = static_cast<std::uint8_t>(20 + i / RequestsOnWire::kMostPerUnit),
@@ -142,7 +138,7 @@ class UpstreamTest : public testing::Test {
   asio::io_context io_;
   ScriptedServer server_{io_};
   std::deque<Asked> asked_;
-  std::vector<std::uint8_t> late_;  // units with replies that came too late
+  std::vector<std::uint8_t> late_;
   Duration ahead_{};
   Upstream upstream_{io_, "127.0.0.1", server_.port(),
                      [this](std::uint8_t unit) { late_.push_back(unit); },

@@ -82,12 +82,11 @@ TEST_F(UpstreamTest, AReplyMayComeInAnyPieces) {
 
 struct Misframed {
   const char* request;
-  const char* reply;   ///< behind its id; the header counts too many bytes
-  const char* passed;  ///< the PDU
+  const char* reply;  ///< without its transaction id; the length in its header is too large
+  const char* passed;
   Outcome outcome = Outcome::ok;
 };
 
-/// The next reply follows, with and without the bytes that the header counts too many.
 TEST_F(UpstreamTest, AKnownReplySizeOverridesTheHeader) {
   const Misframed kCases[] = {
       {"03 00 C8 00 01", "00 00 00 04 14 83 02", "83 02", Outcome::refused},
@@ -109,7 +108,6 @@ TEST_F(UpstreamTest, AKnownReplySizeOverridesTheHeader) {
   EXPECT_EQ(server_.accepted(), 1U);
 }
 
-/// Two replies come in one piece, and the header of the second must be found.
 TEST_F(UpstreamTest, TheHeaderBehindAMisframedReplyIsFound) {
   const Asked& first = Submit();
   const Asked& second = Submit({.slave = 21});
@@ -141,7 +139,6 @@ struct OddReply {
 
 class OddReplyTest : public UpstreamTest, public testing::WithParamInterface<OddReply> {};
 
-/// The transaction id shows the request, so the reply passes, and the client judges it.
 TEST_P(OddReplyTest, PassesUnchanged) {
   const std::string pdu = GetParam().reply;
   const auto size = static_cast<std::uint8_t>((pdu.size() + 1) / 3 + 1);
@@ -217,8 +214,6 @@ TEST_F(UpstreamTest, GarbageBehindGoodFramesDoesNotFloodTheLog) {
   EXPECT_LE(log.CountLines("server 127.0.0.1:" + std::to_string(server_.port())), 2);
 }
 
-// ---------------- Deadlines of requests, and replies that come after them.
-
 using testing::ElementsAre;
 
 TEST_F(UpstreamTest, ALateReplyIsNotTakenForTheNextRequest) {
@@ -290,8 +285,6 @@ TEST_F(UpstreamTest, AWaitingRequestExpires) {
   EXPECT_EQ(server_.Requests().size(), kReadsOnWire);
 }
 
-// ---------------- Which requests are sent and which wait: places on the wire, priorities, writes.
-
 TEST_F(UpstreamTest, TwelveReadsAreSentAndFurtherReadsWaitByPriority) {
   FillTheWire();
   Submit({.slave = 30, .pdu = "03 00 0A 00 01", .priority = config::Priority::low});
@@ -360,8 +353,6 @@ TEST_F(UpstreamTest, AWriteWaitsForThePreviousWriteToItsUnit) {
   EXPECT_EQ(server_.Requests()[2], "00 02 00 00 00 06 14 06 00 08 00 00");
 }
 
-// ---------------- A remote server to which no route leads any more.
-
 constexpr const char* kReply = "00 00 00 00 00 05 14 03 02 00 07";
 
 class UpstreamRest : public UpstreamTest {
@@ -414,8 +405,6 @@ TEST_F(UpstreamRest, EndsWithTheNextRoute) {
   Submit();
   EXPECT_TRUE(server_.Wait(1, 1)) << "a new connection";
 }
-
-// ---------------- Clients of a remote server: shared reads, a full queue, leaving, threads.
 
 TEST_F(UpstreamTest, WaitingIdenticalReadsShareOneReply) {
   const Asked& first = Submit({.client = 1});

@@ -30,7 +30,6 @@ class RtuFramingTest : public testing::Test {
       bytes = bytes.subspan(count);
     }
   }
-  /// Returns the next frame as hex, or "need more".
   std::string Take() {
     View frame;
     const FramingState peeked = framing_.Peek();
@@ -123,8 +122,6 @@ TEST_F(RtuFramingTest, RepliesHaveAddressAndCrc) {
   EXPECT_EQ(ToHex(out), "AA 14 03 02 09 C4 B2 44");
   EXPECT_TRUE(framing_.one_at_a_time());
 }
-
-// ---------------- `MbapAssembler`: every cut, single bytes, pipelining, floods and defects.
 
 using MbapState = MbapAssembler::State;
 
@@ -234,14 +231,11 @@ TEST(Mbap, GoodFramesBeforeADefectAreDelivered) {
   EXPECT_EQ(assembler.Take(taken), MbapState::malformed);
 }
 
-// ---------------- `OtherFraming`: the first bytes of a client show another framing.
-
 const Frames& Both() {
   static const Frames kFrames{&protocols::ModbusRtuProtocol(), &protocols::ModbusAsciiProtocol()};
   return kFrames;
 }
 
-/// Makes a request that reads register 0 of unit 1.
 Bytes RequestIn(Framing framing) {
   const Bytes pdu = {3, 0, 0, 0, 1};
   if (framing == Framing::tcp) return AduOf(1, 1, pdu);
@@ -262,7 +256,6 @@ TEST(OtherFraming, RecognisesEachFraming) {
 TEST(OtherFraming, WaitsForAWholeRequest) {
   for (const Framing spoken : {Framing::rtu, Framing::ascii}) {
     const Bytes request = RequestIn(spoken);
-    // The request counts as whole with its CR, because the LF follows at once.
     const std::size_t whole = request.size() - (spoken == Framing::ascii ? 1 : 0);
     for (std::size_t count = 0; count < whole; ++count) {
       EXPECT_FALSE(OtherFraming(View(request).first(count), Framing::tcp, Both()))
@@ -286,7 +279,7 @@ TEST(OtherFraming, IgnoresNoise) {
   EXPECT_FALSE(OtherFraming(ToBytes("GET / HTTP/1.1\r\n\r\n"), Framing::tcp, Both()));
 }
 
-/// The register count of an RTU request is at the place where Modbus TCP has its length.
+/// The register count of an RTU request is at the place of the length in Modbus TCP.
 TEST(OtherFraming, ADamagedRequestIsNotAnotherFraming) {
   for (std::uint8_t count = 1; count < 125; ++count) {
     Bytes request = Both().rtu->carrier->wrap(1, Bytes{3, 0, 0, 0, count});
@@ -301,8 +294,6 @@ TEST(OtherFraming, AdvisesHowToFixTheFraming) {
       "it sends Modbus ASCII, but this listener expects Modbus TCP; set framing: ascii at the "
       "listener, or change the master");
 }
-
-// ---------------- Checks of requests: every function, count, limit and length.
 
 struct BadRequest {
   const char* name;

@@ -175,7 +175,7 @@ TEST_F(ClientTest, TheOnlyGatewayInTheDefaultPlacesIsFound) {
   const control::RuntimeDirectory runtime(directory_);
   std::filesystem::create_directory(directory_ / "baudgate");
   const auto connect = [] { return ControlClient::Connect({}); };
-  // A gateway that runs on this machine would be found, too, so the test expects nothing yet.
+  // A real gateway could run on this machine, so the test does not expect that none is found.
   config_.socket = (directory_ / "baudgate" / "a.sock").string();
   StartServer();
   asio::io_context io;
@@ -210,7 +210,7 @@ TEST_F(ClientTest, ReleaseWaitsForThePortAndPrintsItsEndTime) {
   EXPECT_EQ(Release("io", 10min, true), 0);
   EXPECT_EQ(out_.str(), "io: the line was not released\n");
   EXPECT_EQ(Release("io", 25h), 2);
-  EXPECT_THAT(err_.str(), HasSubstr("from 1s to 24h"));
+  EXPECT_THAT(err_.str(), HasSubstr("for 1s to 24h"));
   EXPECT_THAT(lines_.calls(), ElementsAre("release 1 for 10min", "take back 1", "take back 1"));
 }
 
@@ -224,8 +224,6 @@ TEST_F(ClientTest, DisableWarnsThatARestartForgetsIt) {
   EXPECT_EQ(InUse("bay-1.feeder-2", true), 0);
   EXPECT_EQ(out_.str(), "bay-1.feeder-2: in use; the gateway polls it again\n");
 }
-
-// ---------------- Billing readings as a table: a gateway stores the readings of one meter.
 
 struct KeptReadings final : events::EventSource {
   events::EventsState state() const override {
@@ -338,8 +336,6 @@ TEST_F(BillingTest, MissingReadingsAreExplained) {
   EXPECT_EQ(out_.str(), "no billing readings are stored for that time\n");
 }
 
-// ---------------- Stored values as a table: which points a name selects.
-
 struct OneValueEach final : history::HistorySource {
   history::HistoryState state() const override {
     history::HistoryState state;
@@ -404,8 +400,6 @@ TEST_F(HistoryClient, FitsATerminal) {
 
 namespace baudgate::tools {
 namespace {
-
-// ---------------- The order of the sentences of a status.
 
 using ::testing::ElementsAre;
 using Json = nlohmann::ordered_json;

@@ -36,7 +36,6 @@ constexpr const char* kGood =
     "  - { name: e, address: 2, enabled: false, points: [{ name: p, read: A1, type: string(5) }] "
     "}\n";
 
-/// A file that the destructor removes.
 class ConfigFile {
  public:
   explicit ConfigFile(const std::string& text)
@@ -300,8 +299,6 @@ TEST(Profiles, AreListedAndDescribed) {
 namespace baudgate::tools {
 namespace {
 
-// ---------------- `decode` on the text of a trace, for programs and for people.
-
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
@@ -372,8 +369,6 @@ TEST(Decode, PrintsProseForPeople) {
 
 namespace baudgate::testing {
 namespace {
-
-// ---------------- What `baudgate check` prints about listeners and routes.
 
 constexpr const char* kLines =
     "lines:\n"

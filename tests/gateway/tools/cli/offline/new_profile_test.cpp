@@ -79,7 +79,7 @@ TEST_F(ProfileFiles, ARegisterListBecomesAValidProfile) {
   EXPECT_THAT(out_.str(), AllOf(HasSubstr("modbus_rtu/list, 3 points"), HasSubstr("energy_in")));
 }
 
-/// As Excel on Windows saves a list: a separator line, and dashes of the Windows code page.
+/// Excel on Windows saves a list like this: a separator line, and dashes of the Windows code page.
 TEST_F(ProfileFiles, AListWithWordOrdersDashesAndTextsIsAccepted) {
   ASSERT_EQ(New("sep=;\r\n"
                 "name;register;type;word order\r\n"
@@ -153,8 +153,6 @@ TEST_F(ProfileFiles, TheProtocolIsTakenFromTheFolderOrTheBestFit) {
   EXPECT_THAT(err_.str(), HasSubstr("did you mean 'dcon'"));
   EXPECT_EQ(Check("dcon/mine.yaml", relay), kExitBadConfiguration);
 }
-
-// ---------------- Lines made from profiles and words of the command line.
 
 Result<config::Line> Make(const tools::WantedDevice& device, const std::string& protocol = "fake",
                           const std::string& serial = "") {
@@ -233,8 +231,6 @@ TEST(MakeLine, NeverShowsASecret) {
     EXPECT_EQ(error.find("SECRET"), std::string::npos) << error;
   }
 }
-
-// ---------------- The points of a configuration as variables of a PLC program.
 
 constexpr const char* kConfig =
     "lines:\n"

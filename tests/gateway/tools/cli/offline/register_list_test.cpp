@@ -1,4 +1,4 @@
-// Tests of register lists as people type them, and the profiles made from them.
+// Tests of register lists as users type them, and the profiles made from them.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/tools/cli/offline/register_list.h"
 
@@ -23,7 +23,6 @@ tools::RegisterList Read(const std::string& text, std::optional<tools::FirstRegi
   return ReadRegisterList(text, "l.csv", table, first);
 }
 
-/// Returns "table address form type" of the only row.
 std::string Row(const std::string& cells, tools::FirstRegister first,
                 const std::string& header = "name,register,type") {
   const tools::RegisterList list = Read(header + "\n" + cells + "\n", first);

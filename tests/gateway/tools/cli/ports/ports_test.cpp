@@ -27,7 +27,7 @@ class Ports : public ::testing::Test {
     std::string form = (fs::temp_directory_path() / "baudgate-ports-XXXXXX").string();
     root_ = ::mkdtemp(form.data());
     place_.root = root_;
-    fs::create_directories(root_ / "sys/class/tty/tty0");  // a console, which has no device
+    fs::create_directories(root_ / "sys/class/tty/tty0");
   }
   ~Ports() override { fs::remove_all(root_); }
 
@@ -106,7 +106,7 @@ TEST_F(Ports, AnFtdiAdapterIsShownWithAllItsNames) {
   EXPECT_EQ(port["names"].size(), 4U);
 }
 
-/// All CP210x have the number 0001: the link by id leads to the last one that was plugged in.
+/// All CP210x adapters have the serial number 0001, so the link by id names the latest adapter.
 TEST_F(Ports, AdaptersWithEqualSerialNumbersAreNamedByPlace) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "0001");
   AddUsb("ttyUSB1", "1-2", "cp210x", "10c4:ea60", "0001");
@@ -177,7 +177,6 @@ TEST_F(Ports, MissingPermissionsAreShown) {
   EXPECT_THAT(Shown(), Not(HasSubstr("may not open")));
 }
 
-/// An adapter may report any name, also one with control characters.
 TEST_F(Ports, ControlCharactersInAdapterNamesAreRemoved) {
   AddUsb("ttyUSB0", "1-1", "cp210x", "10c4:ea60", "\x1b]0;x\x07");
   EXPECT_THAT(FindPorts(root_)[0].serial, Not(HasSubstr("\x1b")));
@@ -193,8 +192,6 @@ TEST_F(Ports, AConfiguredPathIsResolvedToItsPort) {
   EXPECT_EQ(PortNameOf(root_, "tcp://10.0.0.5:4001"), "");
   EXPECT_EQ(PortNameOf(root_, "/dev/round"), "round");
 }
-
-// ---------------- Who may open a port by the mode of its file.
 
 constexpr gid_t kDialout = 20;
 const PortFile kUsual{"/dev/ttyUSB0", 0, kDialout, "dialout", 0660};
@@ -212,7 +209,8 @@ TEST(PortRights, TheUsualPortNeedsItsGroup) {
             "again");
 }
 
-/// The first class that fits decides (owner, group, others), even if a later class has more rights.
+/// The first class that matches (owner, group, others) decides, even if a later one has more
+/// rights.
 TEST(PortRights, FollowTheRulesOfTheKernel) {
   PortFile file = kUsual;
   file.mode = 0606;

@@ -32,7 +32,6 @@ config::Point PointOf(const std::string& name, const std::string& item, config::
   return point;
 }
 
-/// A relay with six points: its type, whether it is active, and four settings.
 config::Config OneRelay() {
   config::Config config = status::TwoLines();
   config::Device& relay = config.lines[0].devices[0];
@@ -58,7 +57,6 @@ constexpr std::size_t kCurrent = 3;
 constexpr std::size_t kTime = 4;
 constexpr std::size_t kHigh = 5;
 
-/// Stands for the daemon and the relay: applies a write to the store as the test wants.
 class FakeWriter final : public settings::PointWriter {
  public:
   WriteReport Write(const std::string& point, const std::string& value) override {
@@ -163,7 +161,6 @@ TEST_F(SettingsTest, AnUnknownSettingIsWrittenWithoutAValue) {
   EXPECT_THAT(writer_.asked, IsEmpty());
 }
 
-/// With the ratio of another current transformer, the raw value of 999 would be 666.
 TEST_F(SettingsTest, AFileOfAnotherScaleIsRefused) {
   config_.lines[0].devices[0].points[kHigh].scale = 400;
   StartServer();
@@ -311,7 +308,6 @@ TEST_F(SettingsTest, AValueThatReadsBackDifferentlyIsReported) {
   EXPECT_THAT(err_.str(), HasSubstr("(S21): 0.9 -> 30.3 xIn: written, but the relay shows 25\n"));
 }
 
-/// Each row ends with one result, whatever follows in the reasons.
 TEST_F(SettingsTest, AFailedReadBackIsReportedOnce) {
   StartServer();
   ASSERT_EQ(Dump(), 0);
@@ -369,6 +365,7 @@ TEST_F(SettingsTest, NumbersAreComparedAsNumbers) {
   EXPECT_TRUE(IsSameValue("1.0", "1"));
   EXPECT_TRUE(IsSameValue("0.30", "0.3", 0.01));
   EXPECT_FALSE(IsSameValue("12345678", "12345679", 1));
+  EXPECT_FALSE(IsSameValue("12345678", "12345679")) << "whole numbers are exact";
   EXPECT_FALSE(IsSameValue("12345.67", "12345.68", 0.01));
   EXPECT_TRUE(IsSameValue("12120", "12120.0001")) << "what a float32 holds";
   EXPECT_FALSE(IsSameValue("SPCJ", "SPCU"));
