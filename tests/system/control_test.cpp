@@ -57,7 +57,7 @@ TEST_F(Control, PointsAreReadAndWrittenFromTheCommandLine) {
   EXPECT_LT(read["points"][0]["age_ms"], 60'000) << "asked now, although its poll is 10 minutes";
   const Finished denied = Ask({"write", "io.io-1.output_1", "-1"});
   EXPECT_EQ(denied.code, 1);
-  EXPECT_THAT(denied.errors, HasSubstr("'write: allow', or a list of points"));
+  EXPECT_THAT(denied.errors, HasSubstr("'write: allow' or a list of points"));
   module->Signal(SIGKILL);
   const Finished lost = Ask({"write", "io.io-1.output_0", "1"});
   EXPECT_EQ(lost.code, 1);

@@ -110,7 +110,8 @@ TEST_F(DdsProcess, AKilledProcessIsRestartedWithAllPoints) {
   }
   EXPECT_THAT(daemon->Errors(),
               HasSubstr("dds: the process was ended by signal 9; the gateway starts it "));
-  EXPECT_THAT(daemon->Errors(), HasSubstr("dds: the process was ended by signal 11; it is "));
+  EXPECT_THAT(daemon->Errors(),
+              HasSubstr("dds: the process was ended by signal 11; the gateway starts it "));
   daemon->Signal(SIGTERM);
   EXPECT_EQ(daemon->WaitForEnd(10s), 0);
   EXPECT_FALSE(fs::exists("/proc/" + std::to_string(process)));

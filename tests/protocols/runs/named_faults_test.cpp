@@ -399,7 +399,7 @@ TEST_P(NamedFaults, HealthyLinesGetNoAdvice) {
     rig->RunFor(1s);
     for (std::uint32_t device = 0; device < rig.devices(); ++device) {
       for (const std::string& sentence : SentencesOf(rig, device)) {
-        const bool is_name = sentence.find("calls itself") != std::string::npos;
+        const bool is_name = sentence.find("reports the name") != std::string::npos;
         const bool is_early = look == 0 && sentence == "not asked yet";
         EXPECT_TRUE(is_name || is_early) << look << " s: " << sentence;
       }
