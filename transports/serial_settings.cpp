@@ -8,8 +8,8 @@
 #include <cerrno>
 #include <cstring>
 
-// <asm/termbits.h> is the kernel's termios. The C library's termios has no free bit rates and
-// refuses 7E1 on a pty that was opened before. The two headers cannot be included together.
+// The header asm/termbits has the kernel's termios. The C library's termios has no free bit rates
+// and refuses 7E1 on a pty that was opened before. The two headers cannot be included together.
 #include <asm/ioctls.h>
 #include <asm/termbits.h>
 #include <linux/serial.h>

@@ -15,8 +15,8 @@
 
 namespace baudgate::protocols::modbus {
 
-// The functions below build the PDUs of requests. modbus_pdu.h has the function codes, lengths and
-// checks.
+// The functions below build the PDUs of requests. protocols/modbus_pdu/modbus_pdu.h has the
+// function codes, lengths and checks.
 
 using namespace baudgate::modbus;  // rules of Modbus that the gateway also uses
 

@@ -1,5 +1,5 @@
 // The state table of `Job`. The functions follow in the order of the life of a job. A late reply is
-// the reply to an earlier request, which may still come (replies/late_replies.h).
+// the reply to an earlier request, which may still come (gateway/bus/replies/late_replies.h).
 //
 // clang-format off
 //   the job               what happens                        next

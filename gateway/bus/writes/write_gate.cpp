@@ -223,8 +223,7 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
       return "the selection of '" + point.name + "' ended " +
              FormatDuration(point.writing.select_time) + " after it was made";
     default:
-      return "'" + point.name +
-             "' has to be selected before it is written (register 60000 + N, or --confirm)";
+      return "'" + point.name + "' has to be selected before it is written";
   }
 }
 

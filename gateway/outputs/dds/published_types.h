@@ -1,4 +1,4 @@
-// `Contract` lists the fields of each published type of baudgate.idl; cdr_test.cpp compares it with
+// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with
 // the IDL. From these lists the code derives the wire form (Encode, Decode), the key hashes, the
 // types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and
 // the JSON of `watch` (gateway/tools/watch/watch_lines.h).

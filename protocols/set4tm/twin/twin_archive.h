@@ -28,8 +28,8 @@ class TwinJournals {
  public:
   TwinJournals(const CivilZone& zone, std::size_t records) : zone_(zone), most_(records) {}
 
-  /// Adds a record for an event, whose codes are those of archive/journals.h. Returns false if no
-  /// journal has this code.
+  /// Adds a record for an event, whose codes are those of protocols/set4tm/archive/journals.h.
+  /// Returns false if no journal has this code.
   bool Raise(const DeviceEvent& event, WallTime now);
   /// Returns the requested record, which is zeros if its place is empty. An empty optional: no
   /// event was raised in this journal, or `pdu` is no request for a record.

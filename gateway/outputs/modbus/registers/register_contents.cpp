@@ -121,7 +121,7 @@ ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Pie
       case Area::status:
         FillFromBlock(DeviceBlockOf(record.status, now), piece, out);
         break;
-      case Area::events:  // FillEvents in own_units.cpp fills these registers
+      case Area::events:  // filled by gateway/outputs/modbus/service/own_units.cpp
       case Area::hole:
         std::ranges::fill(place, std::uint16_t{0});
         break;

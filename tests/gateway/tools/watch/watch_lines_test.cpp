@@ -158,12 +158,12 @@ TEST(Listening, IsReopenedUntilItSucceeds) {
       {1s, 2, "", "", 1},
       {2s, 0, "", "", 1},
       {2500ms, 7, "", "", 1},
-      {3s, 7, "no room", "the interface of 10.0.0.5 was made anew; no room", 2},
+      {3s, 7, "no room", "the interface of 10.0.0.5 was created again; no room", 2},
       {4s, 7, "no room", "", 3},
       {5s, 7, "no port", "no port", 4},
       {6s, 7, "", "watch restarts", 5},
       {7s, 7, "", "", 5},
-      {8s, 9, "", "the interface of 10.0.0.5 was made anew; watch restarts", 6},
+      {8s, 9, "", "the interface of 10.0.0.5 was created again; watch restarts", 6},
   };
   for (const Row& row : rows) {
     own.clear();

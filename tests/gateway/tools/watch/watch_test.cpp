@@ -199,7 +199,7 @@ TEST_F(WatchTest, UndecodableSamplesAreReportedWithTheirNumber) {
   WatchOptions options = Options();
   options.terminal = TableView{.width = 80, .height = 24, .colour = false};
   const Watched watched = RunUntilSeen(options, "samples were left out");
-  EXPECT_THAT(watched.err, HasSubstr("watch: 1 samples were left out: longer"));
+  EXPECT_THAT(watched.err, HasSubstr("watch: 1 samples were left out: they are longer"));
 }
 
 TEST_F(WatchTest, EndsCleanlyAtASignal) {
