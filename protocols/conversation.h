@@ -303,7 +303,7 @@ class Conversation {
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
   /// Returns how to receive the messages that the device sends unasked, or null if it sends none;
-  /// the result never changes. Silence of such a device is no failure: the gateway sends it only
+  /// the result never changes. Silence of such a device is not a failure: the gateway sends it only
   /// the requests of Queries(), which may be empty.
   virtual const Standing* Listens() const { return nullptr; }
   /// Called for a whole message that came unasked. Readings and events of the Answer are stored

@@ -18,7 +18,7 @@
 
 namespace baudgate::config {
 
-/// `none`: the event is no alarm. The word `yes` of the key `alarm` means medium.
+/// `none`: the event is not an alarm. The word `yes` of the key `alarm` means medium.
 enum class AlarmPriority : std::uint8_t { none, low, medium, high };
 inline constexpr std::size_t kAlarmPriorities = 4;
 template <>

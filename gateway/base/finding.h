@@ -56,8 +56,8 @@ enum class Symptom : std::uint8_t {
   other_protocol,
   other_device,  ///< a whole reply of another device
   other_master,  ///< a request that this gateway has not sent
-  /// The reply to the previous request, within the reply time; `cause`: "lags" if each reply waits
-  /// for the next request.
+  /// The reply to the previous request, soon after the present request; `cause`: "lags" if each
+  /// reply waits for the next request.
   one_behind,
   /// The same bytes that came to other requests; `cause`: the bytes, if they are a text.
   same_again,

@@ -71,7 +71,7 @@ class ServerGreeting {
     if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
   }
 
-  /// Returns the greeting; empty: none came, or a device has answered since.
+  /// Returns the greeting; empty: no greeting came, or a device has answered since.
   const Bytes& text() const { return text_; }
 
  private:
@@ -97,7 +97,7 @@ class Overheard {
   /// bytes of the damaged message; else nothing.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
-  /// The conversation has read a message, so the bytes that follow are no rest of a damaged
+  /// The conversation has read a message, so the bytes that follow are not a rest of a damaged
   /// message.
   void OnRead() { damaged_ = false; }
 

@@ -73,7 +73,8 @@ class WriteGrace {
  public:
   static constexpr Duration kMost = 1s;
 
-  /// `then` is called when the write has ended; it replaces the `then` of an earlier Begin.
+  /// `then` is called when the current write has ended, or kMost after `now`; it is not called
+  /// after CallOff. It replaces the `then` of an earlier Begin.
   void Begin(std::function<void()> then, Instant now) {
     then_ = std::move(then);
     until_ = now + kMost;

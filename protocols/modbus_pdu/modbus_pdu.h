@@ -42,7 +42,7 @@ inline constexpr std::uint8_t kIdentification = 14;
 
 enum ExceptionCode : std::uint8_t {
   kNoException = 0,
-  kIllegalFunction = 1,  ///< the slave does not know or not permit the function
+  kIllegalFunction = 1,  ///< the slave does not know the function, or does not permit it
   kIllegalAddress = 2,   ///< the address is absent or read-only
   kIllegalValue = 3,     ///< the count, length or value is invalid
   kDeviceFailure = 4,

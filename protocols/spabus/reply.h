@@ -71,7 +71,7 @@ struct Reply {
 };
 
 /// Parses a frame from `<` to its CR or CR LF. It checks the syntax, not the checksum. Returns
-/// nothing if the frame is no reply.
+/// nothing if the frame is not a reply.
 std::optional<Reply> ParseReply(View frame);
 
 /// Returns the variants kCovers… under which the checksum of the frame is right, as bits; 0: no

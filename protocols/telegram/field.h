@@ -1,6 +1,6 @@
 // Decodes and encodes one field. `Format` describes how a field is written, and `Meaning` is the
-// meaning of a code, a text or number that is no measurement. A field that is not entirely a valid
-// number gives no number.
+// meaning of a code, a text or number that is not a measurement. A field that is not entirely a
+// valid number gives no number.
 #pragma once
 
 #include <cstdint>
@@ -70,7 +70,7 @@ Result<Format> ParseFormat(std::string_view text);
 
 constexpr bool IsPrintable(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Decodes the bytes of a field. The value is empty if the bytes are no number of this format. A
+/// Decodes the bytes of a field. The value is empty if the bytes are not a number of this format. A
 /// text is returned without the blanks around it.
 Value DecodeField(const Format& format, View bytes);
 

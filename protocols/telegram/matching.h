@@ -73,7 +73,7 @@ struct Form {
 
 struct Match {
   enum class Kind : std::uint8_t {
-    none,       ///< the bytes are no such telegram, whatever bytes follow
+    none,       ///< the bytes are not such a telegram, whatever bytes follow
     need_more,  ///< the bytes can become such a telegram
     whole,
   } kind = Kind::none;

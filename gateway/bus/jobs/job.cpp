@@ -213,8 +213,8 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
 
 namespace {
 
-/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is no
-/// text, or if it could contain a password.
+/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is
+/// not a text, or if it could contain a password.
 std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });

@@ -64,8 +64,10 @@ class RoutedJob final : public Job {
   const bool every_slave_answers_;
   const bool is_read_;
   Bytes reply_;
-  bool odd_ = false;          // the slave has answered in a form that does not fit the request
-  LostReplies::Older older_;  // lost requests that the latest reply may answer instead
+  bool odd_ = false;  // the slave has answered in a form that does not fit the request
+  // Whether the latest reply may answer a lost request instead: one with other bytes, or one with
+  // the same bytes as the present request.
+  LostReplies::Older older_;
   std::size_t replies_ = 0;
 };
 
@@ -76,7 +78,8 @@ class RoutedJobs {
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// True if a waiting request of a client can be sent now.
+  /// True if a waiting request of a client can be sent now. A late reply of its slave that may
+  /// still come, an earlier write, or a poll that goes before the write prevents this.
   bool AnyMayGo(Instant now) const;
   bool ShortWriteMayGo(Instant now) const;
   /// True if a short write (a start or stop) waits for a slave that is not offline. Short writes

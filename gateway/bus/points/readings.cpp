@@ -161,7 +161,7 @@ JumpCheck::Judgement JumpCheck::Judge(const config::Point& point, History& histo
 
 JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   Result result;
-  // The device marks readings as uncertain while the measured value changes, so a jump is no
+  // The device marks readings as uncertain while the measured value changes, so a jump is not
   // damage.
   const bool changes = std::ranges::any_of(
       samples, [](const Sample& sample) { return IsUncertain(sample.quality); });

@@ -175,7 +175,7 @@ class LateReplies {
   Duration LongestReply() const;
   /// Returns how long an exchange with the member takes if it does not answer.
   Duration WorstCase(const Member& member) const;
-  /// Returns the member whose exchange ended last; null: there was none.
+  /// Returns the member whose exchange ended last; null: no exchange has ended yet.
   const Member* last() const { return last_; }
 
  private:

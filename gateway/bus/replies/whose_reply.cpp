@@ -474,7 +474,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
 }
 
 void WhoseReply::NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now) {
-  // After damage, and after replies of other devices, an answer may still come.
+  // A request to a slave without a configured device that got no reply, or a damaged one, may still
+  // be answered.
   Entry& entry = entries_[*asked.member];
   if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);

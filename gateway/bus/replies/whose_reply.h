@@ -399,7 +399,7 @@ class WhoseReply {
     bool replaced = false;  ///< another device answers in place of the member
     /// The reply does not fit, and no other reply could come: an earlier reply came twice.
     bool shifted = false;
-    bool odd = false;  ///< the reply does not fit, and is no copy of an earlier reply
+    bool odd = false;  ///< the reply does not fit, and is not a copy of an earlier reply
   };
   /// Decides to which request a reply of the asked member belongs. `outcome`: what the conversation
   /// or the carrier has returned for the form of the reply.
@@ -430,7 +430,7 @@ class WhoseReply {
     bool read = false;  // since OnReconnect, a poll was answered in order and in the expected form
     int lag = 0;        // number of replies that could still come when a proof was last answered
     Instant proven_at{};  // when a probe was answered last
-    int proofless = 0;    // answered probes in a row that were no proofs
+    int proofless = 0;    // answered probes in a row that were not proofs
     Bytes proof_reply;
     std::vector<Bytes> odd;  // requests whose latest replies had an unexpected form
     // Requests that were answered in the expected form, since OnOpened.

@@ -147,7 +147,7 @@ class Schedule {
     return devices_[device].go_first > 0 && HasCome(DueAt(devices_[device]), now);
   }
 
-  /// Returns the query to send now; empty: none is due. `healthy_first`: a query of a failing
+  /// Returns the query to send now; empty: no query is due. `healthy_first`: a query of a failing
   /// device is returned only if no other query is due.
   std::optional<Pick> Next(Instant now, bool healthy_first = false);
   bool HealthyDue(Instant now) const;
@@ -184,7 +184,7 @@ class Schedule {
     std::uint32_t missed = 0;
   };
 
-  /// Returns when a query of the device is due; empty: none is due before another event.
+  /// Returns when a query of the device is due; empty: no query is due before another event.
   static std::optional<Instant> DueAt(const Device& device);
 
   std::vector<Device> devices_;

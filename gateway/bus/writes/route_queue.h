@@ -172,7 +172,7 @@ class RoutedSide {
   explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
 
   void OnAnswered(Instant now) { answered_at_ = now; }
-  /// Returns when the clients count as gone; empty: there were none.
+  /// Returns when the clients count as gone; empty: there were no clients.
   std::optional<Instant> ClientsGone() const;
   /// True if a request of a client is to be expected, because a client was served a short time ago.
   bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }

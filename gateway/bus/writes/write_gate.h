@@ -69,16 +69,16 @@ std::optional<std::string> WhyOutside(const config::Point& point, const Value& v
 /// when the device has accepted it. The error says why the value does not fit the type.
 Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, const Value& value);
 
-/// Returns why the device cannot represent the value exactly, in one sentence; empty: it can.
-/// Reasons: scale and type have no raw value for it, the raw value is a sentinel, or it has more
-/// digits than `decimals`. `write`: the result of Convert for `value`.
+/// Returns why the device cannot represent the value exactly, in one sentence; empty: the device
+/// can. Reasons: scale and type have no raw value for it, the raw value is a sentinel, or it has
+/// more digits than `decimals`. `write`: the result of Convert for `value`.
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const PointWrite& write);
 
 // Interlocks (allow_when): a write can require that other points have certain values. If one of
-// them is bad, uncertain or was never read, the write is refused.
+// these points is bad, uncertain or was never read, the write is refused.
 
-/// Returns why an interlock forbids this value now, in one sentence; empty: none does.
+/// Returns why an interlock forbids this value now, in one sentence; empty: no interlock does.
 std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
                                      const Value& value, Instant now);
 

@@ -188,8 +188,8 @@ bool IsComputedOtherwise(const Evidence& evidence) {
   return fits && 2 * evidence.Count(bad_check) > evidence.seen;
 }
 
-/// Returns the suspect special bytes. On a serial port FF does not count, because a driver gives FF
-/// for a character with wrong parity.
+/// Returns the suspect special bytes. On a serial port FF does not count, because the gateway's
+/// ParmrkDecoder (transports/parity.h) replaces a character with wrong parity by FF.
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.specials().Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);

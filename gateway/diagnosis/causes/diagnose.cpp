@@ -23,7 +23,7 @@ constexpr std::uint32_t kUnconfirmedShare = 25;
 constexpr std::size_t kManyFailures = 8;
 /// Outages are reported from this share of the last hour on.
 constexpr double kNotableOutage = 0.01;
-/// From this number of late replies in a row on, they are no short disturbance.
+/// From this number of late replies in a row on, they are not a short disturbance.
 constexpr std::uint32_t kManyBehind = 16;
 /// This soon after the start of the program a single outage is not reported, because it may have
 /// begun before.

@@ -118,7 +118,7 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
 }
 
 /// True if the device answers other requests than the failing polls: other polls; or, if no poll
-/// has ever had a value, requests that are no polls, such as a request for its name.
+/// has ever had a value, requests that are not polls, such as a request for its name.
 bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
   const auto is_good = [](const bus::QueryCount& query) {

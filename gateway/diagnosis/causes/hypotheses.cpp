@@ -57,8 +57,8 @@ bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
 
-/// Cause: another device answers. If retries fail, a reply that looks like the reply to the request
-/// before comes from a neighbour.
+/// Cause: another device answers. If retries fail as well, a reply that seems to answer the
+/// previous request comes from a neighbour.
 double OtherDevice(const Evidence& evidence) {
   const bool neighbour = !evidence.healthy.empty() && RepeatsFail(evidence) &&
                          !evidence.Last(one_behind).remedy.empty();
@@ -90,7 +90,8 @@ bool IsDamageOnly(const Evidence& evidence) {
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
-  // A device that has never answered is also probed with other requests, which it may not answer.
+  // A device that has never answered is also probed with other requests, and perhaps does not
+  // answer these.
   if (!evidence.answered && count >= kFacts) return evidence.Share({other_setting, silence});
   if (count < kSilences || 3 * count < evidence.seen) return evidence.Share({other_setting});
   return evidence.Share(

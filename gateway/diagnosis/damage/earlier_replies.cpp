@@ -294,7 +294,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
 Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& whose,
                                            const Came& came, Finding finding) {
   const bool answered = IsAnswered(finding.symptom);
-  // Another master may have asked this device: then a reply with its address is no second reply.
+  // Another master may have asked this device: then a reply with its address is not a second reply.
   if (!came.late && came.early && finding.symptom == Symptom::other_device &&
       whose.member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

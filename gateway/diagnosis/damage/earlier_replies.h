@@ -175,7 +175,7 @@ class EarlierReplies {
   bool IsLateEcho(const HeardExchange& exchange) const;
 
   /// Returns a new finding about an earlier exchange that the calls above have found: a reply was
-  /// late or came twice, or its rest came. Nothing: there are no more.
+  /// late or came twice, or its rest came. Nothing: there are no more findings.
   std::optional<EarlierFinding> Take();
 
  private:

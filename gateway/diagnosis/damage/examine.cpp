@@ -257,7 +257,7 @@ std::optional<Finding> OtherService(View heard, bool modbus) {
 
 namespace {
 
-/// In bytes. More bytes than this without a pause are no message of a reader of cards or codes.
+/// In bytes. More bytes than this without a pause are not a message of a reader of cards or codes.
 constexpr std::size_t kEndless = 240;
 /// An echo contains at least this many bytes of the request; kPartOfEcho beside a good reply.
 constexpr std::size_t kWholeEcho = 4;
@@ -457,7 +457,7 @@ std::size_t LongestHeard(const Hearing& hearing) {
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
-/// True if the text itself shows where it comes from.
+/// True if the text was recognised: only then does RemedyFor return a remedy.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 
 /// Returns the finding for bytes that contain no reply.

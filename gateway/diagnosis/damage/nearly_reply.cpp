@@ -220,7 +220,7 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
 }
 
 /// Returns a line of text that lacks the first character of a reply, and perhaps more of its
-/// beginning than LostHead can prove. Empty: the bytes are no such line.
+/// beginning than LostHead can prove. Empty: the bytes are not such a line.
 std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const bool standing = hearing.expect->reply == protocols::Expectation::Reply::standing;
   if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};

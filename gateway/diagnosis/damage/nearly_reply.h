@@ -29,14 +29,14 @@ std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 /// A driver that starts or stops driving the bus can cause up to this many bytes.
 inline constexpr std::size_t kHarmless = 3;
 
-/// Lets the protocol recognise bytes that are no reply: see protocols::Recognised.
+/// Lets the protocol recognise bytes that are not a reply: see protocols::Recognised.
 std::optional<Finding> Recognise(const Hearing& hearing, View heard);
 /// True if replies consist of hexadecimal digits and line ends only, and `part` does too.
 bool IsHexText(const Hearing& hearing, View part);
 /// Recognises a message of another device or master, or readable text.
 std::optional<Finding> Stranger(const Hearing& hearing, View part);
-/// Returns the finding for bytes before and after a reply that are no message: noise, a few bytes,
-/// or too few to report.
+/// Returns the finding for bytes before and after a reply that are not a message: noise, a few
+/// bytes, or too few to report.
 Finding StrayBeside(const Hearing& hearing, View before, View behind);
 
 }  // namespace baudgate::diagnosis

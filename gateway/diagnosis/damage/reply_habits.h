@@ -53,7 +53,7 @@ class HeardExchange {
   const std::vector<Arrival>& arrivals() const { return arrivals_; }
   /// Returns when the latest bytes came. Call only if bytes have come.
   Instant last_came() const { return sent_ + arrivals_.back().after; }
-  /// Returns the accepted reply; empty: none was accepted.
+  /// Returns the accepted reply; empty: no reply was accepted.
   const Bytes& frame() const { return frame_; }
   /// Returns the bytes before and after the reply. Without a reply, all bytes are in the first
   /// view.
@@ -133,7 +133,7 @@ class ReplyLag {
 //
 class SameAgain {
  public:
-  /// This many other requests with the same reply are no chance; kSameNumbered applies if replies
+  /// This many other requests with the same reply are not chance; kSameNumbered applies if replies
   /// are numbered.
   static constexpr std::size_t kSame = 4;
   static constexpr std::size_t kSameNumbered = 2;
@@ -249,8 +249,9 @@ class ReplyHabits {
  private:
   struct Entry {
     bool doubles = false;  // more than one reply came although no request was lost
-    Instant lost{};  // first try of the last request that got no byte and was sent again; zero:
-                     // there is none
+    // First try of the last request that got no byte and was sent again; zero: there is no such
+    // request.
+    Instant lost{};
     std::size_t since = 0;  // exchanges since the request of `lost`
     ReplyLag lag;
     SameAgain same;

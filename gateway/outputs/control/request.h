@@ -31,13 +31,14 @@ inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
-/// Returns the text of member `key`; empty: the member is missing or is no text.
+/// Returns the text of member `key`; empty: the member is missing or is not a text.
 inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Returns the whole number of member `key`; nothing: the member is missing or is no whole number.
+/// Returns the whole number of member `key`; nothing: the member is missing or is not a whole
+/// number.
 inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;

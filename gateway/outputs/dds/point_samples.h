@@ -74,7 +74,8 @@ class PointEnds {
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next; null: there is none. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
+  /// until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -107,7 +108,8 @@ class DeviceEnds {
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next; null: there is none. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
+  /// until OnSent.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

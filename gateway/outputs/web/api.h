@@ -25,7 +25,7 @@ struct Part {
   const char* member = nullptr;  ///< name of the member; null: the same as in the URL
 };
 
-/// Returns the control request. The error contains a value that is no number, or an unknown
+/// Returns the control request. The error contains a value that is not a number, or an unknown
 /// parameter.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);

@@ -38,8 +38,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// Returns the latest writes to points of each client that numbers its requests, the latest first.
-/// `now` is used to compute their age.
+/// Returns, for each client that numbers its requests, its last 33 writes to points; at most 8192
+/// writes of all clients, the latest first. `now` is used to compute their age.
 Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
 /// Opens the file and reads a page; see ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,

@@ -34,9 +34,9 @@ class Database {
 
   bool is_open() const { return handle_ != nullptr; }
   const std::string& error() const { return error_; }
-  /// True if the last call failed because the file is no database, is damaged, or lacks tables that
-  /// it had (another program has changed them). Closing the database then changes neither the file
-  /// nor its log.
+  /// True if the last call failed because the file is not a database, is damaged, or lacks tables
+  /// that it had (another program has changed them). Closing the database then changes neither the
+  /// file nor its log.
   bool damaged() const { return damaged_; }
 
   bool Execute(const std::string& sql);

@@ -161,7 +161,7 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
     behind_a_commit = behind_a_commit || commits > 0;
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
-  // A single lost commit at the end of the log is no damage: it was being written when the power
+  // A single lost commit at the end of the log is not damage: it was being written when the power
   // failed.
   return commits == 1 && !behind_a_commit ? 0 : commits;
 }

@@ -35,7 +35,7 @@ std::string WhyReadOnly(const std::filesystem::path& file);
 
 /// Returns which committed changes the write-ahead log has lost; empty: none. SQLite reads the log
 /// up to the first damaged frame and does not report the frames behind it. An incomplete last
-/// transaction is no loss, because it was never committed.
+/// transaction is not a loss, because it was never committed.
 std::optional<std::string> LogDamage(const std::filesystem::path& file);
 
 // `OpenFile` detects whether the disk still contains a database that is open. SQLite reports no

@@ -143,7 +143,7 @@ class EventBook {
 
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
-  /// Returns the text of the source's last stored batch; empty: none is stored.
+  /// Returns the text of the source's last stored batch; empty: no batch is stored.
   std::string said(const SourceName& source) const;
   std::size_t waiting() const {
     return waiting_.size() - own_;

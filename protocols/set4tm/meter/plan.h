@@ -49,7 +49,7 @@ std::vector<unsigned> MaskBits(View pdu);
 Decoder IntegerDecoder(std::uint8_t parameter);
 
 /// Returns the integer field with the same quantity as `field`, a float that is not latched. Empty:
-/// `field` is no such float.
+/// `field` is not such a float.
 std::optional<Field> AsInteger(const Field& field);
 
 /// A point whose value is in a reply, and the place of the value.

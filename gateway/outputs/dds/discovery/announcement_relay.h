@@ -74,7 +74,9 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    int rounds = 0;  ///< rounds sent since the announcement changed; at most kFirstRounds
+    /// How often the announcement was sent to all others since it changed; counted up to
+    /// kFirstRounds.
+    int rounds = 0;
     Instant last_round{};
     Purse purse;
   };

@@ -91,8 +91,8 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// Returns the counts of events; null: there are none. "text" is e.g. "published 30 events, 2 more
-/// were gone before they could be".
+/// Returns the counts of published and skipped events; null: no device has events. "text" is e.g.
+/// "published 30 events, skipped 2 that were already deleted".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");

@@ -139,7 +139,7 @@ struct ConvertedWrite {
   std::vector<bus::WriteAsk::Part> parts{};  ///< empty if there is an exception
 };
 
-/// Returns the point that the request selects (`select: yes`); nothing: the request is no
+/// Returns the point that the request selects (`select: yes`); nothing: the request is not a
 /// selection. IsSelectKey then checks the value that is written.
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);

@@ -38,7 +38,7 @@ struct MasterStatus {
   std::string text;           ///< describes the open port; if it is not open, the reason
   WallTime since{};           ///< the time of the last change of is_open
   std::uint64_t frames = 0;   ///< whole requests and replies, including those of other slaves
-  std::uint64_t damaged = 0;  ///< pieces of received bytes that were no frame
+  std::uint64_t damaged = 0;  ///< pieces of received bytes that were not a frame
   /// Another framing in which the damaged bytes were a whole request; a good request clears it.
   std::optional<Framing> other;
   Framing expected = Framing::rtu;

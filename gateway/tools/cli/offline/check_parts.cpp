@@ -190,7 +190,8 @@ nlohmann::ordered_json WritesJson(const config::Device& device) {
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
   if (!config.web.on || config.web.token_file.empty()) return;
   const auto token = web::ReadToken(config.web.token_file);
-  // The problem is only a warning, because the user of `check` may not be able to read the file.
+  // The problem is only a warning, because the user of `check` perhaps has no permission to read
+  // the file.
   if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
 }
 

@@ -89,7 +89,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// Reads all captures. The error contains the number of the line that is no hex.
+/// Reads all captures. The error contains the number of the line that is not hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;

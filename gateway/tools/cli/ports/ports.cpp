@@ -384,7 +384,7 @@ int RunPorts(const PortsOptions& options, std::ostream& out) {
   place.people = PeopleHere();
   place.status = [&options] {
     Json status;
-    std::ostringstream ignored;  // it is no error if no gateway runs
+    std::ostringstream ignored;  // a missing gateway is not an error
     if (Ask(options.socket, {{"command", "status"}}, status, ignored) != 0) return Json();
     return status;
   };

@@ -64,13 +64,14 @@ struct Person {
 };
 
 bool MayUse(const Person& person, const PortFile& file);
-/// Returns why the person cannot open the file, and the remedy. Example: "you may not open
-/// /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
+/// Returns why the person cannot open the file, and the remedy. Example: "you are not allowed to
+/// open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
 std::string HowToMend(const Person& person, const PortFile& file);
 
 struct PortsOptions {
   bool json = false;
-  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
 };
 
 /// The parts of the machine that ShowPorts uses; tests replace them.

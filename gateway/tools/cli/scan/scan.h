@@ -25,7 +25,8 @@ struct ScanOptions {
   bool rs485 = false;  ///< true: the port's driver switches the RS-485 direction
   std::string config;  ///< configuration file to write; empty: none
   bool force = false;  ///< true: overwrite `config` if it exists
-  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
   std::size_t width = 0;
 };
 

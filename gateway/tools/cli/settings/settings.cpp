@@ -31,7 +31,7 @@ constexpr int kDiffers = 3;
 constexpr Duration kWaitForAnswer = 60s;
 
 /// Reads the file and the device's settings, and checks that both belong together. Returns the exit
-/// code; 0: they do.
+/// code; 0: both belong together.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {

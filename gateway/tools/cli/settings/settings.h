@@ -54,7 +54,7 @@ struct SettingsOptions {
   std::string file;    ///< empty, for dump: standard output
   bool json = false;
   bool confirm = false;  ///< for restore; false: nothing is written
-  std::string socket;    ///< empty: the gateway in the default places
+  std::string socket;    ///< empty: the only gateway that answers in the default places
   /// For restore: how long to wait until the written values were read back.
   Duration patience = std::chrono::seconds(10);
 };
