@@ -221,7 +221,7 @@ struct Standing {
   /// A silence of this length ends a message: the rule is then called with idle = true.
   Duration idle{};
   Duration whole{};  ///< the maximum duration of a message; a longer message is damaged
-  /// True: a message begins with a certain byte. False: a message begins where the previous one
+  /// True: a message begins with a certain byte. False: a message begins where the previous message
   /// ended, or after a silence of the line.
   bool marked = false;
 };

@@ -97,7 +97,7 @@ struct Recognised {
     other_device,    ///< a whole reply that carries another device's address
     other_master,    ///< a whole request that this gateway did not send
     other_reply,     ///< a whole reply of the asked device to another request
-    other_setting,   ///< a whole reply of a device with other settings than the configured ones
+    other_setting,   ///< a whole reply of a device with other settings than configured
     other_protocol,  ///< messages of another protocol
     other_form,      ///< a whole line of text whose form fits no awaited telegram
     /// A message that is whole except for its check value; `remedy` gives the algorithm that would

@@ -143,7 +143,8 @@ class Observer : public bus::LineObserver {
   // TakeFinding and TakeChanged are OnExchange and OnRequest without the status; public for tests.
   /// Ends the exchange and returns what it looked like on the wire.
   Finding TakeFinding(Outcome outcome);
-  /// Returns the exchanges whose finding has changed, because more bytes came later; each one once.
+  /// Returns the exchanges whose finding has changed, because more bytes came later; each exchange
+  /// once.
   std::vector<EarlierFinding> TakeChanged();
 
  private:

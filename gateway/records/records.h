@@ -124,7 +124,7 @@ class Records {
     const MutexLock lock(mutex_);
     return history_.log ? history_.log->view() : nullptr;
   }
-  /// The state folder; null: there is none, or it could not be opened at the start.
+  /// The state folder; null: there is no state folder, or it could not be opened at the start.
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 

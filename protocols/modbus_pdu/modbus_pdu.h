@@ -138,7 +138,7 @@ PduLength RequestLength(View head);
 /// Returns the length of the reply that begins with `head`, which must not be empty.
 PduLength ReplyLength(View head);
 /// True if `pdu` has the form of a reply: its length matches its function and byte count, and
-/// register data has an even length. Most requests do not have it, so an echo is recognised.
+/// register data has an even length. Most requests do not have this form, so an echo is recognised.
 bool IsReplyForm(View pdu);
 /// Returns the length of the good reply to `request`. Empty: the length is unknown, or there is no
 /// good reply.

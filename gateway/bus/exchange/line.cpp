@@ -392,7 +392,7 @@ void Line::TakeFrame(bool idle, Instant now) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
     news_.stray.second_reply = true;
   } else {
-    // The exchange is still under way here, so the client cannot start another one from Judge.
+    // The exchange is still under way here, so the client cannot start another exchange from Judge.
     const Outcome outcome = client_.Judge(*frame, now);
     if (!NeedsDrain(outcome)) second_.Take(*frame);
     Finish(outcome, {}, now);

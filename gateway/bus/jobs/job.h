@@ -170,7 +170,7 @@ class Job {
   /// The latest try of the request, and its reply. Start replaces the attempt.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};          ///< as Asked::sent
+    Instant sent_at{};          ///< see Asked::sent
     bool job_was_sent = false;  ///< `was_sent` of the job before this try
     protocols::Answer answer{};
     WhoseReply::Verdict verdict{};

@@ -302,8 +302,8 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
-  /// Number of the cause that the diagnosis has reported last; 0: none. Each diagnosis reads a copy
-  /// of the findings, so all copies share this number.
+  /// Number of the cause that the diagnosis has reported last; 0: no cause was reported. Each
+  /// diagnosis reads a copy of the findings, so all copies share this number.
   std::atomic<std::size_t>& said() const { return *said_; }
 
   /// Returns the finding with the latest readable text, if no reply without text has come since;

@@ -53,8 +53,8 @@ struct EndedExchange {
   Instant began{};    ///< when the line got the request
   LineUse use = LineUse::polls;
   bool broadcast = false;  ///< the request expected no reply
-  bool routed =
-      false;  ///< the request came from a client, so a refusal is not a fault of the device
+  /// The request came from a client, so a refusal is not a fault of the device.
+  bool routed = false;
   bool polls = false;  ///< the line time counts when polls are shared fairly among devices
   const protocols::Answer* answer = nullptr;
   WhoseReply::Verdict verdict{};

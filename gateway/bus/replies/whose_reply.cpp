@@ -115,7 +115,7 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Replies come in order, so only requests after the one that was answered last are checked.
+  // Replies come in order, so only requests after the request that was answered last are checked.
   const std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting != 0) answered_ = fitting;
   return fitting != 0;

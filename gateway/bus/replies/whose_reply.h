@@ -372,7 +372,7 @@ class WhoseReply {
   }
   /// True if the replies of the member come some requests late, as its latest proof has shown.
   bool Lags(const Member& member) const { return entries_[member].lag > 0; }
-  /// True if no other reply than the one to this request of a client can come. For a slave that
+  /// True if no other reply than the reply to this request of a client can come. For a slave that
   /// only routes reach: all its latest requests were answered.
   bool IsOwedAlone(const Asked& asked) const;
   /// For a slave that only routes reach: returns which requests without a reply this reply could
@@ -392,7 +392,7 @@ class WhoseReply {
 
   struct Verdict {
     bool elsewhere = false;  ///< the reply belongs to another request
-    /// The reply belongs to this request, or to an earlier one with the same bytes.
+    /// The reply belongs to this request, or to an earlier request with the same bytes.
     bool proven = true;
     Duration older{};       ///< greatest age of the reply: time from the oldest request that it may
                             ///< answer to this request

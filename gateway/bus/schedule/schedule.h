@@ -24,7 +24,7 @@ struct Round {
   static constexpr Duration kSoonest = config::kAgainPeriod;
   std::vector<std::size_t> queries{};
   Duration period{};  ///< time from the start of a round to the next; zero: only one round
-  std::optional<Instant> due{};  ///< when the next round starts; empty: there is none
+  std::optional<Instant> due{};  ///< when the next round starts; empty: there is no next round
   std::size_t cursor = 0;        ///< index of the next query; queries.size(): no round in progress
   std::uint64_t turn = 0;        ///< number of the pick that took the last query of this round
   bool due_early = false;        ///< `due` is earlier than the period requires
@@ -210,8 +210,9 @@ class Background {
   /// `schedule` must stay valid for the lifetime of this object.
   explicit Background(const Schedule& schedule) : schedule_(schedule) {}
 
-  /// The next background read of the device is due at `due`; empty: there is none. `room`:
-  /// estimated duration of an exchange, until the duration of the latest exchanges is known.
+  /// The next background read of the device is due at `due`; empty: there is no further background
+  /// read. `room`: estimated duration of an exchange, until the duration of the latest exchanges is
+  /// known.
   void Set(std::size_t device, std::optional<Instant> due, Duration room) {
     At(device).due = due;
     At(device).room = room;

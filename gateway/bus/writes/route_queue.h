@@ -162,10 +162,11 @@ class RouteQueue {
 // sends them.)
 class RoutedSide {
  public:
-  /// Clients that poll through transparent routes are assumed to do so at least this often.
+  /// Clients that poll through transparent routes are assumed to send a request at least this
+  /// often.
   static constexpr Duration kClientsReturn = std::chrono::seconds(2);
-  /// After a client has asked for an offline slave, its return is assumed to be of interest for
-  /// this long.
+  /// For this long after a client has asked for an offline slave, clients are assumed to wait for
+  /// the return of the slave.
   static constexpr Duration kStillWanted = std::chrono::minutes(1);
 
   /// `queue` must stay valid for the lifetime of this object.

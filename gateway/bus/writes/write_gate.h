@@ -61,8 +61,8 @@ std::string WithUnit(const config::Point& point, const Decimal& number);
 /// other types returns `value`.
 Value AsMeant(const config::Point& point, const Value& value);
 
-/// Returns why the value is not allowed, in one sentence; empty: it is allowed. `value`: from
-/// AsMeant.
+/// Returns why the value is not allowed, in one sentence; empty: the value is allowed. `value`:
+/// from AsMeant.
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value);
 
 /// Converts a value of users to the raw value for the device, and to the value that the point shows
@@ -106,7 +106,7 @@ bool IsGuarded(const config::Point& point);
 //
 class Selections {
  public:
-  /// Greatest number of selections. A further selection removes the one that ends first.
+  /// Greatest number of selections. A further selection removes the selection that ends first.
   static constexpr std::size_t kLimit = 1024;
 
   struct Point {

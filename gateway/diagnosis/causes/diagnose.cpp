@@ -86,7 +86,7 @@ Sentences Patience(const bus::DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// True if another device is asked as often as this one, and no answering device has stray bytes
+/// True if another device is asked as often as this device, and no answering device has stray bytes
 /// beside its replies (in more than one exchange).
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
@@ -173,8 +173,8 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   return found;
 }
 
-/// Reports readings that changed when they were read again. Empty: they are rare, or most jumps
-/// were confirmed.
+/// Reports readings that changed when they were read again. Empty: such readings are rare, or most
+/// jumps were confirmed.
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};

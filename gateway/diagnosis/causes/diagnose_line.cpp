@@ -180,7 +180,8 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   return found;
 }
 
-/// Returns a sentence about stray bytes. Empty: they are few, or another sentence explains them.
+/// Returns a sentence about stray bytes. Empty: the stray bytes are few, or another sentence
+/// explains them.
 std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                        std::span<const bus::DeviceRecord> devices) {
   const double stray =
@@ -197,7 +198,7 @@ std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                                 "not keep to Modbus TCP");
 }
 
-/// Returns a sentence that explains missed polls. Empty: none are missed, or a sentence about a
+/// Returns a sentence that explains missed polls. Empty: no polls are missed, or a sentence about a
 /// device explains them.
 std::string MissedPolls(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now, Instant started) {

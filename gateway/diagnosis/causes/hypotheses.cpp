@@ -16,7 +16,7 @@ using enum Symptom;
 /// If a hypothesis leaves this share of the failures unexplained, a second hypothesis is shown.
 constexpr double kUnexplained = 0.3;
 /// A hypothesis that explains this share is shown at once. If failures are of several kinds,
-/// another hypothesis replaces the last one only if it explains kStronger times as many.
+/// another hypothesis replaces the last hypothesis only if it explains kStronger times as many.
 constexpr double kNearlyAll = 0.85;
 constexpr double kStronger = 1.5;
 /// Hypotheses that explain a smaller share are ignored.

@@ -29,7 +29,7 @@ struct Hypothesis {
   /// Returns cause and remedy without the subject, such as "answers later than timing.reply (100
   /// ms): …".
   std::string (*say)(const Evidence&);
-  bool proven = false;  ///< the cause is certain if it has support, so no second one is shown
+  bool proven = false;  ///< the cause is certain if it has support, so no second cause is shown
   bool whole = false;   ///< the cause also explains why only some requests fail
 };
 

@@ -17,7 +17,7 @@ constexpr Duration kLatest = 5s;
 
 }  // namespace
 
-/// True if a reply is stored and the exchange is a later one than that in which it broke off.
+/// True if a reply is stored and the exchange came after the exchange in which the reply broke off.
 bool BrokenReply::IsAwaited(const HeardExchange& exchange) const {
   return member_ != nullptr && (member_ != exchange.member() || began_ > 0);
 }

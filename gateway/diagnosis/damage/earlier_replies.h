@@ -1,7 +1,7 @@
-// `EarlierReplies` recognises bytes that come during an exchange but belong to an earlier one: a
-// late or repeated reply, the rest of a reply that broke off, a request that comes back late. It is
-// a part of `Observer`, for the diagnosis; gateway/bus/replies/whose_reply.h decides which replies
-// are accepted. Memory is bounded. Examples (">": sent, "<": received):
+// `EarlierReplies` recognises bytes that come during an exchange but belong to an earlier exchange:
+// a late or repeated reply, the rest of a reply that broke off, a request that comes back late. It
+// is a part of `Observer`, for the diagnosis; gateway/bus/replies/whose_reply.h decides which
+// replies are accepted. Memory is bounded. Examples (">": sent, "<": received):
 //
 //   > ?A1
 //   > ?B1      < !A1=5 !B1=7          !A1=5 is the late reply to ?A1
@@ -185,7 +185,7 @@ class EarlierReplies {
     Instant sent{};
     Instant first{};  // when the first unanswered try was sent, within the ceiling
     Instant tried{};  // when the first try was sent, within kLongestLag
-    Bytes vain;       // bytes that came to the try before this one
+    Bytes vain;       // bytes that came to the try before
     bool answered = false;
     bool silent = false;    // no byte came
     bool late = false;      // the reply to this request came late
@@ -204,8 +204,11 @@ class EarlierReplies {
     Duration after{};     // time since the first try of the earlier request
     Duration lateness{};  // time since the end of its reply time
     bool late = false;
-    bool early = false;  // the last bytes came soon after the request of the present exchange
-    std::optional<Duration> next{};  // time since the request of this exchange, if it is short
+    // The last bytes came less than half a reply time after the present request.
+    bool early = false;
+    // Time since the request of the present exchange; nothing: the reply did not come soon after
+    // that request, or the line had no rest before it.
+    std::optional<Duration> next{};
   };
 
   Open* FindEarlier(const HeardExchange& exchange);

@@ -319,7 +319,7 @@ bool IsBeginning(const Hearing& hearing, View heard) {
   return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
 }
 
-/// Returns the length of the longest reply that has a fixed length; 0: there is none.
+/// Returns the length of the longest reply that has a fixed length; 0: no reply has a fixed length.
 std::size_t OnlyLength(const Hearing& hearing) {
   std::size_t length = 0;
   for (const protocols::Shape& shape : hearing.expect->shapes) {

@@ -1,5 +1,6 @@
-// `Request` is a request of the control socket, `Gateway` what it is answered from, and `Reply` its
-// answer. ReloadService carries out the requests `reload` and `confirm`.
+// `Request` is a request of the control socket, `Gateway` contains the parts of the gateway that
+// requests use, and `Reply` is the answer to a request. ReloadService carries out the requests
+// `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -147,7 +147,7 @@ class NoticeSender {
 
   /// Sends at most 64 samples of each kind. False: the pacer or the writer accepts no more now.
   bool Send(Instant now);
-  /// Returns when the next samples may be sent.
+  /// Returns when the next samples are allowed to be sent.
   Instant Due();
 
   /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns the

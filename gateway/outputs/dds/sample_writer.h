@@ -30,10 +30,10 @@ class Pacer {
   Pacer(Duration interval, std::uint32_t burst)
       : interval_(interval), allowance_(interval * burst) {}
 
-  /// True if one sample may be sent now. The sample is then counted as sent.
+  /// True if one sample is allowed to be sent now. The sample is then counted as sent.
   bool Take(Instant now);
-  /// Returns the time when half a burst may be sent, because a wake-up for every single sample
-  /// would cost more than the sample.
+  /// Returns the time when half a burst is allowed to be sent, because a wake-up for every single
+  /// sample would cost more than the sample.
   Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
 
  private:

@@ -69,7 +69,8 @@ class Identification {
   /// question.
   bool OnRefused(View pdu);
 
-  /// Returns the constants. Those in the options come first; missing ones are taken from the meter.
+  /// Returns the constants. Constants in the options come first; missing constants are taken from
+  /// the meter.
   Scale scale() const { return Merge(settings_.scale(), learned_); }
   /// True if the bits of the status word have the meaning that profiles assume.
   bool KnowsStatusWord() const;

@@ -59,8 +59,8 @@ class BirthOracle {
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    std::vector<std::size_t>
-        twins;  // all twins that have had this address; the last of them answers now
+    // All twins that have had this address; the last of them answers now.
+    std::vector<std::size_t> twins;
     std::vector<bool> foreign;  // for each of `twins`
     bool no_mixture = false;
     std::vector<PointState> points;

@@ -142,7 +142,8 @@ class SoakStation {
     if (random_() % 2 == 0) RaiseInMeter(static_cast<std::uint32_t>(random_() % 2));
   }
 
-  /// A journal holds ten records. Two events of one journal and second could not be distinguished.
+  /// Raises an event in a meter, unless the journal has six unread events already (a journal holds
+  /// ten records), or an event of the same second, which could not be distinguished.
   void RaiseInMeter(std::uint32_t device) {
     constexpr std::uint32_t kCodes[] = {22, 51, 61, 601};
     const std::uint32_t code = kCodes[random_() % 4];

@@ -91,13 +91,13 @@ ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t s
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
 /// Divides a write into pieces as PlanRead does; a write must cover whole points.
-/// gateway/bus/writes/write_gate.h decides which points may be written.
+/// gateway/bus/writes/write_gate.h decides which points clients are allowed to write.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
 /// The registers or the exception that a client gets in place of a value.
 enum class Shown : std::uint8_t {
-  held,        ///< the last good value (or the present one)
+  held,        ///< the present value while it is good or uncertain, else the last good value
   no_value,    ///< the words that EncodeNoValue writes
   substitute,  ///< the VALUE of the point's on_fault
   exception,   ///< the whole request is answered with exception 0x0B

@@ -74,7 +74,7 @@ struct ModbusLimits {
   /// A write that is not confirmed within this time is answered with exception 0x0B.
   Duration write_deadline = bus::kWaitForDevice;
   Duration stall = 10s;  ///< a client that does not read its replies for this time is disconnected
-  double client_share = 1;  ///< share of each listener's max_clients that may connect
+  double client_share = 1;  ///< share of each listener's max_clients that is allowed to connect
 };
 
 /// The parts of the gateway besides the store that routes, serial framings, events and alarms need.
@@ -216,7 +216,7 @@ struct PendingRequest {
   std::size_t route = 0;   ///< number of the route of a routed request
   bool abandoned = false;  ///< the request is carried out, but not answered
 
-  /// The time at which the server answers the request if the line has not.
+  /// The time at which the server answers the request if the line has not answered it.
   Instant Limit() const { return deadline + kGrace; }
 };
 
@@ -323,8 +323,8 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   std::size_t broadcasts_ = 0;
 };
 
-/// True if clients with this permission may use the function code. gateway/bus/writes/write_gate.h
-/// decides which points can be written.
+/// True if clients with this permission are allowed to use the function code.
+/// gateway/bus/writes/write_gate.h decides which points can be written.
 bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {

@@ -90,7 +90,7 @@ void VisitFields(const RouteCounters*, Visit visit) {
 struct RouteStatus : RouteCounters {
   std::string units;         ///< units of the route, e.g. "33-40"
   std::string target;        ///< target of the route, e.g. "line drive" or "server 10.0.0.9:502"
-  std::string last_trouble;  ///< reason why the last request without a good reply had none
+  std::string last_trouble;  ///< reason why the last failed request got no good reply
   WallTime last_trouble_at{};
   /// Replies of a server that came after their deadline and were dropped. If several routes lead to
   /// one unit of a server, a late reply is counted for each of them.
