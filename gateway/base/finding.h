@@ -25,7 +25,7 @@ enum class Symptom : std::uint8_t {
   doubted,  ///< the reply was not used, because it may answer an earlier request
   /// The reply has no number where a number belongs; `cause`: what it has in that place.
   no_number,
-  few_beside,     ///< one to three stray bytes came also; they may mean nothing
+  few_beside,     ///< one to three stray bytes came also; they may be harmless
   noise_before,   ///< stray bytes came also, before the reply
   noise_behind,   ///< stray bytes came also, behind the reply
   text_beside,    ///< text for people came also

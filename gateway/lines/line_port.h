@@ -181,7 +181,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   std::atomic<bool> open_ = false;
 
   std::optional<Instant> lent_until_;  // end of the loan to another program
-  bool out_of_service_ = false;        // the points are out of service, since the port was lent
+  bool out_of_service_ = false;        // the points are out of service, because the port is lent
   WriteGrace grace_;
   std::optional<std::string> stopping_;
 };

@@ -254,9 +254,8 @@ bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {
 }
 
 /// True if the reply may still come after the exchange has failed.
-/// * After silence it may be late. After an unexpected frame too: the frame may be the late reply
-/// of
-///   another device.
+/// * After silence the reply may be late. After an unexpected frame it may come too, because the
+///   frame may be the late reply of another device.
 /// * After a damaged reply of a configured device it is not waited for, because a probe will show
 ///   whether replies come in order.
 /// * After a damaged reply of a slave that only routes reach it may come, unless the damaged bytes

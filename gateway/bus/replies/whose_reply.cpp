@@ -300,7 +300,8 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
 }
 
 /// True if the reply may answer this request. The conversation has accepted its form. The reply to
-/// a request for the name must also equal the stored reply.
+/// a request for the name must also equal the stored reply, or be a refusal although the device has
+/// a name.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
   const Identity& identity = entries_[*asked.member].identity;

@@ -397,7 +397,8 @@ class WhoseReply {
     Duration older{};       ///< greatest age of the reply: time from the oldest request that it may
                             ///< answer to this request
     bool replaced = false;  ///< another device answers in place of the member
-    /// The reply does not fit, and no other reply could come: an earlier reply came twice.
+    /// The reply does not fit, and no other reply could come, so an earlier reply must have come
+    /// twice.
     bool shifted = false;
     bool odd = false;  ///< the reply does not fit, and is not a copy of an earlier reply
   };

@@ -42,7 +42,7 @@ struct RoutedReply {
   /// True if the request was sent. False, for example, if its deadline passed in the queue, its
   /// client left, or the port was closed.
   bool sent = false;
-  bool shared = false;  ///< the reply is that to an identical read of another client
+  bool shared = false;  ///< the reply to an identical read of another client is used
   Duration waited{};    ///< from the call of Submit to the first byte on the line
 };
 

@@ -46,8 +46,9 @@ bool OnlyLong(const Evidence& evidence,
 
 }  // namespace
 
-/// True if replies lose bytes in different places, although some are good. A text reply that lacks
-/// two characters can look complete except for its check value.
+/// True for a text protocol if a third of the failed replies or more lack bytes, in different
+/// places, and some replies are good. A text reply that lacks two characters can look complete
+/// except for its check value.
 bool LosesAnywhere(const Evidence& evidence) {
   if (!evidence.traits().speaks_text) return false;
   if (evidence.Count({damaged, noise, zeros, bytes_added}) > 0) return false;

@@ -72,7 +72,8 @@ std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
 }
 
-/// True if each failure lasted through all retries of its request, so that failures are not random.
+/// True if there were several failures (kNeverAnswered) and each lasted through all retries of its
+/// request, so that failures are not random.
 bool FailsWithRepeats(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   const std::size_t longest = findings.LongestRun();

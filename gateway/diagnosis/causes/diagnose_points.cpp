@@ -115,8 +115,8 @@ struct Doubts {
   }
 };
 
-/// True if a missing value is normal: there is nothing to measure at present, or an option is not
-/// fitted.
+/// True if a missing value is normal: an option is not fitted; or there is nothing to measure at
+/// present, while at least one point of the device has a value.
 bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
   if (reason == Reason::not_fitted) return LacksOptions(record);
   const auto lacks = [](const bus::PointRecord& point) { return IsBad(point.reported); };

@@ -100,7 +100,7 @@ struct Evidence {
   std::uint8_t eaten = 0;
   std::size_t looked = 0;  ///< number of stored exchanges (at most 32 for each device)
   std::size_t failed = 0;  ///< number of these exchanges without a good reply
-  std::size_t seen = 0;    ///< number of failures in `counts`, which includes older ones
+  std::size_t seen = 0;    ///< number of failures in `counts`, which also counts older exchanges
   bus::Findings::Counts counts{};
   std::array<const Finding*, kSymptoms> last{};
 

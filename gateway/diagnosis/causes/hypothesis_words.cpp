@@ -20,7 +20,7 @@ namespace {
 
 using enum Symptom;
 
-/// True if each request is answered at other times: most points have had a value, at least a third
+/// True if every request is answered now and then: most points have had a value, at least a third
 /// of the exchanges were answered, and no poll always fails.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;

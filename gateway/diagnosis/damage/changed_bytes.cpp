@@ -101,8 +101,8 @@ Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t k
   return rest;
 }
 
-/// True if the reply is complete when one of the characters `any` is removed; others may belong to
-/// it.
+/// True if the reply is complete when one of the characters `any` is removed; other such characters
+/// may belong to the reply. Only the first kMostTried of them are tried.
 bool IsWholeWithoutOne(const Hearing& hearing, View heard,
                        std::initializer_list<std::uint8_t> any) {
   std::size_t tried = 0;

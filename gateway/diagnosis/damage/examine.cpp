@@ -111,7 +111,8 @@ Finding Text(const Hearing& hearing, View heard) {
           .remedy = RemedyFor(heard)};
 }
 
-/// True for a complete line of printable characters, whatever it contains.
+/// True for a complete line of printable characters of at least kLine bytes, or twice as many in a
+/// text protocol.
 bool IsLine(const Hearing& hearing, View heard) {
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < (binary ? kLine : 2 * kLine)) return false;

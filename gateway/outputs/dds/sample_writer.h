@@ -48,7 +48,7 @@ struct WriteArrival {
   RequestSample request;
   WriterId writer;
   Instant received{};  ///< time at which the process with the DDS library received the request
-  /// The source timestamp by the client's clock; 1970: the request has none.
+  /// The source timestamp by the client's clock; 1970: the request has no timestamp.
   WallTime published{};
   /// True if `published` is before this gateway began to read requests.
   bool early = false;

@@ -252,8 +252,8 @@ bool IsSetting(const config::Device& device, const config::Point& point) {
   return is_setting && point.access != config::Access::write && is_setting(point);
 }
 
-/// Returns the number that the relay stores for "out of use", e.g. 999; nothing if several numbers
-/// have this meaning.
+/// Returns the scaled value of the sentinel that gives this quality, e.g. 999 for "out of use";
+/// nothing if the quality comes from no sentinel, or if several sentinels give it.
 Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };

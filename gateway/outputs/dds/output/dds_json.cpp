@@ -81,7 +81,7 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
 }
 
 /// Returns the counts of write requests; null: writing is not allowed. "text" is e.g. "took 12
-/// write requests, 3 more came too fast".
+/// write requests, dropped 3 that came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");

@@ -209,8 +209,8 @@ using Plan = std::vector<Difference>;
 /// For each point that is not allowed to be written, the reason.
 using Denials = std::map<std::string, std::string>;
 
-/// Returns the settings to write. Fails if a setting is a number in the device and the file
-/// contains no number for it.
+/// Returns the settings to write: those that differ and are writable. Fails if such a setting is a
+/// number in the device and the file contains no number for it.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
