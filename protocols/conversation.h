@@ -285,7 +285,7 @@ class Conversation {
   virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
 
   /// Called with true if the clock of this machine is synchronised, else with false. Before the
-  /// first call the conversation assumes that it is not.
+  /// first call the conversation assumes that the clock is not synchronised.
   virtual void OnHostClock(bool /*right*/) {}
 
   /// Called when `request` has failed and is not repeated any more. The outcome is the cause:

@@ -79,7 +79,8 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     Write();
   }
 
-  /// Discards the bytes that the stream has not accepted. Returns false if there were none.
+  /// Discards the bytes that the stream has not accepted. Returns false if there were no such
+  /// bytes.
   bool DropUnsent() {
     if (queue_.empty()) return false;
     queue_.clear();

@@ -97,7 +97,7 @@ class Overheard {
   /// bytes of the damaged message; else nothing.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
-  /// The conversation has read a message, so the bytes that follow are not a rest of a damaged
+  /// The conversation has read a message, so the bytes that follow are not the rest of a damaged
   /// message.
   void OnRead() { damaged_ = false; }
 

@@ -147,7 +147,7 @@ class Records {
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for a state folder
-  // Why the state folder was not opened at the start; empty: it was opened.
+  // Why the state folder was not opened at the start; empty: the folder was opened.
   std::string why_no_state_;
   std::unique_ptr<DeviceMemory> memory_;
   std::shared_ptr<StateFolder> databases_;       // null: the databases are in `state_`

@@ -51,7 +51,7 @@ struct Format {
   bool is_text_number() const { return kind <= Kind::hex; }
   bool is_number() const { return is_text_number() || is_binary(); }
   bool is_whole_number() const;
-  /// True if the sign in front of a number separates the field from the one before. Example:
+  /// True if the sign in front of a number separates the field from the field before. Example:
   /// "+025.12-020.45" are two fields.
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);

@@ -38,7 +38,8 @@ struct Round {
     due = at;
     due_early = true;
   }
-  /// Returns how many whole periods have passed since the round was due.
+  /// Returns how many whole periods have passed since the round was due; 0 while the round is in
+  /// progress.
   std::uint32_t Passed(Instant now) const {
     if (active() || queries.empty() || !HasCome(due, now) || period == 0s) return 0;
     return static_cast<std::uint32_t>((now - *due) / period);

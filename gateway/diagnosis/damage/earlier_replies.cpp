@@ -182,7 +182,7 @@ bool EarlierReplies::IsLateEcho(const HeardExchange& exchange) const {
 }
 
 /// Returns an earlier request that the bytes answer, whether it was answered before or not; null:
-/// there is none.
+/// there is no such request.
 EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange) {
   for (LastTwo& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {

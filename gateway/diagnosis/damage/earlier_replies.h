@@ -122,7 +122,8 @@ class NumberedRequests {
     Duration reply_time{};
     std::size_t answered = 0;  // number of tries that were answered
   };
-  /// Returns the index of the request whose number is in this frame; sent_.size(): there is none.
+  /// Returns the index of the request whose number is in this frame; sent_.size(): there is no such
+  /// request.
   std::size_t IndexOf(View frame) const {
     if (size_ == 0 || frame.size() < size_) return sent_.size();
     const auto found = std::ranges::find_if(sent_, [&](const Sent& sent) {

@@ -190,8 +190,8 @@ class TakenReplies {
       return one.request != request && one.reply == frame;
     });
   }
-  /// True if a text begins like the last reply to the same request, but is one or two characters
-  /// shorter.
+  /// True if a text begins with the same character as the last reply to the same request, but is
+  /// one or two characters shorter.
   bool IsShorterThanLast(const Bytes& request, const Bytes& text) const {
     if (text.empty() || !std::ranges::all_of(request, IsPrintable)) return false;
     const auto last =

@@ -127,7 +127,7 @@ struct Request {
   std::function<void(const status::Json&)> later;
 };
 
-/// Returns the JSON in one line. Bytes that are no UTF-8 (e.g. from a device) are replaced.
+/// Returns the JSON in one line. Bytes that are not UTF-8 (e.g. from a device) are replaced.
 inline std::string OneLine(const status::Json& json) {
   return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }

@@ -38,7 +38,7 @@ bool CanWrite(const config::Config& config);
 bool KeepsEvents(const config::Config& config);
 
 /// Returns the first feature of this configuration that needs the state folder, such as "events";
-/// empty: none needs it. `catalog` must contain all protocols of the configuration.
+/// empty: no feature needs it. `catalog` must contain all protocols of the configuration.
 std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog);
 inline bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
   return !WhatIsKept(config, catalog).empty();

@@ -30,7 +30,7 @@ struct UdpAddress {
   bool operator==(const UdpAddress&) const = default;
 };
 
-/// Returns nothing if `host` is no IPv4 address.
+/// Returns nothing if `host` is not an IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
 /// Returns the address, e.g. "10.0.0.7".

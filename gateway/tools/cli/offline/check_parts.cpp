@@ -119,8 +119,8 @@ std::string ListedWithRules(const std::vector<std::string>& ruled,
   return text + (text.empty() ? "" : ", ") + Listed(plain);
 }
 
-/// Returns the rules for writing the point, such as " (0.5 to 40 xIn, selected first)"; empty: it
-/// has none.
+/// Returns the rules for writing the point, such as " (0.5 to 40 xIn, selected first)"; empty: the
+/// point has no rules.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;
