@@ -136,8 +136,8 @@ class LineRunner final : private transports::TransportListener, private serial_s
   /// Thread-safe.
   void Retire() { line_.reporter.Retire(); }
 
-  /// Sets since when the loop hangs; empty: it runs. While the loop hangs, requests are refused.
-  /// Thread-safe.
+  /// Sets since when the loop hangs; empty: the loop runs. While the loop hangs, requests are
+  /// refused. Thread-safe.
   void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }
   std::optional<WallTime> stuck_since() const {
     const WallTime since = stuck_since_;

@@ -111,7 +111,7 @@ class ContinuationChecksum {
 // `baudgate decode` use it.
 struct Exchange {
   Answer answer;
-  std::optional<Command> command;  ///< the request; empty: it could not be parsed
+  std::optional<Command> command;  ///< the request; empty: the request could not be parsed
   std::optional<int> nack;         ///< the code of the refusal, if the right slave has refused
   std::string data;                ///< the data in the reply to a read, as received
 };

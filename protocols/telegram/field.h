@@ -56,7 +56,7 @@ struct Format {
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
   }
-  /// Returns the number of bits of a whole number. Empty: it is unknown.
+  /// Returns the number of bits of a whole number. Empty: the number of bits is unknown.
   std::optional<unsigned> bits() const;
   bool is_fixed() const { return width != 0 && !is_signed_token(); }
 

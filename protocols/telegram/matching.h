@@ -61,8 +61,9 @@ struct Form {
            pattern.literal_size() <= kFewBytes;
   }
   /// True if a telegram of this form could be found inside another, damaged telegram, because the
-  /// form has no check value, and begins with a field or is scant. Such a telegram is accepted only
-  /// at the beginning of the received bytes (rules.cpp), and has at most half of the longest size.
+  /// form has no check value, and begins with a field or is scant. A telegram of such a form is
+  /// accepted only at the beginning of the received bytes (rules.cpp), and has at most half of the
+  /// longest size.
   bool is_unmarked() const {
     return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();
   }

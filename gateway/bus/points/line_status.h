@@ -154,7 +154,8 @@ struct LineStatus : LineCounters {
   std::optional<ModemLines> modem;  ///< the modem lines as read last; empty: the port has none
   std::vector<PortService> services;
 
-  /// With `echo: verify`: since when the bus no longer echoes. Empty: it echoes, or is not checked.
+  /// With `echo: verify`: since when the bus no longer echoes. Empty: the bus echoes, or the echo
+  /// is not checked.
   std::optional<WallTime> cut_since;
   /// Busy part of the last full minute, 0 to 1; in the first minute, of the time so far.
   double use = 0;

@@ -344,8 +344,8 @@ class WhoseReply {
     const bool nearer = of_sender || !asked.names_itself() || orders_.OthersOwe(asked);
     return nearer ? orders_.Owed(asked) : 0;
   }
-  /// True if it is useless to wait for a further reply of the member: none can come, or its replies
-  /// always come some requests late.
+  /// True if it is useless to wait for a further reply of the member: no reply can come, or its
+  /// replies always come some requests late.
   bool IsSettled(const Member& member) const {
     return Lags(member) || orders_.Of(member).IsInStep();
   }

@@ -169,8 +169,8 @@ class WriteGate {
   /// `store` and `sink` must stay valid for the lifetime of this object.
   WriteGate(const PointStore& store, CommandSink& sink) : store_(store), sink_(sink) {}
 
-  /// Checks the write and passes it to the sink. Empty: it was accepted, and `done` will be called.
-  /// Else no part of it is sent.
+  /// Checks the write and passes it to the sink. Empty: the write was accepted, and `done` will be
+  /// called. Else no part of it is sent.
   std::optional<WriteDenial> Submit(const Writer& writer, WriteAsk ask, Instant now);
   /// Returns the denial that Submit would return now, without the rule about selections. Sends and
   /// records nothing.

@@ -200,8 +200,8 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
 }
 
 /// Reports second, different replies, if there was more than one and the last is less than an hour
-/// ago. Empty as well if another master, a sentence about replies beside the good one, or echoes
-/// explain them.
+/// ago. Reports nothing if another master, a finding about replies beside good replies, or echoes
+/// explain the second replies.
 Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;

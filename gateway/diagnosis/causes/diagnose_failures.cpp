@@ -38,7 +38,7 @@ std::string Looks(const Evidence& evidence) {
 }
 
 /// Returns the points of the queries for which `is_meant` is true, such as "voltage and 3 more".
-/// Empty: it is true for no query, or for all queries (unless `all` is set).
+/// Empty: `is_meant` is true for no query, or for all queries (unless `all` is set).
 template <typename IsMeant>
 std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all = false) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
@@ -57,7 +57,7 @@ std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all 
 }
 
 /// Returns the points for which `is_meant` is true, with the address of the first, such as "voltage
-/// and 3 more (holding 40, ...)". Empty: it is true for no point, or for all points.
+/// and 3 more (holding 40, ...)". Empty: `is_meant` is true for no point, or for all points.
 template <typename IsMeant>
 std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   const config::Point* first = nullptr;

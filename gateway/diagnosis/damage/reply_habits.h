@@ -89,7 +89,7 @@ class HeardExchange {
 class ReplyLag {
  public:
   /// A late reply came. `after`: time since its request. `next`: time since the next request;
-  /// nothing: it did not come soon after the next request. Returns true if the device lags.
+  /// nothing: the reply did not come soon after the next request. Returns true if the device lags.
   bool OnLate(Duration after, std::optional<Duration> next) {
     if (!next) {
       count_ = 0;

@@ -46,7 +46,8 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// Returns the running configuration as YAML without its secrets; empty: it is not available.
+    /// Returns the running configuration as YAML without its secrets; empty: the configuration is
+    /// not available.
     std::function<Result<std::string>()> configuration{};
     /// Finds the protocol that decodes the bytes of a trace; empty: bytes are not decoded.
     diagnosis::ProtocolFinder protocol{};

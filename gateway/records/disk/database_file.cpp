@@ -70,8 +70,8 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// Returns what is wrong with the first bytes of a database; empty: they are valid. SQLite reports
-/// some of these faults as "readonly" or "unsupported".
+/// Returns what is wrong with the first bytes of a database; empty: the bytes are valid. SQLite
+/// reports some of these faults as "readonly" or "unsupported".
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -309,7 +309,7 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Returns what is wrong with the first bytes of the open file; empty: they are valid. Some of
+/// Returns what is wrong with the first bytes of the open file; empty: the bytes are valid. Some of
 /// these bytes never change; others are 0 until the log is first copied to the file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;

@@ -27,7 +27,7 @@ const char* Name(Phase phase) {
   return "waiting";
 }
 
-/// Returns a sentence about the fault of the process; nothing: it has no fault.
+/// Returns a sentence about the fault of the process; nothing: the process has no fault.
 std::string Diagnose(const dds::LinkState& state, Instant now) {
   const std::string times =
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";

@@ -124,7 +124,7 @@ bool EncodeRegisters(const config::Point& point, config::WordOrder order, const 
 void EncodeNoValue(const config::Point& point, config::WordOrder order,
                    std::span<std::uint16_t> out);
 
-/// Returns the value as a bit; nothing: it is neither a number nor a boolean.
+/// Returns the value as a bit; nothing: the value is neither a number nor a boolean.
 std::optional<bool> EncodeBit(const Value& value);
 
 /// Decodes a client's registers to a value of the point's type. Returns nothing for a float that is

@@ -83,7 +83,7 @@ struct ModbusLinks {
   /// The lines, by index in config.lines; empty: no route leads to a line.
   std::vector<bus::RouteTarget*> lines;
   Frames frames{};  ///< the protocols for clients that use RTU or ASCII
-  /// Records routed writes and acknowledgements; null: they are not recorded.
+  /// Records routed writes and acknowledgements; null: nothing is recorded.
   audit::WriteLog* writes = nullptr;
   std::shared_ptr<const events::EventFeed> events{};  ///< null: no events are recorded
   events::EventSource* alarms = nullptr;  ///< acknowledges alarms; null: there are no alarms
@@ -113,7 +113,7 @@ class ServerShared {
   /// Closes the connections to the servers that routes lead to.
   void CloseRoutes() { router_.Close(); }
 
-  /// An error: the reason why no request can be answered.
+  /// Returns an error with the reason why no request can be answered.
   Status Ready() { return units_.responder().ready(); }
   OwnUnits& units() { return units_; }
   Router& router() { return router_; }
@@ -228,7 +228,7 @@ class PendingRequests {
 
   std::uint64_t NextNumber() { return next_number_++; }
   void Add(PendingRequest request) { requests_.push_back(std::move(request)); }
-  /// Removes and returns the request; nothing: it was answered before.
+  /// Removes and returns the request; nothing: the request was answered before.
   std::optional<PendingRequest> Take(std::uint64_t number);
   std::vector<PendingRequest> TakeAll() { return std::exchange(requests_, {}); }
   void AbandonAll();

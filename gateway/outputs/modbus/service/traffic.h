@@ -128,7 +128,7 @@ struct OtherSpeaker {
 /// The number of requests with one function and one exception, of all clients of a listener.
 struct FunctionCount {
   std::string listener;        ///< address of the listener (config::Listener::Address())
-  std::uint8_t function = 0;   ///< function code; 0: a function that is in no standard
+  std::uint8_t function = 0;   ///< function code; 0: a function that is not in the standard
   std::uint8_t exception = 0;  ///< exception code; 0: no exception
   std::uint64_t requests = 0;
 };

@@ -30,7 +30,7 @@ class ScratchDirectory {
   ScratchDirectory(const ScratchDirectory&) = delete;
   ScratchDirectory& operator=(const ScratchDirectory&) = delete;
 
-  /// The path of the directory; empty: it could not be created.
+  /// The path of the directory; empty: the directory could not be created.
   const std::filesystem::path& path() const { return path_; }
 
  private:

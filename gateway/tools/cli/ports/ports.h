@@ -43,7 +43,7 @@ struct FoundPort {
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
 /// Returns the name of the port to which a path leads. Example: "ttyUSB0" for
-/// "/dev/serial/by-id/usb-…"; empty: it leads to no port.
+/// "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
 /// The device file of a port, with its owner, group and mode. Example: /dev/ttyUSB0 root:dialout

@@ -303,7 +303,7 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Returns the device's present value of a setting; null: it is unknown.
+  /// Returns the device's present value of a setting; null: the value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;

@@ -18,7 +18,7 @@ namespace baudgate::settings {
 // audit.
 struct WriteReport {
   std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
-  std::string reason;      ///< why the write failed, as one sentence; empty: it succeeded
+  std::string reason;      ///< why the write failed, as one sentence; empty: the write succeeded
   bool read_back = false;  ///< true: the written value was read back from the device
 
   bool done() const { return end == "ok"; }
@@ -29,7 +29,7 @@ class PointWriter {
   virtual ~PointWriter() = default;
   /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Returns why the write would be denied now; empty: it would be allowed. Does not write.
+  /// Returns why the write would be denied now; empty: the write would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
