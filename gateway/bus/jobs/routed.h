@@ -112,7 +112,8 @@ class ShortWriteSource final : public JobSource {
   explicit ShortWriteSource(LineContext& line) : line_(line) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override;
-  /// Returns the time for the requests of all priorities, so RoutedSource does not have to.
+  /// Returns the time for the requests of all priorities, so RoutedSource::NextAt can return
+  /// nothing.
   std::optional<Instant> NextAt(const Idle& idle) const override;
 
  private:

@@ -52,7 +52,8 @@ std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlo
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// `state` must be computed from the point's present value and quality.
+/// Fills `sample` from the point. `state` must be computed from the point's present value and
+/// quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);

@@ -104,7 +104,7 @@ enum class Sent : std::uint8_t {
 };
 
 /// One thread uses a SampleWriter, with two exceptions: any thread may call subscribers(),
-/// datagrams(), neighbours() and session(), and a second thread may write replies.
+/// datagrams(), neighbours() and session(), and a second thread is allowed to write replies.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;
