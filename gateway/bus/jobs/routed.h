@@ -78,8 +78,9 @@ class RoutedJobs {
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// True if a waiting request of a client can be sent now. A late reply of its slave that may
-  /// still come, an earlier write, or a poll that goes before the write prevents this.
+  /// True if a waiting request of a client can be sent now. The request must wait if its slave is
+  /// offline or may still send a late reply; a write also waits for earlier writes, and for polls
+  /// that go before it.
   bool AnyMayGo(Instant now) const;
   bool ShortWriteMayGo(Instant now) const;
   /// True if a short write (a start or stop) waits for a slave that is not offline. Short writes
