@@ -83,7 +83,7 @@ class Masker {
   }
 
   bool IsSecret(const YAML::Node& key) const {
-    if (!key.IsScalar()) return true;  // a key that is no scalar may contain a secret
+    if (!key.IsScalar()) return true;  // a key that is not a scalar may contain a secret
     return secrets_.contains(key.Scalar()) || !Nearest(key.Scalar(), names_).empty();
   }
 

@@ -17,7 +17,7 @@ namespace baudgate::config {
 std::set<std::string> SecretKeys(const Catalog& catalog);
 
 /// Returns the YAML with "***" instead of the values of secret keys, of keys that look like
-/// misspelt secret keys, and of copies of secret values. Fails if the text is no YAML, or if
+/// misspelt secret keys, and of copies of secret values. Fails if the text is not YAML, or if
 /// aliases make it endless or too large.
 Result<std::string> MaskedConfig(const std::string& yaml, const std::set<std::string>& secrets);
 

@@ -37,7 +37,7 @@ struct RawPoint {
 
 inline constexpr std::size_t kMostPoints = 20'000;
 
-/// Reads a list of points. Reports entries that are no points, invalid names, and names that occur
+/// Reads a list of points. Reports entries that are not points, invalid names, and names that occur
 /// twice (compared without case).
 std::vector<RawPoint> ReadRawPoints(const YamlNode& list, Problems& problems);
 

@@ -46,7 +46,8 @@ std::string WhatCan(std::string_view name, std::span<const std::string_view> nam
          std::to_string(names.size() - kMostNamed) + " more";
 }
 
-/// True for the words that need no brackets, because `write: [allow]` is a frequent mistake.
+/// True for the words `allow` and `deny`. They are written without brackets, but `write: [allow]`
+/// is a frequent mistake.
 bool IsPermit(std::string_view word) { return word == "allow" || word == "deny"; }
 
 void AllowListed(const YamlNode& list, Device& device, Problems& problems) {

@@ -1,4 +1,5 @@
-// The binary: parses the words, loads the protocol modules, and does what the subcommand says.
+// The main function of the binary: parses the arguments, loads the protocol modules, and runs the
+// subcommand.
 // SPDX-License-Identifier: Apache-2.0
 #include <iostream>
 

@@ -42,7 +42,7 @@ void SplitFromInit() {
   ::sigprocmask(SIG_BLOCK, &all, &before);
   const pid_t child = ::fork();
   if (child > 0) BeInit(child, all);
-  // A child, or there was no room for one: it goes on as it is.
+  // The child goes on from here. If the fork has failed, process 1 itself goes on.
   ::sigprocmask(SIG_SETMASK, &before, nullptr);
 }
 

@@ -1,15 +1,17 @@
-// What a process does before anything else, because of how it may have been started.
+// Functions that a process calls before everything else, because it can have been started with
+// closed descriptors, or as process 1 of a container.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
 namespace baudgate {
 
-/// Where a program is started with descriptors 0 to 2 closed, its first files would get these
-/// numbers, and the log would be written into them.
+/// Opens the descriptors 0 to 2 that are closed. Otherwise the first files of the program would get
+/// these numbers, and the log would be written into these files.
 void HoldStandardDescriptors();
 
-/// As process 1 of a container: returns in a child. The parent passes signals on to it, takes the
-/// end of every process that has lost its parent, and ends as the child does. Before any thread.
+/// If the process is process 1 (of a container), forks and returns in the child. The parent passes
+/// signals on to the child, reaps every process that has lost its parent, and ends with the result
+/// of the child. To be called before any thread starts.
 void SplitFromInit();
 
 }  // namespace baudgate

@@ -221,7 +221,7 @@ struct Standing {
   /// A silence of this length ends a message: the rule is then called with idle = true.
   Duration idle{};
   Duration whole{};  ///< the maximum duration of a message; a longer message is damaged
-  /// True: a message begins with a certain byte. False: a message begins where the previous one
+  /// True: a message begins with a certain byte. False: a message begins where the previous message
   /// ended, or after a silence of the line.
   bool marked = false;
 };
@@ -285,7 +285,7 @@ class Conversation {
   virtual void Stamp(Request&, Now /*arrives*/, Duration /*character*/) {}
 
   /// Called with true if the clock of this machine is synchronised, else with false. Before the
-  /// first call the conversation assumes that it is not.
+  /// first call the conversation assumes that the clock is not synchronised.
   virtual void OnHostClock(bool /*right*/) {}
 
   /// Called when `request` has failed and is not repeated any more. The outcome is the cause:
@@ -303,7 +303,7 @@ class Conversation {
   virtual std::optional<Request> Instead(const Request&, Outcome, Instant) { return std::nullopt; }
 
   /// Returns how to receive the messages that the device sends unasked, or null if it sends none;
-  /// the result never changes. Silence of such a device is no failure: the gateway sends it only
+  /// the result never changes. Silence of such a device is not a failure: the gateway sends it only
   /// the requests of Queries(), which may be empty.
   virtual const Standing* Listens() const { return nullptr; }
   /// Called for a whole message that came unasked. Readings and events of the Answer are stored

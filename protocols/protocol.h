@@ -97,7 +97,7 @@ struct Recognised {
     other_device,    ///< a whole reply that carries another device's address
     other_master,    ///< a whole request that this gateway did not send
     other_reply,     ///< a whole reply of the asked device to another request
-    other_setting,   ///< a whole reply of a device with other settings than the configured ones
+    other_setting,   ///< a whole reply of a device with other settings than configured
     other_protocol,  ///< messages of another protocol
     other_form,      ///< a whole line of text whose form fits no awaited telegram
     /// A message that is whole except for its check value; `remedy` gives the algorithm that would
@@ -150,7 +150,7 @@ struct PduCarrier {
   /// length or the repeated fields do not match the request, `pdu` is the received PDU; if the
   /// address or function does not match, `pdu` is empty.
   Outcome (*unwrap)(View request, View frame, Bytes& pdu) = nullptr;
-  /// Returns the slave and the PDU of a master's request, a whole frame. Empty: the frame is no
+  /// Returns the slave and the PDU of a master's request, a whole frame. Empty: the frame is not a
   /// request.
   std::optional<std::pair<std::uint8_t, Bytes>> (*unwrap_request)(View frame) = nullptr;
   /// True if every slave answers this PDU, at least with an exception. A slave may ignore other
@@ -230,8 +230,8 @@ struct Protocol {
   /// the effect of every request is unknown.
   std::optional<std::vector<std::size_t>> (*changes)(View request,
                                                      const config::Device& device) = nullptr;
-  /// Explains `heard`, bytes that came after `request` but are no reply to it. Empty: there is no
-  /// explanation. A null pointer: the protocol explains nothing.
+  /// Explains `heard`, bytes that came after `request` but are not a reply to it. Empty: there is
+  /// no explanation. A null pointer: the protocol explains nothing.
   std::optional<Recognised> (*recognise)(View request, View heard,
                                          const ParsedOptions& options) = nullptr;
   /// Finds messages of this protocol on lines of other protocols. A null pointer: no message of
@@ -254,7 +254,7 @@ struct Protocol {
   config::Traits traits{};
 
   /// True if the conversation with this device uses Conversation::Memory. A null pointer: no
-  /// conversation of the protocol does.
+  /// conversation of the protocol uses it.
   bool (*remembers)(const config::Device& device) = nullptr;
   const ScanRule* scan = nullptr;  ///< null: `baudgate scan` cannot search for devices
   /// Functions for `baudgate ask`; null: the protocol does not support this command.

@@ -81,7 +81,7 @@ Bytes ParmrkDecoder::Decode(View bytes) {
         } else if (byte == 0x00) {
           state_ = State::after_ff_00;
         } else {
-          // The kernel writes no other byte behind FF, so this one is treated as damage.
+          // The kernel writes no other byte behind FF, so this byte is treated as damage.
           Damage(characters);
         }
         break;

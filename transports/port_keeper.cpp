@@ -24,7 +24,8 @@ constexpr std::uint32_t kNews =
     IN_CREATE | IN_MOVED_TO | IN_ATTRIB | IN_DELETE_SELF | IN_MOVE_SELF | IN_ONLYDIR;
 
 /// Returns false for file systems that change without a call to this kernel, because inotify does
-/// not report such changes: proc, sysfs, NFS, CIFS, SMB2, 9P, FUSE.
+/// not report such changes: proc, sysfs, NFS, CIFS, SMB2, 9P, FUSE. Also false if the kind of file
+/// system cannot be read.
 bool TellsChanges(const fs::path& folder) {
   struct statfs info {};
   if (statfs(folder.c_str(), &info) != 0) return false;

@@ -100,7 +100,7 @@ config::Rs485 FromDriver(const serial_rs485& mode) {
 Status ApplyRs485(int fd, const config::Rs485& wanted, const std::string& port) {
   serial_rs485 mode{};
   if (!wanted.enabled) {
-    // A port without RS-485 support is no error here.
+    // A port without RS-485 support is not an error here.
     const bool on = ioctl(fd, TIOCGRS485, &mode) == 0 && (mode.flags & SER_RS485_ENABLED) != 0;
     if (!on) return {};
     mode.flags &= ~static_cast<__u32>(SER_RS485_ENABLED);

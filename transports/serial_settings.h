@@ -86,14 +86,14 @@ std::size_t UnsentOutput(int fd);
 Status SetPtyFormat(int fd, const config::SerialSettings& serial);
 
 /// Returns the format that the program has set, as far as it can be read; the rest comes from
-/// `device`. If `fd` is no pty, returns `device`.
+/// `device`. If `fd` is not a pty, returns `device`.
 config::SerialSettings ReadPtyFormat(int fd, const config::SerialSettings& device);
 
 // TtyMode is a copy of a tty's settings at one moment, to detect later changes by another program:
 // stty, ModemManager, brltty, a getty. Any program that may open the port can change them.
 class TtyMode {
  public:
-  /// Returns nothing if `fd` is no tty, or if the tty is gone.
+  /// Returns nothing if `fd` is not a tty, or if the tty is gone.
   static std::optional<TtyMode> Read(int fd);
 
   bool operator==(const TtyMode&) const = default;

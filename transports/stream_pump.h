@@ -21,8 +21,8 @@ inline constexpr std::size_t kMostUnsent = 64 * 1024;
 /// The maximum time without progress while bytes wait to be written.
 inline constexpr Duration kStall = 10s;
 
-/// The pending operations keep the pump alive. After Stop it makes no callback, so its owner may be
-/// destroyed.
+/// The pending operations keep the pump alive. After Stop the pump makes no callback, so its owner
+/// can be destroyed.
 template <typename Stream>
 class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
  public:
@@ -79,7 +79,8 @@ class StreamPump : public std::enable_shared_from_this<StreamPump<Stream>> {
     Write();
   }
 
-  /// Discards the bytes that the stream has not accepted. Returns false if there were none.
+  /// Discards the bytes that the stream has not accepted. Returns false if there were no such
+  /// bytes.
   bool DropUnsent() {
     if (queue_.empty()) return false;
     queue_.clear();

@@ -15,7 +15,7 @@ namespace baudgate::config {
 struct Modules {
   Catalog catalog;
   /// One sentence with the path for each module that was refused, because it was built for another
-  /// contract or compiler, or because it is no module.
+  /// contract or compiler, or because it is not a module.
   std::vector<std::string> refused;
 };
 

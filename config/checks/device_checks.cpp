@@ -46,7 +46,8 @@ void CheckPaces(const Paces& paces, const std::string& device, const Mark& mark,
 
 namespace {
 
-/// Returns "device 'feeder-1'", or "device" if it has no usable name.
+/// Returns "device 'feeder-1'", "device" if the device has no name, or "a device of this type" for
+/// kOfThisType.
 std::string Called(const Device& device) {
   if (device.name == kOfThisType) return "a device of this type";
   return device.name.empty() ? "device" : "device '" + device.name + "'";

@@ -275,7 +275,8 @@ void CheckLoad(const Line& line, const Catalog& catalog, Problems& problems) {
                                                : "poll, or move points to the group slow"));
 }
 
-/// True if the reply to the device's probe cannot be a reply to another request.
+/// True if the reply to the device's probe cannot be a reply to another request, or if the
+/// conversation has no request for a probe.
 bool HasProof(const Device& device, const protocols::Protocol& protocol, protocols::Bus* bus) {
   const auto conversation = MakeConversation(protocol, device, bus);
   const auto probe =

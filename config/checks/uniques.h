@@ -33,8 +33,8 @@ class Uniques {
   void Device(const std::string& name, const Mark& mark);
   void Unit(std::uint8_t unit, const std::string& device, const Mark& mark);
   /// Claims a port for a line. Links such as /dev/serial/by-id/… are the same port as their target.
-  /// `shared`: the port is a server that accepts several connections, so several lines may use it
-  /// if all of them are shared.
+  /// `shared`: the port is a server that accepts several connections, so several lines are allowed
+  /// to use it if all of them are shared.
   void Port(const std::string& port, const std::string& line, bool shared, const Mark& mark);
   /// Claims the serial port of a listener; it must differ from the ports of lines as well.
   void ListenerPort(const std::string& path, const Mark& mark);

@@ -18,7 +18,7 @@
 
 namespace baudgate::config {
 
-/// `none`: the event is no alarm. The word `yes` of the key `alarm` means medium.
+/// `none`: the event is not an alarm. The word `yes` of the key `alarm` means medium.
 enum class AlarmPriority : std::uint8_t { none, low, medium, high };
 inline constexpr std::size_t kAlarmPriorities = 4;
 template <>
@@ -52,7 +52,8 @@ struct PointEvent {
   /// For On::change: the text that ends the event; any other text begins it. Empty: each change is
   /// a message without an end.
   std::string normal{};
-  std::string record{};  ///< name of the Record that is read and saved after the event; empty: none
+  /// Name of the Record that is read and saved after the event; empty: no Record.
+  std::string record{};
 };
 
 template <typename Visit>
@@ -92,7 +93,8 @@ struct EventText {
   /// The code of the event that ends the alarm, on the same channel. Empty: the alarm has no end
   /// and only waits to be acknowledged.
   std::optional<std::uint32_t> until{};
-  std::string record{};  ///< name of the Record that is read and saved after the event; empty: none
+  /// Name of the Record that is read and saved after the event; empty: no Record.
+  std::string record{};
 };
 
 template <typename Visit>

@@ -140,7 +140,7 @@ struct Key {
   std::string_view fallback{};
 };
 
-/// A member that is no setting: a place in the file, or a result of other settings.
+/// A member that is not a setting: a place in the file, or a result of other settings.
 template <auto kMember>
 struct Derived {
   static constexpr auto member = kMember;

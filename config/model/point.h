@@ -296,7 +296,7 @@ struct RawNumbers {
   bool Contain(const Decimal& number) const;
 };
 
-/// Returns 0…1 for bool, and 0…0 for types that are no integers.
+/// Returns 0…1 for bool, and 0…0 for types that are not integers.
 IntegerRange RangeOf(Type type);
 /// Returns the range of the point's type; a time of day ends at midnight.
 IntegerRange RangeOf(const Point& point);

@@ -26,12 +26,12 @@ struct Entry {
   YamlNode value;
 };
 
-/// Returns the entries of a map. Reports a node that is no map, keys that are no text, and
+/// Returns the entries of a map. Reports a node that is not a map, keys that are not texts, and
 /// duplicate keys (which yaml-cpp accepts silently); the first duplicate is used. `what` names the
 /// map in messages: "device 'feeder-1'".
 std::vector<Entry> ReadEntries(const YamlNode& map, const std::string& what, Problems& problems);
 
-/// Returns at most `most` elements of a list; a longer list, or a node that is no list, is a
+/// Returns at most `most` elements of a list; a longer list, or a node that is not a list, is a
 /// problem.
 std::vector<YamlNode> ReadList(const YamlNode& list, const std::string& what, std::size_t most,
                                Problems& problems);

@@ -318,7 +318,7 @@ double AsDecimal(double number) {
 }
 
 double NearestSingle(double number) {
-  // Numbers from kEnd on are nearer to 2^128, which is no float32, than to the largest float32.
+  // Numbers from kEnd on are nearer to 2^128, which is not a float32, than to the largest float32.
   constexpr double kEnd = 0x1.FFFFFFp127;
   if (!(std::abs(number) < kEnd)) return std::copysign(HUGE_VAL, number);
   return AsDecimal(static_cast<double>(static_cast<float>(number)));

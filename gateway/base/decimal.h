@@ -70,7 +70,7 @@ class Decimal {
 
   bool is_negative() const { return is_negative_; }
   bool is_whole() const;
-  /// If `step` is 0, only 0 is a multiple.
+  /// True if this number is a multiple of `step`. If `step` is 0, only 0 is a multiple.
   bool IsMultipleOf(const Decimal& step) const;
   /// Returns this number times 10 to the power of `places`.
   Decimal Shifted(int places) const;

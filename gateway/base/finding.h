@@ -25,7 +25,7 @@ enum class Symptom : std::uint8_t {
   doubted,  ///< the reply was not used, because it may answer an earlier request
   /// The reply has no number where a number belongs; `cause`: what it has in that place.
   no_number,
-  few_beside,     ///< one to three stray bytes came also; they may mean nothing
+  few_beside,     ///< one to three stray bytes came also; they may be harmless
   noise_before,   ///< stray bytes came also, before the reply
   noise_behind,   ///< stray bytes came also, behind the reply
   text_beside,    ///< text for people came also
@@ -56,8 +56,8 @@ enum class Symptom : std::uint8_t {
   other_protocol,
   other_device,  ///< a whole reply of another device
   other_master,  ///< a request that this gateway has not sent
-  /// The reply to the previous request, within the reply time; `cause`: "lags" if each reply waits
-  /// for the next request.
+  /// The reply to the previous request, soon after the present request; `cause`: "lags" if each
+  /// reply waits for the next request.
   one_behind,
   /// The same bytes that came to other requests; `cause`: the bytes, if they are a text.
   same_again,

@@ -15,7 +15,7 @@
 #define BAUDGATE_THREAD_MARK(mark)
 #endif
 
-/// Marks a member that may be used only while `mutex` is held.
+/// Marks a member that must be used only while `mutex` is held.
 #define BAUDGATE_GUARDED_BY(mutex) BAUDGATE_THREAD_MARK(guarded_by(mutex))
 /// Marks a function whose caller must hold `mutex`.
 #define BAUDGATE_REQUIRES(mutex) BAUDGATE_THREAD_MARK(requires_capability(mutex))
@@ -42,7 +42,8 @@ class BAUDGATE_THREAD_MARK(scoped_lockable) MutexLock {
   MutexLock(const MutexLock&) = delete;
   MutexLock& operator=(const MutexLock&) = delete;
 
-  /// Releases the mutex until `changed` is notified, or spuriously.
+  /// Releases the mutex and waits until `changed` is notified. Can also return without a
+  /// notification (spuriously).
   void Wait(std::condition_variable& changed) { changed.wait(lock_); }
   /// Like Wait, but returns at `when` at the latest. Returns false if `when` has come.
   bool WaitUntil(std::condition_variable& changed, Instant when) {

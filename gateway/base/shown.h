@@ -36,7 +36,7 @@ inline bool LooksLikeNumber(std::string_view text) {
   return read.ptr == end && read.ec != std::errc::invalid_argument;
 }
 
-/// True if a spreadsheet would take the text of a cell for a formula. "-5.2 kW" and "-" are no
+/// True if a spreadsheet would take the text of a cell for a formula. "-5.2 kW" and "-" are not
 /// formulas.
 inline bool LooksLikeFormula(std::string_view text) {
   if (text.empty() || LooksLikeNumber(text)) return false;

@@ -1,6 +1,6 @@
 // `SteadyVector` is a list that grows while other threads read it. Its elements never move and are
-// never removed. One thread at a time may append; other threads may read every element below
-// size(). A reload uses it to add lines and devices while the others run.
+// never removed. One thread at a time is allowed to append; other threads can read every element
+// below size(). A reload uses it to add lines and devices while the others run.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

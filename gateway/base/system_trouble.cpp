@@ -77,8 +77,9 @@ std::optional<std::string> AskSystem(uid_t user) {
   return failed == 0 ? std::optional(std::string()) : std::nullopt;
 }
 
-/// Asks in a separate thread, because the user database may be on a server that does not answer.
-/// Returns nothing after kPatience, or at once if kMostUnderWay such threads are waiting already.
+/// Calls AskSystem in a separate thread, because the user database may be on a server that does not
+/// answer. Returns nothing after kPatience, or at once if kMostUnderWay such threads are waiting
+/// already.
 std::optional<std::string> AskInTime(uid_t user) {
   static std::atomic<int> under_way = 0;
   constexpr int kMostUnderWay = 4;

@@ -22,7 +22,8 @@ std::string SystemTrouble(int error);
 /// True if the process has used up its file descriptors.
 bool NoFileLeft();
 
-/// Returns the largest size of a file that this process may write, in bytes; nothing: no limit.
+/// Returns the largest size of a file that this process is allowed to write, in bytes; nothing: no
+/// limit.
 std::optional<std::size_t> MostFileBytes();
 
 /// Returns the name of the user, such as "baudgate", or the number of a user without a name. A name

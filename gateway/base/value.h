@@ -46,7 +46,7 @@ enum class Reason : std::uint8_t {
   out_of_range = 13,  ///< beyond the range of the point's type
 };
 
-/// Returns the name for people: "over range", "open sensor", …; an empty text for none.
+/// Returns the name for people: "over range", "open sensor", …; an empty text for Reason::none.
 std::string_view Name(Reason reason);
 
 /// True for reasons whose values the Modbus registers show as the key `on_bad` of the device

@@ -36,7 +36,7 @@ class Daemon {
   void Reload(const std::string& by);
 
   /// Opens the outputs, then starts the lines. Fails if a network port is in use; a missing serial
-  /// port is no error.
+  /// port is not an error.
   Status Start();
   /// Closes the lines, reports the end to subscribers and releases every port, within two seconds.
   /// Returns false if a line hangs in a call of its driver. All other parts have then ended

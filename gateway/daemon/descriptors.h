@@ -48,7 +48,7 @@ class OpenFiles {
     void operator()(DIR* folder) const { ::closedir(folder); }
   };
   Mutex mutex_;
-  // The folder /proc/self/fd, opened at the start; null: it cannot be read.
+  // The folder /proc/self/fd, opened at the start; null: the folder cannot be read.
   std::unique_ptr<DIR, Closer> folder_ BAUDGATE_GUARDED_BY(mutex_);
 };
 

@@ -48,7 +48,7 @@ struct OutputLinks {
 
 struct OutputRow {
   std::function<std::unique_ptr<outputs::Output>(const OutputLinks& links)> make;
-  /// Returns the descriptors that the output needs. Empty: it needs only a few.
+  /// Returns the descriptors that the output needs. Empty: the output needs only a few.
   std::function<outputs::DescriptorNeeds(const config::Config& config)> descriptors{};
   /// Returns the name under which the output stores how far it has read the events
   /// (events::CursorBook). Empty: the output stores no such name.

@@ -162,7 +162,8 @@ void Observer::OnAnswered() {
   negotiated_ = IsTelnet(greeting_.OnAnswered(exchange_.heard())) && roster_.is_network();
 }
 
-/// Changes the finding to same_again if the same bytes have come after different requests before.
+/// Changes the finding to same_again if the same bytes have come after different requests before,
+/// unless the request was answered, or a finding with a remedy about Modbus TCP is more certain.
 Finding Observer::LookAgain(Finding finding) {
   const Bytes& heard = exchange_.heard();
   const bool right = IsAnswered(finding.symptom);

@@ -71,7 +71,7 @@ class ServerGreeting {
     if (first && speaks && text_.empty()) text_.assign(heard.begin(), heard.end());
   }
 
-  /// Returns the greeting; empty: none came, or a device has answered since.
+  /// Returns the greeting; empty: no greeting came, or a device has answered since.
   const Bytes& text() const { return text_; }
 
  private:
@@ -97,7 +97,7 @@ class Overheard {
   /// bytes of the damaged message; else nothing.
   std::optional<Finding> Hear(View bytes, Instant now);
   Finding OnDamaged();
-  /// The conversation has read a message, so the bytes that follow are no rest of a damaged
+  /// The conversation has read a message, so the bytes that follow are not the rest of a damaged
   /// message.
   void OnRead() { damaged_ = false; }
 
@@ -143,7 +143,8 @@ class Observer : public bus::LineObserver {
   // TakeFinding and TakeChanged are OnExchange and OnRequest without the status; public for tests.
   /// Ends the exchange and returns what it looked like on the wire.
   Finding TakeFinding(Outcome outcome);
-  /// Returns the exchanges whose finding has changed, because more bytes came later; each one once.
+  /// Returns the exchanges whose finding has changed, because more bytes came later; each exchange
+  /// once.
   std::vector<EarlierFinding> TakeChanged();
 
  private:

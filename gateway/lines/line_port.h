@@ -73,7 +73,8 @@ class WriteGrace {
  public:
   static constexpr Duration kMost = 1s;
 
-  /// `then` is called when the write has ended; it replaces the `then` of an earlier Begin.
+  /// `then` is called when the current write has ended, or kMost after `now`; it is not called
+  /// after CallOff. It replaces the `then` of an earlier Begin.
   void Begin(std::function<void()> then, Instant now) {
     then_ = std::move(then);
     until_ = now + kMost;
@@ -180,7 +181,7 @@ class LinePort final : public bus::RequestPort, public PortLoan::Line {
   std::atomic<bool> open_ = false;
 
   std::optional<Instant> lent_until_;  // end of the loan to another program
-  bool out_of_service_ = false;        // the points are out of service, since the port was lent
+  bool out_of_service_ = false;        // the points are out of service, because the port is lent
   WriteGrace grace_;
   std::optional<std::string> stopping_;
 };

@@ -123,9 +123,9 @@ class PortDisplay {
     bool unread = false;  ///< true: the server had not read this request either
   };
   void CountEnd(End end, Now now);
-  /// Counts and logs that the server has ended a connection that was in use. This is no outage.
+  /// Counts and logs that the server has ended a connection that was in use. This is not an outage.
   void CountDrop(const std::string& reason, Now now);
-  /// Counts that the server has ended a connection that the next request opens again. This is no
+  /// Counts that the server has ended a connection that the next request opens again. This is not a
   /// fault.
   void CountRest();
 

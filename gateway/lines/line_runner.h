@@ -132,11 +132,12 @@ class LineRunner final : private transports::TransportListener, private serial_s
   /// Stop must then be called again before anything that the line uses is destroyed.
   bool StopBefore(Instant deadline);
 
-  /// Stops the news of a line that is abandoned because it cannot be stopped. Thread-safe.
+  /// Drops all further news (OnNews) of a line that is abandoned because it cannot be stopped.
+  /// Thread-safe.
   void Retire() { line_.reporter.Retire(); }
 
-  /// Sets since when the loop hangs; empty: it runs. While the loop hangs, requests are refused.
-  /// Thread-safe.
+  /// Sets since when the loop hangs; empty: the loop runs. While the loop hangs, requests are
+  /// refused. Thread-safe.
   void SetStuck(std::optional<WallTime> since) { stuck_since_ = since.value_or(WallTime{}); }
   std::optional<WallTime> stuck_since() const {
     const WallTime since = stuck_since_;

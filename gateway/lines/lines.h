@@ -89,8 +89,8 @@ class Lines {
  public:
   /// How long NotOpen waits for the first attempts of new lines to open their ports.
   static constexpr Duration kWaitForPorts = 1s;
-  /// The time after which lines that do not end are abandoned: a second for a current write
-  /// (line_port.cpp), and some reserve.
+  /// A line that has not stopped after this time is abandoned. The time is WriteGrace::kMost
+  /// (line_port.h) for a current write, and some reserve.
   static constexpr Duration kWaitForLines = 1300ms;
 
   /// `loops` is the number of threads for lines that never block, at least 1. The references must

@@ -84,7 +84,8 @@ class PortLoan final : public serial_server::PortOwner {
   void TakeBack(const std::string& why, Now now);
   /// True if a client has the port, or the line is still silent after a loan.
   bool has_port() const { return state_ == State::held || state_ == State::rests; }
-  /// Returns a sentence with the client that asks for the port or has it; nothing if there is none.
+  /// Returns a sentence with the client that asks for the port or has it; nothing if there is no
+  /// such client.
   std::optional<std::string> InUse() const;
   /// Must be called after every input of the line. Returns true if the line must start no exchange,
   /// because a client asks for the port.

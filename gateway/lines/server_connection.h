@@ -92,8 +92,8 @@ class ConnectionProof {
 };
 
 // RestingConnection handles connections that the server ends regularly, for example after each
-// answer or after an idle time. The end of such a connection is no outage: the next request opens
-// it again.
+// answer or after an idle time. The end of such a connection is not an outage: the next request
+// opens it again.
 //
 // clang-format off
 // answered, ended while no request is open      rests; the next request opens it

@@ -47,7 +47,7 @@ struct EventsPlace {
 // gateway/records/events/own_alarms.cpp the names of alarms.
 struct NewsKind {
   events::OwnCode code;
-  std::optional<events::Trouble> trouble{};  ///< empty: the news is no alarm
+  std::optional<events::Trouble> trouble{};  ///< empty: the news is not an alarm
 };
 
 /// The only table from News to NewsKind. The compiler reports a News::What without a case.

@@ -124,7 +124,7 @@ class Records {
     const MutexLock lock(mutex_);
     return history_.log ? history_.log->view() : nullptr;
   }
-  /// The state folder; null: there is none, or it could not be opened at the start.
+  /// The state folder; null: there is no state folder, or it could not be opened at the start.
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
@@ -147,7 +147,7 @@ class Records {
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;  // null: there is no place for a state folder
-  // Why the state folder was not opened at the start; empty: it was opened.
+  // Why the state folder was not opened at the start; empty: the folder was opened.
   std::string why_no_state_;
   std::unique_ptr<DeviceMemory> memory_;
   std::shared_ptr<StateFolder> databases_;       // null: the databases are in `state_`

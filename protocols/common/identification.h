@@ -47,8 +47,8 @@ class ProbeChoice {
 
   /// Call it when a probe was answered. `own`: the probe was the device's own probe.
   void OnAnswered(bool own);
-  /// Call it when a probe has failed. Returns true if the device may not support its own probe, so
-  /// that a read should be sent as the next probe at once.
+  /// Call it when a probe has failed. Returns true if the device perhaps does not support its own
+  /// probe, so that a read should be sent as the next probe at once.
   bool OnFailed(bool own);
   void OnPolled() { failed_ = 0; }
   /// Call it when another device may be connected. An identification that was given up is then

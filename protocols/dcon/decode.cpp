@@ -350,8 +350,8 @@ namespace {
 
 constexpr std::size_t kAnyWidth = 0;
 
-/// True if the last two characters are a correct checksum of the rest, so they may not be digits of
-/// a number.
+/// True if the last two characters are a correct checksum of the rest. They are then perhaps not
+/// digits of a number.
 bool EndsWithItsSum(View frame) {
   const std::string_view text = Trim(AsText(frame));
   if (text.size() < 3) return false;

@@ -217,7 +217,8 @@ class Questions {
   /// Returns asked() and clears it. Call it when the request was answered or has failed.
   std::optional<Question> TakeAsked();
 
-  /// Returns the question to ask before `command`. Empty: `command` may be sent.
+  /// Returns the question to ask before `command`. Empty: no question is needed, and `command` can
+  /// be sent.
   std::optional<Question> Before(std::string_view command);
   /// Returns the question to ask after the read of the task under way. Empty: no question follows.
   const std::optional<Question>& anew() const { return anew_; }

@@ -93,7 +93,7 @@ std::optional<GroupedOutput> GroupOf(const std::optional<ReadAddress>& read,
                                      const std::optional<WriteAddress>& write,
                                      const Settings& settings);
 
-/// Index: point; empty: the point is no output of a group.
+/// Index: point; empty: the point is not an output of a group.
 using GroupedOutputs = std::vector<std::optional<GroupedOutput>>;
 
 /// Returns how many of `writes`, counted from the first, set different outputs of one group.

@@ -30,7 +30,8 @@ constexpr ReadRule kReads[] = {
     {"$2", "text"},
     {"$3", "value"},
     {"$3n", "counter"},
-    // Not repeatable, as a sample is fetched once; stores outputs on output modules.
+    // `$4` is not repeatable, because a sample is fetched once, and an analog output module stores
+    // its output for power-up at this command.
     {"$4", "value status", false, false},
     {"$5n", "hex"},
     {"$6", "status mask commanded"},

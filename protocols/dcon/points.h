@@ -47,7 +47,7 @@ struct ReadAddress {
 Result<ReadAddress> ParseRead(std::string_view text);
 
 /// Returns the form of the reply to `command` if no decoder word selects another form. Empty:
-/// `command` is no read command, or the form differs between modules.
+/// `command` is not a read command, or the form differs between modules.
 std::optional<Form> DefaultForm(std::string_view command);
 
 /// Returns the smallest and the largest number of digits in a reply of Form::hex to `command`. The

@@ -74,7 +74,7 @@ std::optional<Adu> Unwrap(Framing framing, View frame);
 std::optional<Adu> UnwrapReply(Framing framing, View frame);
 
 /// Returns the size of a frame according to its header, `header`, which has six bytes or more.
-/// Empty: this is no Modbus TCP header.
+/// Empty: the bytes are not a Modbus TCP header.
 std::optional<std::size_t> TcpSize(View header);
 /// True if a request to `slave` is a broadcast, which no slave answers. With tcp, unit 0 is an
 /// ordinary address.

@@ -23,7 +23,7 @@ namespace baudgate::protocols::modbus {
 // Identification checks by vendor and product (function 43/14), else by server id (17), whether a
 // device fits its profile. ModbusConversation asks once per connection, before the first poll, and
 // only if the profile lists names: many slaves answer neither request, and each silence costs a
-// reply time. A refusal or silence is no contradiction.
+// reply time. A refusal or silence is not a contradiction.
 //
 //   > 2B 0E 01 00    < 2B 0E 01 01 00 00 03  00 08 "KBR GmbH"  01 10 "multicomp F144-3"  02 …
 class Identification {

@@ -26,7 +26,7 @@ std::optional<Table> TableOf(std::uint8_t function);
 /// Returns the PDU that reads the block, such as "03 00 C8 00 02". For an identification: from the
 /// object `block.begin` on.
 Bytes ReadOf(const Block<Space>& block);
-/// Returns the block that a request reads. Empty: the request is no read, or is incomplete.
+/// Returns the block that a request reads. Empty: the request is not a read, or is incomplete.
 std::optional<Block<Space>> BlockOf(View request);
 inline Block<Space> BlockOf(const Location& place) {
   return {place.space(), BeginOf(place), EndOf(place), 1};
@@ -50,7 +50,7 @@ struct Data {
   Block<Space> block() const { return {space, address, address + words.size(), 1}; }
 };
 
-/// Returns the data of a good reply; empty if `request` is no read. `reply` must have passed
+/// Returns the data of a good reply; empty if `request` is not a read. `reply` must have passed
 /// CheckReply for `request`.
 std::optional<Data> DataOf(View request, View reply);
 

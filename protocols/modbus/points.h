@@ -126,7 +126,7 @@ Error Wrong(std::string_view text, const std::string& why);
 Status TakeBits(std::string_view text, std::string_view inside, Location& place);
 
 /// Parses a place with a name: "exception status[b3]", "server id[2]", "identification 0x80".
-/// Empty: the words are no such name.
+/// Empty: the words are not such a name.
 std::optional<Result<Location>> ParseNamed(std::string_view text,
                                            std::span<const std::string_view> words);
 

@@ -381,7 +381,7 @@ Cut AsciiReplyRule(View held, const Expectation& expect, bool idle) {
 //   < 00 01 00 00 00 04 14 | 83 02              an exception has two bytes, not three
 //
 // A reply with the number of another transaction is late and skipped. TCP loses and changes no
-// bytes, and no check value shows where a message begins. So after bytes that are no header, all
+// bytes, and no check value shows where a message begins. So after bytes that are not a header, all
 // bytes are dropped until the connection is silent.
 
 namespace {

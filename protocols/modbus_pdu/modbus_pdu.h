@@ -42,7 +42,7 @@ inline constexpr std::uint8_t kIdentification = 14;
 
 enum ExceptionCode : std::uint8_t {
   kNoException = 0,
-  kIllegalFunction = 1,  ///< the slave does not know or not permit the function
+  kIllegalFunction = 1,  ///< the slave does not know the function, or does not permit it
   kIllegalAddress = 2,   ///< the address is absent or read-only
   kIllegalValue = 3,     ///< the count, length or value is invalid
   kDeviceFailure = 4,
@@ -138,7 +138,7 @@ PduLength RequestLength(View head);
 /// Returns the length of the reply that begins with `head`, which must not be empty.
 PduLength ReplyLength(View head);
 /// True if `pdu` has the form of a reply: its length matches its function and byte count, and
-/// register data has an even length. Most requests do not have it, so an echo is recognised.
+/// register data has an even length. Most requests do not have this form, so an echo is recognised.
 bool IsReplyForm(View pdu);
 /// Returns the length of the good reply to `request`. Empty: the length is unknown, or there is no
 /// good reply.

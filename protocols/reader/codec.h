@@ -27,7 +27,7 @@ Bytes EncodeCommand(Command command);
 /// if the configuration has no commands.
 bool IsInformation(View request);
 /// Returns the text of the reply to `information`: its lines, joined by blanks, without '>' and
-/// echo. Error: `answer` contains no line, or is no such reply.
+/// echo. Error: `answer` contains no line, or is not such a reply.
 Result<std::string> DecodeInformation(View answer);
 
 Bytes EncodeTag(std::string_view digits);

@@ -14,8 +14,8 @@ namespace {
 
 /// Shape::tag of the replies to Command::information.
 constexpr int kInformation = -2;
-/// Shape::tag for a reader that answers commands. Bytes that are no tag may belong to a reply, so
-/// they are no sign of damage.
+/// Shape::tag for a reader that answers commands. Bytes that are not a tag may belong to a reply,
+/// so they are not a sign of damage.
 constexpr int kTagsAndAnswers = -1;
 constexpr int kNone = 0x100;  // code for "no such character"
 constexpr int kEnds = 0x200;  // factor that separates the codes of start and end in Shape::tag

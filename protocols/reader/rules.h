@@ -17,7 +17,7 @@ Expectation Expect(View request, const Settings& settings);
 Cut RequestRule(View held, const Expectation& expect, bool idle);
 Cut MessageRule(View held, const Expectation& expect, bool idle);
 
-// Explains bytes that are no valid message: other line ends, texts instead of tags, or another
+// Explains bytes that are not a valid message: other line ends, texts instead of tags, or another
 // start, end or length than configured.
 
 /// Explains `heard`, which came after `request`; `request` is empty if no command was sent.

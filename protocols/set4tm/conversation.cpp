@@ -144,8 +144,9 @@ struct MeterReplies::Row {
 };
 
 const MeterReplies::Row MeterReplies::kRows[] = {
-    // > 05 08 00     < 05 00 89 A2 61 …: the serial number is checked before the table is used
-    // < 05 01: the meter has no number
+    // > 05 08 00
+    //   < 05 00 89 A2 61 …: the serial number is checked before the table is used
+    //   < 05 01: the meter has no number
     {RequestKind::serial, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        if (!its.IsOwn(step) || its.parts_.session.needs_number()) {
@@ -154,23 +155,26 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        its.parts_.session.AcceptUnnamed();
        return its.ReadRefused(step);
      }},
-    // > 05 08 12     < 05 10 40 10 …: the type is learned before the table is used     < 05 01: the
-    // options may contain the constants
+    // > 05 08 12
+    //   < 05 10 40 10 …: the type is learned before the table is used
+    //   < 05 01: the options may contain the constants
     {RequestKind::question, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.identification.OnRefused(step.reply.pdu);
        return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
      }},
-    // > 05 08 14 50  < 05 00 00 12 …: the latch time is compared before the table is used    < 05
-    // 01: it is never asked again
+    // > 05 08 14 50
+    //   < 05 00 00 12 …: the latch time is compared before the table is used
+    //   < 05 01: the latch time is never asked again
     {RequestKind::latch_time, [](auto& its, Step& step) { return its.TakePrelude(step); },
      [](auto& its, Step& step) {
        its.parts_.latched.OnRefused();
        if (step.task.kind == Task::Kind::background) return std::move(step.reply.answer);
        return its.IsOwn(step) ? its.ReadRefused(step) : AskAgain();
      }},
-    // > 05 04 01 00  < 05 31 30 15 …: events                           < 05 01: there is no such
-    // record
+    // > 05 04 01 00
+    //   < 05 31 30 15 …: events
+    //   < 05 01: there is no such record
     {RequestKind::record,
      [](auto& its, Step& step) {
        // A task reads several records, and the channel can be opened again for each of them.
@@ -181,8 +185,9 @@ const MeterReplies::Row MeterReplies::kRows[] = {
        its.parts_.session.OnTaskEnd();
        return its.parts_.archive.TakeNoRecord(std::move(step.reply.answer), step.now);
      }},
-    // > 05 06 03 06 58 18  < 05 14 14 08 …: records                    < 05 01: there is no such
-    // profile
+    // > 05 06 03 06 58 18
+    //   < 05 14 14 08 …: records
+    //   < 05 01: there is no such profile
     {RequestKind::background,
      [](auto& its, Step& step) {
        return its.parts_.archive.TakeInBackground(step.reply.data, step.now);
@@ -190,19 +195,21 @@ const MeterReplies::Row MeterReplies::kRows[] = {
      [](auto& its, Step& step) {
        return its.parts_.archive.TakeRefusal(std::move(step.reply.answer), step.now);
      }},
-    // > 05 08 23 01 00 …   < 05 01 …: points are read by mask from now on          < 05 01: points
-    // are read by 08 1B
+    // > 05 08 23 01 00 …
+    //   < 05 01 …: points are read by mask from now on
+    //   < 05 01: points are read by 08 1B
     {RequestKind::trial, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step&) {
        its.parts_.reads.EndTrial();
        return AskAgain();
      }},
-    // > 05 08 1B 00 11     < 05 00 00 5C 43: readings                  < 05 01: the points are
-    // refused
+    // > 05 08 1B 00 11
+    //   < 05 00 00 5C 43: readings
+    //   < 05 01: the points are refused
     {RequestKind::read, [](auto& its, Step& step) { return its.TakeRead(step); },
      [](auto& its, Step& step) { return its.ReadRefused(step); }},
-    // > 05 03 0B 00 0A     the reply is always a status                < 05 01: the clock is not
-    // corrected
+    // > 05 03 0B 00 0A (the reply is always a status)
+    //   < 05 01: the clock is not corrected
     {RequestKind::write, Plain, Plain},
     // > 05 00, > 05 01 30 30 30 30 30 30, > FE 03 08 …: the reply never has data
     {RequestKind::link, Plain, Plain},

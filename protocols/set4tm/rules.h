@@ -34,7 +34,7 @@ Cut ReplyRule(View held, const Expectation& expect, bool idle);
 extern const ScanRule kScan;
 
 // The rule for telegrams typed by hand: it adds a missing check value, and decides which telegrams
-// are certainly reads. The opening of the channel is no read, because it contains the password.
+// are certainly reads. The opening of the channel is not a read, because it contains the password.
 
 extern const TelegramRule kTelegram;
 

@@ -130,9 +130,9 @@ bool ItemReads::TakeRefusal(std::size_t query, int nack, Answer& answer, Instant
   return plan_.OnRefused(query, now) != PlanChange::nothing;
 }
 
-/// Handles a failed query for several items. A relay may not support ranges of channels: some then
-/// send nothing, or only one value. If the relay is silent to several items of one channel, but
-/// answers other requests, it is asked for fewer items at once.
+/// Handles a failed query for several items. Some relays do not support ranges of channels: they
+/// send nothing then, or only one value. If the relay is silent to several items of one channel,
+/// but answers other requests, it is asked for fewer items at once.
 bool ItemReads::OnFailure(std::size_t query, Outcome outcome, Instant now) {
   const bool silent = outcome == Outcome::no_reply;
   if (!silent && outcome != Outcome::unexpected) return false;

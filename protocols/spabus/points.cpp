@@ -152,9 +152,10 @@ namespace {
 
 using config::Type;
 
-/// A double represents every integer exactly up to this number. No known device uses larger ones.
+/// A double represents every integer exactly up to this number. No known device uses larger
+/// integers.
 constexpr double kLargestExact = 9007199254740992.0;
-/// The maximum length of a text item. Known masters write no longer ones.
+/// The maximum length of a text item. Known masters write no longer texts.
 constexpr std::size_t kLongestText = 131;
 /// The maximum number of decimals for a point without configured decimals; kScaledDecimals if the
 /// point has a scale, because a value that was divided by a scale is inexact in its last digits.

@@ -322,7 +322,7 @@ Answer DecodeList(const Command& command, const Reply& reply) {
 
 Answer DecodeData(const Command& command, const Reply& reply, std::span<const ReadPoint> points) {
   if (IsEventList(command.category)) return DecodeList(command, reply);
-  // An alarm is a text for people, so a slash in it is no separator.
+  // An alarm is a text for people, so a slash in it is not a separator.
   const auto texts =
       command.category == 'A' ? std::vector<std::string_view>{reply.data} : Split(reply.data, '/');
   // The number is checked before ItemsOf is called, because a captured request can ask for a huge

@@ -71,7 +71,7 @@ struct Reply {
 };
 
 /// Parses a frame from `<` to its CR or CR LF. It checks the syntax, not the checksum. Returns
-/// nothing if the frame is no reply.
+/// nothing if the frame is not a reply.
 std::optional<Reply> ParseReply(View frame);
 
 /// Returns the variants kCovers… under which the checksum of the frame is right, as bits; 0: no
@@ -111,7 +111,7 @@ class ContinuationChecksum {
 // `baudgate decode` use it.
 struct Exchange {
   Answer answer;
-  std::optional<Command> command;  ///< the request; empty: it could not be parsed
+  std::optional<Command> command;  ///< the request; empty: the request could not be parsed
   std::optional<int> nack;         ///< the code of the refusal, if the right slave has refused
   std::string data;                ///< the data in the reply to a read, as received
 };

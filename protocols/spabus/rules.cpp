@@ -82,7 +82,7 @@ namespace {
 /// The result of following a message from its first byte.
 struct Scan {
   enum class State { open, broken, whole } state = State::open;
-  /// For `whole`: length of the message with its CR; for `broken`: number of bytes that are no
+  /// For `whole`: length of the message with its CR; for `broken`: number of bytes that are not a
   /// message.
   std::size_t size = 0;
   std::string_view why;

@@ -33,8 +33,8 @@ Cut RequestRule(View held, const Expectation& expect, bool idle);
 extern const ScanRule kScan;
 
 // The rule for telegrams typed by hand: it completes the checksum, in place of XX if the telegram
-// has it, and decides which telegrams are certainly reads. `L` is no read, because it takes events
-// out of the relay.
+// has it, and decides which telegrams are certainly reads. `L` is not a read, because it takes
+// events out of the relay.
 
 extern const TelegramRule kTelegram;
 

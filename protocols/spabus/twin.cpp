@@ -39,7 +39,8 @@ std::size_t DecimalsOf(std::string_view text) {
   return point == std::string_view::npos ? 0 : text.size() - point - 1;
 }
 
-/// True if a value fits the type of the item: number, integer or bool.
+/// True if `text` has no more decimals than the point allows, and its value `decoded` is good and
+/// fits the type of the point.
 bool Fits(const std::string& text, const Decoded& decoded, const config::Point& point) {
   const auto& decimals = point.writing.decimals;
   if (decimals && DecimalsOf(text) > static_cast<std::size_t>(*decimals)) return false;

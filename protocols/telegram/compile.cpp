@@ -67,7 +67,7 @@ std::string HintOf(std::string_view name, const std::vector<std::string>& known)
 }
 
 /// Returns the code of a byte in its usual form: "0x1A" for "0x1a" and for the escape "\\x1A".
-/// Empty: `key` is no byte.
+/// Empty: `key` is not a byte.
 std::optional<std::string> ByteCode(std::string_view key) {
   if (!key.starts_with("0x") && !key.starts_with("\\x")) return std::nullopt;
   const auto byte = ParseHex(key.substr(2));

@@ -15,9 +15,9 @@ namespace baudgate::protocols::telegram {
 std::shared_ptr<const config::Description> Compile(const config::YamlNode& telegrams,
                                                    config::Problems& problems);
 
-/// Checks the examples of telegram `index`, and stores the good ones in the telegram. The pattern
-/// must give the sent bytes, and the received bytes must have the values that the example states.
-/// The rest of `description` must be complete.
+/// Checks the examples of telegram `index`, and stores the good examples in the telegram. The
+/// pattern must give the sent bytes, and the received bytes must have the values that the example
+/// states. The rest of `description` must be complete.
 void CheckExamples(const std::vector<config::YamlNode>& examples, Description& description,
                    std::size_t index, config::Problems& problems);
 

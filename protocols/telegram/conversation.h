@@ -106,7 +106,7 @@ class Exchanges {
   void Break() { at_ = steps_.size(); }
 
   /// Sets the outcome of the exchange: the outcome of the main telegram, or the first failure. Only
-  /// the first call has an effect, because the answer to a closing telegram is no result of the
+  /// the first call has an effect, because the answer to a closing telegram is not a result of the
   /// main telegram.
   void EndAs(Outcome outcome, const std::string& reason) {
     if (outcome_ != Outcome::none) return;

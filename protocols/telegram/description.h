@@ -60,7 +60,7 @@ struct Telegram {
   /// Returns the example whose sent values agree best with `sent`; if none agrees, the first
   /// example.
   const Example& ExampleFor(const Bound& sent) const;
-  /// Returns the field with this name in an answer. Null: no answer has it.
+  /// Returns the field with this name in an answer. Null: no answer has the field.
   const Element* FindField(std::string_view field) const;
 };
 
@@ -80,8 +80,8 @@ class Description final : public config::Description {
     Match match;
     Bound values;
   };
-  /// Returns the telegram that has these bytes. If several fit, it is the one with the most fixed
-  /// bytes. Empty: no telegram fits.
+  /// Returns the telegram that has these bytes. If several fit, it is the telegram with the most
+  /// fixed bytes. Empty: no telegram fits.
   std::optional<Sent> Recognise(View request) const;
 };
 

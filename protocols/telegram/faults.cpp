@@ -52,7 +52,7 @@ bool IsNumberField(const Element& element) {
 const Element* NumberNextTo(const Pattern& pattern, std::size_t index) {
   const auto& elements = pattern.elements;
   for (const bool behind : {false, true}) {
-    // Wraps around for index 0, so that `place` is no element.
+    // Wraps around for index 0, so that `place` is not an element.
     std::size_t place = behind ? index + 1 : index - 1;
     const bool separates =
         place < elements.size() && !elements[place].is_field() &&

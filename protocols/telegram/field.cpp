@@ -60,7 +60,7 @@ Result<std::size_t> TakeNumber(std::string_view& text, std::size_t most, std::st
   return *number;
 }
 
-/// Parses a binary format: "uint16_le", "int24", "float32_be", "bcd3". Empty: `text` is no such
+/// Parses a binary format: "uint16_le", "int24", "float32_be", "bcd3". Empty: `text` is not such a
 /// format.
 std::optional<Format> ParseBinary(std::string_view text) {
   Format format;
@@ -398,8 +398,8 @@ struct Range {
   std::optional<Decimal> high;
 };
 
-/// Parses a code that is a range of numbers. Returns nothing if the code is no range. Dots without
-/// a number beside them are a text.
+/// Parses a code that is a range of numbers. Returns nothing if the code is not a range. Dots
+/// without a number beside them are a text.
 std::optional<Range> ParseRange(std::string_view code) {
   const std::size_t dots = code.find(kDots);
   if (dots == std::string_view::npos) return std::nullopt;

@@ -1,6 +1,6 @@
 // Decodes and encodes one field. `Format` describes how a field is written, and `Meaning` is the
-// meaning of a code, a text or number that is no measurement. A field that is not entirely a valid
-// number gives no number.
+// meaning of a code, a text or number that is not a measurement. A field that is not entirely a
+// valid number gives no number.
 #pragma once
 
 #include <cstdint>
@@ -51,12 +51,12 @@ struct Format {
   bool is_text_number() const { return kind <= Kind::hex; }
   bool is_number() const { return is_text_number() || is_binary(); }
   bool is_whole_number() const;
-  /// True if the sign in front of a number separates the field from the one before. Example:
+  /// True if the sign in front of a number separates the field from the field before. Example:
   /// "+025.12-020.45" are two fields.
   bool is_signed_token() const {
     return sign && (kind == Kind::decimal || kind == Kind::integer || kind == Kind::scientific);
   }
-  /// Returns the number of bits of a whole number. Empty: it is unknown.
+  /// Returns the number of bits of a whole number. Empty: the number of bits is unknown.
   std::optional<unsigned> bits() const;
   bool is_fixed() const { return width != 0 && !is_signed_token(); }
 
@@ -70,7 +70,7 @@ Result<Format> ParseFormat(std::string_view text);
 
 constexpr bool IsPrintable(std::uint8_t byte) { return byte >= 0x20 && byte < 0x7F; }
 
-/// Decodes the bytes of a field. The value is empty if the bytes are no number of this format. A
+/// Decodes the bytes of a field. The value is empty if the bytes are not a number of this format. A
 /// text is returned without the blanks around it.
 Value DecodeField(const Format& format, View bytes);
 

@@ -84,7 +84,7 @@ std::optional<SizeField> ReadSizeAt(const YamlNode& node, Problems& problems) {
   return std::nullopt;
 }
 
-/// Returns the nodes of a list; if the node is no list, the node itself.
+/// Returns the nodes of a list; if the node is not a list, the node itself.
 std::vector<YamlNode> OneOrMore(const YamlNode& node, const std::string& what, Problems& problems) {
   if (node.kind() != YamlNode::Kind::list) return {node};
   return config::ReadList(node, what, kMostForms, problems);

@@ -26,7 +26,8 @@ class Identification {
  public:
   Identification(const Description& description, const config::Identity& identity);
 
-  /// Returns the index of the telegram that asks for the name. Empty: no telegram does.
+  /// Returns the index of the telegram that asks for the name. Empty: no telegram asks for the
+  /// name.
   const std::optional<std::size_t>& telegram() const { return telegram_; }
   bool IsDue(Instant now) const {
     return telegram_ && (!asked_ || trouble_ || nameless_.IsDue(now));

@@ -176,7 +176,8 @@ class Walk {
     return is_e(byte) || (IsSign(byte) && is_e(held_[at - 1]));
   }
 
-  /// Takes a number, up to its last character, that is followed by another field.
+  /// Takes a number that another field follows directly: all characters that can belong to the
+  /// number.
   Step TakeRun(const Format& format) {
     std::size_t end = at_;
     while (end < held_.size() && held_[end] == ' ') ++end;

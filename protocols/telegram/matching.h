@@ -60,20 +60,21 @@ struct Form {
     return is_answer && checksum.kind == nullptr && !pattern.elements.front().is_field() &&
            pattern.literal_size() <= kFewBytes;
   }
-  /// True if such a telegram could be found inside another, damaged telegram, because it has no
-  /// check value, and begins with a field or is scant. It is accepted only at the beginning of the
-  /// received bytes (rules.cpp), and has at most half of the longest size.
+  /// True if a telegram of this form could be found inside another, damaged telegram, because the
+  /// form has no check value, and begins with a field or is scant. A telegram of such a form is
+  /// accepted only at the beginning of the received bytes (rules.cpp), and has at most half of the
+  /// longest size.
   bool is_unmarked() const {
     return (checksum.kind == nullptr && pattern.elements.front().is_field()) || is_scant();
   }
-  /// True if no fixed bytes end an unmarked telegram, so only silence does. Bytes that follow
+  /// True if no fixed bytes end an unmarked telegram, so only silence ends it. Bytes that follow
   /// without a pause then show that the bytes of the telegram are shifted.
   bool ends_with_silence() const { return is_unmarked() && pattern.elements.back().is_field(); }
 };
 
 struct Match {
   enum class Kind : std::uint8_t {
-    none,       ///< the bytes are no such telegram, whatever bytes follow
+    none,       ///< the bytes are not such a telegram, whatever bytes follow
     need_more,  ///< the bytes can become such a telegram
     whole,
   } kind = Kind::none;

@@ -75,7 +75,7 @@ std::size_t DecimalsOf(std::string_view text) {
   return point == std::string_view::npos ? 0 : text.size() - point - 1;
 }
 
-/// Returns the reason why the field is no number, and a remedy. Both are empty if the format
+/// Returns the reason why the field is not a number, and a remedy. Both are empty if the format
 /// explains nothing.
 std::pair<std::string, std::string> WhyNoNumber(const Element& element, View part) {
   const Format& format = element.format;

@@ -21,7 +21,8 @@ namespace baudgate::protocols::telegram {
 struct SaidField {
   Decoded decoded{};
   std::string text{};
-  /// True if the field is no number and has codes: it then decides the quality of the other fields.
+  /// True if the field is not a number and has codes: it then decides the quality of the other
+  /// fields.
   bool is_status = false;
 };
 

@@ -31,7 +31,7 @@ Cut CutTelegram(View held, const Expectation& expect, bool idle);
 extern const TelegramRule kAskRule;
 
 /// Finds how a check value may be computed. `match`: a telegram of which only the check value is
-/// wrong. Empty: the text in its place is no check value.
+/// wrong. Empty: the text in its place is not a check value.
 std::optional<Recognised> OtherChecksum(const Form& form, const Match& match);
 
 // Explains a text that came in place of an answer, for `baudgate status`: an answer without its

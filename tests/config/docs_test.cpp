@@ -33,7 +33,7 @@ struct Piece {
   std::string text;
 };
 
-/// A piece that is not tested: it is no configuration, or needs files of another piece.
+/// A piece that is not tested: it is not a configuration, or needs files of another piece.
 struct Exception {
   std::string_view file;
   std::string_view begins;
@@ -422,7 +422,8 @@ constexpr Level kProfileLevels[] = {
     },
 };
 
-/// Stores the attempt with the fewest problems. Unknown keys count more: they show a wrong level.
+/// Stores the problems of the attempt that has the fewest. An unknown key counts as 100 problems,
+/// because it shows that the piece was read at a wrong level.
 class Attempts {
  public:
   bool done() const { return nearest_ && nearest_->empty(); }

@@ -59,7 +59,7 @@ TEST(Sentinels, InHexAreTheRawBitsOfTheReading) {
 }
 
 // ---------------- A number with a leading zero means 10 to some YAML readers and 8 to others, so
-// it is an error wherever a number is expected. Text with a leading zero is no error.
+// it is an error wherever a number is expected. Text with a leading zero is not an error.
 
 using ::testing::HasSubstr;
 

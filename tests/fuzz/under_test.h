@@ -14,8 +14,9 @@ const protocols::Protocol& UnderTest();
 
 enum class Protocols {
   all,
-  with_conversations,  ///< protocols with a conversation of their own: modbus_ascii uses that of
-                       ///< modbus_rtu
+  /// Only protocols that have a conversation of their own. Example: not modbus_ascii, which uses
+  /// the conversation of modbus_rtu.
+  with_conversations,
 };
 
 /// Registers a target for each protocol, named `before`, the protocol's name, `behind`.

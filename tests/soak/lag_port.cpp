@@ -51,7 +51,8 @@ void LagPort::Take(View bytes) {
   SendNext();
 }
 
-/// Returns the next request. One that only silence ends is returned as soon as it is complete.
+/// Returns the next request. If only a silence can end a request, it is returned at once if the
+/// assembler contains nothing else.
 std::optional<Bytes> LagPort::NextRequest() {
   if (auto frame = assembler_.Next(false)) return frame;
   protocols::Assembler after_silence = assembler_;

@@ -42,7 +42,7 @@ protocols::Task Write(std::size_t point, Value value);
 /// Returns the first complete frame of `bytes`, which silence follows; empty: no frame is complete.
 Bytes CutFrame(protocols::FrameRule rule, protocols::Expectation expect, View bytes);
 
-/// Returns the twin's reply; empty: the bytes are no complete request, or the twin is silent.
+/// Returns the twin's reply; empty: the bytes are not a complete request, or the twin is silent.
 Bytes AskTwin(const protocols::Protocol& protocol, protocols::Twin& twin,
               const config::Options& options, View request, Instant now = {});
 

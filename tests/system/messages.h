@@ -26,7 +26,7 @@ Message ReadRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t 
 Message WriteRequest(std::uint16_t transaction, std::uint8_t unit, std::uint16_t address,
                      std::uint16_t value);
 int ExceptionIn(const Message& message);
-/// Returns the registers of the reply; empty if the message is no reply to a read.
+/// Returns the registers of the reply; empty if the message is not a reply to a read.
 std::vector<std::uint16_t> RegistersIn(const Message& message);
 
 }  // namespace baudgate::system_test

@@ -38,7 +38,7 @@ class ModbusClient {
   int WriteRegisters(int unit, int address, const std::vector<std::uint16_t>& values);  ///< FC 16
   int WriteCoil(int unit, int address, bool value);                                     ///< FC 5
 
-  /// These return nothing unless every register was read.
+  /// The functions below return nothing unless all registers of the value were read.
   std::optional<float> Float(int unit, int address);
   std::optional<double> Double(int unit, int address);
   std::optional<std::uint16_t> Register(int unit, int address);

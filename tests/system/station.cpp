@@ -26,7 +26,7 @@ int Claim(const std::string& what, int number) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   const std::string name = "baudgate-test-" + what + "-" + std::to_string(number);
-  name.copy(address.sun_path + 1, sizeof address.sun_path - 1);  // an abstract socket is no file
+  name.copy(address.sun_path + 1, sizeof address.sun_path - 1);  // an abstract socket is not a file
   const int descriptor = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
   const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + 1 + name.size());
   if (::bind(descriptor, reinterpret_cast<const sockaddr*>(&address), size) == 0) return descriptor;

@@ -174,8 +174,9 @@ class LineAccount final : public ExchangeObserver {
   LineMinute minute_;
   Now now_{};
   bool open_ = false;
-  bool echoes_ = false;                 // the echo of the request under way was received
-  std::optional<WallTime> cut_since_;   // the ring does not echo since this time; empty: it echoes
+  bool echoes_ = false;  // the echo of the request under way was received
+  // The ring does not echo since this time; empty: the ring echoes.
+  std::optional<WallTime> cut_since_;
   Burst others_;                        // echoes that differed from the request: another master
   std::optional<Instant> silent_from_;  // first failure since the last answer of any device
   Instant last_failure_{};

@@ -27,9 +27,10 @@ namespace baudgate::bus {
 struct Device;
 
 struct Member {
-  Device* device = nullptr;  // this member as a device; null: it is a slave that only routes reach
-  std::size_t place = 0;     // index in the roster; for a device also its number in the schedule
-  std::uint32_t index = 0;   // number for stores and taps: see Tap in gateway/bus/exchange/line.h
+  Device* device =
+      nullptr;  // this member as a device; null: the member is a slave that only routes reach
+  std::size_t place = 0;    // index in the roster; for a device also its number in the schedule
+  std::uint32_t index = 0;  // number for stores and taps: see Tap in gateway/bus/exchange/line.h
   // Modbus address at which routes reach the member; 0: routes cannot reach it.
   std::uint8_t slave = 0;
   bool in_use = true;

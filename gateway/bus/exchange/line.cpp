@@ -157,9 +157,8 @@ void UnaskedReceiver::End(UnaskedInput& heard, Instant now) {
 
 namespace {
 
-/// If bytes arrive this long after a deadline, the program was stopped meanwhile, and the bytes may
-/// have waited for any time, so the
-/// deadline is handled before the bytes.
+/// If bytes arrive this long after a deadline, the program was stopped meanwhile. The bytes may
+/// have waited for any time, so the deadline is handled before the bytes.
 constexpr Duration kHeldUp = 100ms;
 
 /// True from the first character of the request to the end of the exchange.
@@ -178,8 +177,8 @@ bool HasTimer(Line::State state) {
   return state != Line::State::closed && state != Line::State::idle;
 }
 
-/// True if the program was stopped beyond the deadline, so that the silence before these bytes
-/// counts (kHeldUp).
+/// True if the program was stopped until at least kHeldUp after the deadline. The deadline must
+/// then be handled before bytes that come now.
 bool IsHeldUp(Instant deadline, Instant now) { return now >= deadline + kHeldUp; }
 
 Duration SilenceAfter(Outcome outcome, const Exchange& exchange) {
@@ -392,7 +391,7 @@ void Line::TakeFrame(bool idle, Instant now) {
     Finish(Outcome::unexpected, "two different replies came at once", now);
     news_.stray.second_reply = true;
   } else {
-    // The exchange is still under way here, so the client cannot start another one from Judge.
+    // The exchange is still under way here, so the client cannot start another exchange from Judge.
     const Outcome outcome = client_.Judge(*frame, now);
     if (!NeedsDrain(outcome)) second_.Take(*frame);
     Finish(outcome, {}, now);
@@ -415,8 +414,8 @@ void Line::TakeStray(View bytes, Instant now) {
   if (second_.FoundIn(bytes)) news_.stray.second_reply = true;
 }
 
-/// Tries early bytes as the reply, because no others have come. If they are the reply, this port
-/// does not keep its bit rate.
+/// Tries early bytes as the reply, because no other bytes have come. If they are the reply, this
+/// port does not keep its bit rate.
 bool Line::TakeEarly(Instant now) {
   // A reply that mirrors its request could be the echo. If the program was stopped, the time of the
   // bytes is unknown.

@@ -84,11 +84,11 @@ bool IsEmptyLine(View frame);
 class SecondReply {
  public:
   /// Call for `frame`, which was taken from `assembler`. Returns false if `assembler` contains
-  /// another whole frame behind it that differs from `frame` and is no empty line.
+  /// another whole frame behind it that differs from `frame` and is not an empty line.
   bool IsAlone(const Bytes& frame, const protocols::Assembler& assembler);
   void Take(const Bytes& frame) { taken_ = frame; }
   /// Adds bytes that came after the reply. Returns true, once, if they contain a whole frame that
-  /// differs from the reply and is no empty line.
+  /// differs from the reply and is not an empty line.
   bool FoundIn(View bytes);
   bool only_copies() const { return behind_.held() == 0; }
 
@@ -339,7 +339,7 @@ class Tap {
 // `EchoFilter` removes the echo of our own request from the received bytes, on a two-wire bus whose
 // adapter echoes. It compares received bytes with the request, byte by byte.
 struct EchoResult {
-  Bytes bytes;             ///< all bytes that are no echo, in order
+  Bytes bytes;             ///< all bytes that are not an echo, in order
   bool complete = false;   ///< this input contained the last byte of the echo
   bool collision = false;  ///< with `verify`: the echo differs from the request, or is missing
 };
@@ -377,9 +377,9 @@ class EchoFilter {
 class EchoWatch {
  public:
   struct Received {
-    Bytes bytes;                    ///< all bytes that are no echo; with `off` all received bytes
-    bool echo = false;              ///< with `off`: the request under way has come back completely
-    bool collision = false;         ///< with `verify`: the echo differs from the request
+    Bytes bytes;             ///< all bytes that are not an echo; with `off` all received bytes
+    bool echo = false;       ///< with `off`: the request under way has come back completely
+    bool collision = false;  ///< with `verify`: the echo differs from the request
     const char* warning = nullptr;  ///< for the user; each warning comes once
   };
 
@@ -389,7 +389,7 @@ class EchoWatch {
   void OnClosed() { filter_.OnExchangeEnd(); }
   /// Call before the bytes go to the port, because the echo may be back before sending returns.
   void OnSent(View request);
-  /// `asked`: the request under way; null: there is none.
+  /// `asked`: the request under way; null: no request is under way.
   Received OnReceived(View bytes, const protocols::Request* asked);
   /// True if `frame` may be the echo of `request` in place of a reply: it equals the request, a
   /// good reply would equal the request as well (`mirrors`), and this bus has echoed although

@@ -33,8 +33,8 @@ class ParkedJobs final {
     parked_.erase(next);
     return job;
   }
-  /// True if a job of the same device and kind (read-back or other) is parked, so `job` must not
-  /// be.
+  /// True if a job of the same device and kind (read-back or other) is parked, so `job` must not be
+  /// parked.
   bool HasLike(const Job& job) const {
     return std::ranges::any_of(parked_, [&job](const One& one) {
       return one.member() == job.member && one.job->is_read_back() == job.is_read_back();

@@ -75,7 +75,7 @@ class DeviceTracker {
   void GoOnWithPlan(Device& device, Instant now);
   /// The queries of the conversation have changed. All of them are due now.
   void RestartWithPlan(Device& device, Instant now);
-  /// A late reply may still come, so polls wait: of the member and of devices with its address.
+  /// A late reply may still come, so polls of the member, and of devices with its address, wait.
   void HoldBack(const Member& member);
   void ShowLine(Instant now) { accounts_.line.Show(agenda_.probes.NoticeBound(now)); }
 
@@ -86,7 +86,7 @@ class DeviceTracker {
   void Repeat(const Device& device, config::Group group, bool soon, Instant now);
 
  private:
-  /// The points of a device whose values a request may change. Empty: they are unknown.
+  /// The points of a device whose values a request may change. Empty: the points are unknown.
   using Touched = std::optional<std::vector<std::size_t>>;
   static Touched TouchedBy(View request, const Device* by, std::span<const PointWrite> writes,
                            const Device& device);

@@ -130,8 +130,8 @@ NextStep Job::BreakOff(const Withheld& withheld, Instant now) {
 }
 
 /// True if the job is parked while a late reply of its device may come, so that the line can do
-/// other work. Only reads are parked, only if replies carry addresses, and only if no job like it
-/// is.
+/// other work. Only reads are parked, only if replies carry addresses, and only if no similar job
+/// is parked.
 bool Job::WaitsBesideLine(const LineContext& line) const {
   const bool reads = task.kind == protocols::Task::Kind::poll ||
                      task.kind == protocols::Task::Kind::events ||
@@ -213,8 +213,8 @@ const protocols::Request& Job::Send(LineContext& line, Now now) {
 
 namespace {
 
-/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is no
-/// text, or if it could contain a password.
+/// Returns the frame as text for a message, such as "'<1D:READY:4B' has ". Empty if the frame is
+/// not a text, or if it could contain a password.
 std::string Quoted(const protocols::Request& request, View frame) {
   const std::string_view text = Trim(AsText(frame));
   const bool printable = std::ranges::all_of(text, [](char c) { return c >= 0x20 && c < 0x7F; });

@@ -154,7 +154,7 @@ struct EndEffects {
   bool polls_first = false;   ///< polls of the device go before the next write to it
   bool judges_member = true;  ///< the end shows whether the member answers
   bool wrote = false;         ///< the request may have changed the device
-  /// The points that the request wrote. Empty: the points are unknown, or there are none.
+  /// The points that the request wrote. Empty: the points are unknown, or the request wrote none.
   std::span<const PointWrite> written;
   std::vector<std::pair<RoutedRequest, RoutedReply>> replies;
   std::optional<Write> write;
@@ -170,7 +170,7 @@ class Job {
   /// The latest try of the request, and its reply. Start replaces the attempt.
   struct Attempt {
     Instant began{};
-    Instant sent_at{};          ///< as Asked::sent
+    Instant sent_at{};          ///< see Asked::sent
     bool job_was_sent = false;  ///< `was_sent` of the job before this try
     protocols::Answer answer{};
     WhoseReply::Verdict verdict{};
@@ -206,7 +206,7 @@ class Job {
   ///   could get the reply to an earlier request       a probe goes first
   ///   is a retry, or no late reply can come           it is sent
   ///   is a read, and a late reply may come            it is parked, if replies carry addresses
-  ///   is no read, and a late reply may come           the line waits
+  ///   is not a read, and a late reply may come        the line waits
   ///
   NextStep Depart(LineContext& line, Instant now);
   /// After Depart has returned `hold`: returns when Depart is to be called again.

@@ -41,7 +41,8 @@ struct LineContext {
   LineContext(const LineContext&) = delete;
   LineContext& operator=(const LineContext&) = delete;
 
-  /// Returns when the last late reply of the member can come; empty: none can come after `now`.
+  /// Returns when the last late reply of the member can come; empty: no late reply can come after
+  /// `now`.
   std::optional<Instant> ClearsAt(const Member& member, Instant now) const {
     const Instant until = owed.late_replies.LateUntil(member);
     return until <= now ? std::nullopt : std::optional(until);

@@ -32,8 +32,8 @@ class QueryJob : public Job {
   }
 
  protected:
-  /// True if the points were not read: the query no longer exists, or the device did not answer (it
-  /// may not have the points) or was busy.
+  /// True if the points were not read: the query no longer exists, or the device did not answer
+  /// (perhaps it does not have the points) or was busy.
   bool IsUnread(const JobEnd& end) const {
     return unplanned || !ProvesLife(end.outcome) || end.outcome == Outcome::busy;
   }

@@ -64,8 +64,10 @@ class RoutedJob final : public Job {
   const bool every_slave_answers_;
   const bool is_read_;
   Bytes reply_;
-  bool odd_ = false;          // the slave has answered in a form that does not fit the request
-  LostReplies::Older older_;  // lost requests that the latest reply may answer instead
+  bool odd_ = false;  // the slave has answered in a form that does not fit the request
+  // Whether the latest reply may answer a lost request instead: one with other bytes, or one with
+  // the same bytes as the present request.
+  LostReplies::Older older_;
   std::size_t replies_ = 0;
 };
 
@@ -76,7 +78,9 @@ class RoutedJobs {
       : roster_(roster), agenda_(agenda), late_(late) {}
 
   Turns::Waiting Waiting() const;
-  /// True if a waiting request of a client can be sent now.
+  /// True if a waiting request of a client can be sent now. The request must wait if its slave is
+  /// offline or may still send a late reply; a write also waits for earlier writes, and for polls
+  /// that go before it.
   bool AnyMayGo(Instant now) const;
   bool ShortWriteMayGo(Instant now) const;
   /// True if a short write (a start or stop) waits for a slave that is not offline. Short writes
@@ -109,7 +113,8 @@ class ShortWriteSource final : public JobSource {
   explicit ShortWriteSource(LineContext& line) : line_(line) {}
 
   std::unique_ptr<Job> Take(const Idle& idle) override;
-  /// Returns the time for the requests of all priorities, so RoutedSource does not have to.
+  /// Returns the time for the requests of all priorities, so RoutedSource::NextAt can return
+  /// nothing.
   std::optional<Instant> NextAt(const Idle& idle) const override;
 
  private:

@@ -67,11 +67,12 @@ class Speaker {
  public:
   explicit Speaker(const Roster& roster) : device_(roster.Speaker()) {}
 
-  /// Returns the device that sends unasked. Null: the line has none.
+  /// Returns the device that sends unasked. Null: the line has no such device.
   Device* device() const { return device_; }
   /// Returns how messages of the device are recognised. Null: no device of the line sends unasked.
   const protocols::Standing* standing() const;
-  /// True if the line has such a device and it is enabled, so its messages are used.
+  /// True if the line has a device that sends unasked and the device is enabled, so its messages
+  /// are used.
   bool in_use() const { return device_ != nullptr && device_->in_use; }
 
   struct Said {

@@ -50,7 +50,7 @@ class WriteJob : public Job {
   struct PointsEnd {
     WriteEnd how = WriteEnd::not_sent;
     Outcome outcome = Outcome::none;
-    bool keeps_told = false;  // `outcome` is not that of the latest request but an earlier one
+    bool keeps_told = false;  // `outcome` is the outcome of an earlier request, not of the latest
     // The device may still have open what the job has opened (a session, a password).
     bool open = false;
   };

@@ -254,9 +254,10 @@ struct DeviceStatus {
   /// The queries of the polls, in the order in which they are asked.
   std::vector<QueryCount> queries;
   bool lacks_time = false;  ///< the device's clock cannot be set: this machine's is wrong
-  std::string learned;      ///< rules for requests that were learned; empty: none
-  std::string missing;      ///< items that never came, with a remedy; empty: none
-  Duration busy{};          ///< line time of its exchanges and of the silences after them
+  std::string learned;  ///< rules for requests that the conversation has learned; empty: no rules
+  /// Items that the device never sent, with a remedy; empty: no items are missing.
+  std::string missing;
+  Duration busy{};  ///< line time of its exchanges and of the silences after them
   RoundTrips round_trips;
 
   std::uint32_t Count(Outcome outcome) const { return outcomes[static_cast<std::size_t>(outcome)]; }

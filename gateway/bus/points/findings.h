@@ -133,8 +133,9 @@ class SpecialBytes {
   }
   /// Returns which of kSpecialBytes were in an answered request, one bit each.
   std::uint8_t AnsweredRequests() const { return asked_; }
-  /// True if the failed replies contained bytes of one parity only, and FF. A driver returns FF for
-  /// a byte whose parity was wrong, so the configured parity is wrong.
+  /// True if the failed replies contained bytes of one parity only, and FF. The gateway replaces a
+  /// character with wrong parity by FF (kDamaged in transports/parity.h), so the configured parity
+  /// is wrong.
   bool IsOneParity() const {
     constexpr unsigned kMark = 1U << (std::size(kSpecialBytes) - 1);
     return (any_ & kMark) != 0 && LacksOneParity();
@@ -241,8 +242,8 @@ class Findings {
     }
     return longest;
   }
-  /// Returns the last finding with this symptom; empty: there was none. Its time is the longest of
-  /// the findings with this symptom.
+  /// Returns the last finding with this symptom; empty: there was no such finding. Its time is the
+  /// longest of the findings with this symptom.
   const Finding& Last(Symptom symptom) const { return last_[static_cast<std::size_t>(symptom)]; }
 
   const SpecialBytes& specials() const { return specials_; }
@@ -301,8 +302,8 @@ class Findings {
     return shortest != kLongIdle && shortest > longest ? shortest : Duration();
   }
 
-  /// Number of the cause that the diagnosis has reported last; 0: none. Each diagnosis reads a copy
-  /// of the findings, so all copies share this number.
+  /// Number of the cause that the diagnosis has reported last; 0: no cause was reported. Each
+  /// diagnosis reads a copy of the findings, so all copies share this number.
   std::atomic<std::size_t>& said() const { return *said_; }
 
   /// Returns the finding with the latest readable text, if no reply without text has come since;

@@ -104,12 +104,12 @@ struct PortService {
     WallTime until{};
     std::uint64_t to_port = 0;
     std::uint64_t from_port = 0;
-    std::string why;  ///< why the client lost the port; empty: it has the port
+    std::string why;  ///< why the client lost the port; empty: the client has the port
   };
   std::string place;           ///< address at which clients connect, such as "127.0.0.1:4001"
   std::string mode;            ///< "raw" or "rfc2217"
   bool lent = false;           ///< true: the polls are paused while a client uses the port
-  std::string trouble;         ///< why clients cannot connect; empty: they can
+  std::string trouble;         ///< why clients cannot connect; empty: clients can connect
   WallTime open_until{};       ///< end of `release --tcp`; the epoch: no limit
   std::optional<Visit> visit;  ///< the present client, or the last client
 };
@@ -154,7 +154,8 @@ struct LineStatus : LineCounters {
   std::optional<ModemLines> modem;  ///< the modem lines as read last; empty: the port has none
   std::vector<PortService> services;
 
-  /// With `echo: verify`: since when the bus no longer echoes. Empty: it echoes, or is not checked.
+  /// With `echo: verify`: since when the bus no longer echoes. Empty: the bus echoes, or the echo
+  /// is not checked.
   std::optional<WallTime> cut_since;
   /// Busy part of the last full minute, 0 to 1; in the first minute, of the time so far.
   double use = 0;

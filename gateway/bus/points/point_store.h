@@ -132,7 +132,7 @@ Quality AgedQuality(const DeviceRecord& record, std::size_t point, Instant now);
 /// then age.
 Quality QualityAt(const DeviceRecord& record, std::size_t point, Instant now);
 
-/// Returns how long ago the point was read; empty: it was never read.
+/// Returns how long ago the point was read; empty: the point was never read.
 std::optional<Duration> AgeAt(const DeviceRecord& record, std::size_t point, Instant now);
 
 /// Returns the next time after `now` at which age alone changes the quality of the point; empty:

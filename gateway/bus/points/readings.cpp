@@ -26,7 +26,8 @@ Value FitFloat(Type type, double number) {
 }
 
 /// Converts the number to the alternative of `Value` that is used for the type of the point.
-/// Returns no value if the number does not fit the type.
+/// Converts a number to the type of the point. Returns no value if the number does not fit the
+/// type.
 Value Fit(const config::Point& point, const Decimal& number) {
   const Type type = point.type;
   if (type == Type::boolean) {
@@ -73,7 +74,8 @@ Reason ReasonBeyond(const config::Point& point, const Value& value) {
   return Reason::none;
 }
 
-/// Returns no value if the text is too long, because two texts that were cut could look the same.
+/// Converts a value to a text. Returns no value if the text is too long for the point, because two
+/// texts that were cut could look the same.
 Value FitText(const config::Point& point, const Value& raw) {
   std::string text = ToText(raw);
   return text.size() > point.text_length ? Value() : Value(std::move(text));
@@ -161,7 +163,7 @@ JumpCheck::Judgement JumpCheck::Judge(const config::Point& point, History& histo
 
 JumpCheck::Result JumpCheck::Check(std::vector<Sample>& samples) {
   Result result;
-  // The device marks readings as uncertain while the measured value changes, so a jump is no
+  // The device marks readings as uncertain while the measured value changes, so a jump is not
   // damage.
   const bool changes = std::ranges::any_of(
       samples, [](const Sample& sample) { return IsUncertain(sample.quality); });

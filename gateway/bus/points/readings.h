@@ -71,7 +71,7 @@ inline std::vector<std::uint32_t> PointsOf(std::span<const Sample> samples) {
 // reading is always checked.
 class JumpCheck {
  public:
-  /// After this many readings in a row that disagree, the last one is stored as uncertain.
+  /// After this many readings in a row that disagree, the last reading is stored as uncertain.
   static constexpr int kMostReadings = 3;
 
   /// `points` must stay valid for the lifetime of this object.

@@ -75,8 +75,8 @@ class JobRunner final : private LineClient {
 
   bool is_open() const { return line_.state() != Line::State::closed; }
   bool idle() const { return line_.idle(); }
-  /// Returns the device of the exchange under way, or of the latest exchange. Null: there was none
-  /// yet.
+  /// Returns the device of the exchange under way, or of the latest exchange. Null: there was no
+  /// exchange yet.
   const Member* member() const { return asks() ? job_->member : last_; }
   Job* job() const { return job_.get(); }
   std::optional<Instant> Deadline() const;

@@ -11,7 +11,7 @@
 //   on the line                          call
 //   the port has opened                  OnOpened
 //   a request is sent                    OnRequest
-//   bytes come that are no echo          Hear
+//   bytes come that are not an echo      Hear
 //   a whole frame is accepted as reply   OnReply
 //   the exchange has ended               OnExchange, then TakeNegotiation
 //   a poll has ended                     OnPoll
@@ -40,7 +40,7 @@ namespace baudgate::bus {
 
 /// A reply that was not accepted, because it may answer an earlier request.
 struct Unproven {
-  /// Why the device refused the request, in words; empty: the reply is no refusal.
+  /// Why the device refused the request, in words; empty: the reply is not a refusal.
   std::string refusal{};
   Outcome refused_as = Outcome::none;
 };
@@ -53,8 +53,9 @@ struct EndedExchange {
   Instant began{};    ///< when the line got the request
   LineUse use = LineUse::polls;
   bool broadcast = false;  ///< the request expected no reply
-  bool routed = false;  ///< the request came from a client, so a refusal is no fault of the device
-  bool polls = false;   ///< the line time counts when polls are shared fairly among devices
+  /// The request came from a client, so a refusal is not a fault of the device.
+  bool routed = false;
+  bool polls = false;  ///< the line time counts when polls are shared fairly among devices
   const protocols::Answer* answer = nullptr;
   WhoseReply::Verdict verdict{};
   /// Set if a reply came that may answer an earlier request; else null.

@@ -85,8 +85,8 @@ Duration Patience::More(const Member& member) const {
 
 namespace {
 
-/// In characters. Bytes that come later than this after a good reply (plus the drain time) are no
-/// copy of the reply.
+/// In characters. Bytes that come later than this after a good reply (plus the drain time) are not
+/// a copy of the reply.
 constexpr int kLongestTrail = 256;
 /// In bytes. A driver that releases the bus can cause this many; they are not taken for a reply.
 constexpr std::size_t kNoise = 3;
@@ -129,8 +129,8 @@ LateReplies::Last LateReplies::LastOf(const Entry& before, const Asked& asked, O
   if (outcome == Outcome::corrupt) last.end = Last::End::corrupt;
   if (outcome == Outcome::partial) last.end = Last::End::cut_short;
   if (!ProvesLife(outcome)) return last;
-  // The retry was answered by the late reply to an earlier try, perhaps. The reply to the retry
-  // itself may then still come.
+  // Perhaps the late reply to an earlier try has answered the retry. The reply to the retry itself
+  // may then still come.
   if (asked.retry && last.due) {
     last.retried = now - *last.due;
     last.late_from = last.due = due;
@@ -229,7 +229,7 @@ void LateReplies::LearnSilence(Entry& entry, const Member& member, const StrayBy
   const Duration needed = std::min(stray.since_end + times.gap, times.ceiling);
   if (entry.last.end == Last::End::answered) {
     if (entry.last.after <= kNoise) return;
-    // A copy of the reply comes within the time that the longest reply takes. Later bytes are no
+    // A copy of the reply comes within the time that the longest reply takes. Later bytes are not a
     // copy.
     const Duration longest = times.drain + kLongestTrail * times.character;
     if (stray.since_end <= longest) entry.trail = std::max(entry.trail, std::min(needed, longest));
@@ -254,9 +254,8 @@ bool LateReplies::OthersMayAnswer(const Member& member, Instant at) const {
 }
 
 /// True if the reply may still come after the exchange has failed.
-/// * After silence it may be late. After an unexpected frame too: the frame may be the late reply
-/// of
-///   another device.
+/// * After silence the reply may be late. After an unexpected frame it may come too, because the
+///   frame may be the late reply of another device.
 /// * After a damaged reply of a configured device it is not waited for, because a probe will show
 ///   whether replies come in order.
 /// * After a damaged reply of a slave that only routes reach it may come, unless the damaged bytes

@@ -109,8 +109,8 @@ class LateReplies {
 
   struct StrayEffects {
     bool counts = true;  ///< the bytes count as stray bytes of the line
-    /// The bytes are the late reply of this member (reported once per exchange); null: they are
-    /// not.
+    /// The bytes are the late reply of this member (reported once per exchange); null: the bytes
+    /// are not.
     const Member* late_member = nullptr;
     Duration lateness{};  ///< how long after the end of its reply time the late reply came
     const Member* warned = nullptr;  ///< the device that `warning` concerns; null: no warning
@@ -175,7 +175,7 @@ class LateReplies {
   Duration LongestReply() const;
   /// Returns how long an exchange with the member takes if it does not answer.
   Duration WorstCase(const Member& member) const;
-  /// Returns the member whose exchange ended last; null: there was none.
+  /// Returns the member whose exchange ended last; null: no exchange has ended yet.
   const Member* last() const { return last_; }
 
  private:

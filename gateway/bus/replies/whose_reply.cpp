@@ -115,7 +115,7 @@ std::uint64_t AnswerOrder::Fitting(std::size_t nearest, std::size_t end,
 }
 
 bool AnswerOrder::OnAnswer(bool fits, const MayAnswer& may_answer) {
-  // Replies come in order, so only requests after the one that was answered last are checked.
+  // Replies come in order, so only requests after the request that was answered last are checked.
   const std::uint64_t fitting = (fits ? 1 : 0) | Fitting(1, Owed(), may_answer);
   if (fitting != 0) answered_ = fitting;
   return fitting != 0;
@@ -300,7 +300,8 @@ void WhoseReply::OnSent(const Asked& asked, Instant now) {
 }
 
 /// True if the reply may answer this request. The conversation has accepted its form. The reply to
-/// a request for the name must also equal the stored reply.
+/// a request for the name must also equal the stored reply, or be a refusal although the device has
+/// a name.
 bool WhoseReply::Fits(const Asked& asked, View frame, Outcome outcome) const {
   if (!ProvesLife(outcome)) return false;
   const Identity& identity = entries_[*asked.member].identity;
@@ -474,7 +475,8 @@ WhoseReply::Verdict WhoseReply::OnReply(const Asked& asked, View reply, Outcome 
 }
 
 void WhoseReply::NoteOutcome(const Asked& asked, Outcome outcome, bool silent, Instant now) {
-  // After damage, and after replies of other devices, an answer may still come.
+  // A request to a slave without a configured device that got no reply, or a damaged one, may still
+  // be answered.
   Entry& entry = entries_[*asked.member];
   if (!ProvesLife(outcome) && outcome != Outcome::unexpected && asked.member->device == nullptr) {
     lost_.OnLost(*asked.member, asked.request->bytes, now);

@@ -344,8 +344,8 @@ class WhoseReply {
     const bool nearer = of_sender || !asked.names_itself() || orders_.OthersOwe(asked);
     return nearer ? orders_.Owed(asked) : 0;
   }
-  /// True if it is useless to wait for a further reply of the member: none can come, or its replies
-  /// always come some requests late.
+  /// True if it is useless to wait for a further reply of the member: no reply can come, or its
+  /// replies always come some requests late.
   bool IsSettled(const Member& member) const {
     return Lags(member) || orders_.Of(member).IsInStep();
   }
@@ -372,7 +372,7 @@ class WhoseReply {
   }
   /// True if the replies of the member come some requests late, as its latest proof has shown.
   bool Lags(const Member& member) const { return entries_[member].lag > 0; }
-  /// True if no other reply than the one to this request of a client can come. For a slave that
+  /// True if no other reply than the reply to this request of a client can come. For a slave that
   /// only routes reach: all its latest requests were answered.
   bool IsOwedAlone(const Asked& asked) const;
   /// For a slave that only routes reach: returns which requests without a reply this reply could
@@ -392,14 +392,15 @@ class WhoseReply {
 
   struct Verdict {
     bool elsewhere = false;  ///< the reply belongs to another request
-    /// The reply belongs to this request, or to an earlier one with the same bytes.
+    /// The reply belongs to this request, or to an earlier request with the same bytes.
     bool proven = true;
     Duration older{};       ///< greatest age of the reply: time from the oldest request that it may
                             ///< answer to this request
     bool replaced = false;  ///< another device answers in place of the member
-    /// The reply does not fit, and no other reply could come: an earlier reply came twice.
+    /// The reply does not fit, and no other reply could come, so an earlier reply must have come
+    /// twice.
     bool shifted = false;
-    bool odd = false;  ///< the reply does not fit, and is no copy of an earlier reply
+    bool odd = false;  ///< the reply does not fit, and is not a copy of an earlier reply
   };
   /// Decides to which request a reply of the asked member belongs. `outcome`: what the conversation
   /// or the carrier has returned for the form of the reply.
@@ -430,7 +431,7 @@ class WhoseReply {
     bool read = false;  // since OnReconnect, a poll was answered in order and in the expected form
     int lag = 0;        // number of replies that could still come when a proof was last answered
     Instant proven_at{};  // when a probe was answered last
-    int proofless = 0;    // answered probes in a row that were no proofs
+    int proofless = 0;    // answered probes in a row that were not proofs
     Bytes proof_reply;
     std::vector<Bytes> odd;  // requests whose latest replies had an unexpected form
     // Requests that were answered in the expected form, since OnOpened.

@@ -24,7 +24,7 @@ class ProbeBudget {
   /// The shortest time between two probes on a line.
   static constexpr Duration kPause = 250ms;
 
-  /// `share`: the part of the time needed by other devices that probes may use, 0 to 1.
+  /// `share`: the part of the time needed by other devices that probes are allowed to use, 0 to 1.
   explicit ProbeBudget(double share = kShare) : share_(share) {}
 
   /// Returns when a probe can be sent that takes the line at most `worst_cost`; empty: not before
@@ -127,7 +127,7 @@ class Probes {
   /// The job that probed the member has ended. Its cost is known later, when the line is idle
   /// (OnIdle).
   void NoteEnd(const Member& member, Kind kind, Instant began) { ended_ = {&member, kind, began}; }
-  /// Returns when the probe began whose cost is not known yet; empty: there is none.
+  /// Returns when the probe began whose cost is not known yet; empty: there is no such probe.
   std::optional<Instant> began() const;
   /// The line is idle after a probe. `waited`: how long other devices waited because of the probe.
   void OnIdle(Duration waited, Instant now);

@@ -24,7 +24,7 @@ struct Round {
   static constexpr Duration kSoonest = config::kAgainPeriod;
   std::vector<std::size_t> queries{};
   Duration period{};  ///< time from the start of a round to the next; zero: only one round
-  std::optional<Instant> due{};  ///< when the next round starts; empty: there is none
+  std::optional<Instant> due{};  ///< when the next round starts; empty: there is no next round
   std::size_t cursor = 0;        ///< index of the next query; queries.size(): no round in progress
   std::uint64_t turn = 0;        ///< number of the pick that took the last query of this round
   bool due_early = false;        ///< `due` is earlier than the period requires
@@ -38,7 +38,8 @@ struct Round {
     due = at;
     due_early = true;
   }
-  /// Returns how many whole periods have passed since the round was due.
+  /// Returns how many whole periods have passed since the round was due; 0 while the round is in
+  /// progress.
   std::uint32_t Passed(Instant now) const {
     if (active() || queries.empty() || !HasCome(due, now) || period == 0s) return 0;
     return static_cast<std::uint32_t>((now - *due) / period);
@@ -147,7 +148,7 @@ class Schedule {
     return devices_[device].go_first > 0 && HasCome(DueAt(devices_[device]), now);
   }
 
-  /// Returns the query to send now; empty: none is due. `healthy_first`: a query of a failing
+  /// Returns the query to send now; empty: no query is due. `healthy_first`: a query of a failing
   /// device is returned only if no other query is due.
   std::optional<Pick> Next(Instant now, bool healthy_first = false);
   bool HealthyDue(Instant now) const;
@@ -184,7 +185,7 @@ class Schedule {
     std::uint32_t missed = 0;
   };
 
-  /// Returns when a query of the device is due; empty: none is due before another event.
+  /// Returns when a query of the device is due; empty: no query is due before another event.
   static std::optional<Instant> DueAt(const Device& device);
 
   std::vector<Device> devices_;
@@ -210,8 +211,9 @@ class Background {
   /// `schedule` must stay valid for the lifetime of this object.
   explicit Background(const Schedule& schedule) : schedule_(schedule) {}
 
-  /// The next background read of the device is due at `due`; empty: there is none. `room`:
-  /// estimated duration of an exchange, until the duration of the latest exchanges is known.
+  /// The next background read of the device is due at `due`; empty: there is no further background
+  /// read. `room`: estimated duration of an exchange, until the duration of the latest exchanges is
+  /// known.
   void Set(std::size_t device, std::optional<Instant> due, Duration room) {
     At(device).due = due;
     At(device).room = room;

@@ -62,7 +62,7 @@ class Hold {
   void Pause(Instant now) {
     if (!std::exchange(paused_, true)) since_ = now;
   }
-  /// Ends the pause. Returns false if there was none.
+  /// Ends the pause. Returns false if there was no pause.
   bool GoOn() { return std::exchange(paused_, false); }
 
   /// In a pause: returns the end of the longest wait for late replies. Empty: there is no pause.

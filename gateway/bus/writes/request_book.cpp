@@ -86,8 +86,9 @@ void RequestBook::End(const std::string& client, std::uint64_t seq, RequestAnswe
   --at->second.under_way;
 }
 
-/// Returns the entry of a client. If it is new, it can replace the client that was silent longest.
-/// Null: there is no space.
+/// Returns the entry of a client. If all entries are in use, a new client replaces the client that
+/// was silent longest. Null: that client has a request under way, or was silent for less than
+/// kKept.
 RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant now) {
   const auto known = clients_.find(client);
   if (known != clients_.end()) return &known->second;
@@ -102,8 +103,8 @@ RequestBook::Client* RequestBook::PlaceFor(const std::string& client, Instant no
   return &clients_[client];
 }
 
-/// Removes the oldest answered request. There always is one, because fewer requests can be under
-/// way than are remembered.
+/// Removes the oldest answered request. There always is an answered request, because fewer requests
+/// can be under way than are remembered.
 void RequestBook::ForgetOldest(Client& client) {
   const auto oldest = std::ranges::find_if(
       client.entries, [](const auto& one) { return one.second.answer.has_value(); });

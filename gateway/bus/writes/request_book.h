@@ -78,7 +78,8 @@ class RequestBook {
     What what = What::fresh;
     RequestAnswer answer{};
   };
-  /// Returns the requests of earlier runs; empty: they are not read yet. See audit::AuditSource.
+  /// Returns the requests of earlier runs; empty: the requests are not read yet. See
+  /// audit::AuditSource.
   using Past = std::function<std::optional<PastRequests>()>;
   /// `past` is null if there are no requests of earlier runs.
   explicit RequestBook(Past past = {}) : past_(std::move(past)) {}

@@ -42,7 +42,7 @@ struct RoutedReply {
   /// True if the request was sent. False, for example, if its deadline passed in the queue, its
   /// client left, or the port was closed.
   bool sent = false;
-  bool shared = false;  ///< the reply is that to an identical read of another client
+  bool shared = false;  ///< the reply to an identical read of another client is used
   Duration waited{};    ///< from the call of Submit to the first byte on the line
 };
 
@@ -162,17 +162,18 @@ class RouteQueue {
 // sends them.)
 class RoutedSide {
  public:
-  /// Clients that poll through transparent routes are assumed to do so at least this often.
+  /// Clients that poll through transparent routes are assumed to send a request at least this
+  /// often.
   static constexpr Duration kClientsReturn = std::chrono::seconds(2);
-  /// After a client has asked for an offline slave, its return is assumed to be of interest for
-  /// this long.
+  /// For this long after a client has asked for an offline slave, clients are assumed to wait for
+  /// the return of the slave.
   static constexpr Duration kStillWanted = std::chrono::minutes(1);
 
   /// `queue` must stay valid for the lifetime of this object.
   explicit RoutedSide(RouteQueue& queue) : queue_(queue) {}
 
   void OnAnswered(Instant now) { answered_at_ = now; }
-  /// Returns when the clients count as gone; empty: there were none.
+  /// Returns when the clients count as gone; empty: there were no clients.
   std::optional<Instant> ClientsGone() const;
   /// True if a request of a client is to be expected, because a client was served a short time ago.
   bool ClientsAreHere(Instant now) const { return ClientsGone() && now < *ClientsGone(); }

@@ -130,8 +130,8 @@ struct WriteCommand {
   /// Set by the line: number of the command among all writes to the line.
   std::uint64_t sequence = 0;
   WriteState state = WriteState::asked;
-  /// Called directly before each request. Returns why it must not be sent now; empty: it can be
-  /// sent. Null: there is no condition.
+  /// Called directly before each request. Returns why the request must not be sent now; empty: the
+  /// request can be sent. Null: there is no condition.
   std::function<std::optional<std::string>(Instant now)> why_not;
   /// True: the client no longer waits, so the command is not started. When a request that may write
   /// was sent, the command continues to its end.
@@ -177,7 +177,7 @@ struct DeniedWrite {
   std::string client{};  ///< as in WriteCommand
   std::optional<RequestId> request{};
   std::uint32_t device = 0;  ///< index in the point store
-  /// Index in the device's points; empty: it was a telegram by hand.
+  /// Index in the device's points; empty: the write was a telegram by hand.
   std::optional<std::uint32_t> point{};
   Value value{};                    ///< value in the form for users
   std::string reason{};             ///< one sentence

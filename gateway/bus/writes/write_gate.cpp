@@ -229,7 +229,8 @@ std::string NotSelected(Selections::Verdict verdict, const config::Point& point)
 
 WriteDenial Gone() { return {Why::locked, "a reload has removed the device"}; }
 
-/// Returns the first limit or interlock that forbids one of the parts now; empty: none does.
+/// Returns the first limit or interlock that forbids one of the parts now; empty: all parts are
+/// allowed.
 std::optional<WriteDenial> WhyNotNow(const PointStore& store, std::uint32_t device,
                                      const std::vector<WriteAsk::Part>& parts, Instant now) {
   const auto its = store.device(device);

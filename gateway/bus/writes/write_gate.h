@@ -61,24 +61,24 @@ std::string WithUnit(const config::Point& point, const Decimal& number);
 /// other types returns `value`.
 Value AsMeant(const config::Point& point, const Value& value);
 
-/// Returns why the value is not allowed, in one sentence; empty: it is allowed. `value`: from
-/// AsMeant.
+/// Returns why the value is not allowed, in one sentence; empty: the value is allowed. `value`:
+/// from AsMeant.
 std::optional<std::string> WhyOutside(const config::Point& point, const Value& value);
 
 /// Converts a value of users to the raw value for the device, and to the value that the point shows
 /// when the device has accepted it. The error says why the value does not fit the type.
 Result<PointWrite> Convert(const config::Point& point, std::uint32_t index, const Value& value);
 
-/// Returns why the device cannot represent the value exactly, in one sentence; empty: it can.
-/// Reasons: scale and type have no raw value for it, the raw value is a sentinel, or it has more
-/// digits than `decimals`. `write`: the result of Convert for `value`.
+/// Returns why the device cannot represent the value exactly, in one sentence; empty: the device
+/// can. Reasons: scale and type have no raw value for it, the raw value is a sentinel, or it has
+/// more digits than `decimals`. `write`: the result of Convert for `value`.
 std::optional<std::string> WhyInexact(const config::Point& point, const Value& value,
                                       const PointWrite& write);
 
 // Interlocks (allow_when): a write can require that other points have certain values. If one of
-// them is bad, uncertain or was never read, the write is refused.
+// these points is bad, uncertain or was never read, the write is refused.
 
-/// Returns why an interlock forbids this value now, in one sentence; empty: none does.
+/// Returns why an interlock forbids this value now, in one sentence; empty: no interlock does.
 std::optional<std::string> WhyLocked(const PointStore& store, const config::Point& point,
                                      const Value& value, Instant now);
 
@@ -106,7 +106,7 @@ bool IsGuarded(const config::Point& point);
 //
 class Selections {
  public:
-  /// Greatest number of selections. A further selection removes the one that ends first.
+  /// Greatest number of selections. A further selection removes the selection that ends first.
   static constexpr std::size_t kLimit = 1024;
 
   struct Point {
@@ -169,8 +169,8 @@ class WriteGate {
   /// `store` and `sink` must stay valid for the lifetime of this object.
   WriteGate(const PointStore& store, CommandSink& sink) : store_(store), sink_(sink) {}
 
-  /// Checks the write and passes it to the sink. Empty: it was accepted, and `done` will be called.
-  /// Else no part of it is sent.
+  /// Checks the write and passes it to the sink. Empty: the write was accepted, and `done` will be
+  /// called. Else no part of it is sent.
   std::optional<WriteDenial> Submit(const Writer& writer, WriteAsk ask, Instant now);
   /// Returns the denial that Submit would return now, without the rule about selections. Sends and
   /// records nothing.

@@ -325,7 +325,7 @@ void Renumber(config::Config& config, const Numbers& numbers) {
   }
 }
 
-/// True if the interlocks of both lines refer to the same numbers.
+/// True if the interlocks of both lines refer to the same numbers of devices and points.
 bool SameNumbers(const config::Line& a, const config::Line& b) {
   for (std::size_t device = 0; device < a.devices.size(); ++device) {
     for (std::size_t point = 0; point < a.devices[device].points.size(); ++point) {

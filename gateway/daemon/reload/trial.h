@@ -103,7 +103,7 @@ class Probation {
   void Begin(Instant now, Duration time, const Healths& before);
   bool running() const { return until_.has_value(); }
   Instant until() const { return until_.value_or(Instant::max()); }
-  /// Returns why the configuration must be taken back; nothing if the trial continues, or none
+  /// Returns why the configuration must be taken back; nothing if the trial continues, or no trial
   /// runs.
   std::optional<std::string> Look(Instant now, const Healths& healths);
   void End();
@@ -158,7 +158,8 @@ class Trial {
   /// Starts a trial of the applied text. If `time` is zero, ends the running trial and confirms the
   /// applied text.
   void Begin(Duration time, const Healths& before, Instant now);
-  /// Returns why the applied text must be taken back; nothing if the trial continues, or none runs.
+  /// Returns why the applied text must be taken back; nothing if the trial continues, or no trial
+  /// runs.
   std::optional<std::string> Look(const Healths& healths, Instant now);
   /// Notes that the confirmed text runs again.
   void TakeBack(const std::string& why);

@@ -46,8 +46,9 @@ bool OnlyLong(const Evidence& evidence,
 
 }  // namespace
 
-/// True if replies lose bytes in different places, although some are good. A text reply that lacks
-/// two characters can look complete except for its check value.
+/// True for a text protocol if a third of the failed replies or more lack bytes, in different
+/// places, and some replies are good. A text reply that lacks two characters can look complete
+/// except for its check value.
 bool LosesAnywhere(const Evidence& evidence) {
   if (!evidence.traits().speaks_text) return false;
   if (evidence.Count({damaged, noise, zeros, bytes_added}) > 0) return false;
@@ -188,8 +189,8 @@ bool IsComputedOtherwise(const Evidence& evidence) {
   return fits && 2 * evidence.Count(bad_check) > evidence.seen;
 }
 
-/// Returns the suspect special bytes. On a serial port FF does not count, because a driver gives FF
-/// for a character with wrong parity.
+/// Returns the suspect special bytes. On a serial port FF does not count, because the gateway's
+/// ParmrkDecoder (transports/parity.h) replaces a character with wrong parity by FF.
 unsigned Suspects(const Evidence& evidence) {
   const unsigned all = evidence.device->status.findings.specials().Suspects();
   constexpr unsigned kTelnet = 1U << (std::size(kSpecialBytes) - 1);

@@ -23,7 +23,7 @@ constexpr std::uint32_t kUnconfirmedShare = 25;
 constexpr std::size_t kManyFailures = 8;
 /// Outages are reported from this share of the last hour on.
 constexpr double kNotableOutage = 0.01;
-/// From this number of late replies in a row on, they are no short disturbance.
+/// From this number of late replies in a row on, they are not a short disturbance.
 constexpr std::uint32_t kManyBehind = 16;
 /// This soon after the start of the program a single outage is not reported, because it may have
 /// begun before.
@@ -86,7 +86,7 @@ Sentences Patience(const bus::DeviceStatus& status) {
                   Milliseconds(seen), Milliseconds(reply), 50 * (Milliseconds(seen) / 50 + 2))};
 }
 
-/// True if another device is asked as often as this one, and no answering device has stray bytes
+/// True if another device is asked as often as this device, and no answering device has stray bytes
 /// beside its replies (in more than one exchange).
 bool IsCleanElsewhere(const bus::DeviceRecord& device, std::span<const bus::DeviceRecord> all) {
   bool asked = false;
@@ -173,8 +173,8 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
   return found;
 }
 
-/// Reports readings that changed when they were read again. Empty: they are rare, or most jumps
-/// were confirmed.
+/// Reports readings that changed when they were read again. Empty: such readings are rare, or most
+/// jumps were confirmed.
 Sentences Unconfirmed(const bus::DeviceStatus& status) {
   if (status.unconfirmed < kUnconfirmed || 3 * status.unconfirmed < status.rechecks) return {};
   if (kUnconfirmedShare * status.unconfirmed < status.exchanges) return {};
@@ -200,7 +200,8 @@ Sentences Behind(const bus::DeviceRecord& device, Now now) {
 }
 
 /// Reports second, different replies, if there was more than one and the last is less than an hour
-/// ago.
+/// ago. Reports nothing if another master, a finding about replies beside good replies, or echoes
+/// explain the second replies.
 Sentences Doubled(const bus::DeviceRecord& device, const Evidence& evidence) {
   const bus::DeviceStatus& status = device.status;
   const bool again = status.doubled > 1 && evidence.now - status.last_doubled < 1h;

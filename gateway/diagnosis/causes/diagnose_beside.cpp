@@ -16,7 +16,8 @@ namespace {
 
 using Sentences = std::vector<std::string>;
 
-/// One different second reply among this many equal ones shows that two devices answer.
+/// One second reply that differs, among this many second replies that are equal to the first, shows
+/// that two devices answer.
 constexpr std::size_t kMostlyAlike = 8;
 /// Bytes that were equal around this many replies are not noise.
 constexpr std::size_t kConstant = 4;

@@ -38,7 +38,7 @@ std::string Looks(const Evidence& evidence) {
 }
 
 /// Returns the points of the queries for which `is_meant` is true, such as "voltage and 3 more".
-/// Empty: it is true for no query, or for all queries (unless `all` is set).
+/// Empty: `is_meant` is true for no query, or for all queries (unless `all` is set).
 template <typename IsMeant>
 std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all = false) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
@@ -57,7 +57,7 @@ std::string NamesOf(const bus::DeviceRecord& record, IsMeant is_meant, bool all 
 }
 
 /// Returns the points for which `is_meant` is true, with the address of the first, such as "voltage
-/// and 3 more (holding 40, ...)". Empty: it is true for no point, or for all points.
+/// and 3 more (holding 40, ...)". Empty: `is_meant` is true for no point, or for all points.
 template <typename IsMeant>
 std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   const config::Point* first = nullptr;
@@ -72,7 +72,8 @@ std::string PointsOf(const bus::DeviceRecord& record, IsMeant is_meant) {
   return first->name + more + " (" + first->read + (points > 1 ? ", ...)" : ")");
 }
 
-/// True if each failure lasted through all retries of its request, so that failures are not random.
+/// True if there were several failures (kNeverAnswered) and each lasted through all retries of its
+/// request, so that failures are not random.
 bool FailsWithRepeats(const Evidence& evidence) {
   const bus::Findings& findings = evidence.device->status.findings;
   const std::size_t longest = findings.LongestRun();
@@ -118,7 +119,7 @@ Sentences SilentPoints(const bus::DeviceRecord& record, const Evidence& evidence
 }
 
 /// True if the device answers other requests than the failing polls: other polls; or, if no poll
-/// has ever had a value, requests that are no polls, such as a request for its name.
+/// has ever had a value, requests that are not polls, such as a request for its name.
 bool HasOthers(const bus::DeviceRecord& record, const Evidence& evidence) {
   const std::vector<bus::QueryCount>& queries = record.status.queries;
   const auto is_good = [](const bus::QueryCount& query) {

@@ -107,8 +107,8 @@ Sentences Strangers(const config::Line& line, std::span<const bus::DeviceRecord>
   return said;
 }
 
-/// True if bytes come without end: nearly all replies of a device have bytes around them, and over
-/// half of all received bytes are stray.
+/// True if bytes come without end: at least three quarters of the replies of a device have bytes
+/// around them, and over half of all received bytes (at least kManyStray) are stray.
 bool IsEndless(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices) {
   return status.stray_bytes >= kManyStray && 2 * status.stray_bytes > status.bytes_in &&
          std::ranges::any_of(devices, [](const bus::DeviceRecord& one) {
@@ -180,7 +180,8 @@ Sentences AboutEchoes(const bus::LineStatus& status, std::span<const bus::Device
   return found;
 }
 
-/// Returns a sentence about stray bytes. Empty: they are few, or another sentence explains them.
+/// Returns a sentence about stray bytes. Empty: the stray bytes are few, or another sentence
+/// explains them.
 std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                        std::span<const bus::DeviceRecord> devices) {
   const double stray =
@@ -197,7 +198,7 @@ std::string StrayBytes(const config::Line& line, const bus::LineStatus& status,
                                 "not keep to Modbus TCP");
 }
 
-/// Returns a sentence that explains missed polls. Empty: none are missed, or a sentence about a
+/// Returns a sentence that explains missed polls. Empty: no polls are missed, or a sentence about a
 /// device explains them.
 std::string MissedPolls(const bus::LineStatus& status, std::span<const bus::DeviceRecord> devices,
                         Now now, Instant started) {
@@ -288,7 +289,8 @@ bool IsWireTime(const bus::LineStatus& status, const config::Line& line) {
   return 2 * characters * line.serial.CharacterTime() > status.busy;
 }
 
-/// True if, at all devices, the configured silence before a request is longer than the exchange.
+/// True if, at all devices, the configured silence before a request is long (kLongQuiet) and longer
+/// than the exchange.
 bool IsQuietTime(std::span<const bus::DeviceRecord> devices) {
   return std::ranges::all_of(devices, [](const bus::DeviceRecord& one) {
     const std::optional<Duration>& quiet = one.status.timing.quiet;

@@ -115,8 +115,8 @@ struct Doubts {
   }
 };
 
-/// True if a missing value is normal: there is nothing to measure at present, or an option is not
-/// fitted.
+/// True if a missing value is normal: an option is not fitted; or there is nothing to measure at
+/// present, while at least one point of the device has a value.
 bool IsUsual(const bus::DeviceRecord& record, Reason reason) {
   if (reason == Reason::not_fitted) return LacksOptions(record);
   const auto lacks = [](const bus::PointRecord& point) { return IsBad(point.reported); };
@@ -146,7 +146,8 @@ Doubts DoubtsOf(const bus::LineStatus& line, const bus::DeviceRecord& record, No
     } else {
       const auto group = static_cast<std::size_t>(record.device->points[i].group);
       const bus::AgeLimits& limits = record.age_limits[group];
-      // If the port was opened less than an age limit ago, the point may not have been polled yet.
+      // If the port was opened less than an age limit ago, the point has perhaps not been polled
+      // yet.
       const bool waits = limits.ages() && open < limits.uncertain_after;
       if (!waits) ++doubts.stale;
     }
@@ -364,7 +365,8 @@ bool IsUsual(std::uint32_t bits) {
   return size == 0 || (size >= kLeastUsual && size <= kMostUsual);
 }
 
-/// Returns the byte order that is configured for the device; empty: none is, or it is the default.
+/// Returns the byte order that is configured for the device; empty: no byte order is configured, or
+/// the default is.
 std::string SetOrder(const config::Device& device) {
   const auto order = device.options.all().find("order");
   if (!device.traits->has_byte_order || order == device.options.all().end()) return {};
@@ -413,8 +415,8 @@ bool AreShifted(const std::vector<Float>& numbers) {
   return any;
 }
 
-/// Returns why an integer cannot be a measurement; empty: it can be. `small`: other numbers are
-/// small.
+/// Returns why an integer cannot be a measurement; empty: it can be a measurement. `small`: other
+/// numbers are small.
 std::string WhyImpossible(const config::Point& point, double raw, bool small) {
   using enum config::Type;
   const bool is_signed = point.type == int16 || point.type == int32;

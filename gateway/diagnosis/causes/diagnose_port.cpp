@@ -26,7 +26,8 @@ constexpr Duration kRestart = 10s;
 /// A port that was closed for less than this time will probably open soon.
 constexpr Duration kMoment = 15s;
 
-/// Returns the finding about a service that answers in place of a device; null: there is none.
+/// Returns the finding about a service that answers in place of a device; null: there is no such
+/// finding.
 const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   for (const bus::DeviceRecord& one : devices) {
     for (const Symptom symptom : {Symptom::other_protocol, Symptom::text}) {
@@ -36,7 +37,7 @@ const Finding* OtherService(std::span<const bus::DeviceRecord> devices) {
   return nullptr;
 }
 
-/// Returns a sentence about another service that answers at the port; empty: none does.
+/// Returns a sentence about another service that answers at the port; empty: no other service does.
 std::string SayOtherService(const config::Line& line, std::span<const bus::DeviceRecord> devices) {
   const Finding* const other = OtherService(devices);
   if (other == nullptr || !line.port.starts_with("tcp://")) return {};

@@ -306,7 +306,8 @@ bool ComesDamaged(const bus::DeviceStatus& status) {
   return damage > 1 && 2 * damage > FailedOf(status);
 }
 
-/// Returns the latest finding about another master; null: there are fewer than two on the line.
+/// Returns the latest finding about another master; null: the devices of the line have fewer than
+/// two such findings.
 const Finding* OtherMasterOf(std::span<const bus::DeviceRecord> all) {
   const Finding* found = nullptr;
   std::size_t count = 0;

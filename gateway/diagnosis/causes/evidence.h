@@ -82,16 +82,17 @@ struct Evidence {
   bool absent = false;    ///< the device does not answer at present
   bool answered = false;  ///< the device has answered since the start
   bool changed = false;   ///< the device has answered, but in none of the stored exchanges
-  std::string healthy{};  ///< name of a neighbour that answers well; empty: there is none
+  std::string healthy{};  ///< name of a neighbour that answers well; empty: no neighbour does
   std::string alike{};  ///< name of a neighbour whose failures look the same; empty: there is none
-  std::string missing{};  ///< name of a neighbour that has never sent a byte; empty: there is none
+  std::string missing{};  ///< name of a neighbour that has never sent a byte; empty: all have
   bool noisy = false;     ///< replies of a neighbour come damaged about as often
   std::string away{};     ///< neighbours with outages at the same times, such as "d, e"; or empty
   std::string losing{};   ///< neighbours that lose requests at the same times; or empty
   std::optional<Duration> shared_period{};  ///< period of these losses; nothing: they are irregular
-  /// Neighbours that stopped answering at the same time, such as "d, e"; empty: there are none.
+  /// Neighbours that stopped answering at the same time, such as "d, e"; empty: there are no such
+  /// neighbours.
   std::string fell{};
-  /// The latest finding about another master; null: it was seen less than twice.
+  /// The latest finding about another master; null: another master was seen less than twice.
   const Finding* master = nullptr;
   /// XON and XOFF (as bits of kSpecialBytes) that a converter seems to remove from requests: at
   /// least two polls get no answer, each of them contains one of these bytes, and no answered
@@ -99,7 +100,7 @@ struct Evidence {
   std::uint8_t eaten = 0;
   std::size_t looked = 0;  ///< number of stored exchanges (at most 32 for each device)
   std::size_t failed = 0;  ///< number of these exchanges without a good reply
-  std::size_t seen = 0;    ///< number of failures in `counts`, which includes older ones
+  std::size_t seen = 0;    ///< number of failures in `counts`, which also counts older exchanges
   bus::Findings::Counts counts{};
   std::array<const Finding*, kSymptoms> last{};
 
@@ -145,7 +146,7 @@ inline constexpr std::uint32_t kNeverByChance = 8;
 /// True if one poll has failed at least `in_vain` times in a row while another poll was answered.
 bool HasDeadQuery(const bus::DeviceRecord& record, std::uint32_t in_vain = kNeverByChance);
 
-/// True if the symptom means that bytes came but were no readable reply.
+/// True if the symptom means that bytes came but were not a readable reply.
 bool IsDamage(Symptom symptom);
 
 /// Returns the serial settings of the device; if it has none, those of its line.

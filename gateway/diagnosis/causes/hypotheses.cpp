@@ -16,7 +16,7 @@ using enum Symptom;
 /// If a hypothesis leaves this share of the failures unexplained, a second hypothesis is shown.
 constexpr double kUnexplained = 0.3;
 /// A hypothesis that explains this share is shown at once. If failures are of several kinds,
-/// another hypothesis replaces the last one only if it explains kStronger times as many.
+/// another hypothesis replaces the last hypothesis only if it explains kStronger times as many.
 constexpr double kNearlyAll = 0.85;
 constexpr double kStronger = 1.5;
 /// Hypotheses that explain a smaller share are ignored.
@@ -57,8 +57,8 @@ bool RepeatsFail(const Evidence& evidence) {
   return evidence.device != nullptr && evidence.device->status.findings.LongestRun() > kFacts;
 }
 
-/// Cause: another device answers. If retries fail, a reply that looks like the reply to the request
-/// before comes from a neighbour.
+/// Cause: another device answers. If retries fail as well, a reply that seems to answer the
+/// previous request comes from a neighbour.
 double OtherDevice(const Evidence& evidence) {
   const bool neighbour = !evidence.healthy.empty() && RepeatsFail(evidence) &&
                          !evidence.Last(one_behind).remedy.empty();
@@ -90,7 +90,8 @@ bool IsDamageOnly(const Evidence& evidence) {
 double OtherSetting(const Evidence& evidence) {
   if (IsDamageOnly(evidence) || LosesAnywhere(evidence)) return 0;
   const std::size_t count = evidence.Count(other_setting);
-  // A device that has never answered is also probed with other requests, which it may not answer.
+  // A device that has never answered is also probed with other requests, and perhaps does not
+  // answer these.
   if (!evidence.answered && count >= kFacts) return evidence.Share({other_setting, silence});
   if (count < kSilences || 3 * count < evidence.seen) return evidence.Share({other_setting});
   return evidence.Share(

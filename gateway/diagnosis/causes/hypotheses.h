@@ -29,7 +29,7 @@ struct Hypothesis {
   /// Returns cause and remedy without the subject, such as "answers later than timing.reply (100
   /// ms): …".
   std::string (*say)(const Evidence&);
-  bool proven = false;  ///< the cause is certain if it has support, so no second one is shown
+  bool proven = false;  ///< the cause is certain if it has support, so no second cause is shown
   bool whole = false;   ///< the cause also explains why only some requests fail
 };
 
@@ -53,7 +53,7 @@ std::string CheckOf(const bus::DeviceRecord& record);
 
 // ---------------- damage_words.cpp: the share of the failures that a kind of damage explains
 
-/// This many exchanges of one kind are no chance.
+/// This many exchanges of one kind are not chance.
 inline constexpr std::size_t kMany = 8;
 
 /// Returns the share of failures with this symptom. Returns 0 if the device has answered and the

@@ -20,7 +20,7 @@ namespace {
 
 using enum Symptom;
 
-/// True if each request is answered at other times: most points have had a value, at least a third
+/// True if every request is answered now and then: most points have had a value, at least a third
 /// of the exchanges were answered, and no poll always fails.
 bool IsNowAndThen(const Evidence& evidence) {
   if (evidence.device == nullptr) return false;
@@ -502,7 +502,7 @@ std::string Suggest(Duration seen, double margin = kMargin) {
   return fmt::format("{}ms", round);
 }
 
-/// Returns text such as "and timing.gap is 50 ms: set timing: { gap: 150ms } in the configuration".
+/// Returns text such as "and timing.gap is 50 ms. Set timing: { gap: 150ms } in the configuration".
 std::string AndSet(const char* time, std::optional<Duration> now, Duration seen) {
   return fmt::format("and timing.{} is {} ms. Set timing: {{ {}: {} }} in the configuration", time,
                      Milliseconds(now.value_or(Duration{})), time, Suggest(seen));

@@ -48,7 +48,7 @@ std::optional<Finding> OtherBitRate(View heard, bool connection) {
   std::size_t all = 0;
   std::set<std::uint8_t> values;
   for (const std::uint8_t byte : heard) {
-    if (byte % 0xFF == 0) continue;  // the driver replaces unreadable characters by 00 or FF
+    if (byte % 0xFF == 0) continue;  // 00 or FF stands for a damaged character
     ++all;
     values.insert(byte);
     if (HasDoubledBits(byte)) ++doubled;
@@ -101,8 +101,8 @@ Bytes Shrunk(View heard, std::uint8_t first, std::uint8_t second, std::uint8_t k
   return rest;
 }
 
-/// True if the reply is complete when one of the characters `any` is removed; others may belong to
-/// it.
+/// True if the reply is complete when one of the characters `any` is removed; other such characters
+/// may belong to the reply. Only the first kMostTried of them are tried.
 bool IsWholeWithoutOne(const Hearing& hearing, View heard,
                        std::initializer_list<std::uint8_t> any) {
   std::size_t tried = 0;
@@ -264,9 +264,9 @@ std::optional<Finding> Inverted(const Hearing& hearing, View heard) {
       .remedy = "swap A and B at the device, or switch the inversion of its converter off"};
 }
 
-/// Recognises a wrong parity setting: the driver marks characters with wrong parity by FF (or 00,
-/// which no text contains), and all other characters have one parity. A line without bias also
-/// gives 00 and FF, but no other characters.
+/// Recognises a wrong parity setting: characters with wrong parity arrive as FF (kDamaged in
+/// transports/parity.h) or as 00, and all other characters have one parity. A line without bias
+/// also gives 00 and FF, but no other characters.
 std::optional<Finding> OtherParity(const Hearing& hearing, View heard) {
   constexpr std::ptrdiff_t kFewest = 6;
   constexpr std::ptrdiff_t kMarks = 2;
@@ -312,7 +312,7 @@ std::size_t CommonBytes(View one, View other) {
 
 std::optional<Finding> DecimalComma(const Hearing& hearing, View heard) {
   if (!std::ranges::all_of(hearing.request, IsPrintable)) return std::nullopt;
-  // If the text also contains points, its commas separate numbers and are no decimal commas.
+  // If the text also contains points, its commas separate numbers and are not decimal commas.
   if (std::ranges::find(heard, '.') != heard.end()) return std::nullopt;
   Bytes changed(heard.begin(), heard.end());
   for (std::size_t i = 0; i < heard.size(); ++i) {

@@ -17,7 +17,7 @@ constexpr Duration kLatest = 5s;
 
 }  // namespace
 
-/// True if a reply is stored and the exchange is a later one than that in which it broke off.
+/// True if a reply is stored and the exchange came after the exchange in which the reply broke off.
 bool BrokenReply::IsAwaited(const HeardExchange& exchange) const {
   return member_ != nullptr && (member_ != exchange.member() || began_ > 0);
 }
@@ -182,7 +182,7 @@ bool EarlierReplies::IsLateEcho(const HeardExchange& exchange) const {
 }
 
 /// Returns an earlier request that the bytes answer, whether it was answered before or not; null:
-/// there is none.
+/// there is no such request.
 EarlierReplies::Open* EarlierReplies::FindEarlier(const HeardExchange& exchange) {
   for (LastTwo& asked : open_) {
     for (Open* open : {&asked.last, &asked.before}) {
@@ -294,7 +294,7 @@ Finding EarlierReplies::AttributeToItself(const HeardExchange& exchange, const O
 Finding EarlierReplies::AttributeToAnother(const HeardExchange& exchange, Open& whose,
                                            const Came& came, Finding finding) {
   const bool answered = IsAnswered(finding.symptom);
-  // Another master may have asked this device: then a reply with its address is no second reply.
+  // Another master may have asked this device: then a reply with its address is not a second reply.
   if (!came.late && came.early && finding.symptom == Symptom::other_device &&
       whose.member->device != nullptr) {
     finding.symptom = Symptom::one_behind;

@@ -1,7 +1,7 @@
-// `EarlierReplies` recognises bytes that come during an exchange but belong to an earlier one: a
-// late or repeated reply, the rest of a reply that broke off, a request that comes back late. It is
-// a part of `Observer`, for the diagnosis; gateway/bus/replies/whose_reply.h decides which replies
-// are accepted. Memory is bounded. Examples (">": sent, "<": received):
+// `EarlierReplies` recognises bytes that come during an exchange but belong to an earlier exchange:
+// a late or repeated reply, the rest of a reply that broke off, a request that comes back late. It
+// is a part of `Observer`, for the diagnosis; gateway/bus/replies/whose_reply.h decides which
+// replies are accepted. Memory is bounded. Examples (">": sent, "<": received):
 //
 //   > ?A1
 //   > ?B1      < !A1=5 !B1=7          !A1=5 is the late reply to ?A1
@@ -122,7 +122,8 @@ class NumberedRequests {
     Duration reply_time{};
     std::size_t answered = 0;  // number of tries that were answered
   };
-  /// Returns the index of the request whose number is in this frame; sent_.size(): there is none.
+  /// Returns the index of the request whose number is in this frame; sent_.size(): there is no such
+  /// request.
   std::size_t IndexOf(View frame) const {
     if (size_ == 0 || frame.size() < size_) return sent_.size();
     const auto found = std::ranges::find_if(sent_, [&](const Sent& sent) {
@@ -175,7 +176,7 @@ class EarlierReplies {
   bool IsLateEcho(const HeardExchange& exchange) const;
 
   /// Returns a new finding about an earlier exchange that the calls above have found: a reply was
-  /// late or came twice, or its rest came. Nothing: there are no more.
+  /// late or came twice, or its rest came. Nothing: there are no more findings.
   std::optional<EarlierFinding> Take();
 
  private:
@@ -185,7 +186,7 @@ class EarlierReplies {
     Instant sent{};
     Instant first{};  // when the first unanswered try was sent, within the ceiling
     Instant tried{};  // when the first try was sent, within kLongestLag
-    Bytes vain;       // bytes that came to the try before this one
+    Bytes vain;       // bytes that came to the try before
     bool answered = false;
     bool silent = false;    // no byte came
     bool late = false;      // the reply to this request came late
@@ -204,8 +205,11 @@ class EarlierReplies {
     Duration after{};     // time since the first try of the earlier request
     Duration lateness{};  // time since the end of its reply time
     bool late = false;
-    bool early = false;  // the last bytes came soon after the request of the present exchange
-    std::optional<Duration> next{};  // time since the request of this exchange, if it is short
+    // The last bytes came less than half a reply time after the present request.
+    bool early = false;
+    // Time since the request of the present exchange; nothing: the reply did not come soon after
+    // that request, or the line had no rest before it.
+    std::optional<Duration> next{};
   };
 
   Open* FindEarlier(const HeardExchange& exchange);

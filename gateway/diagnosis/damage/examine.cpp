@@ -111,7 +111,8 @@ Finding Text(const Hearing& hearing, View heard) {
           .remedy = RemedyFor(heard)};
 }
 
-/// True for a complete line of printable characters, whatever it contains.
+/// True for a complete line of printable characters of at least kLine bytes, or twice as many in a
+/// text protocol.
 bool IsLine(const Hearing& hearing, View heard) {
   const bool binary = !std::ranges::all_of(hearing.request, IsPrintable);
   if (heard.size() < (binary ? kLine : 2 * kLine)) return false;
@@ -257,7 +258,7 @@ std::optional<Finding> OtherService(View heard, bool modbus) {
 
 namespace {
 
-/// In bytes. More bytes than this without a pause are no message of a reader of cards or codes.
+/// In bytes. More bytes than this without a pause are not a message of a reader of cards or codes.
 constexpr std::size_t kEndless = 240;
 /// An echo contains at least this many bytes of the request; kPartOfEcho beside a good reply.
 constexpr std::size_t kWholeEcho = 4;
@@ -319,7 +320,7 @@ bool IsBeginning(const Hearing& hearing, View heard) {
   return !assembler.Next(false) && assembler.held() > 0 && assembler.blame() == Outcome::none;
 }
 
-/// Returns the length of the longest reply that has a fixed length; 0: there is none.
+/// Returns the length of the longest reply that has a fixed length; 0: no reply has a fixed length.
 std::size_t OnlyLength(const Hearing& hearing) {
   std::size_t length = 0;
   for (const protocols::Shape& shape : hearing.expect->shapes) {
@@ -457,7 +458,7 @@ std::size_t LongestHeard(const Hearing& hearing) {
   return IsStanding(hearing) ? std::max(kEndless, most) : most;
 }
 
-/// True if the text itself shows where it comes from.
+/// True if the text was recognised: only then does RemedyFor return a remedy.
 bool IsTold(const Finding& words) { return !words.remedy.empty(); }
 
 /// Returns the finding for bytes that contain no reply.

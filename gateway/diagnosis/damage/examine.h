@@ -71,8 +71,8 @@ std::optional<Finding> Words(const Hearing& hearing, View heard, bool lines = fa
 /// Returns a finding if the bytes are a message of another protocol.
 std::optional<Finding> OtherFrame(const Hearing& hearing, View heard);
 
-// Services that are no serial lines, recognised by what they send over TCP: a web server, SSH, TLS,
-// Telnet, IEC 60870-5-104.
+// Services that are not serial lines, recognised by what they send over TCP: a web server, SSH,
+// TLS, Telnet, IEC 60870-5-104.
 
 /// Returns a finding if the bytes come from such a service. `modbus`: a Modbus TCP server is
 /// expected, not a serial server.

@@ -198,9 +198,9 @@ bool IsWholeWithOtherLast(const Hearing& hearing, View heard) {
   return IsWholeWithOther(hearing, heard, heard.size() - 1, 0, 0xFF);
 }
 
-/// Returns how many bytes are missing at the beginning; 0: none is. Recognises one byte of any
-/// value, or a few bytes that the request contains: the first two or three bytes of a binary reply,
-/// or the name and kind at the beginning of a text.
+/// Returns how many bytes are missing at the beginning; 0: no byte is missing. Recognises one byte
+/// of any value, or a few bytes that the request contains: the first two or three bytes of a binary
+/// reply, or the name and kind at the beginning of a text.
 std::size_t LostHead(const Hearing& hearing, View heard) {
   // A Modbus TCP reply contains no check value that could prove it.
   if (hearing.protocol->tcp || (IsText(hearing, heard) && HasLead(hearing, heard))) return 0;
@@ -220,7 +220,7 @@ std::size_t LostHead(const Hearing& hearing, View heard) {
 }
 
 /// Returns a line of text that lacks the first character of a reply, and perhaps more of its
-/// beginning than LostHead can prove. Empty: the bytes are no such line.
+/// beginning than LostHead can prove. Empty: the bytes are not such a line.
 std::string_view LineWithoutLead(const Hearing& hearing, View heard) {
   const bool standing = hearing.expect->reply == protocols::Expectation::Reply::standing;
   if (standing || hearing.request.empty() || !IsText(hearing, heard)) return {};

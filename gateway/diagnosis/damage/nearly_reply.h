@@ -20,8 +20,8 @@ bool LacksFirstByte(const Hearing& hearing, View heard);
 /// True for a text that lacks the first character of a reply, but ends in ":" and the digits of a
 /// check value.
 bool EndsInCheckValue(const Hearing& hearing, View heard);
-/// Recognises a reply that is too short: its check value is missing, or as many bytes inside it are
-/// missing while the check value at its end came.
+/// Recognises a reply that is too short by the length of its check value: either the check value is
+/// missing, or as many bytes inside the reply are missing, and the check value at its end came.
 std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 
 // Bytes beside a good reply: a message that the protocol recognises, text for people, or noise.
@@ -29,14 +29,14 @@ std::optional<Finding> TooShort(const Hearing& hearing, View heard);
 /// A driver that starts or stops driving the bus can cause up to this many bytes.
 inline constexpr std::size_t kHarmless = 3;
 
-/// Lets the protocol recognise bytes that are no reply: see protocols::Recognised.
+/// Lets the protocol recognise bytes that are not a reply: see protocols::Recognised.
 std::optional<Finding> Recognise(const Hearing& hearing, View heard);
-/// True if replies consist of hexadecimal digits and line ends only, and `part` does too.
+/// True if both replies and `part` consist of hexadecimal digits and line ends only.
 bool IsHexText(const Hearing& hearing, View part);
 /// Recognises a message of another device or master, or readable text.
 std::optional<Finding> Stranger(const Hearing& hearing, View part);
-/// Returns the finding for bytes before and after a reply that are no message: noise, a few bytes,
-/// or too few to report.
+/// Returns the finding for bytes before and after a reply that are not a message: noise, a few
+/// bytes, or too few to report.
 Finding StrayBeside(const Hearing& hearing, View before, View behind);
 
 }  // namespace baudgate::diagnosis

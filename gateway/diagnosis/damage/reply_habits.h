@@ -53,7 +53,7 @@ class HeardExchange {
   const std::vector<Arrival>& arrivals() const { return arrivals_; }
   /// Returns when the latest bytes came. Call only if bytes have come.
   Instant last_came() const { return sent_ + arrivals_.back().after; }
-  /// Returns the accepted reply; empty: none was accepted.
+  /// Returns the accepted reply; empty: no reply was accepted.
   const Bytes& frame() const { return frame_; }
   /// Returns the bytes before and after the reply. Without a reply, all bytes are in the first
   /// view.
@@ -89,7 +89,7 @@ class HeardExchange {
 class ReplyLag {
  public:
   /// A late reply came. `after`: time since its request. `next`: time since the next request;
-  /// nothing: it did not come soon after the next request. Returns true if the device lags.
+  /// nothing: the reply did not come soon after the next request. Returns true if the device lags.
   bool OnLate(Duration after, std::optional<Duration> next) {
     if (!next) {
       count_ = 0;
@@ -133,7 +133,7 @@ class ReplyLag {
 //
 class SameAgain {
  public:
-  /// This many other requests with the same reply are no chance; kSameNumbered applies if replies
+  /// This many other requests with the same reply are not chance; kSameNumbered applies if replies
   /// are numbered.
   static constexpr std::size_t kSame = 4;
   static constexpr std::size_t kSameNumbered = 2;
@@ -190,8 +190,8 @@ class TakenReplies {
       return one.request != request && one.reply == frame;
     });
   }
-  /// True if a text begins like the last reply to the same request, but is one or two characters
-  /// shorter.
+  /// True if a text begins with the same character as the last reply to the same request, but is
+  /// one or two characters shorter.
   bool IsShorterThanLast(const Bytes& request, const Bytes& text) const {
     if (text.empty() || !std::ranges::all_of(request, IsPrintable)) return false;
     const auto last =
@@ -249,8 +249,9 @@ class ReplyHabits {
  private:
   struct Entry {
     bool doubles = false;  // more than one reply came although no request was lost
-    Instant lost{};  // first try of the last request that got no byte and was sent again; zero:
-                     // there is none
+    // First try of the last request that got no byte and was sent again; zero: there is no such
+    // request.
+    Instant lost{};
     std::size_t since = 0;  // exchanges since the request of `lost`
     ReplyLag lag;
     SameAgain same;

@@ -129,7 +129,8 @@ TraceLine ReadTraceLine(std::string_view line);
 /// Bytes that come unasked belong to a new message if they come later than this after the bytes
 /// before.
 inline constexpr Duration kApart = 50ms;
-/// Returns the time since midnight of a text such as "04:05:06.123456"; zero: the text is no time.
+/// Returns the time since midnight of a text such as "04:05:06.123456"; zero: the text is not a
+/// time.
 Duration TimeOfDay(std::string_view clock);
 /// Returns the time from `from` to `to`, which are times of day; `to` may be after midnight.
 Duration Between(Duration from, Duration to);
@@ -143,7 +144,7 @@ std::optional<ParsedHex> ParseMaskedHex(std::string_view text);
 
 /// Returns the outcome in the text after "=", such as "corrupt, 27.3 ms: checksum".
 std::optional<Outcome> OutcomeOf(std::string_view end);
-/// Returns the text after the colon; empty: there is none.
+/// Returns the text after the colon; empty: there is no text.
 std::string_view ReasonOf(std::string_view end);
 
 using Decoders = std::map<std::string, ExchangeDecoder>;

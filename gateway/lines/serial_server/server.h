@@ -2,7 +2,7 @@
 // All calls must come from the loop of the line.
 //
 //   served   a client gets the port as soon as it connects; further clients are refused, or wait
-//   lent     several clients may be connected; the first that sends something gets the port. The
+//   lent     several clients can be connected; the first that sends something gets the port. The
 //            others stay connected while they are silent and no new client needs their place
 //
 // `ClientSocket` is the TCP connection of one client.

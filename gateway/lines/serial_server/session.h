@@ -46,7 +46,8 @@ class ComPort {
   /// Returns notifications of changes at the port since the last call, as far as the client has
   /// asked for notifications.
   Bytes Poll();
-  /// True if the client has suspended output: nothing from the port may be sent to it.
+  /// True if the client has suspended output: nothing from the port must be sent to the client
+  /// then.
   bool suspended() const { return suspended_; }
 
  private:

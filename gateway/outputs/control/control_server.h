@@ -181,7 +181,7 @@ class ControlServer {
   int reserve_ = -1;
   std::string path_;
   std::uint64_t inode_ = 0;  // inode of the socket file, so that only our own file is removed
-  // The last logged reason why binding again failed; empty: it has not failed.
+  // The last logged reason why binding again failed; empty: binding has not failed.
   std::string trouble_;
   bool stopped_ = false;
 };

@@ -1,5 +1,6 @@
-// `Request` is a request of the control socket, `Gateway` what it is answered from, and `Reply` its
-// answer. ReloadService carries out the requests `reload` and `confirm`.
+// `Request` is a request of the control socket, `Gateway` contains the parts of the gateway that
+// requests use, and `Reply` is the answer to a request. ReloadService carries out the requests
+// `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -31,13 +32,14 @@ inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
-/// Returns the text of member `key`; empty: the member is missing or is no text.
+/// Returns the text of member `key`; empty: the member is missing or is not a text.
 inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Returns the whole number of member `key`; nothing: the member is missing or is no whole number.
+/// Returns the whole number of member `key`; nothing: the member is missing or is not a whole
+/// number.
 inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;
@@ -125,7 +127,7 @@ struct Request {
   std::function<void(const status::Json&)> later;
 };
 
-/// Returns the JSON in one line. Bytes that are no UTF-8 (e.g. from a device) are replaced.
+/// Returns the JSON in one line. Bytes that are not UTF-8 (e.g. from a device) are replaced.
 inline std::string OneLine(const status::Json& json) {
   return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }

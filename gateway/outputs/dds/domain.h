@@ -46,7 +46,7 @@ ParticipantOptions ParticipantOf(const config::Dds& dds);
 // WriterId identifies the writer of a sample in the form of RTPS; gateway/tools/watch shows it.
 
 /// PublisherId identifies a participant: one process of one gateway, which can have many writers.
-/// It is no proof of identity, because anyone in the domain can send with the id of another
+/// It is not a proof of identity, because anyone in the domain can send with the id of another
 /// participant.
 struct PublisherId {
   std::array<std::uint8_t, 12> bytes{};

@@ -75,7 +75,8 @@ class EventSender {
 
   /// Starts again for a new receiver, by the rules above.
   void StartAnew();
-  /// Returns the event to send next; null: there is none now. Returns the same event until OnSent.
+  /// Returns the event to send next; null: there is no event to send now. Returns the same event
+  /// until OnSent.
   const EventSample* Next();
   void OnSent();
   /// Stores that subscribers have acknowledged all events that were sent.
@@ -108,7 +109,8 @@ class AlarmSender {
   explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
-  /// Returns the alarm to send next; null: there is none now. Returns the same alarm until OnSent.
+  /// Returns the alarm to send next; null: there is no alarm to send now. Returns the same alarm
+  /// until OnSent.
   const AlarmSample* Next();
   void OnSent();
 
@@ -145,7 +147,7 @@ class NoticeSender {
 
   /// Sends at most 64 samples of each kind. False: the pacer or the writer accepts no more now.
   bool Send(Instant now);
-  /// Returns when the next samples may be sent.
+  /// Returns when the next samples are allowed to be sent.
   Instant Due();
 
   /// Sends the remaining events and alarms at the permitted rate, for at most 700 ms. Returns the

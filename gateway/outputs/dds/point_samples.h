@@ -52,7 +52,8 @@ std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlo
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// `state` must be computed from the point's present value and quality.
+/// Fills `sample` from the point. `state` must be computed from the point's present value and
+/// quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
@@ -74,7 +75,8 @@ class PointEnds {
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next; null: there is none. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
+  /// until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -107,7 +109,8 @@ class DeviceEnds {
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next; null: there is none. Returns the same sample until OnSent.
+  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
+  /// until OnSent.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

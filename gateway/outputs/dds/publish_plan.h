@@ -75,7 +75,8 @@ class PublishPlan {
   /// True if the point was ever sent, so that its removal must be published.
   bool WasSent(std::uint32_t slot) const { return points_[slot].was_sent; }
   bool DeviceWasSent(std::uint32_t device) const { return devices_[device].was_sent; }
-  /// Marks a point that the previous plan has sent.
+  /// Makes WasSent true for a point that was sent before a reload, so that its removal will be
+  /// published.
   void MarkSent(std::uint32_t slot) { points_[slot].was_sent = true; }
   /// Copies the WasSent marks of a previous plan for the same points and devices.
   void KeepMarks(const PublishPlan& before);

@@ -23,7 +23,7 @@ template <typename Sample, typename Value>
 struct Field {
   std::string_view name;
   Value Sample::*member;
-  std::uint32_t bound = 0;  ///< longest text in bytes; 0: the field is no text
+  std::uint32_t bound = 0;  ///< longest text in bytes; 0: the field is not a text
   bool key = false;
 };
 

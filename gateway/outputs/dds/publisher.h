@@ -167,7 +167,7 @@ class DdsPublisher {
   // Only the publisher's thread uses the following members.
   Pacer wakes_;
   bus::Changes changes_;
-  std::uint64_t session_ = 0;  // the session for which sender_ was started; 0: none
+  std::uint64_t session_ = 0;  // the session for which sender_ was started; 0: not started
   Instant next_sending_{};
   Instant rests_until_{};
   Worker worker_;

@@ -30,10 +30,10 @@ class Pacer {
   Pacer(Duration interval, std::uint32_t burst)
       : interval_(interval), allowance_(interval * burst) {}
 
-  /// True if one sample may be sent now. The sample is then counted as sent.
+  /// True if one sample is allowed to be sent now. The sample is then counted as sent.
   bool Take(Instant now);
-  /// Returns the time when half a burst may be sent, because a wake-up for every single sample
-  /// would cost more than the sample.
+  /// Returns the time when half a burst is allowed to be sent, because a wake-up for every single
+  /// sample would cost more than the sample.
   Instant ReadyAt() const { return reserved_until_ - allowance_ / 2; }
 
  private:
@@ -48,7 +48,7 @@ struct WriteArrival {
   RequestSample request;
   WriterId writer;
   Instant received{};  ///< time at which the process with the DDS library received the request
-  /// The source timestamp by the client's clock; 1970: the request has none.
+  /// The source timestamp by the client's clock; 1970: the request has no timestamp.
   WallTime published{};
   /// True if `published` is before this gateway began to read requests.
   bool early = false;
@@ -104,7 +104,7 @@ enum class Sent : std::uint8_t {
 };
 
 /// One thread uses a SampleWriter, with two exceptions: any thread may call subscribers(),
-/// datagrams(), neighbours() and session(), and a second thread may write replies.
+/// datagrams(), neighbours() and session(), and a second thread is allowed to write replies.
 class SampleWriter {
  public:
   virtual ~SampleWriter() = default;

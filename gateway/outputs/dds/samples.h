@@ -142,7 +142,7 @@ struct ReplySample {
   bool operator==(const ReplySample&) const = default;
 };
 
-/// Copies `text` into `to` as UTF-8 of at most `bound` bytes. Each byte that is no UTF-8 is
+/// Copies `text` into `to` as UTF-8 of at most `bound` bytes. Each byte that is not UTF-8 is
 /// replaced by U+FFFD, and a text that is too long is cut and ends in "…", so that a reader sees
 /// that something is wrong or missing. The text ends at the first NUL.
 void AssignBounded(std::string& to, std::string_view text, std::size_t bound);

@@ -24,7 +24,8 @@ struct SecurityReport {
   bool messages_protected = true;  ///< the governance protects whole RTPS messages
   std::string password;            ///< password of the key; must not be shown
 
-  /// Returns the first finding that is no warning, as "identity: …"; empty: there is none.
+  /// Returns the first finding that is not a warning, as "identity: …"; empty: there is no such
+  /// finding.
   std::string FirstError() const;
 };
 

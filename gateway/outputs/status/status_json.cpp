@@ -252,8 +252,8 @@ bool IsSetting(const config::Device& device, const config::Point& point) {
   return is_setting && point.access != config::Access::write && is_setting(point);
 }
 
-/// Returns the number that the relay stores for "out of use", e.g. 999; nothing if several numbers
-/// have this meaning.
+/// Returns the scaled value of the sentinel that gives this quality, e.g. 999 for "out of use";
+/// nothing if the quality comes from no sentinel, or if several sentinels give it.
 Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };
@@ -262,7 +262,8 @@ Value SentinelOf(const config::Point& point, Quality quality) {
   return (raw * point.scale + point.offset).ToDouble();
 }
 
-/// Returns the smallest difference between two values of the point; null: it is not known.
+/// Returns the smallest difference between two values of the point; null: the difference is not
+/// known.
 Json ResolutionOf(const config::Point& point) {
   const bool whole = point.type != config::Type::float32 && point.type != config::Type::float64;
   if (point.type == config::Type::string || (!whole && !point.writing.decimals)) return nullptr;
@@ -292,7 +293,7 @@ Json SettingJson(const bus::DeviceRecord& record, std::size_t index, Now now) {
   return json;
 }
 
-/// Returns the name that the relay itself has stored; null: it is not known.
+/// Returns the name that the relay itself has stored; null: the name is not known.
 Json DesignationOf(const bus::DeviceRecord& record, Now now) {
   const auto& points = record.device->points;
   const std::string_view designation = record.device->traits->designation;

@@ -32,11 +32,11 @@ struct ReloadState {
   /// The end of the time in which somebody must confirm the configuration; after it, the previous
   /// configuration is applied again. Nothing: no confirmation is needed.
   std::optional<WallTime> confirm_until{};
-  /// A sentence: why the running configuration is not that of `file`; empty: it is, as far as is
-  /// known.
+  /// A sentence: why the running configuration is not that of `file`; empty: both are equal, as far
+  /// as is known.
   std::string not_the_file;
   /// A sentence about the last check of `file`: the file differs from the running configuration, or
-  /// cannot be read. Empty: neither is the case.
+  /// cannot be read. Empty: the file can be read and does not differ.
   std::string file_changed;
   /// Why the confirmed copy cannot be written; empty: it can be written.
   std::string not_kept;

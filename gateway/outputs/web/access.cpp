@@ -75,7 +75,7 @@ Result<std::string> ReadToken(const std::string& file) {
 namespace {
 
 /// Returns the name or address without the port: "gate:8502" → "gate", "[::1]:8502" → "::1". Empty:
-/// `host` is no host name or address.
+/// `host` is not a host name or address.
 std::string NameOf(std::string_view host) {
   std::string_view name = host.substr(0, host.find(':'));
   std::string_view port = host.substr(name.size());

@@ -25,7 +25,7 @@ struct Part {
   const char* member = nullptr;  ///< name of the member; null: the same as in the URL
 };
 
-/// Returns the control request. The error contains a value that is no number, or an unknown
+/// Returns the control request. The error contains a value that is not a number, or an unknown
 /// parameter.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
@@ -46,7 +46,8 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// Returns the running configuration as YAML without its secrets; empty: it is not available.
+    /// Returns the running configuration as YAML without its secrets; empty: the configuration is
+    /// not available.
     std::function<Result<std::string>()> configuration{};
     /// Finds the protocol that decodes the bytes of a trace; empty: bytes are not decoded.
     diagnosis::ProtocolFinder protocol{};

@@ -66,7 +66,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
 Request RequestOf(MHD_Connection* connection, const char* url, const char* method);
 
 int SocketOf(MHD_Connection* connection);
-/// Returns the client's address, e.g. "10.0.0.7"; empty: it is unknown.
+/// Returns the client's address, e.g. "10.0.0.7"; empty: the address is unknown.
 std::string PeerOf(MHD_Connection* connection);
 
 /// Decodes escapes in place (e.g. "%41" becomes A) and returns the new length. "%00" is not

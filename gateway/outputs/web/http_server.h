@@ -23,7 +23,7 @@ namespace baudgate::web {
 // The limits of the web server's connections. If too many are open, a connection that waits for its
 // next request is closed to accept a new one.
 struct Limits {
-  /// Connections that are answered at the same time; further ones get 503.
+  /// Connections that are answered at the same time; further connections get 503.
   std::size_t connections = 256;
   /// Connections of one client address that are answered at the same time. 127.0.0.1 has only the
   /// limit `connections`, because proxies run there.

@@ -48,8 +48,8 @@ class WriteTable {
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
   /// To be called once, before all other functions. Writes that the last run began and did not end
-  /// get the result "unknown"; `unsettled()` then returns the devices of those that write to
-  /// points.
+  /// get the result "unknown"; `unsettled()` then returns the devices of the writes to points among
+  /// them.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
   /// Writes all records or none, and sets the seq of new records. False: database.error() contains

@@ -52,7 +52,7 @@ class AuditBook {
   /// Returns the records that have to be written, in the order of their tickets.
   std::vector<Draft> Due() const;
   void OnWritten(const std::vector<Draft>& drafts);
-  /// To be called when the file is a new one: all records of the book have to be written again.
+  /// To be called when the file is new: all records of the book have to be written again.
   void NewFile();
 
   /// The newest ticket whose record is in the file. The records of all older tickets are in the

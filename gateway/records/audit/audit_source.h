@@ -38,8 +38,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// Returns the latest writes to points of each client that numbers its requests, the latest first.
-/// `now` is used to compute their age.
+/// Returns, for each client that numbers its requests, its last 33 writes to points; at most 8192
+/// writes of all clients, the latest first. `now` is used to compute their age.
 Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
 /// Opens the file and reads a page; see ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
@@ -47,7 +47,7 @@ Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
 
 struct AuditState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why the disk fails; empty: it works
+  std::string trouble;  ///< why the disk fails; empty: the disk works
   WallTime since{};
   bool require = false;     ///< true: writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
@@ -63,9 +63,9 @@ class AuditSource {
   /// Returns an empty page while the file is being opened, which can take as long as reading the
   /// whole file.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
-  /// Returns the numbered requests of earlier runs; empty: they are not known yet. Until they are
-  /// known, a request with a number must not be carried out, because an earlier run may have
-  /// carried it out.
+  /// Returns the numbered requests of earlier runs; empty: the requests are not known yet. Until
+  /// they are known, a request with a number must not be carried out, because an earlier run may
+  /// have carried it out.
   virtual std::optional<bus::PastRequests> Past() const = 0;
 };
 

@@ -56,7 +56,7 @@ struct WriteRecord {
   Value first;        ///< for repeats, the first value; else empty
   Value value;        ///< the value to write; for repeats, the last value
   std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
-  std::string reason;           ///< why the write failed, as one sentence; empty: it succeeded
+  std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
   std::uint64_t count = 1;  ///< number of repeats, the first write included
   /// Client and number of the request; for repeats, of the first request. Empty: the request had no

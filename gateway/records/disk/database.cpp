@@ -16,7 +16,7 @@ namespace {
 /// A commit waits this long at most for a reader on this machine, such as the program sqlite3.
 constexpr int kBusyMs = 250;
 
-/// Returns SQLite's handle of the file or of its log; null: it is not open.
+/// Returns SQLite's handle of the file or of its log; null: the file or log is not open.
 sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   const bool log = part == Database::Part::log;
   sqlite3_file* file = nullptr;

@@ -34,9 +34,9 @@ class Database {
 
   bool is_open() const { return handle_ != nullptr; }
   const std::string& error() const { return error_; }
-  /// True if the last call failed because the file is no database, is damaged, or lacks tables that
-  /// it had (another program has changed them). Closing the database then changes neither the file
-  /// nor its log.
+  /// True if the last call failed because the file is not a database, is damaged, or lacks tables
+  /// that it had (another program has changed them). Closing the database then changes neither the
+  /// file nor its log.
   bool damaged() const { return damaged_; }
 
   bool Execute(const std::string& sql);
@@ -56,9 +56,10 @@ class Database {
   /// separate descriptor would end all locks of this process on the file (fcntl), and the next
   /// program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
-  /// Returns the size in bytes; empty: it cannot be read.
+  /// Returns the size in bytes; empty: the size cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
-  /// Reads `count` bytes from `at`, or fewer if the file ends before. Empty: they cannot be read.
+  /// Reads `count` bytes from `at`, or fewer if the file ends before. Empty: the bytes cannot be
+  /// read.
   std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
   /// Returns the first bytes of the index of the write-ahead log, which all connections share.
   /// Empty: there is no index.

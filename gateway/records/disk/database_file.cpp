@@ -70,8 +70,8 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// Returns what is wrong with the first bytes of a database; empty: they are valid. SQLite reports
-/// some of these faults as "readonly" or "unsupported".
+/// Returns what is wrong with the first bytes of a database; empty: the bytes are valid. SQLite
+/// reports some of these faults as "readonly" or "unsupported".
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -161,7 +161,7 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
     behind_a_commit = behind_a_commit || commits > 0;
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
-  // A single lost commit at the end of the log is no damage: it was being written when the power
+  // A single lost commit at the end of the log is not damage: it was being written when the power
   // failed.
   return commits == 1 && !behind_a_commit ? 0 : commits;
 }
@@ -309,7 +309,7 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Returns what is wrong with the first bytes of the open file; empty: they are valid. Some of
+/// Returns what is wrong with the first bytes of the open file; empty: the bytes are valid. Some of
 /// these bytes never change; others are 0 until the log is first copied to the file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;

@@ -28,14 +28,15 @@ namespace baudgate::records {
 /// device, and opening it could block without end. Empty: all are regular files, or do not exist.
 std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
 
-/// Returns why this process cannot read an existing file, and the remedy. Empty: it can.
+/// Returns why this process cannot read an existing file, and the remedy. Empty: the process can
+/// read the file.
 std::optional<std::string> WhyNoAccess(const std::filesystem::path& file);
 
 std::string WhyReadOnly(const std::filesystem::path& file);
 
-/// Returns which committed changes the write-ahead log has lost; empty: none. SQLite reads the log
-/// up to the first damaged frame and does not report the frames behind it. An incomplete last
-/// transaction is no loss, because it was never committed.
+/// Returns which committed changes the write-ahead log has lost; empty: no changes are lost. SQLite
+/// reads the log up to the first damaged frame and does not report the frames behind it. An
+/// incomplete last transaction is not a loss, because it was never committed.
 std::optional<std::string> LogDamage(const std::filesystem::path& file);
 
 // `OpenFile` detects whether the disk still contains a database that is open. SQLite reports no

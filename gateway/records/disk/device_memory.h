@@ -32,8 +32,8 @@ class DeviceMemory {
   /// left.
   DeviceMemory(std::filesystem::path file, const config::Config& config, Tell warn, Tell trouble);
 
-  /// Returns the memory of a device; empty: it has none. Devices are numbered through all lines, in
-  /// the order of the configuration.
+  /// Returns the memory of a device; empty: the device has no memory. Devices are numbered through
+  /// all lines, in the order of the configuration.
   std::string Of(std::uint32_t device) const;
   /// Applies a reload. `config` contains the devices by their numbers; a removed device has an
   /// empty name.

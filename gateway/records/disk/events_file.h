@@ -94,7 +94,8 @@ class EventsConnection {
   std::unique_ptr<Database> database_;
   /// Value of EventsWriter::times_put_aside when this connection was opened last.
   std::uint64_t times_put_aside_ = 0;
-  std::string damage_;  ///< why the file must be put aside at the next Open; empty: it was whole
+  /// Why the file must be put aside at the next Open; empty: the file was whole.
+  std::string damage_;
   OpenFile open_;
   bool gone_ = false;  ///< true: the file that was open last, or records in it, were lost
 };

@@ -52,9 +52,9 @@ std::int64_t Big32(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Returns application_id and version of a database; empty: the file is no database. Only the head
-/// is read, because years of history have a thousand files. If a log exists, which a killed gateway
-/// leaves, SQLite reads the values.
+/// Returns application_id and version of a database; empty: the file is not a database. Only the
+/// head is read, because years of history have a thousand files. If a log exists, which a killed
+/// gateway leaves, SQLite reads the values.
 std::optional<Known> VersionOf(const fs::path& file) {
   Database database(file.string(), Database::Mode::read);
   const auto head =

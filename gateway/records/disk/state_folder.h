@@ -27,8 +27,8 @@ inline constexpr std::int64_t kDevicesVersion = 1;
 /// application_id. 0: no file of baudgate has this id.
 std::int64_t KnownVersion(std::int64_t application);
 
-/// Returns a sentence that names the first file of a newer version; empty: there is none. Does not
-/// write to the folder.
+/// Returns a sentence that names the first file of a newer version; empty: there is no such file.
+/// Does not write to the folder.
 std::string NewerStateIn(const std::filesystem::path& folder);
 
 /// True if clients can write to devices: to a point, through a route that a listener permits, by
@@ -38,7 +38,7 @@ bool CanWrite(const config::Config& config);
 bool KeepsEvents(const config::Config& config);
 
 /// Returns the first feature of this configuration that needs the state folder, such as "events";
-/// empty: none needs it. `catalog` must contain all protocols of the configuration.
+/// empty: no feature needs it. `catalog` must contain all protocols of the configuration.
 std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog);
 inline bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
   return !WhatIsKept(config, catalog).empty();

@@ -85,8 +85,8 @@ struct AlarmChange {
   bool counts = true;            ///< false: the event must be dropped
   std::optional<Alarm> alarm{};  ///< the alarm after the change; empty: the alarm has not changed
 };
-/// Returns the effect of an event on its alarm. `before`: the alarm; null: it is normal.
-/// `event.seq` must be set.
+/// Returns the effect of an event on its alarm. `before`: the alarm before the event; null: the
+/// alarm was normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 // `AlarmBoard` contains the alarms as they are on the disk, so outputs need not wait for the disk.

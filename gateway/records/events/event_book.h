@@ -122,7 +122,7 @@ class EventBook {
   std::optional<Instant> LeftOutAt() const { return shares_.NextAt(); }
 
   /// Sets the content of the file. Data that the book already contains takes precedence, because
-  /// the file can be a new one. `last`: the number of the last event in the file.
+  /// the file can be new. `last`: the number of the last event in the file.
   void OnOpened(std::int64_t last, const Said& said, const std::vector<Alarm>& alarms = {});
 
   /// Assigns numbers and new alarm states to the events of all batches that wait, and returns these
@@ -143,7 +143,7 @@ class EventBook {
 
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
-  /// Returns the text of the source's last stored batch; empty: none is stored.
+  /// Returns the text of the source's last stored batch; empty: no batch is stored.
   std::string said(const SourceName& source) const;
   std::size_t waiting() const {
     return waiting_.size() - own_;

@@ -35,7 +35,7 @@ namespace baudgate::events {
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
-  /// Makes a round due at `at`, or earlier if an earlier round is already due.
+  /// Makes a round (one commit) due at `at`, or earlier if an earlier round is already due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
   /// Makes no round due before `until`, because the disk has failed.
   void Rest(Instant until) { rests_until_ = until; }
@@ -68,7 +68,7 @@ class EventRounds {
   /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
   /// batches that wait; the caller must report the alarms of each batch whose `told` is false.
   std::vector<Batch> Watch();
-  /// Makes a round due: at once if `now`, else in a second. Thread-safe.
+  /// Makes a round (one commit) due: at once if `now` is true, else in a second. Thread-safe.
   void Look(bool now);
   /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
@@ -89,7 +89,7 @@ class EventRounds {
     bool ends_alarms = false;  ///< a reload ends or changes alarms after this commit
   };
   Round Take();
-  /// Ends the round. If `status` is no error, the round is on the disk. `oldest`: number of the
+  /// Ends the round. If `status` is not an error, the round is on the disk. `oldest`: number of the
   /// first event in the file; 0: not known. Returns the sources that can be asked for more events.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
   /// To be called after a failure. Returns the batches that wait, as Watch does.

@@ -37,7 +37,7 @@ struct WaitingAck {
 };
 
 /// Calls `done` of each acknowledgement; the caller must hold no lock. `trouble`: why the
-/// acknowledgements are not on the disk; empty: they are saved.
+/// acknowledgements are not on the disk; empty: the acknowledgements are saved.
 void AnswerAcks(const std::vector<WaitingAck>& acks, const std::string& trouble);
 
 // `WatchedAlarms` ends active alarms that the configuration no longer contains, because they would

@@ -127,8 +127,8 @@ struct EventRecord {
   /// above 5". Not stored in the file.
   std::string subject{};
   AlarmMark mark{};
-  /// The name of the record that belongs to the event, empty: none. Its values are in `kept`, or
-  /// are still to be read.
+  /// The name of the record that belongs to the event; empty: no record belongs to it. The values
+  /// of the record are in `kept`, or are still to be read.
   std::string record{};
   std::optional<KeptRecord> kept{};  ///< the values of `record`, written in the event's transaction
   std::optional<Alarm> alarm{};      ///< the alarm after this event; empty: unchanged, or no alarm

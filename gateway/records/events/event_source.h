@@ -51,7 +51,7 @@ struct Consumer {
 
 struct EventsState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why the disk fails; empty: it works
+  std::string trouble;  ///< why the disk fails; empty: the disk works
   WallTime since{};
   std::size_t waiting = 0;  ///< number of batches of devices that are not on the disk
   std::int64_t newest = 0;

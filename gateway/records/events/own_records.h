@@ -81,7 +81,8 @@ struct Fact {
   std::string line{};
   std::string device{};  ///< empty: the fact is about the line
   std::string why{};
-  bool unknown = false;  ///< with `over`: nothing reports the fact any more, so it may not be over
+  /// With `over`: nothing reports the fact any more, so perhaps the fact is not over.
+  bool unknown = false;
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
 

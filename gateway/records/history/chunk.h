@@ -103,7 +103,7 @@ inline constexpr std::size_t kLongestText = 250;
 /// Encodes at most kMostInChunk entries; their times must be positive and increase. Returns no
 /// bytes if memory is short.
 Bytes EncodeChunk(std::span<const Entry> entries);
-/// Returns exactly the encoded entries; nullopt if the bytes are no valid chunk.
+/// Returns exactly the encoded entries; nullopt if the bytes are not a valid chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);
 
 }  // namespace baudgate::history

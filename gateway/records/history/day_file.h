@@ -113,7 +113,7 @@ class PointFile {
   std::unique_ptr<records::Database> database_;
   records::OpenFile open_;
   records::Statement run_;
-  std::vector<std::int64_t> ids_;  // each point's number in the file; 0: it has none yet
+  std::vector<std::int64_t> ids_;  // each point's number in the file; 0: no number yet
   bool damaged_ = false;
   std::string error_;
 };

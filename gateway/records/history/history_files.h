@@ -117,7 +117,7 @@ class HistoryFiles {
   std::map<Millis, std::unique_ptr<DayFile>> days_;
   std::unique_ptr<TrendFile> trends_;
   std::map<Millis, std::string> damaged_days_;
-  std::string damaged_trends_;  // damage of trends.db; empty: none was found
+  std::string damaged_trends_;  // damage of trends.db; empty: no damage was found
   std::int64_t last_run_ = 0;
   bool lost_ = false;
 };

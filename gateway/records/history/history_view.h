@@ -116,7 +116,7 @@ class UnreadFiles {
 // and gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why the disk fails; empty: it works
+  std::string trouble;  ///< why the disk fails; empty: the disk works
   WallTime since{};
   std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start

@@ -49,7 +49,7 @@ class LineRecorder final : public bus::Tap {
   /// then separated by pauses of kSilence.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
-  /// A line with lasting trouble makes at most one recording in this time.
+  /// A line makes at most one recording in this time, however long its trouble lasts.
   static constexpr Duration kBetweenRecordings = 1min;
 
   /// Called on the line's thread with a new recording; must not block. Empty: no recordings are

@@ -79,7 +79,7 @@ struct TracedDevice {
 
 /// Returns the comments for a line: one for the line, then one for each device.
 std::vector<std::string> TraceHead(const config::Line& line);
-/// Reads the comment of a device; empty: `line` is no such comment.
+/// Reads the comment of a device; empty: `line` is not such a comment.
 std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
 
 }  // namespace baudgate::records

@@ -74,11 +74,11 @@ struct Found {
   config::SerialSettings serial{};
   protocols::ScanMode mode{};  ///< the protocol option that the device needs
   unsigned address = 0;
-  std::string identity{};  ///< name that the device reports; empty: it reports none
+  std::string identity{};  ///< name that the device reports; empty: it reports no name
   std::string profile{};   ///< empty: no profile fits
   bool assumed = false;    ///< true: `profile` is the usual profile of the protocol, not proven
   std::string point{};     ///< see Sighting::point
-  unsigned unit = 0;       ///< Modbus unit, 1…247; 0: none is free
+  unsigned unit = 0;       ///< Modbus unit, 1…247; 0: no unit is free
   bool suspect = false;    ///< true: two devices may have this address
   std::vector<std::string> remarks{};
 };
@@ -96,7 +96,7 @@ struct Report {
 using ProfileNames = std::map<std::string, std::map<std::string, std::string>>;
 
 /// Returns the Modbus unit for a new device: its address if no other device has this unit, else the
-/// lowest free unit; 0: none is free.
+/// lowest free unit; 0: no unit is free.
 unsigned UnitFor(const std::vector<Found>& others, unsigned address);
 
 /// Adds a remark to each device whose character format is not that of most devices of the same

@@ -184,7 +184,8 @@ void Scanner::CheckLate(std::optional<Asked> late) {
   checking_late_ = false;
 }
 
-/// Returns true if this address needs no further question.
+/// Handles the verdict about the reply to a question. Returns true if this address needs no further
+/// question.
 bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   switch (verdict.what) {
     case Verdict::What::device: {

@@ -104,7 +104,7 @@ class Residents {
 
   /// Returns the reply to one request. `end`: time of the last character of the request.
   Answer Hear(View request, Instant end);
-  /// Returns the next message that a twin sends unasked; empty: there is none now.
+  /// Returns the next message that a twin sends unasked; empty: there is no message now.
   Bytes Say(Now now);
 
   /// Replaces all faults. Their counts and schedules start again.

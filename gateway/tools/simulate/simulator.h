@@ -43,8 +43,8 @@ struct SimulatorOptions {
   Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
   std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
   std::optional<EventSchedule> events;  ///< schedule of the events of each twin
-  /// Called with each request, the reply of the twins (empty: none), and the bytes that are sent,
-  /// which include late replies and an echo. Called on the thread of the io_context.
+  /// Called with each request, the reply of the twins (empty: no twin replies), and the bytes that
+  /// are sent, which include late replies and an echo. Called on the thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
 };
 

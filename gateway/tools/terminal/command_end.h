@@ -47,7 +47,7 @@ class StopSignals {
     const auto whole = std::chrono::ceil<std::chrono::milliseconds>(time).count();
     return ::poll(&waited, 1, static_cast<int>(std::clamp<std::int64_t>(whole, 0, 1'000'000))) == 1;
   }
-  /// True if a signal to stop has come since the last call. SIGWINCH is no signal to stop.
+  /// True if a signal to stop has come since the last call. SIGWINCH is not a signal to stop.
   bool Came() const {
     bool stop = false;
     signalfd_siginfo info{};
@@ -68,7 +68,7 @@ class StopSignals {
 
 /// Returns the exit code of a command. If the output cannot be written, for example to a full disk,
 /// returns 4 in place of a successful `code`. If the program that reads the output has closed it,
-/// this is no error.
+/// this is not an error.
 int AfterOutput(int code);
 
 }  // namespace baudgate::tools

@@ -61,11 +61,10 @@ struct TableView {
   bool colour = false;
 };
 
-/// Renders a table as lines that each end in '
-/// '. Columns are as wide as the shown rows need. If the lines would be wider than the view, spare
-/// columns are left out, the last first; then text columns are cut, the widest first. Control
-/// characters in cells are replaced by '?', so that data from a network cannot control the
-/// terminal.
+/// Renders a table as lines that each end in a line feed. Columns are as wide as the shown rows
+/// need. If the lines would be wider than the view, spare columns are left out, the last first;
+/// then text columns are cut, the widest first. Control characters in cells are replaced by '?', so
+/// that data from a network cannot control the terminal.
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view);
 
@@ -83,8 +82,8 @@ struct PointRow {
 /// of the device.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
-/// Returns the size of the terminal of `descriptor`; nullopt: it is no terminal. `colour` is false
-/// if NO_COLOR is set.
+/// Returns the size of the terminal of `descriptor`; nullopt: it is not a terminal. `colour` is
+/// false if NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
 
 /// Returns how many characters a line of the terminal has; 0: there is no terminal, and so no

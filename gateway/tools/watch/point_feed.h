@@ -100,7 +100,7 @@ class Listening {
   /// restarted or cannot be created. After a failure, tries again each second.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
-  /// Returns why there is no subscriber; empty: there is one.
+  /// Returns why there is no subscriber; empty: there is a subscriber.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:

@@ -48,7 +48,7 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// How much of an event is new to the image. A later enumerator includes the earlier ones.
+/// How much of an event is new to the image. A later enumerator includes the earlier enumerators.
 enum class News : std::uint8_t {
   nothing,  ///< the last reading, sent again
   reading,  ///< a new reading with the same value and quality
@@ -120,7 +120,7 @@ class Publishers {
     std::map<dds::PublisherId, WallTime> live;
     std::map<dds::PublisherId, std::int64_t> starts;
     std::optional<Rivals> rivals;
-    /// Alarm text: the numbers of readings decreased; empty: they did not.
+    /// Alarm text: the numbers of readings decreased; empty: the numbers did not decrease.
     std::string counted_back;
   };
   struct Point {

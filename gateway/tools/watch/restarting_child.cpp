@@ -41,7 +41,7 @@ class PassedSignals {
     int number = 0;         ///< 0: no signal
     bool from_key = false;  ///< true: by Ctrl-C, so the child has received the signal as well
   };
-  /// Returns the next signal; number 0: none came in time.
+  /// Returns the next signal; number 0: no signal came in time.
   Signal Next(int milliseconds) const {
     pollfd waited{descriptor_, POLLIN, 0};
     ::poll(&waited, 1, milliseconds);

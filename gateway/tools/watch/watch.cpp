@@ -19,7 +19,8 @@
 namespace baudgate::tools {
 namespace {
 
-/// Returns why `address` is not the IPv4 address of a machine; empty: it is one.
+/// Returns why `address` is not the IPv4 address of a machine; empty: it is the address of a
+/// machine.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
   return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";

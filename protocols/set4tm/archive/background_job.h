@@ -45,7 +45,7 @@ struct KeptParts {
 class KeptMeter {
  public:
   /// Call it with the serial number in the stored parts; 0: the number is unknown. Returns true if
-  /// it is another meter than the meter that answers.
+  /// this is the number of another meter than the meter that answers.
   bool OnKept(std::uint32_t meter);
   void Forget() { kept_.reset(); }
   /// Call it with the serial number of the meter that answers. Returns true if the stored parts

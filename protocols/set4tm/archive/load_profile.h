@@ -62,7 +62,7 @@ struct LoadHeader {
 
   std::size_t slices() const { return 60 / minutes; }
 };
-/// Parses a header; `record` has kLoadRecord bytes. Returns nothing if it is no header: a wrong
+/// Parses a header; `record` has kLoadRecord bytes. Returns nothing if it is not a header: a wrong
 /// sum, an impossible hour, or slices that do not fill an hour. Eight zeros have a correct sum, but
 /// no valid date.
 std::optional<LoadHeader> ParseLoadHeader(View record);
@@ -168,7 +168,7 @@ class LoadReader {
   Step step() const;
   /// Returns the piece of memory to read when step() is Step::memory.
   MemoryRead::Stretch stretch() const { return read_->Next(); }
-  /// Takes the interval, the length of a slice. Returns false if `minutes` is no valid interval.
+  /// Takes the interval, the length of a slice. Returns false if `minutes` is not a valid interval.
   bool OnInterval(unsigned minutes);
   /// Takes the pointer. Returns false if there is nothing to read now; the next step is then the
   /// pointer again.

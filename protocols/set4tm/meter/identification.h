@@ -36,7 +36,8 @@ struct MeterType {
   std::string_view name{};
   StatusWord status_word = StatusWord::unknown;
   Knows floats = Knows::perhaps;  ///< supports float reads, 08 1B (reference, 9.7)
-  /// Supports masked reads, 08 23 (reference, 9.8); perhaps: this depends on the firmware.
+  /// Supports masked reads, 08 23 (reference, 9.8); perhaps: this depends on the firmware of the
+  /// meter.
   Knows masked_floats = Knows::perhaps;
 };
 
@@ -64,11 +65,12 @@ class Identification {
   std::optional<Bytes> Question(std::span<const Match> matches) const;
   /// Learns from the data of a reply; `pdu` is its request, which can be any request.
   void Learn(View pdu, View data);
-  /// Call it if the meter has refused `pdu` (status 01 or 03). Returns false if `pdu` is no
+  /// Call it if the meter has refused `pdu` (status 01 or 03). Returns false if `pdu` is not a
   /// question.
   bool OnRefused(View pdu);
 
-  /// Returns the constants. Those in the options come first; missing ones are taken from the meter.
+  /// Returns the constants. Constants in the options come first; missing constants are taken from
+  /// the meter.
   Scale scale() const { return Merge(settings_.scale(), learned_); }
   /// True if the bits of the status word have the meaning that profiles assume.
   bool KnowsStatusWord() const;

@@ -20,8 +20,8 @@ constexpr Duration kGuard = 1s;
 
 Bytes LatchPdu() { return {kWrite, kLatch, 0x55, 0xAA, 0x33, 0xCC}; }
 
-/// True for the latch broadcast. Its byte after 08 can have any value on .03 and later, so the byte
-/// is not compared.
+/// True for the latch broadcast. Meters of type .03 and later accept any value of its byte after
+/// 08, so the byte is not compared.
 bool IsLatch(View pdu) {
   return pdu.size() == 6 && pdu[0] == kWrite && pdu[1] == kLatch &&
          std::ranges::equal(pdu.subspan(3), Bytes{0xAA, 0x33, 0xCC});

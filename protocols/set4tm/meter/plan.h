@@ -23,8 +23,8 @@ namespace baudgate::protocols::set4tm {
 inline constexpr std::size_t kMostMaskedFloats = 23;
 
 /// Returns the parameter (RWRI byte of 08 1B) of the value at `offset` in the reply to `pdu`, if
-/// `pdu` reads present floats, a single one or a group; else nothing. The first value of a group is
-/// the sum, or repeats phase 1.
+/// `pdu` reads a single present float or a group of them; else nothing. The first value of a group
+/// is the sum, or repeats phase 1.
 std::optional<std::uint8_t> ParameterAt(View pdu, std::size_t offset);
 
 /// Returns the mask bit of a parameter (0: the lowest bit of the last byte), or nothing if it has
@@ -49,7 +49,7 @@ std::vector<unsigned> MaskBits(View pdu);
 Decoder IntegerDecoder(std::uint8_t parameter);
 
 /// Returns the integer field with the same quantity as `field`, a float that is not latched. Empty:
-/// `field` is no such float.
+/// `field` is not such a float.
 std::optional<Field> AsInteger(const Field& field);
 
 /// A point whose value is in a reply, and the place of the value.

@@ -30,7 +30,7 @@ struct Reply {
   Answer answer;
   View pdu;  ///< PDU of the request; empty if the frame does not answer the request
   std::optional<std::uint8_t> status;  ///< set if the reply is one byte, a status
-  View data;                           ///< the data, if the reply is no status
+  View data;                           ///< the data, if the reply is not a status
 };
 
 class ReplyReader {

@@ -36,7 +36,7 @@ constexpr std::uint8_t CodeOf(std::uint8_t status) { return status & 0x0FU; }
 struct StatusMeaning {
   Outcome outcome = Outcome::ok;
   std::string reason;  ///< why the request has failed; empty if the outcome is ok
-  /// Quality that the requested points get; empty: it does not change.
+  /// Quality that the requested points get; empty: the quality does not change.
   std::optional<Quality> quality;
   /// Time without requests that the meter asks for (high four bits, in s), or a longer time.
   Duration wait{};

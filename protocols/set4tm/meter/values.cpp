@@ -302,7 +302,7 @@ std::uint8_t BcdOf(std::string_view text, std::size_t at) {
   return ToBcd(ParseInteger<std::uint64_t>(text.substr(at, 2)).value_or(0));
 }
 
-/// Returns the weekday of an ISO date, 1 for Monday; 0 if the text is no date.
+/// Returns the weekday of an ISO date, 1 for Monday; 0 if the text is not a date.
 std::uint8_t Weekday(std::string_view text) {
   if (text.size() < 10) return 0;
   const auto year = ParseInteger<int>(text.substr(0, 4));

@@ -32,7 +32,7 @@ class TwinAddress {
   TwinAddress(Bytes configured, std::optional<std::uint32_t> serial);
 
   bool Hears(View address) const;
-  /// True if the request came to the common address 0 and the meter's own address is another one.
+  /// True if the request came to the common address 0 and the meter's own address is another.
   bool IsCommon(View address) const;
   /// Returns the address that the reply to a request to `address` must have.
   View ReplyTo(View address) const;

@@ -32,7 +32,7 @@ class TwinJournals {
   /// Returns false if no journal has this code.
   bool Raise(const DeviceEvent& event, WallTime now);
   /// Returns the requested record, which is zeros if its place is empty. An empty optional: no
-  /// event was raised in this journal, or `pdu` is no request for a record.
+  /// event was raised in this journal, or `pdu` is not a request for a record.
   std::optional<Bytes> Record(View pdu) const;
   bool Has(View pdu) const;
 

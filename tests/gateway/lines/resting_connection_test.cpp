@@ -1,4 +1,5 @@
-// Tests of `RestingConnection` and `WriteGrace`: which ends of a connection are an outage.
+// Tests of `RestingConnection` (which ends of a connection are an outage) and of `WriteGrace` (how
+// long a port stays open for a write).
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

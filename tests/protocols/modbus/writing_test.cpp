@@ -22,7 +22,8 @@ config::Device Several(const Settable& options = {}) {
   std::vector<config::Point> points = {WritePoint("a", "holding 1"), WritePoint("b", "holding 2"),
                                        WritePoint("far", "holding 4"),
                                        WritePoint("wide", "holding 5", {}, Type::float32)};
-  // Example of 6.11: coils 20 to 29 are CD 01.
+  // Example of the Modbus application protocol, 6.11: coils 20 to 29 are CD 01. In a PDU, coil 20
+  // is 19.
   for (int i = 19; i < 29; ++i) {
     points.push_back(
         WritePoint("c" + std::to_string(i), "coil " + std::to_string(i), {}, Type::boolean));

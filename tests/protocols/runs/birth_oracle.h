@@ -59,8 +59,9 @@ class BirthOracle {
   };
   struct DeviceState {
     std::uint64_t version = 0;
-    std::vector<std::size_t> twins;  // all at this address; the last one answers now
-    std::vector<bool> foreign;       // for each twin
+    // All twins that have had this address; the last of them answers now.
+    std::vector<std::size_t> twins;
+    std::vector<bool> foreign;  // for each of `twins`
     bool no_mixture = false;
     std::vector<PointState> points;
   };

@@ -142,7 +142,9 @@ class SoakStation {
     if (random_() % 2 == 0) RaiseInMeter(static_cast<std::uint32_t>(random_() % 2));
   }
 
-  /// A journal holds ten records. Two events of one journal and second could not be distinguished.
+  /// Raises an event in a meter, unless six events of the journal are not stored by the gateway yet
+  /// (a journal holds ten records), or the journal has an event of the same second, which could not
+  /// be distinguished.
   void RaiseInMeter(std::uint32_t device) {
     constexpr std::uint32_t kCodes[] = {22, 51, 61, 601};
     const std::uint32_t code = kCodes[random_() % 4];

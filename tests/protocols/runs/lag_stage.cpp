@@ -149,7 +149,6 @@ bool LagStage::Write(std::uint32_t device) {
   return Submit(std::move(command));
 }
 
-/// True if damage has produced a valid frame that no device has sent, so it cannot be detected.
 bool LagStage::IsBeyondDetection(std::uint32_t device) {
   const Protocol& protocol = *which_.setup.protocol;
   const Instant now = NowOnStage();

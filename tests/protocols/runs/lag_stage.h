@@ -79,6 +79,7 @@ class LagStage {
     Instant silent_until{};
   };
 
+  /// True if damage has made a frame with a good check value, which nobody can detect.
   bool IsBeyondDetection(std::uint32_t device);
 
   LagCase which_;

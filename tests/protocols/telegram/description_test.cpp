@@ -248,7 +248,7 @@ Format FormatOf(const std::string& text) {
 struct TextRow {
   const char* format;
   const char* text;
-  const char* value;  ///< empty: the text is no number
+  const char* value;  ///< empty: the text is not a number
 };
 
 constexpr TextRow kTexts[] = {

@@ -1,4 +1,5 @@
-// Tests that the gateway works under the restrictions of its unit, and no further ones.
+// Tests that the gateway works under the restrictions of its systemd unit, and that it does not
+// work under stricter ones.
 // SPDX-License-Identifier: Apache-2.0
 #include <gmock/gmock.h>
 #include <signal.h>

@@ -52,7 +52,7 @@ struct Introduction {
 struct Relayed {
   /// The datagrams to send; valid until the next call of On.
   std::span<const Introduction> introductions;
-  std::string refused;  ///< why the datagram was refused; empty: it was accepted
+  std::string refused;  ///< why the datagram was refused; empty: the datagram was accepted
 };
 
 class AnnouncementRelay {
@@ -74,7 +74,9 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    int rounds = 0;  ///< rounds sent since the announcement changed; at most kFirstRounds
+    /// How often the announcement was sent to all others since it changed; counted up to
+    /// kFirstRounds.
+    int rounds = 0;
     Instant last_round{};
     Purse purse;
   };
@@ -87,7 +89,8 @@ class AnnouncementRelay {
 
   void ForgetSilent(Instant now);
   Known* Find(const GuidPrefix& participant);
-  /// Adds a participant. Returns the reason if it is refused; empty: it was added.
+  /// Adds a participant. Returns the reason if the participant is refused; empty: the participant
+  /// was added.
   std::string Admit(Announcement announcement, UdpAddress sender, Instant now);
   bool IsDue(const Known& one, Instant now) const;
   void IntroduceOthersTo(const Known& newcomer, Instant now);

@@ -18,7 +18,8 @@ constexpr std::size_t kMac = 16;
 constexpr std::size_t kReceiverMac = 20;  // bytes: key id (4), MAC (16)
 constexpr std::uint32_t kMostReceivers = 256;
 
-// Bytes: two identities (24 each), three GUIDs (16 each).
+// Size in bytes of the head of a handshake message: two identities (24 each), three GUIDs (16
+// each).
 constexpr std::size_t kMessageIds = 2 * 24 + 3 * 16;
 
 constexpr std::size_t kHandshakeSources = 64;

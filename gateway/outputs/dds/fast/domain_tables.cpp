@@ -202,7 +202,8 @@ bool SequenceWindow::Advance(const Guid& guid, std::int64_t to, std::int64_t ski
   return true;
 }
 
-/// Returns the writer's entry; if there is none, the entry that the writer may replace.
+/// Returns the writer's entry; if there is none, the entry of the same set that was used longest
+/// ago, which the writer may replace.
 SequenceWindow::Writer& SequenceWindow::Find(const Guid& guid) {
   const auto set = writers_.begin() + static_cast<std::ptrdiff_t>(SetOf(guid) * kWays);
   const auto end = set + static_cast<std::ptrdiff_t>(kWays);

@@ -122,9 +122,9 @@ class EndpointTable {
 
 // Limits of jumps in sequence numbers, because the DDS library counts skipped numbers one by one.
 struct WindowLimits {
-  /// The numbers that all discovery writers together may skip at once, and per second after that.
-  /// For comparison: the liveliness writer of a Cyclone DDS participant reaches about a million in
-  /// years.
+  /// How many numbers all discovery writers together are allowed to skip at once, and per second
+  /// after that. For comparison: the liveliness writer of a Cyclone DDS participant reaches about a
+  /// million in years.
   std::int64_t burst = 1 << 24;
   std::int64_t each_second = 1 << 22;
   /// The highest first number of a writer of samples.

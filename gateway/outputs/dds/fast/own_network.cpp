@@ -194,8 +194,8 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // If all interfaces are used, some may not support multicast: failed joins are reported only if
-  // no interface has joined.
+  // If all interfaces are used, some perhaps do not support multicast: failed joins are reported
+  // only if no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }

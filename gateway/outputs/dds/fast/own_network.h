@@ -26,7 +26,7 @@ OwnAddresses FindOwnAddresses();
 /// only 127.0.0.1.
 bool IsOwn(const OwnAddresses& own, const std::string& address);
 
-/// Returns why nothing can be sent from `address` now; nothing: it can be used.
+/// Returns why nothing can be sent from `address` now; nothing: the address can be used.
 std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string& address);
 
 // InterfaceWatch detects that the participant must be created again, because an address is new, or
@@ -47,7 +47,7 @@ class InterfaceWatch {
   InterfaceWatch(std::vector<std::string> interfaces, OwnAddresses own)
       : interfaces_(std::move(interfaces)), own_(std::move(own)) {}
 
-  /// Returns why the participant must be created again; nothing: it can stay.
+  /// Returns why the participant must be created again; nothing: the participant can stay.
   std::optional<std::string> Look(const OwnAddresses& now) const;
 
  private:
@@ -96,7 +96,7 @@ std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOp
 /// PortWatch detects that the domain's port was used by another program and is free now.
 class PortWatch {
  public:
-  /// Returns why the participant must be created again; nothing: it can stay.
+  /// Returns why the participant must be created again; nothing: the participant can stay.
   std::optional<std::string> Look(const ParticipantOptions& options, const OwnAddresses& own);
 
  private:

@@ -155,7 +155,8 @@ void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
 }
 
-/// Reads the paths. False if the number of files is neither 0 nor kSecurityFiles.
+/// Reads the paths. False if the number of files is neither 0 nor kSecurityFiles, or the path of
+/// the identity is empty.
 bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   const auto count = fields.Number<std::uint8_t>();
   if (count == 0) return true;

@@ -156,8 +156,8 @@ class ProcessLink {
   /// Takes a log line when something changes, on the link's thread.
   using Log = std::function<void(log::Level level, const std::string& line)>;
 
-  /// Returns an error if the socket cannot be opened. A missing program is no error: the gateway
-  /// runs without it, and state() reports it.
+  /// Returns an error if the socket cannot be opened. A missing program is not an error: the
+  /// gateway runs without it, and state() reports it.
   static Result<std::unique_ptr<ProcessLink>> Create(ProcessLinkOptions options, Log log);
   ~ProcessLink();  ///< calls Stop
 

@@ -27,7 +27,7 @@ const char* Name(Phase phase) {
   return "waiting";
 }
 
-/// Returns a sentence about the fault of the process; nothing: it has no fault.
+/// Returns a sentence about the fault of the process; nothing: the process has no fault.
 std::string Diagnose(const dds::LinkState& state, Instant now) {
   const std::string times =
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
@@ -81,7 +81,7 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
 }
 
 /// Returns the counts of write requests; null: writing is not allowed. "text" is e.g. "took 12
-/// write requests, 3 more came too fast".
+/// write requests, dropped 3 that came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");
@@ -91,8 +91,8 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// Returns the counts of events; null: there are none. "text" is e.g. "published 30 events, 2 more
-/// were gone before they could be".
+/// Returns the counts of published and skipped events; null: no device has events. "text" is e.g.
+/// "published 30 events, skipped 2 that were already deleted".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");

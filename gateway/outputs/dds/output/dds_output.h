@@ -47,7 +47,7 @@ class DdsOutput final : public outputs::Output {
 
   std::string_view name() const override { return "dds"; }
   /// Starts the output. An error contains the name or setting to change. If baudgate-dds cannot be
-  /// started, that is no error: the status reports it.
+  /// started, that is not an error: the status reports it.
   Status Open(const Configuration& config) override;
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;

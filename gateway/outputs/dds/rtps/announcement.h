@@ -30,7 +30,7 @@ struct UdpAddress {
   bool operator==(const UdpAddress&) const = default;
 };
 
-/// Returns nothing if `host` is no IPv4 address.
+/// Returns nothing if `host` is not an IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
 /// Returns the address, e.g. "10.0.0.7".
@@ -90,9 +90,9 @@ struct Parameters {
   std::uint32_t status = 0;
 };
 
-/// Checks a list and returns its content in `found`. Returns why the list is refused, or `none`.
-/// `list` may contain further bytes after the parameter list. `security`: parameters of DDS
-/// Security are allowed.
+/// Checks the RTPS parameter list at the beginning of `list`; further bytes can follow. Fills
+/// `found`. Returns why the list is refused, or `none`. `little`: the byte order is little endian.
+/// `security`: parameters of DDS Security are allowed.
 Refusal CheckParameters(View list, bool little, bool security, Parameters& found);
 
 }  // namespace baudgate::dds

@@ -77,9 +77,9 @@ std::uint32_t Microseconds(Duration duration) {
   return static_cast<std::uint32_t>(std::clamp<std::int64_t>(duration / 1us, 0, UINT32_MAX));
 }
 
-/// Returns why the request is too old; nothing: it is not. The check is needed because the DDS
-/// library can deliver requests from before the start of this gateway. It assumes that the client's
-/// clock is right.
+/// Returns why the request is too old; nothing: the request is not too old. The check is needed
+/// because the DDS library can deliver requests from before the start of this gateway. It assumes
+/// that the client's clock is right.
 std::optional<std::string> WhyTooOld(const WriteArrival& arrival, WallTime now) {
   constexpr char kAdvice[] = "; is the client's clock right? If it still applies, use a new seq";
   if (arrival.published <= WallTime())

@@ -85,8 +85,8 @@ ExceptionCode FillRegisters(const bus::DeviceRecord& record, std::span<const Pie
                             Instant now, std::span<std::uint16_t> out);
 /// Fills `out` with one bit. A bit without a value is 0 in a read of several bits, because the
 /// quality bit at N + 20000 shows that it is not good. If the bit is read alone (`alone`),
-/// kNoTarget is returned instead, because the client, e.g. an operator's lamp, may not read the
-/// quality bit.
+/// kNoTarget is returned instead, because the client, e.g. an operator's lamp, perhaps does not
+/// read the quality bit.
 ExceptionCode FillBit(const bus::DeviceRecord& record, std::uint32_t point, Instant now, bool alone,
                       std::uint8_t& out);
 ExceptionCode FillBits(const bus::DeviceRecord& record, std::span<const Piece> pieces, Instant now,

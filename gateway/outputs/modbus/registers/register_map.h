@@ -91,13 +91,13 @@ ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t s
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 
 /// Divides a write into pieces as PlanRead does; a write must cover whole points.
-/// gateway/bus/writes/write_gate.h decides which points may be written.
+/// gateway/bus/writes/write_gate.h decides which points clients are allowed to write.
 ExceptionCode PlanWrite(const UnitMap& unit, config::Table table, std::uint16_t start,
                         std::uint16_t count, std::vector<Piece>& pieces);
 
 /// The registers or the exception that a client gets in place of a value.
 enum class Shown : std::uint8_t {
-  held,        ///< the last good value (or the present one)
+  held,        ///< the present value while it is good or uncertain, else the last good value
   no_value,    ///< the words that EncodeNoValue writes
   substitute,  ///< the VALUE of the point's on_fault
   exception,   ///< the whole request is answered with exception 0x0B
@@ -124,7 +124,7 @@ bool EncodeRegisters(const config::Point& point, config::WordOrder order, const 
 void EncodeNoValue(const config::Point& point, config::WordOrder order,
                    std::span<std::uint16_t> out);
 
-/// Returns the value as a bit; nothing: it is neither a number nor a boolean.
+/// Returns the value as a bit; nothing: the value is neither a number nor a boolean.
 std::optional<bool> EncodeBit(const Value& value);
 
 /// Decodes a client's registers to a value of the point's type. Returns nothing for a float that is
@@ -139,7 +139,7 @@ struct ConvertedWrite {
   std::vector<bus::WriteAsk::Part> parts{};  ///< empty if there is an exception
 };
 
-/// Returns the point that the request selects (`select: yes`); nothing: the request is no
+/// Returns the point that the request selects (`select: yes`); nothing: the request is not a
 /// selection. IsSelectKey then checks the value that is written.
 std::optional<std::uint32_t> SelectedPoint(const UnitMap& unit, const ModbusRequest& request);
 bool IsSelectKey(const ModbusRequest& request);

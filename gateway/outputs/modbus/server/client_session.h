@@ -79,8 +79,8 @@ class ClientPoll : public std::enable_shared_from_this<ClientPoll> {
   std::array<epoll_event, 128> events_{};
   std::span<epoll_event> unserved_;  ///< the events of the current batch that were not served yet
   std::size_t count_ = 0;
-  /// The only client, if it waits for input; null: there are several, or it waits for something
-  /// else.
+  /// The only client, if it waits for input; null: there are several clients, or the client waits
+  /// for something else.
   Client* only_ = nullptr;
 };
 

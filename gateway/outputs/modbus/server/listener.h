@@ -96,7 +96,8 @@ class Listener final : public std::enable_shared_from_this<Listener>, public Cli
   std::shared_ptr<ClientPoll> clients_;
   asio::steady_timer retry_;
   asio::steady_timer sweep_;
-  config::Listener listener_;  // sessions refer to it; changes only when there are none
+  config::Listener
+      listener_;  // sessions refer to it, so it changes only while there are no sessions
   ServerShared& shared_;
   std::unordered_map<const ClientSession*, std::shared_ptr<ClientSession>> sessions_;
   Duration sweep_period_;

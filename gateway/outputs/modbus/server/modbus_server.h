@@ -73,7 +73,7 @@ class ModbusServer {
   ModbusServer& operator=(const ModbusServer&) = delete;
 
   /// Opens all ports of modbus.listen; if one fails, opens none. The error is e.g. "127.0.0.1:1502:
-  /// address already in use; …". A serial port that is absent is no error: it is opened when it
+  /// address already in use; …". A serial port that is absent is not an error: it is opened when it
   /// appears.
   Status Listen(asio::io_context& io);
 

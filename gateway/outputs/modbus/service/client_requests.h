@@ -74,7 +74,7 @@ struct ModbusLimits {
   /// A write that is not confirmed within this time is answered with exception 0x0B.
   Duration write_deadline = bus::kWaitForDevice;
   Duration stall = 10s;  ///< a client that does not read its replies for this time is disconnected
-  double client_share = 1;  ///< share of each listener's max_clients that may connect
+  double client_share = 1;  ///< share of each listener's max_clients that is allowed to connect
 };
 
 /// The parts of the gateway besides the store that routes, serial framings, events and alarms need.
@@ -83,7 +83,7 @@ struct ModbusLinks {
   /// The lines, by index in config.lines; empty: no route leads to a line.
   std::vector<bus::RouteTarget*> lines;
   Frames frames{};  ///< the protocols for clients that use RTU or ASCII
-  /// Records routed writes and acknowledgements; null: they are not recorded.
+  /// Records routed writes and acknowledgements; null: nothing is recorded.
   audit::WriteLog* writes = nullptr;
   std::shared_ptr<const events::EventFeed> events{};  ///< null: no events are recorded
   events::EventSource* alarms = nullptr;  ///< acknowledges alarms; null: there are no alarms
@@ -113,7 +113,7 @@ class ServerShared {
   /// Closes the connections to the servers that routes lead to.
   void CloseRoutes() { router_.Close(); }
 
-  /// An error: the reason why no request can be answered.
+  /// Returns an error with the reason why no request can be answered.
   Status Ready() { return units_.responder().ready(); }
   OwnUnits& units() { return units_; }
   Router& router() { return router_; }
@@ -216,7 +216,7 @@ struct PendingRequest {
   std::size_t route = 0;   ///< number of the route of a routed request
   bool abandoned = false;  ///< the request is carried out, but not answered
 
-  /// The time at which the server answers the request if the line has not.
+  /// The time at which the server answers the request if the line has not answered it.
   Instant Limit() const { return deadline + kGrace; }
 };
 
@@ -228,7 +228,7 @@ class PendingRequests {
 
   std::uint64_t NextNumber() { return next_number_++; }
   void Add(PendingRequest request) { requests_.push_back(std::move(request)); }
-  /// Removes and returns the request; nothing: it was answered before.
+  /// Removes and returns the request; nothing: the request was answered before.
   std::optional<PendingRequest> Take(std::uint64_t number);
   std::vector<PendingRequest> TakeAll() { return std::exchange(requests_, {}); }
   void AbandonAll();
@@ -323,8 +323,8 @@ class RoutedRequests : public std::enable_shared_from_this<RoutedRequests> {
   std::size_t broadcasts_ = 0;
 };
 
-/// True if clients with this permission may use the function code. gateway/bus/writes/write_gate.h
-/// decides which points can be written.
+/// True if clients with this permission are allowed to use the function code.
+/// gateway/bus/writes/write_gate.h decides which points can be written.
 bool Permits(config::Permit permit, std::uint8_t function);
 
 class ClientRequests {

@@ -33,7 +33,7 @@ struct ListenerChange {
   std::string what;  ///< the settings that differ, e.g. "write, allow"
   /// Index in the running modbus.listen; nothing: the listener is new.
   std::optional<std::size_t> was;
-  /// The number of clients that will be disconnected; nothing: they were not counted.
+  /// The number of clients that will be disconnected; nothing: the clients were not counted.
   std::optional<std::size_t> clients = {};
 };
 

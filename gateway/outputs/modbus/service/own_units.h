@@ -148,7 +148,7 @@ class OwnUnits {
   RegisterMap map_;
   EventWindow events_;
   const std::function<GatewayBlock()> block_;
-  /// The image of each unit; null: the unit is no device.
+  /// The image of each unit; null: the unit is not a device.
   std::array<std::unique_ptr<RegisterImage>, 256> images_;
   Responder responder_;
   /// Pieces of the current request; a member, so that its memory is reused.

@@ -38,7 +38,7 @@ struct MasterStatus {
   std::string text;           ///< describes the open port; if it is not open, the reason
   WallTime since{};           ///< the time of the last change of is_open
   std::uint64_t frames = 0;   ///< whole requests and replies, including those of other slaves
-  std::uint64_t damaged = 0;  ///< pieces of received bytes that were no frame
+  std::uint64_t damaged = 0;  ///< pieces of received bytes that were not a frame
   /// Another framing in which the damaged bytes were a whole request; a good request clears it.
   std::optional<Framing> other;
   Framing expected = Framing::rtu;
@@ -90,7 +90,7 @@ void VisitFields(const RouteCounters*, Visit visit) {
 struct RouteStatus : RouteCounters {
   std::string units;         ///< units of the route, e.g. "33-40"
   std::string target;        ///< target of the route, e.g. "line drive" or "server 10.0.0.9:502"
-  std::string last_trouble;  ///< reason why the last request without a good reply had none
+  std::string last_trouble;  ///< reason why the last failed request got no good reply
   WallTime last_trouble_at{};
   /// Replies of a server that came after their deadline and were dropped. If several routes lead to
   /// one unit of a server, a late reply is counted for each of them.
@@ -128,7 +128,7 @@ struct OtherSpeaker {
 /// The number of requests with one function and one exception, of all clients of a listener.
 struct FunctionCount {
   std::string listener;        ///< address of the listener (config::Listener::Address())
-  std::uint8_t function = 0;   ///< function code; 0: a function that is in no standard
+  std::uint8_t function = 0;   ///< function code; 0: a function that is not in the standard
   std::uint8_t exception = 0;  ///< exception code; 0: no exception
   std::uint64_t requests = 0;
 };

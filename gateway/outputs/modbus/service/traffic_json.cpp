@@ -19,7 +19,8 @@ constexpr Duration kRecentTrouble = 10min;
 constexpr std::size_t kMostUnits = 8;
 constexpr const char* kCheckWire = "check bit rate, parity and wiring";
 
-/// Returns a sentence about an open port without requests; empty: requests arrive.
+/// Returns a sentence about an open port without requests; empty: the last request, or the opening
+/// of the port, was less than kSilentMaster ago.
 std::string Silence(const modbus::MasterStatus& master, WallTime now) {
   const bool never = master.last_frame == WallTime{};
   const Duration silent = now - (never ? master.since : master.last_frame);

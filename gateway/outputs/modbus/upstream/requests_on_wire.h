@@ -63,8 +63,8 @@ class RequestsOnWire {
 
   bool empty() const { return sent_.empty(); }
   bool full() const { return sent_.size() >= kMost; }
-  /// True if a request that is no short write may be sent to this unit. A unit has at most
-  /// kMostPerUnit places, and only one place after kSilentDeadlines deadlines have passed.
+  /// True if a request that is not a short write is allowed to be sent to this unit. A unit has at
+  /// most kMostPerUnit places, and only one place after kSilentDeadlines deadlines have passed.
   bool HasRoom(std::uint8_t unit) const;
   /// True if the request overtakes no write to its unit.
   bool MayFollow(const bus::RoutedRequest& request) const;
@@ -100,13 +100,13 @@ class RequestsOnWire {
   bool IsOfExpired(std::optional<std::uint16_t> id) const;
   std::optional<Instant> Deadline() const;
 
-  /// Returns the request that may have made the server close the connection; null: there is none. A
-  /// server that closes because of a request does so again when the request is repeated. Repeated
-  /// requests are sent one at a time, so the latest repeated request is the suspect.
+  /// Returns the request that may have made the server close the connection; null: there is no such
+  /// request. A server that closes because of a request does so again when the request is repeated.
+  /// Repeated requests are sent one at a time, so the latest repeated request is the suspect.
   const Sent* Suspect() const;
-  /// Removes the reads that may be sent again and returns them, latest first. A write is never sent
-  /// again, because the server may have carried it out. A read is sent again once, and again each
-  /// time that another request was the `reason` why the connection ended.
+  /// Removes the reads that are allowed to be sent again and returns them, latest first. A write is
+  /// never sent again, because the server has perhaps carried it out. A read is sent again once,
+  /// and again each time that another request was the `reason` why the connection ended.
   std::vector<bus::RouteQueue::Batch> TakeReads(const Sent* reason);
   std::vector<Sent> TakeAll() { return std::exchange(sent_, {}); }
   /// Answers the requests of a client that has left. The exchange stays on the wire, so that its

@@ -13,7 +13,7 @@ namespace {
 constexpr std::size_t kShortest = 2;  // bytes: unit and function
 constexpr std::size_t kLongest = kMaxAdu - kMbapPrefix;
 
-/// Returns why the received bytes cannot be the beginning of a frame; empty: they can.
+/// Returns why the received bytes cannot be the beginning of a frame; empty: they can be one.
 std::string_view DefectOf(View held) {
   const ByteReader header(held);
   if (header.U16Be(2).value_or(0) != 0) return "protocol id is not 0";

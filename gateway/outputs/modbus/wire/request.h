@@ -52,7 +52,7 @@ class MbapAssembler {
   using Length = std::function<std::size_t(View head, std::size_t told)>;
 
   /// `length` is needed for servers whose header can announce more bytes than the frame has: the
-  /// next header is then searched for among the announced bytes that are no part of the frame.
+  /// next header is then searched for among the announced bytes that are not part of the frame.
   explicit MbapAssembler(Length length = {}) : length_(std::move(length)) {}
 
   /// Returns the free space for the next bytes from the socket; it is not empty after Take or Peek
@@ -87,7 +87,7 @@ class MbapAssembler {
   std::size_t begin_ = 0;
   std::size_t end_ = 0;
   /// Bytes between the last frame and the next header: the last header announced them, but they are
-  /// no part of its frame.
+  /// not part of its frame.
   std::size_t surplus_ = 0;
 };
 

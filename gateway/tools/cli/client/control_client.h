@@ -83,7 +83,7 @@ inline const nlohmann::ordered_json& PartOf(const nlohmann::ordered_json& json, 
   return found == json.end() ? none : *found;
 }
 
-/// Returns the text; empty if the member is missing or is no text.
+/// Returns the text; empty if the member is missing or is not a text.
 inline std::string TextOf(const nlohmann::ordered_json& json, const char* key) {
   const auto found = json.find(key);
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();

@@ -23,7 +23,7 @@ struct HistoryOptions {
   bool json = false;
   bool csv = false;
   bool billing = false;   ///< true: print billing readings, see RunBilling
-  std::string socket{};   ///< empty: the gateway in the default places
+  std::string socket{};   ///< empty: the only gateway that answers in the default places
   std::size_t width = 0;  ///< width of tables, in characters per line; 0: no limit
 };
 

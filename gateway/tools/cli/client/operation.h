@@ -17,7 +17,7 @@ struct ReleaseOptions {
   std::string line;
   Duration time = 10min;
   bool end = false;
-  std::string socket{};    ///< empty: the gateway in the default places
+  std::string socket{};    ///< empty: the only gateway that answers in the default places
   Duration patience = 5s;  ///< how long to wait until the port is closed (or open again)
   /// Offers the port over the network at this ADDRESS:PORT; empty: offers it to a program on this
   /// machine.
@@ -39,7 +39,7 @@ struct ReloadCommand {
   /// confirmation is needed.
   std::optional<Duration> confirm{};
   bool json = false;
-  std::string socket;  ///< empty: the gateway in the default places
+  std::string socket;  ///< empty: the only gateway that answers in the default places
 };
 
 /// Exit codes: 0 the configuration is applied, or with `dry_run` it could be applied; 2 the file
@@ -57,7 +57,7 @@ int RunConfirm(const ConfirmCommand& options, std::ostream& out, std::ostream& e
 struct ReadOptions {
   std::string target;  ///< "LINE.DEVICE" or "LINE.DEVICE.POINT"
   bool json = false;
-  std::string socket;  ///< empty: the gateway in the default places
+  std::string socket;  ///< empty: the only gateway that answers in the default places
   /// True: for a gateway that ends after this answer, so no advice is printed; the caller prints
   /// the reason of a failure.
   bool passing = false;

@@ -31,7 +31,7 @@ struct RecordPages {
   const char* state = "";
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
-  std::string socket{};               ///< empty: the gateway in the default places
+  std::string socket{};  ///< empty: the only gateway that answers in the default places
   /// True: returns kNotCurrent if the gateway cannot write the file, because the records are then
   /// outdated.
   bool current = false;
@@ -232,7 +232,8 @@ class EventPrinter {
   }
 
  private:
-  /// Rows share one column alignment up to the next event with values, which are printed below it.
+  /// Rows are collected and share their column widths. An event with a saved record ends the group,
+  /// and the values of the record are printed below the event.
   void PrintRow(StreamTable::Row row, const Kept& kept) {
     rows_.push_back(std::move(row));
     if (kept.title.empty()) return;

@@ -23,7 +23,7 @@ struct EventsOptions {
   std::optional<WallTime> since{};
   bool json = false;
   bool csv = false;
-  std::string socket{};               ///< empty: the gateway in the default places
+  std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
   std::size_t width = 0;              ///< width of the table, in characters per line; 0: no limit
 };
@@ -35,7 +35,7 @@ int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err
 struct AlarmsOptions {
   bool json = false;
   bool follow = false;    ///< true: go on, and print each alarm again whenever it changes
-  std::string socket{};   ///< empty: the gateway in the default places
+  std::string socket{};   ///< empty: the only gateway that answers in the default places
   std::size_t width = 0;  ///< width of the table, in characters per line; 0: no limit
 };
 /// Exit codes: 0, also if there are no alarms; 4 no gateway answers, or its disk fails.
@@ -43,7 +43,7 @@ int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err
 
 struct AckOptions {
   std::string target;    ///< LINE, LINE.DEVICE, LINE.DEVICE.POINT, or the number of an event
-  std::string socket{};  ///< empty: the gateway in the default places
+  std::string socket{};  ///< empty: the only gateway that answers in the default places
 };
 /// Exit codes: those of RunAlarms; 2 unknown device, point or alarm.
 int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
@@ -53,7 +53,7 @@ struct WritesOptions {
   bool follow = false;  ///< true: go on, and print new writes when they have ended
   std::optional<WallTime> since{};
   bool json = false;
-  std::string socket{};               ///< empty: the gateway in the default places
+  std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
   std::size_t width = 0;              ///< width of the table, in characters per line; 0: no limit
 };

@@ -17,7 +17,7 @@ namespace baudgate::tools {
 struct StatusOptions {
   std::string target;  ///< "LINE" or "LINE.DEVICE"; empty: all lines
   bool json = false;
-  std::string socket{};                 ///< empty: the gateway in the default places
+  std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<TableView> terminal{};  ///< empty: plain text
   bool watch = false;                   ///< true: redraw the status, see RunStatusWatch
   std::optional<Duration> seconds{};    ///< with `watch`: end after this time

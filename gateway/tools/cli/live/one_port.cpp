@@ -191,7 +191,8 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// Waits until the device was asked for all points. The error contains the reason why the port is
+/// Waits until the port is open and IsKnown is true, at most kWaitForPort. If the port is open
+/// then, this is a success even if IsKnown is false. The error contains the reason why the port is
 /// not open.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;

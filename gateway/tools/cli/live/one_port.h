@@ -30,7 +30,7 @@ class ScratchDirectory {
   ScratchDirectory(const ScratchDirectory&) = delete;
   ScratchDirectory& operator=(const ScratchDirectory&) = delete;
 
-  /// The path of the directory; empty: it could not be created.
+  /// The path of the directory; empty: the directory could not be created.
   const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -48,7 +48,7 @@ struct BridgeOptions {
   bool read_only = false;
 };
 
-/// Runs until SIGTERM or SIGINT. Exit codes: 0 stopped; 2 `listen` is no address, or is not
+/// Runs until SIGTERM or SIGINT. Exit codes: 0 stopped; 2 `listen` is not an address, or is not
 /// loopback while `allow` is empty; 3 values that a configuration must not contain; 4 it cannot
 /// listen.
 int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std::ostream& err);

@@ -48,8 +48,8 @@ timespec LookInterval(std::uint64_t watchdog_us) {
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// Reports to systemd's watchdog until a stop signal arrives. While a thread of the daemon hangs,
-/// makes no report; if this thread hangs, the reports end as well.
+/// Reports to systemd's watchdog until SIGTERM or SIGINT arrives; SIGHUP requests a reload. While a
+/// thread of the daemon hangs, makes no report; if this thread hangs, the reports end as well.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;

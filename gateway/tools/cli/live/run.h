@@ -26,7 +26,7 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
 
 // `baudgate discovery-server`: makes DDS participants known to each other without multicast.
 
-/// Runs until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped; 2 `listen` is no
+/// Runs until SIGTERM or SIGINT. `listen` is HOST:PORT. Exit codes: 0 stopped; 2 `listen` is not an
 /// address; 4 the address cannot be opened.
 int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 

@@ -119,8 +119,8 @@ std::string ListedWithRules(const std::vector<std::string>& ruled,
   return text + (text.empty() ? "" : ", ") + Listed(plain);
 }
 
-/// Returns the rules for writing the point, such as " (0.5 to 40 xIn, selected first)"; empty: it
-/// has none.
+/// Returns the rules for writing the point, such as " (0.5 to 40 xIn, selected first)"; empty: the
+/// point has no rules.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;
@@ -190,7 +190,8 @@ nlohmann::ordered_json WritesJson(const config::Device& device) {
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems) {
   if (!config.web.on || config.web.token_file.empty()) return;
   const auto token = web::ReadToken(config.web.token_file);
-  // The problem is only a warning, because the user of `check` may not be able to read the file.
+  // The problem is only a warning, because the user of `check` perhaps has no permission to read
+  // the file.
   if (!token) problems.push_back({config.web.token_mark, "file: " + token.error(), true});
 }
 

@@ -57,7 +57,7 @@ void CheckWebToken(const config::Config& config, std::vector<config::Problem>& p
 /// series; "web off" without one.
 void PrintWeb(const config::Config& config, std::ostream& out);
 
-/// Returns the web server's part of `baudgate check --json`; null: it is off.
+/// Returns the web server's part of `baudgate check --json`; null: the web server is off.
 nlohmann::ordered_json WebJson(const config::Config& config);
 
 /// One row of the routing table. The rows are in the order in which requests are matched.

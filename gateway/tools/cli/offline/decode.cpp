@@ -89,7 +89,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// Reads all captures. The error contains the number of the line that is no hex.
+/// Reads all captures. The error contains the number of the line that is not hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -177,7 +177,7 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
 }
 
 /// Makes a decoder for each device in the head of the capture. A protocol or profile of the command
-/// line replaces the one in the head.
+/// line replaces the protocol in the head.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -210,8 +210,8 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// Returns the decoder of the device that sends unasked; null: there is none, or it cannot be
-  /// made.
+  /// Returns the decoder of the device that sends unasked; null: there is no such device, or it
+  /// cannot be made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);

@@ -34,7 +34,7 @@ struct DecodeOptions {
   std::size_t width = 0;  ///< width of readable text, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0 decoded, whatever the outcomes of the exchanges; 2 an input line is no hex, or no
+/// Exit codes: 0 decoded, whatever the outcomes of the exchanges; 2 an input line is not hex, or no
 /// protocol is given; 3 unknown protocol, profile or option.
 int RunDecode(const DecodeOptions& options, const config::Catalog& catalog, std::istream& in,
               std::ostream& out, std::ostream& err);

@@ -87,7 +87,8 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
   return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
 }
 
-/// Returns the register that must be written before the point is written; empty: none.
+/// Returns the register that must be written before the point is written; empty: there is no such
+/// register.
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";

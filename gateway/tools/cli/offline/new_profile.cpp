@@ -264,7 +264,7 @@ std::optional<Decimal> TimeNumber(const std::string& text, const std::string& fo
                        : CountOf<std::chrono::seconds>(*time);
 }
 
-/// Returns the range of integers in these registers; empty: they contain a float.
+/// Returns the range of integers in these registers; empty: the registers contain a float.
 std::optional<config::IntegerRange> RangeOfForm(const std::string& form) {
   if (form == "bcd16") return config::IntegerRange{0, 9'999};
   if (form == "bcd32") return config::IntegerRange{0, 99'999'999};

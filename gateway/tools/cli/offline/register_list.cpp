@@ -209,8 +209,8 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// True if the row has no more cells than the header. Else adds an error: a separator in a cell
-  /// is not quoted.
+  /// True if the row has no cells with content behind the last column of the header. Else adds an
+  /// error: a separator in a cell is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&

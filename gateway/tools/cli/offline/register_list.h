@@ -33,7 +33,7 @@ struct ListedPoint {
   std::string access = "r";
   std::string group;        ///< empty: the list has no group
   std::string description;  ///< name in the list, if it cannot be the name of a point
-  /// The example as a YAML value for the twin; empty: there is none.
+  /// The example as a YAML value for the twin; empty: the list contains no example.
   std::optional<std::string> simulate;
   std::size_t registers = 1;  ///< number of registers that the value takes in the gateway
 };

@@ -243,8 +243,8 @@ struct Row {
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// Adds the gateway's use of the port to `row.held_by`, if there is one. Example: "line bay of
-/// substation-7 (open: DTR RTS CTS)".
+/// If the gateway uses the port, adds this use to `row.held_by`. Example: "line bay of substation-7
+/// (open: DTR RTS CTS)".
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {
@@ -384,7 +384,7 @@ int RunPorts(const PortsOptions& options, std::ostream& out) {
   place.people = PeopleHere();
   place.status = [&options] {
     Json status;
-    std::ostringstream ignored;  // it is no error if no gateway runs
+    std::ostringstream ignored;  // a missing gateway is not an error
     if (Ask(options.socket, {{"command", "status"}}, status, ignored) != 0) return Json();
     return status;
   };

@@ -43,7 +43,7 @@ struct FoundPort {
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
 /// Returns the name of the port to which a path leads. Example: "ttyUSB0" for
-/// "/dev/serial/by-id/usb-…"; empty: it leads to no port.
+/// "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
 /// The device file of a port, with its owner, group and mode. Example: /dev/ttyUSB0 root:dialout
@@ -64,13 +64,14 @@ struct Person {
 };
 
 bool MayUse(const Person& person, const PortFile& file);
-/// Returns why the person cannot open the file, and the remedy. Example: "you may not open
-/// /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
+/// Returns why the person cannot open the file, and the remedy. Example: "you are not allowed to
+/// open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
 std::string HowToMend(const Person& person, const PortFile& file);
 
 struct PortsOptions {
   bool json = false;
-  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
 };
 
 /// The parts of the machine that ShowPorts uses; tests replace them.

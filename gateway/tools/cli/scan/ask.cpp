@@ -46,8 +46,8 @@ Result<Bytes> WrittenOf(const std::string& telegram) {
                "telegram in text, as in '>1RV201:XX'"};
 }
 
-/// Returns the first installed protocol whose telegrams begin with the same character; empty: there
-/// is none.
+/// Returns the first installed protocol whose telegrams begin with the same character as
+/// `telegram`; empty: there is no such protocol.
 std::string ProtocolLike(const std::string& telegram, const config::Catalog& catalog) {
   for (const auto& [name, protocol] : catalog.protocols) {
     const bool begins = protocol->telegram != nullptr && !telegram.empty() &&

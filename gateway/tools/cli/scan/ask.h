@@ -22,7 +22,8 @@ struct AskOptions {
   bool rs485 = false;              ///< for a port: its driver switches the RS-485 direction
   bool write = false;              ///< true: the telegram is allowed to write
   bool json = false;
-  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
   std::size_t width = 0;
 };
 

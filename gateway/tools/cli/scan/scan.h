@@ -23,9 +23,10 @@ struct ScanOptions {
   bool json = false;
   bool over_traffic = false;
   bool rs485 = false;  ///< true: the port's driver switches the RS-485 direction
-  std::string config;  ///< configuration file to write; empty: none
+  std::string config;  ///< configuration file to write; empty: no file is written
   bool force = false;  ///< true: overwrite `config` if it exists
-  std::string socket;  ///< control socket of the gateway; empty: the gateway in the default places
+  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
+                       ///< the default places
   std::size_t width = 0;
 };
 

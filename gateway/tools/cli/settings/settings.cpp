@@ -31,7 +31,7 @@ constexpr int kDiffers = 3;
 constexpr Duration kWaitForAnswer = 60s;
 
 /// Reads the file and the device's settings, and checks that both belong together. Returns the exit
-/// code; 0: they do.
+/// code; 0: both belong together.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
@@ -209,8 +209,8 @@ using Plan = std::vector<Difference>;
 /// For each point that is not allowed to be written, the reason.
 using Denials = std::map<std::string, std::string>;
 
-/// Returns the settings to write. Fails if a setting is a number in the device and the file
-/// contains no number for it.
+/// Returns the settings to write: those that differ and are writable. Fails if such a setting is a
+/// number in the device and the file contains no number for it.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
@@ -303,7 +303,7 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Returns the device's present value of a setting; null: it is unknown.
+  /// Returns the device's present value of a setting; null: the value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;

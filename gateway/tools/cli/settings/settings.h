@@ -18,7 +18,7 @@ namespace baudgate::settings {
 // audit.
 struct WriteReport {
   std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
-  std::string reason;      ///< why the write failed, as one sentence; empty: it succeeded
+  std::string reason;      ///< why the write failed, as one sentence; empty: the write succeeded
   bool read_back = false;  ///< true: the written value was read back from the device
 
   bool done() const { return end == "ok"; }
@@ -29,7 +29,7 @@ class PointWriter {
   virtual ~PointWriter() = default;
   /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Returns why the write would be denied now; empty: it would be allowed. Does not write.
+  /// Returns why the write would be denied now; empty: the write would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
@@ -54,7 +54,7 @@ struct SettingsOptions {
   std::string file;    ///< empty, for dump: standard output
   bool json = false;
   bool confirm = false;  ///< for restore; false: nothing is written
-  std::string socket;    ///< empty: the gateway in the default places
+  std::string socket;    ///< empty: the only gateway that answers in the default places
   /// For restore: how long to wait until the written values were read back.
   Duration patience = std::chrono::seconds(10);
 };

@@ -1,4 +1,4 @@
-// Tests of `ToSample` and `ToRaw`: sentinels, scale and ranges, and values that are no numbers.
+// Tests of `ToSample` and `ToRaw`: sentinels, scale and ranges, and values that are not numbers.
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 

@@ -32,7 +32,7 @@ struct RoutedLine : VirtualLine {
     RoutedReply reply;
   };
 
-  /// Puts `slaves` on the wire that are no devices of `line`.
+  /// Puts `slaves` on the wire that are not devices of `line`.
   explicit RoutedLine(config::Line line = DriveLine(),
                       const std::vector<std::string>& slaves = {"20", "21"});
 

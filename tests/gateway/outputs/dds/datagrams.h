@@ -101,7 +101,8 @@ inline Bytes Gap(std::uint16_t number, std::string_view reader_writer, std::uint
   return bytes;
 }
 
-/// Sends datagrams to the discovery ports of this machine: base of the domain + 10 + 2 x number.
+/// Sends datagrams to the discovery ports of this machine. The port of a participant is the base
+/// port of the domain + 10 + 2 x the number of the participant.
 class DatagramSender {
  public:
   explicit DatagramSender(int domain) : base_(7400 + 250 * domain) {}

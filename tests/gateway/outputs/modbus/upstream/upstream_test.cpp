@@ -210,7 +210,7 @@ TEST_F(UpstreamTest, GarbageBehindGoodFramesDoesNotFloodTheLog) {
     EXPECT_EQ(Wait(good).outcome, Outcome::ok);
     ASSERT_TRUE(RunUntil(io_, [&] { return server_.session(i).ended(); }));
   }
-  // Two lines: connected, and sent what is no Modbus TCP.
+  // Two lines: connected, and sent what is not Modbus TCP.
   EXPECT_LE(log.CountLines("server 127.0.0.1:" + std::to_string(server_.port())), 2);
 }
 
