@@ -67,9 +67,10 @@ void AllowListed(const YamlNode& list, Device& device, Problems& problems) {
         "write: " + Quoted(*name) +
         (found == device.points.end() ? " is not a point of '" : " can only be read of '") +
         device.name + "';";
-    problems.Error(one.mark(), wrong + (IsPermit(*name) ? " for all of its points write 'write: " +
-                                                              *name + "', without brackets"
-                                                        : WhatCan(*name, names)));
+    problems.Error(one.mark(),
+                   wrong + (IsPermit(*name) ? " for all of the device's points, write 'write: " +
+                                                  *name + "' without brackets"
+                                            : WhatCan(*name, names)));
   }
 }
 

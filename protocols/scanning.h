@@ -1,6 +1,7 @@
 // The contract of scans: the requests that `baudgate scan` sends on an unknown bus, and the meaning
 // of the replies. The scan sends nothing else. A rule must contain only requests that no device of
-// any protocol, in any mode, treats as a write. Used by gateway/tools/scan.
+// any protocol, in any mode, treats as a write; the only exception is ScanRule::never_at. Used by
+// gateway/tools/scan.
 //
 //   Ask(1, mode 0, question 0)  → "$01M\r"        what is your name?
 //   Judge(…, "!017017\r")       → a device, "7017"

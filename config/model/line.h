@@ -112,7 +112,8 @@ void VisitFields(const Line*, Visit visit) {
                              .fallback = "the gateway's"});
   visit(Field<&Line::options>());
   visit(Field<&Line::devices>{.help = "a list of devices, below"});
-  visit(Field<&Line::serial_server>{.help = "offers the port over the network, all the time"});
+  visit(Field<&Line::serial_server>{
+      .help = "offers the port over the network all the time; the gateway does not poll it"});
   visit(Field<&Line::lend>{.help = "offers the port over the network, for a limited time"});
   visit(Derived<&Line::mark>());
 }

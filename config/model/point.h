@@ -175,7 +175,10 @@ void VisitFields(const Writing*, Visit visit) {
   visit(Field<&Writing::min_point>{"min"});
   visit(Field<&Writing::max_point>{"max"});
   visit(Field<&Writing::step>{.help = "values must be multiples of step"});
-  visit(Field<&Writing::decimals>{"decimals", "decimals that the device accepts", 0, 9});
+  visit(Field<&Writing::decimals>{
+      "decimals",
+      "digits after the decimal point that the device accepts; a value with more is refused", 0,
+      9});
   visit(Field<&Writing::select>{.help = "true: the point must be selected before a write"});
   visit(Field<&Writing::select_time>{"select_time", "how long a selection is valid", 1s, 10min});
   visit(Field<&Writing::allow_when>{.help = "an interlock, or a list of them, below"});

@@ -250,8 +250,8 @@ std::optional<std::string> Sampling::WhyNot(bool first) {
   if (!first) return "the module missed the last #**, so its sample is too old";
   if (!before) return "the module's sample may be too old; the next sample is used";
   if (overtaken)
-    return "several samples are pending, and the module's reply does not show which one it "
-           "contains";
+    return "#** was sent several times since the module last answered, and its reply does not show "
+           "which sample it contains";
   return std::nullopt;
 }
 

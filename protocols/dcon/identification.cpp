@@ -445,7 +445,8 @@ DeviceTrouble Identification::Judge(std::string_view configuration) {
     if (read->command == kAskSample && IsAnalogOutput(*type)) {
       return Complaint(
           "type " + code +
-          " is an analog output, and $AA4 would store its present output for power-up");
+          " is an analog output, and $AA4 would store its present output for power-up; remove the "
+          "points that read $4");
     }
     if (IsNumber(read->form) && (*format & 3U) != static_cast<unsigned>(settings_.format)) {
       return Complaint("data format '" + std::string(WordOf(*format)) + "', but the profile says " +

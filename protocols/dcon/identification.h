@@ -178,7 +178,8 @@ class Identification {
 
   const config::Device& device_;
   const Settings& settings_;
-  /// True: `#` is polled, so the position of a number in the reply defines its channel.
+  /// True: a point is polled with `#`, whose reply contains the numbers of several channels, so the
+  /// position of a number in the reply defines its channel.
   bool joined_ = false;
   bool only_others_ = true;  ///< true: no point is read with a harmless command (IsHarmless)
   bool sure_ = false;        ///< true: the module has answered in the configured checksum mode

@@ -52,8 +52,9 @@ Value GuessValue(std::string_view text);
 /// or out of range by rounding.
 Result<std::string> EncodeValue(const Value& value, const config::Point& point);
 
-/// Returns the text that a slave sends for a value: booleans as 0 and 1, numbers with the point's
-/// decimals, or with two to four if none are configured.
+/// Returns the text that a slave sends for a value. A boolean is 0 or 1; an integer without a scale
+/// has no decimals. Any other number is rounded to the point's decimals (4 if none are configured);
+/// trailing zeros after the second decimal are dropped. Empty: the number is not finite.
 std::string PrintValue(const Value& value, const config::Point& point);
 
 }  // namespace baudgate::protocols::spabus

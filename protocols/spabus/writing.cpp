@@ -132,7 +132,8 @@ void WriteSession::OnLeftover(const Answer& answer, std::optional<int> nack) {
   // Other outcomes are followed by a failure, which counts the closing.
   if (ProvesLife(answer.outcome)) ++closings_;
   if (unsettled_) {
-    // An outcome that is neither a NACK nor "ok" is unknown, so the step is repeated.
+    // An answer to the command that opens the password that is neither "ok" nor a NACK leaves the
+    // password perhaps open, so Leftover returns the command again.
     unsettled_ = answer.outcome != Outcome::ok && !nack;
     maybe_open_ = answer.outcome == Outcome::ok;
     password_refused_ = nack && RuleOf(*nack).judged && !RuleOf(*nack).missing;

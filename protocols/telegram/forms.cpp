@@ -80,7 +80,7 @@ std::optional<SizeField> ReadSizeAt(const YamlNode& node, Problems& problems) {
   if (map.Has("format")) Assign(field.format, ReadFixedFormat(map, "uint16_be"));
   map.Finish();
   if (field.format.is_whole_number()) return field;
-  problems.Error(node.mark(), "size_at: the format must be a whole number");
+  problems.Error(node.mark(), "size_at: the format must be an integer, such as uint8 or uint16_be");
   return std::nullopt;
 }
 

@@ -71,7 +71,7 @@ class Questions {
     Bound fields{};  ///< the fields by which the calls of the device differ
   };
   std::vector<std::optional<Question>> questions_;  // index: call
-  std::multimap<std::size_t, std::size_t> calls_;   // key: telegram; value: index of a call
+  std::multimap<std::size_t, std::size_t> calls_;   // key: telegram; value: index in questions_
 };
 
 struct ReadPlace {

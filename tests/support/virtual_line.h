@@ -72,7 +72,8 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
     std::size_t answered = 0;
   };
 
-  /// `others` are devices on the wire that are not configured on the line; their twins come last.
+  /// `others`: devices on the wire that are not configured on the line. In twin(), their indices
+  /// follow the indices of the line's devices.
   VirtualLine(config::Line line, std::vector<const protocols::Protocol*> protocols,
               std::vector<config::Device> others = {});
   ~VirtualLine() override;
@@ -130,7 +131,8 @@ class VirtualLine : private bus::RequestPort, private bus::PollerListener {
   /// batches are appended to `events`.
   std::function<bool(const bus::ReportedEvents& reported)> keep;
   std::vector<bus::ReportedEvents> events;
-  /// Returns the device's last event state, as stored before the start; empty: no state is stored.
+  /// Returns EventBatch::said of the device's last batch that was saved before the start. An empty
+  /// string or an empty function: no batch was saved.
   std::function<std::string(std::uint32_t device)> said;
   /// See PollerListener. Called within the poller, so it must not call the poller.
   std::function<void(std::uint32_t device, Instant asked)> drained;

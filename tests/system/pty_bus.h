@@ -1,5 +1,5 @@
-// `PtyBus` is a bus of many twins on one pty, for tests of `baudgate scan`. A twin answers only at
-// its bit rate and its odd or not odd parity: a pty stores no other settings.
+// `PtyBus` is a bus of many twins on one pty, for tests of `baudgate scan`. A pty stores only the
+// bit rate and whether the parity is odd, so a twin answers if these two are right for it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -315,7 +315,7 @@ TEST_F(PortWatchTest, TheTargetOfALinkIsWatchedToo) {
   Make(folder_ / "ttyUSB1");
   EXPECT_EQ(News(), 0);
 
-  // The adapter is plugged in at another place, so the new number counts from now on.
+  // The adapter is plugged in again as ttyUSB1. From now on only changes of ttyUSB1 are reported.
   fs::remove(link);
   fs::create_symlink("../ttyUSB1", link);
   EXPECT_EQ(News(), 1);

@@ -1,6 +1,9 @@
-// The state table of `Line`. The times are those of LineTimes; "reply" and "ceiling" count from the
-// computed end of the transmission. "next" is the next state; an outcome behind it ends the
-// exchange.
+// The state table of `Line`. "next" contains the next state; if an outcome follows the state, as in
+// "drain, corrupt", the exchange ends with this outcome. The times are those of LineTimes. "reply"
+// and "ceiling" count from the computed end of the transmission; in quiet, the ceiling counts from
+// Start, and in drain from the beginning of the drain. Stray bytes came while no reply
+// was awaited. Bytes that are set aside are not read yet (see Transmission). An aftermath is a
+// silence after a reply (see Exchange::aftermath).
 //
 // clang-format off
 //   state        event                         next

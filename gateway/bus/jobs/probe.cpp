@@ -68,7 +68,8 @@ Job::After ProbeJob::Finish(LineContext& line, const JobEnd& end, Instant now) {
     next = EndUnproved(*job, Outcome::no_reply, "the device is disabled", now);
   } else if (outcome == Outcome::refused || outcome == Outcome::unsupported) {
     next = EndUnproved(*job, Outcome::no_reply,
-                       "the probe before the request was refused: " + reason, now);
+                       "the probe, which checks that replies come in order, was refused: " + reason,
+                       now);
   } else {
     next = EndUnproved(*job, outcome == Outcome::ok ? Outcome::busy : outcome, reason, now);
   }

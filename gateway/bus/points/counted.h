@@ -39,8 +39,8 @@ struct Counted {
   /// Name in the text of `status` and on the web page, such as "missed periods". Empty: the member
   /// is not shown there.
   std::string_view label{};
-  /// Order among the labels: the smallest first. Rows with equal `place` keep their order in the
-  /// table.
+  /// Order of the labels in the text of `status` and on the web page: the smallest `place` comes
+  /// first. Rows with equal `place` keep the order of the table.
   int place = 0;
   /// Name in /metrics, such as "baudgate_exchanges_total". Empty: the member is not in /metrics.
   /// Names are a public contract.

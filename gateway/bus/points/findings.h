@@ -190,8 +190,8 @@ class Findings {
     for (std::size_t i = count_ - size(); i < count_; ++i) count += At(i) == symptom ? 1 : 0;
     return count;
   }
-  /// Returns the number of each symptom among the last kKept failures, without those that are
-  /// kMemory older than the latest exchange.
+  /// Returns how often each symptom occurs among the last kKept failures. Failures before the last
+  /// kLong exchanges, or more than kMemory older than the latest exchange, are not counted.
   Counts Failures() const {
     Counts counts{};
     std::size_t found = 0;

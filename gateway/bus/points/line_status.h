@@ -116,12 +116,15 @@ struct PortService {
 
 /// How working connections to a serial server ended, and what happened at the next connection.
 struct ConnectionEnds {
-  RecentTimes asked;        ///< the server ended the connection while a request was under way
-  RecentTimes idle;         ///< the server ended the connection between requests
-  RecentTimes refused;      ///< after such an end the server refused the next connection
-  RecentTimes unreachable;  ///< after such an end the host did not answer
-  RecentTimes shut;  ///< after such an end the server closed the next connection before any answer
-  Duration age{};    ///< how long the connections that ended last had been open
+  RecentTimes asked;  ///< the server ended the connection while a request was under way
+  RecentTimes idle;   ///< the server ended the connection between requests
+  /// The server refused the connection that followed a working connection.
+  RecentTimes refused;
+  /// The host did not answer when the line connected again after a working connection.
+  RecentTimes unreachable;
+  /// The server closed the connection that followed a working connection, before any answer.
+  RecentTimes shut;
+  Duration age{};           ///< how long the connections that ended last had been open
   std::uint32_t alike = 0;  ///< number of connections in a row that ended at about this age
 };
 
@@ -142,7 +145,8 @@ struct LineStatus : LineCounters {
   bool takes_no_data = false;  ///< the port was last lost because it accepted no data
   /// How often the settings were restored after another program had changed them.
   std::uint32_t restored = 0;
-  /// When a serial server ended a connection that was in use, so that it was opened again.
+  /// Times at which a serial server ended a connection that was in use. The next request opens the
+  /// connection again.
   RecentTimes drops;
   ConnectionEnds ends;
   /// Connections that a serial server ended between requests, as its settings require.

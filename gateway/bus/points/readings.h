@@ -98,7 +98,7 @@ class JumpCheck {
     Value candidate;  // a value that was read but is not confirmed yet
     Decimal largest;
     int readings = 0;      // number of readings in a row that disagreed
-    bool changes = false;  // with the reply before, the device reported a changing value
+    bool changes = false;  // the previous reply had a reading marked as uncertain
   };
   enum class Judgement { counts, wait, doubt, last_resort };
 

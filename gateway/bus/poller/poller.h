@@ -103,7 +103,8 @@ class Poller {
   void OnWritingTelegram(std::uint32_t device, View telegram, Now now);
   /// Ends Pause. Does nothing if there was no Pause.
   void GoOn(Now now);
-  /// Returns the protocol and the settings with which a telegram by hand is sent to this device.
+  /// Returns the protocol, options, port settings and times with which a telegram that a user sends
+  /// by hand (`baudgate ask`) goes to this device.
   Speaking SpeakingAs(std::uint32_t device) const;
 
   const Accounts& accounts() const { return context_.accounts; }

@@ -4,8 +4,8 @@
 // clang-format off
 //   the exchange ended as     what may still come                      requests wait until
 //   no_reply, unexpected      the reply                                the ceiling of the request
-//   corrupt, partial          of a device nothing, because a probe     the ceiling of the request
-//                             checks it; of a slave of routes the
+//   corrupt, partial          of a device nothing, because a probe     -
+//                             checks it; of a slave of routes the      the ceiling of the request
 //                             reply, unless the damaged bytes were
 //                             as long as a reply
 //   line_down                 the reply                                the reply time and the drain are over;

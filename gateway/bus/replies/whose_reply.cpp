@@ -340,8 +340,8 @@ bool WhoseReply::MayLookSo(const SentRequest& sent, std::size_t before, const Me
   return !entry.identity.IsAskedBy(sent.bytes) && !entry.known_forms.contains(sent.bytes);
 }
 
-/// Compares the reply with the stored name (rows 9 and 10). Returns true if another device answers
-/// in place of the member.
+/// Compares the reply with the stored name of the device (rows 9 and 10 of the table at the top).
+/// Returns true if another device answers in place of the member.
 bool WhoseReply::NoteIdentity(const Asked& asked, View frame, Outcome outcome,
                               const AnswerOrder::MayAnswer& may_answer) {
   const protocols::Request& request = *asked.request;

@@ -10,7 +10,8 @@
 //   does another point forbid it?        locked        allow_when; min and max that name a point
 //                                                      whose value is unknown (beyond a known
 //                                                      limit: value); checked again before sending
-//   is the queue of the line full?       busy
+//   does the sink take the command?      busy          its queue is full (AuditedWrites); a full
+//                                                      queue of the line ends it as busy later
 //
 // The first try uses up a selection, even if the write is denied by another rule. Each denial is
 // reported to the sink; Deny does this for denials of other parts. If the sink itself returns false

@@ -156,8 +156,8 @@ Sentences Exchanges(const bus::DeviceRecord& device, const Evidence& evidence,
     const bool two = evidence.Share({Symptom::two_replies, Symptom::damaged, Symptom::bad_check,
                                      Symptom::bytes_added}) > 0.5;
     found.push_back("no value is good: " + device.status.trouble +
-                    (other != all.end()
-                         ? ". Check whether it and " + other->device->name + " are swapped"
+                    (other != all.end() ? ". Check whether it and " + other->device->name +
+                                              " have each other's address"
                      : two ? NextSentence(CheckAddress(*device.device))
                            : ""));
   } else if (!FailsByEchoes(evidence)) {

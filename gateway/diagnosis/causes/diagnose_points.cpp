@@ -92,9 +92,10 @@ struct Doubts {
   std::size_t jumping = 0;
   std::size_t empty = 0;
   std::map<Reason, std::size_t> reasons;
-  std::string first;         ///< name of the first reported point
-  std::size_t limited = 0;   ///< reported points that have a configured limit
-  std::string limit_remedy;  ///< remedy for the first limited point
+  std::string first;  ///< name of the first reported point
+  /// Number of reported points whose readings may be beyond their configured min or max.
+  std::size_t limited = 0;
+  std::string limit_remedy;  ///< remedy for the first point that `limited` counts
 
   void AddReported(const Quality& quality, const config::Point& point) {
     ++reported;

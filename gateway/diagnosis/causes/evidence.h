@@ -55,7 +55,7 @@ bool AreAwayTogether(const bus::FailureRuns& one, const bus::FailureRuns& other)
 struct Coincidences {
   std::size_t all = 0;  ///< number of runs of failures of the first device
   std::size_t together = 0;
-  double expected = 0;  ///< the value of `together` that chance alone would give
+  double expected = 0;  ///< value of `together` to expect if the devices fail independently
 
   bool AreNoChance() const;
   void Add(const Coincidences& more) {

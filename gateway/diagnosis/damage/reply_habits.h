@@ -159,7 +159,7 @@ class SameAgain {
  private:
   /// Replies shorter than this may be equal by chance.
   static constexpr std::size_t kShortest = 4;
-  /// This many misfits are not explained by replies that come some requests late.
+  /// Replies that only come some requests late cause fewer misfits (see misfits_) than this.
   static constexpr std::size_t kMisfits = 6;
 
   Bytes came_;

@@ -57,9 +57,9 @@ protocols::Answer Interpret(const Capture& capture, const protocols::Protocol& p
   return answer;
 }
 
-/// Returns the answer of an exchange with masked bytes, which cannot be checked. A recorded outcome
-/// is used. Values are returned only if the reply has no masked byte and its outcome does not
-/// differ from the recorded one.
+/// Returns the answer of an exchange with masked bytes, whose check values cannot be checked. If
+/// an outcome is recorded, the answer has this outcome. The answer has values only if no byte of
+/// the reply is masked, and the recorded outcome does not contradict the decoded one.
 protocols::Answer InterpretMasked(const Capture& capture, const protocols::Protocol& protocol,
                                   const protocols::ParsedOptions& options,
                                   protocols::Conversation& conversation) {

@@ -54,10 +54,11 @@ struct DecodedValue {
 /// connected)".
 std::string ValueText(const DecodedValue& value);
 
-/// The result of decoding. An outcome that a trace contains is used, because it also depends on
-/// times. If the bytes alone lead to another outcome, `reason` contains it and there are no values.
-/// If the trace contains no outcome and no whole frame came, the outcome is `none`, because more
-/// bytes may have come. If a trace shows bytes of the reply as **, there are no values.
+/// The result of decoding an exchange, for example of a trace, or an unasked message.
+///  * `outcome` is the outcome in the trace, because an outcome also depends on times. If the trace
+///    contains no outcome and no whole frame, `outcome` is `none`: perhaps more bytes came later.
+///  * `reason` also names the outcome that the bytes alone lead to, if it is another one.
+///  * `values` is empty in that case, and if the trace shows bytes of the reply as **.
 struct DecodedExchange {
   Outcome outcome = Outcome::none;
   std::string reason;

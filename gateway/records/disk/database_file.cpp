@@ -225,7 +225,8 @@ struct LogIndex {
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
 
-  /// True if a log is in use, and no connection is changing the index now.
+  /// True if the log contains frames and the two copies of the index's head are equal. They differ
+  /// while a connection changes the index.
   bool valid() const {
     return bytes.size() == kSize && bytes[12] == 1 && frames() > 0 &&
            std::equal(bytes.begin(), bytes.begin() + kHead, bytes.begin() + kHead);

@@ -55,8 +55,8 @@ OpenedEvents OpenEvents(const std::filesystem::path& file, const std::string& vf
 // closed.
 class EventsConnection {
  public:
-  /// `vfs`: as in Database. `writer` is shared by all connections to this file; null: this is the
-  /// only connection.
+  /// `vfs`: the name of an SQLite VFS; empty: the default VFS. `writer` is shared by all
+  /// connections to this file; null: this is the only connection.
   explicit EventsConnection(std::filesystem::path path, std::string vfs = {},
                             std::shared_ptr<EventsWriter> writer = {});
   ~EventsConnection() { Close(); }

@@ -239,7 +239,8 @@ class EventFeed {
   /// have to be read from the file. Null: the file is not read. When ServeWith has returned, the
   /// previous function is not called any more.
   void ServeWith(std::function<void()> asked);
-  /// Returns the number after which events have to be read; empty: no events are requested.
+  /// Returns the smallest `after` for which Take waits for events from the file; they are passed to
+  /// Supply with this number. Empty: Take waits for no events.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
 

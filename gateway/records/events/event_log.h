@@ -37,7 +37,8 @@ class RoundTimer {
  public:
   /// Makes a round (one commit) due at `at`, or earlier if an earlier round is already due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// Makes no round due before `until`, because the disk has failed.
+  /// To be called when a commit has failed. As long as the disk fails, the next round is due at
+  /// `until`.
   void Rest(Instant until) { rests_until_ = until; }
   void Begin() { look_at_.reset(); }
   /// Returns when the next round is due. `fails`: the disk fails. `idle`: nothing waits.
@@ -68,7 +69,8 @@ class EventRounds {
   /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
   /// batches that wait; the caller must report the alarms of each batch whose `told` is false.
   std::vector<Batch> Watch();
-  /// Makes a round (one commit) due: at once if `now` is true, else in a second. Thread-safe.
+  /// Makes the next round of the writing thread (one commit) due: at once if `now` is true, else in
+  /// a second. Thread-safe.
   void Look(bool now);
   /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;

@@ -80,7 +80,8 @@ class TwinFaults {
   /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// `stranger` empty: wrong_address never strikes. The schedules begin at `start`.
+  /// `stranger`: see Stranger; empty: the fault wrong_address never occurs. The times of the faults
+  /// count from `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 

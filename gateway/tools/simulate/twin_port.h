@@ -30,7 +30,8 @@ struct Received {
   std::size_t damaged = 0;  ///< characters with a wrong parity or stop bit
 };
 
-/// `sent`: characters without pauses, on a wire that is idle before and after them.
+/// Returns what a UART with the settings `receiver` receives when a UART with the settings `sender`
+/// sends the characters `sent` without pauses. The wire is idle before and after them.
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 

@@ -188,7 +188,8 @@ int main(int argc, char** argv) {
   Options options;
   auto* link = app.add_option("--link", options.link, "Descriptor of the link to the gateway");
   app.add_option("--parent", options.parent, "End when this process ends")->needs(link);
-  app.add_option("--memory", options.memory, "Limit of the address space in bytes")->needs(link);
+  app.add_option("--memory", options.memory, "Limit of the address space of this process, in bytes")
+      ->needs(link);
   app.add_option("--socket", options.socket, "Path of the gateway's socket")->excludes(link);
   bool types = false;
   app.add_flag("--types-xml", types, "Print the published types as DDS-XML");

@@ -99,7 +99,8 @@ class BillingSession final : public BackgroundJob {
     std::optional<Day> kept{};   // the newest reading that is stored on the disk
     std::optional<Day> empty{};  // the meter has no readings up to this day
     bool refused = false;
-    // End of a pause: the reading of a period that has just begun perhaps does not exist yet.
+    // No readings of this kind are requested before this time. Set when the reading of a period
+    // that began today was blank, or when the constants for energy are not known yet.
     Instant rests_until{};
   };
   /// A billing reading under way. Its steps: date, registers of all tariffs forwards, registers

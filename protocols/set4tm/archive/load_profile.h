@@ -40,7 +40,8 @@ class MemoryRead {
   Stretch Next() const;
   void OnPiece(View bytes);
   bool done() const { return done_; }
-  /// Returns the bytes of all ranges. Call it when done() is true. Empty: the two readings differ.
+  /// Returns the bytes of all ranges. Call it when done() is true. Empty: the second pass has read
+  /// other bytes than the first.
   const Bytes& bytes() const { return bytes_; }
 
  private:

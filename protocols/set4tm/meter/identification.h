@@ -36,8 +36,8 @@ struct MeterType {
   std::string_view name{};
   StatusWord status_word = StatusWord::unknown;
   Knows floats = Knows::perhaps;  ///< supports float reads, 08 1B (reference, 9.7)
-  /// Supports masked reads, 08 23 (reference, 9.8); perhaps: this depends on the firmware of the
-  /// meter.
+  /// Whether the type supports masked reads, 08 23 (reference, 9.8). `perhaps`: this depends on the
+  /// firmware of the meter.
   Knows masked_floats = Knows::perhaps;
 };
 

@@ -63,7 +63,7 @@ class BadWire {
 /// Loses or truncates the reply, or flips one bit. Every checksum detects this damage.
 Bytes Spoiled(Bytes reply, std::mt19937& random);
 
-/// Returns the real lines, and an SPA Bus line without parity, which has only the weak XOR.
+/// Returns RealLines(), and an SPA Bus line without parity, where only the weak XOR detects damage.
 std::vector<Setup> DamagedLines();
 
 }  // namespace baudgate::protocols

@@ -52,7 +52,8 @@ class BirthOracle {
     std::uint64_t judged = 0;
     std::size_t twin = 0;
     bool good = false;
-    Instant must_be_newer{};  // values from before a confirmed write are wrong
+    // When the device got a written value that was confirmed: values from before are wrong.
+    Instant must_be_newer{};
     std::uint64_t pending = 0;
     Instant pending_until{};
     std::string pending_what;

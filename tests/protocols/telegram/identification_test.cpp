@@ -1,4 +1,5 @@
-// Tests the identification of described devices, and findings about unexpected texts.
+// Tests `Identification`, which asks a device for its name before polls and writes, and the
+// findings about replies with unexpected text.
 // SPDX-License-Identifier: Apache-2.0
 #include "protocols/telegram/identification.h"
 

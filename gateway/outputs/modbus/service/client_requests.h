@@ -102,7 +102,8 @@ class ServerShared {
   /// old index of each route (Origins).
   void Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
              const Origins& routes);
-  /// Sets the share of max_clients that can connect, for clients that connect from now on.
+  /// Sets the share of each listener's max_clients that is allowed to be connected. It applies to
+  /// new clients; clients that are connected stay.
   void SetClientShare(double share) { limits_.client_share = share; }
 
   /// Accepts answers of lines and servers from now on, and creates the remote servers of the

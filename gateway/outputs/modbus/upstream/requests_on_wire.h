@@ -63,16 +63,18 @@ class RequestsOnWire {
 
   bool empty() const { return sent_.empty(); }
   bool full() const { return sent_.size() >= kMost; }
-  /// True if a request that is not a short write is allowed to be sent to this unit. A unit has at
-  /// most kMostPerUnit places, and only one place after kSilentDeadlines deadlines have passed.
+  /// True if a request other than a short write (RouteQueue::IsShortWrite) is allowed to be sent to
+  /// this unit now. Then fewer than kMost - kKeptForWrites requests are on the wire, and fewer than
+  /// kMostPerUnit of them go to this unit (none, if it let kSilentDeadlines deadlines in a row
+  /// pass).
   bool HasRoom(std::uint8_t unit) const;
-  /// True if the request overtakes no write to its unit.
+  /// True if the request overtakes no write to its unit; a broadcast: no write to any unit.
   bool MayFollow(const bus::RoutedRequest& request) const;
   /// True while a repeated request is on trial: the server can still close the connection because
   /// of it.
   bool IsTryingOut(Instant now) const { return TriedOutAt(now).has_value(); }
-  /// Returns the next time after `now` at which a repeated request is no longer on trial; nothing:
-  /// no request is on trial.
+  /// Returns when the next trial of a repeated request ends, which is kTriedOut after the request
+  /// was sent; nothing: no request is on trial.
   std::optional<Instant> TriedOutAt(Instant now) const;
 
   /// Gives `batch` an id that no request on the wire has.

@@ -71,8 +71,8 @@ struct WriteOptions {
   bool confirm = false;
   bool json = false;
   std::string socket;
-  std::string request{};  ///< client and number of the request: "NAME/NUMBER"; empty: the request
-                          ///< has no number
+  /// Client and number of the request: "NAME/NUMBER"; empty: the request has no number.
+  std::string request{};
 };
 
 /// The exit code when the device did not answer, refused the request, or is not allowed to be

@@ -193,7 +193,8 @@ class TracedDecoders {
     return Error{"the captures have no trace head that names the protocol; add --protocol"};
   }
 
-  /// Returns the decoder of a device; null: the status contains the reason.
+  /// Returns the decoder of a device; null: the status contains the reason. All devices that
+  /// `devices_` does not contain share one decoder.
   std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;

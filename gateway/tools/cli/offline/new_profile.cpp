@@ -245,7 +245,7 @@ bool IsTimeForm(std::string_view form) {
 
 namespace {
 
-/// The largest decimal exponent of a 64-bit float.
+/// The largest exponent that ListedNumber accepts, as in "1E308": that of a 64-bit float.
 constexpr int kMostPlaces = 308;
 
 template <typename Unit>

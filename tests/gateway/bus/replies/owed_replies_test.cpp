@@ -32,7 +32,8 @@ TEST(LatestReadings, ContainEachPointOnceSinceTheLineRested) {
 }
 
 /// An outstanding reply to another master counts as lost at once. An outstanding reply to this
-/// gateway counts as lost after ten seconds, or after twice the ceiling if that is longer.
+/// gateway counts as lost after ten seconds, or after twice the device's `ceiling` (its timeout of
+/// the whole exchange) if that is longer.
 TEST(WhoseReplyOfAWriter, AWriteOnlyDeviceWithoutProbesHasNoLastingOutstandingReplies) {
   const config::Line line = ToyLine({ToyDevice("a", "A", {"V1"}), ToyDevice("b", "B", {"1"})});
   Roster roster(line, 0,

@@ -145,7 +145,7 @@ TEST_F(DiagnoseTest, ADeviceThatAnswersInPlaceOfAnotherIsReported) {
   neighbour_.override_quality = record_.override_quality;
   EXPECT_THAT(Say(),
               ElementsAre("no value is good: meter 2 answers in place of 1. Check whether it and " +
-                          neighbour_.device->name + " are swapped"));
+                          neighbour_.device->name + " have each other's address"));
 }
 
 TEST_F(DiagnoseTest, OutagesOfTheLastHourAreCounted) {

@@ -199,7 +199,7 @@ TEST_F(Relay, TheNumberOfParticipantsOfAnAddressIsLimited) {
   Hears({.number = 1000});
   for (std::uint16_t number = 0; number < 200; ++number) {
     Hears({.number = number, .address = 0x0A010000U - number, .lease = 1});
-    EXPECT_EQ(refused_, number < 128 ? "" : "too many participants from one address");
+    EXPECT_EQ(refused_, number < 128 ? "" : "too many participants from one IP address");
   }
   now_ += 3s;
   std::size_t admitted = 0;

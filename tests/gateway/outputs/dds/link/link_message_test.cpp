@@ -34,7 +34,7 @@ constexpr char kOpen[] =
     "01 08 31 30 2E 30 2E 30 2E 39 F2 1C 88 13 00 00 1F 00 00 00 01 05 00 00 00 00";
 // Readers: 3 of points, 2 of devices, 1 of events, 4 of alarms; 1,234 samples written, 2^32
 // refused, 5 requests and 6 events dropped; 7 participants, 12,345 datagrams; 16 reasons of
-// refusal: 38 fragments, 2 participants beyond the limit of their address.
+// refusal: 38 fragments, 2 participants beyond the limit for one IP address.
 constexpr char kCounts[] =
     "42 07 D1 00 03 00 00 00 02 00 00 00 01 00 00 00 04 00 00 00 D2 04 00 00 00 00 00 00 00 00 00 "
     "00 01 00 00 00 05 00 00 00 00 00 00 "
