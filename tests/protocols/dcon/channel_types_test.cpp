@@ -64,9 +64,10 @@ TEST(DconChannelTypes, AreReadOnceAndGiveTheUnit) {
   EXPECT_DOUBLE_EQ(ToDouble(answer.readings[1].value), 0.15) << "mV";
   EXPECT_EQ(answer.readings[2].quality, kNotThis);
   EXPECT_EQ(talk->trouble().reason, Reason::none) << "the others are good";
-  EXPECT_NE(talk->trouble().text.find("input 2 has type 0D and measures in mA, but the profile says V "
-                                      "for input_2"),
-            std::string::npos)
+  EXPECT_NE(
+      talk->trouble().text.find("input 2 has type 0D and measures in mA, but the profile says V "
+                                "for input_2"),
+      std::string::npos)
       << talk->trouble().text;
   EXPECT_EQ(module.Count("$018C"), 3U);
   talk.Run(Poll(0), module.wire());

@@ -192,8 +192,9 @@ TEST(DconTotalsOf, FrequencyModulesAreRefused) {
   Exchange(talk, Poll(0), "!017080\r");
   Asked(talk, Poll(0));
   Exchange(talk, Poll(0), "!01510600\r");
-  EXPECT_NE(talk->trouble().text.find("type 51 measures in Hz, but the profile says a total for total"),
-            std::string::npos)
+  EXPECT_NE(
+      talk->trouble().text.find("type 51 measures in Hz, but the profile says a total for total"),
+      std::string::npos)
       << talk->trouble().text;
 }
 

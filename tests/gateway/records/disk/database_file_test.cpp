@@ -300,8 +300,7 @@ TEST_F(Versions, TheVersionInALeftoverLogCounts) {
   }
   fs::remove(away);
   ASSERT_GT(fs::file_size(folder_ / "events.db-wal"), 0U);
-  EXPECT_NE(NewerStateIn(folder_).find("(file version " + kNextEvents + ","),
-            std::string::npos);
+  EXPECT_NE(NewerStateIn(folder_).find("(file version " + kNextEvents + ","), std::string::npos);
 }
 
 using ::testing::ElementsAre;
