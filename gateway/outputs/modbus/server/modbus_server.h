@@ -48,7 +48,7 @@ struct ListenerOrigin {
   bool keeps_port(const config::Listener& now) const { return was && (same || !now.is_serial()); }
 };
 
-/// What a reload leaves unchanged: ModbusOutput fills it, and ModbusServer applies it.
+/// A Renewal contains what a reload leaves unchanged. ModbusOutput fills it.
 struct Renewal {
   std::vector<ListenerOrigin> listeners;
   Origins routes;

@@ -83,7 +83,7 @@ struct ModbusLinks {
   OnRoutedReport routed{};                ///< gets the result of each routed request; can be null
 };
 
-// What all clients of a Modbus server share.
+// ServerShared contains the parts that all clients of a Modbus server share.
 class ServerShared {
  public:
   ServerShared(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
