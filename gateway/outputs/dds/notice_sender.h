@@ -135,7 +135,7 @@ class NoticeSender {
   bool Send(Instant now);
   Instant Due();
 
-  /// Sends the rest for at most 700 ms. Returns the next call; nothing: all sent, or impossible.
+  /// Takes at most 700 ms. Returns the time of the next call; nothing: all sent, or not possible.
   std::optional<Instant> End(Instant now);
   /// Stores that subscribers have acknowledged everything. To be called after End.
   void Confirm() { events_.Confirm(); }

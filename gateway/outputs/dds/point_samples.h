@@ -86,6 +86,7 @@ class PointEnds {
 /// Devices that a reload has removed are published once more, with state `disabled`.
 class DeviceEnds {
  public:
+  /// The references must outlive this object.
   DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 

@@ -50,7 +50,7 @@ struct PlanOptions {
 /// Returns a text, or the digits of a whole number beyond 2^53; else an empty text.
 std::string TextOf(const Value& value);
 
-/// Decides whether the point is sent. It is small, because every point has one.
+/// The state that decides whether a point is sent. It is small, because every point has one.
 struct PointState {
   double number = 0;
   std::size_t text_hash = 0;

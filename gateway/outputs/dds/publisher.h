@@ -74,7 +74,7 @@ class SampleSender {
   };
   /// The samples that are being sent: points device by device, then devices.
   struct Round {
-    std::vector<bus::PointRef> points;
+    std::vector<bus::PointRef> points;  ///< changed points, sorted by device
     std::size_t next_point = 0;
     std::vector<Staged> staged;  ///< samples of points of one device; reused to avoid allocations
     std::size_t staged_count = 0;
@@ -119,9 +119,8 @@ class DdsPublisher {
   /// Takes log lines, on the publisher's thread.
   using Log = PacedWriter::Log;
 
-  /// Publishes everything, then changes; in each new session everything again. `config` and `store`
-  /// must outlive the publisher. To be called before the lines start. An error contains a long
-  /// name.
+  /// Publishes everything, then changes; in each new session everything again. References must
+  /// outlive the publisher. To be called before the lines start. An error contains a too long name.
   static Result<std::unique_ptr<DdsPublisher>> Create(const config::Config& config,
                                                       bus::PointStore& store,
                                                       std::shared_ptr<SampleWriter> writer,

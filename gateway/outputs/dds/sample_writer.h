@@ -60,6 +60,7 @@ class RequestIntake {
   static constexpr Duration kInterval = 2ms;
   static constexpr std::uint32_t kBurst = 128;  ///< requests that are accepted at once
 
+  /// `wake` is called on the thread of Offer, after a request was queued.
   explicit RequestIntake(std::function<void()> wake) : wake_(std::move(wake)) {}
 
   void Offer(WriteArrival arrival, Instant now);
@@ -141,6 +142,7 @@ class PacedWriter {
 
   static constexpr Duration kLongestHold = 10ms;
 
+  /// `writer` must outlive this object.
   PacedWriter(SampleWriter& writer, Log log);
 
   bool MayWrite(Instant now) { return now >= held_until_ && pacer_.Take(now); }

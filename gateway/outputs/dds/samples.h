@@ -40,7 +40,7 @@ struct PointSample {
   std::uint16_t quality = 0;  ///< see Quality::word() in gateway/base/value.h
   /// Time of the value in ns since 1970 UTC; 0 before the first reading.
   std::int64_t source_time_ns = 0;
-  std::uint64_t seq = 0;
+  std::uint64_t seq = 0;  ///< number of the reading; counts the readings of this point
   std::uint32_t rtt_us = 0;
 
   bool operator==(const PointSample&) const = default;

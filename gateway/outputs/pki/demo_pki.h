@@ -39,6 +39,7 @@ enum class Part {
 
 /// Encrypts everything, in the domains 0 to 230, and allows only the topics baudgate/*.
 std::string Governance();
+/// Returns the permissions. `name` is the CN of the identity.
 std::string Permissions(const std::string& name, Part part, WallTime from, WallTime until);
 
 inline constexpr Duration kDemoValidity = 5 * 365 * 24h;

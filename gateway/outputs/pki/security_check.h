@@ -14,7 +14,7 @@ namespace baudgate::pki {
 struct Finding {
   std::string key;       ///< key in the configuration, e.g. "identity"
   std::string sentence;  ///< contains the file and the remedy, but no secret
-  bool warning = false;
+  bool warning = false;  ///< true: the files can be used nevertheless
 };
 
 struct SecurityReport {

@@ -70,7 +70,7 @@ struct GatewayInfo {
 /// {"point":"current_l1","value":0.52,"unit":"xIn","quality":192,"quality_text":"good","age_ms":120}
 Json PointJson(const bus::DeviceRecord& record, std::size_t index, Instant now);
 
-/// Of everything or, with `target`, of one line, or one device with its values.
+/// Returns the status of everything; with `target`, of one line, or of one device with its values.
 Json StatusJson(const config::Config& config, const bus::PointStore& store, const GatewayInfo& info,
                 const std::optional<Target>& target, Now now);
 

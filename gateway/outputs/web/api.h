@@ -51,6 +51,7 @@ class LiveApi {
   /// All references must outlive this object. All functions must be called on the thread of `io`.
   LiveApi(const config::Config& config, Links links, asio::io_context& io);
 
+  /// Answers a request. False: the request is not for LiveApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
   /// The person is recorded as "web:" and the client's address. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
@@ -101,6 +102,7 @@ class PastApi {
   PastApi(const config::Config& config, const bus::PointStore& store, lines::LineControl& lines,
           status::GatewayInfo info, asio::io_context& io);
 
+  /// Answers a request. False: the request is not for PastApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
   /// At a reload, on any thread. A page that is being read still uses the old history.

@@ -60,6 +60,7 @@ class Exchange : public std::enable_shared_from_this<Exchange> {
   bool completed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
+/// Returns the request without its body.
 Request RequestOf(MHD_Connection* connection, const char* url, const char* method);
 
 int SocketOf(MHD_Connection* connection);

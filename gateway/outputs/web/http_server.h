@@ -49,7 +49,7 @@ class Connections {
   /// At at_all, returns the connection to close, which has waited longest for a request.
   std::optional<Id> Open(Id id, const std::string& peer, Instant now);
   void Close(Id id) { all_.erase(id); }
-  /// A request has arrived. False: too many of all clients or of this address, answer 503.
+  /// False: too many requests, of all clients or of this address; the caller must answer 503.
   bool Begin(Id id, Instant now);
   void Stream(Id id);
   /// To be called when the answer has ended. The time for the next request begins.

@@ -14,7 +14,7 @@ namespace baudgate::web {
 
 namespace {
 
-// The names of metrics are a public contract (docs/metrics.md), also those in other tables.
+// Names of metrics, also in the tables of counters, are a public contract (docs/metrics.md).
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 

@@ -16,8 +16,8 @@
 namespace baudgate::web {
 
 struct Request {
-  std::string method{};
-  std::string path{};
+  std::string method{};  ///< "GET", "POST", …; a HEAD request has "GET"
+  std::string path{};    ///< e.g. "/api/v1/status", without escapes
   std::map<std::string, std::string> query{};
   std::map<std::string, std::string> headers{};  ///< by name in lower case
   std::string body{};

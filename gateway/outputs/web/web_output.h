@@ -24,6 +24,7 @@ class WebOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
   }
+  /// The objects that `links` refers to must outlive this object.
   WebOutput(web::LiveApi::Links links, const web::Limits& limits)
       : links_(std::move(links)), limits_(limits) {}
 

@@ -77,7 +77,7 @@ class WebServer final : public HttpHandler {
   PastApi past_;
   asio::steady_timer tick_{live_loop_.io()};
   asio::steady_timer look_{live_loop_.io()};
-  bool ticking_ = false;
+  bool ticking_ = false;  // a call of Tick is scheduled; used on the live loop only
   std::atomic<std::size_t> waiting_ = 0;
   std::unique_ptr<HttpServer> http_;
 };

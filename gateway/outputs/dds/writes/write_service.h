@@ -53,8 +53,8 @@ class WriteService {
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
-  /// The references must outlive this object. `answer` is called on the thread of Take or End,
-  /// `ended` on any thread, even after this object; its owner calls End.
+  /// The references must outlive this object. `answer` is called on the thread of Take or End;
+  /// `ended` on any thread, even after the end of this object: the owner passes it to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 

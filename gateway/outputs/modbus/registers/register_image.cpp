@@ -110,7 +110,7 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
   if (table != config::Table::bits) return find(registers_);
-  // A read of one bit can get an exception where a read of several bits does not.
+  // Not for one bit: its read can get an exception where a read of several bits does not.
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 

@@ -44,7 +44,7 @@ class TableImage {
 
   std::vector<Span> spans_;
   std::vector<Run> runs_;
-  std::vector<std::uint8_t> begins_;
+  std::vector<std::uint8_t> begins_;  ///< 1 where a value begins, and behind the last value
   std::vector<Word> values_;
   std::vector<Word> qualities_;
   /// Entry i: the number of words before index i that must not be shown.

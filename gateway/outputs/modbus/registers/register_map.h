@@ -51,8 +51,8 @@ struct Piece {
 
 struct UnitMap {
   enum class Kind : std::uint8_t { unmapped, device, gateway } kind = Kind::unmapped;
-  std::uint32_t device = 0;  ///< index in the point store
-  std::vector<Span> registers;
+  std::uint32_t device = 0;     ///< index in the point store
+  std::vector<Span> registers;  ///< mapped registers, sorted, without overlap
   std::vector<Span> bits;
   /// Points with `select: yes`, by the address of their selection.
   std::map<std::uint16_t, std::uint32_t> selects;
@@ -80,8 +80,8 @@ class RegisterMap {
 using Holes = config::Listener::Holes;
 
 /// Divides a read into ascending pieces. Returns kIllegalAddress if an address is unmapped or
-/// write-only, else kIllegalValue for a part of a value. With Holes::zero, such addresses become
-/// pieces of area `hole`, unless there is nothing else.
+/// write-only, else kIllegalValue for a part of a value. With Holes::zero, unmapped and write-only
+/// addresses become holes, unless there is nothing else.
 ExceptionCode PlanRead(const UnitMap& unit, config::Table table, std::uint16_t start,
                        std::uint16_t count, std::vector<Piece>& pieces, Holes holes = Holes::off);
 

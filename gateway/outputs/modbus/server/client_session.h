@@ -158,7 +158,7 @@ class ClientSession final : public ClientPoll::Client,
 
   void Start();
   void Close();
-  /// Closes an idle or stalled client, drops incomplete frames, and answers late requests.
+  /// Closes an idle or stalled client, drops incomplete frames, and answers overdue requests.
   void Sweep(const Now& now);
   /// Returns the next time at which Sweep has a request to answer; nothing: no request waits.
   std::optional<Instant> Deadline() const { return requests_.Deadline(); }

@@ -28,6 +28,7 @@ using PeerAddress = std::array<std::uint8_t, 16>;
 
 bool Contains(const config::Network& network, const PeerAddress& peer);
 
+/// True if a network of the list contains the peer, or the list is empty.
 bool Allows(std::span<const config::Network> list, const PeerAddress& peer);
 
 /// The priority of the first client rule that contains the peer; else the listener's.

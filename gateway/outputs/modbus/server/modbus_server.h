@@ -120,11 +120,11 @@ class ModbusServer {
   void BeginSerial();
   static Ended End(std::vector<Place> places);
 
-  const config::Config& config_;
+  const config::Config& config_;  // the configuration at the start
   std::unique_ptr<ServerShared> shared_;
   asio::io_context* io_ = nullptr;  // null: the server does not listen
   std::optional<asio::steady_timer> retry_;
-  std::vector<Place> places_;
+  std::vector<Place> places_;  // in the order of modbus.listen
 };
 
 }  // namespace baudgate::modbus

@@ -66,6 +66,7 @@ class Inbox {
 
 /// Limits that cannot be configured; tests shorten them.
 struct ModbusLimits {
+  /// A write that is not confirmed within this time is answered with exception 0x0B.
   Duration write_deadline = bus::kWaitForDevice;
   Duration stall = 10s;  ///< a client that does not read its replies for this time is disconnected
   double client_share = 1;  ///< share of each listener's max_clients that is allowed to connect

@@ -121,7 +121,7 @@ class OwnUnits {
 
  private:
   void MakeImages();
-  /// Nothing: the unit's image does not contain the request, or is out of date.
+  /// Answers from the unit's image if it has the whole request and Refresh succeeds; else nothing.
   std::optional<ExceptionCode> ReadImage(const ModbusRequest& request, Instant now);
   ExceptionCode ReadRecord(const ModbusRequest& request, const UnitMap& unit, Instant now);
   ExceptionCode ReadGateway(const ModbusRequest& request);

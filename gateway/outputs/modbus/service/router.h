@@ -73,7 +73,7 @@ class RouteTargets {
   std::shared_ptr<TrafficBook> book_;
   /// Servers are never removed, because clients that have used them can still call Abandon.
   std::map<HostPort, std::unique_ptr<Upstream>> servers_;
-  std::vector<bus::RouteTarget*> targets_;
+  std::vector<bus::RouteTarget*> targets_;  ///< the target of each route, by route number
   std::vector<Line> lines_;
   /// For each client: the targets that can still have requests of the client.
   std::map<std::uint64_t, std::vector<bus::RouteTarget*>> asked_;

@@ -41,8 +41,8 @@ struct MasterStatus {
   /// Another framing in which the damaged bytes were a whole request; a good request clears it.
   std::optional<Framing> other;
   Framing expected = Framing::rtu;
-  std::uint64_t echoes = 0;
-  WallTime last_frame{};  ///< the epoch: there was no frame yet
+  std::uint64_t echoes = 0;  ///< own replies that were received and ignored, although `echo` is off
+  WallTime last_frame{};     ///< the epoch: there was no frame yet
 };
 
 /// Counts how routed requests ended. requests == ok + refused + denied + no_reply + expired + busy
@@ -50,8 +50,8 @@ struct MasterStatus {
 struct RouteCounters {
   std::uint64_t requests = 0;
   std::uint64_t ok = 0;
-  std::uint64_t refused = 0;
-  std::uint64_t denied = 0;  ///< the listener does not permit the request; the client got 0x01
+  std::uint64_t refused = 0;  ///< the slave answered with an exception
+  std::uint64_t denied = 0;   ///< the listener does not permit the request; the client got 0x01
   /// No good reply (silence, damage, port closed); the client got 0x0B.
   std::uint64_t no_reply = 0;
   /// The request waited beyond its deadline and was not sent; the client got 0x0B.
@@ -131,7 +131,7 @@ struct FunctionCount {
 };
 
 struct TrafficStatus {
-  std::vector<ClientStatus> clients;
+  std::vector<ClientStatus> clients;  ///< clients that are connected now, sorted by id
   std::vector<MasterStatus> masters;  ///< in the order in which their ports were added
   std::vector<ClosedListener> closed;
   /// One entry for each listener that had clients with another framing.

@@ -159,7 +159,8 @@ class TrafficBook {
   std::vector<ClosedListener> closed_ BAUDGATE_GUARDED_BY(mutex_);
   // By the listener's address.
   std::map<std::string, OtherSpeaker> others_ BAUDGATE_GUARDED_BY(mutex_);
-  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);
+  std::vector<RouteStatus> routes_ BAUDGATE_GUARDED_BY(mutex_);  // by route number
+  // The numbers of the routes in the running file.
   std::vector<std::size_t> shown_ BAUDGATE_GUARDED_BY(mutex_);
   RouteStatus broadcasts_ BAUDGATE_GUARDED_BY(mutex_);
 };

@@ -75,6 +75,7 @@ void Upstream::Link::Drop(std::uint64_t client) {
   on_wire_.Abandon(client);
 }
 
+/// Does all work that is due. To be called after any change.
 void Upstream::Link::Work() {
   const Instant now = clock_();
   ExpireWaiting(now);

@@ -32,7 +32,7 @@ class Upstream final : public bus::RouteTarget {
   Upstream(const Upstream&) = delete;
   Upstream& operator=(const Upstream&) = delete;
 
-  // On the thread that runs the io_context, or while no thread runs it.
+  // Start, Rest and Stop run on the io_context's thread, or while none runs it.
   /// Accepts requests from now on, also after Rest.
   void Start();
   /// No route leads to this server any more: closes when no request is pending.

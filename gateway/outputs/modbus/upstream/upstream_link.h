@@ -35,8 +35,8 @@ namespace baudgate::modbus {
 // Reconnect decides when the next request may open a connection. The time is an argument.
 class Reconnect {
  public:
-  /// It is short, because only a request makes the gateway connect again: a server that returns is
-  /// found at the first request after the pause.
+  /// A server that returns is found at the first request after the pause, which is short because
+  /// only a request makes the gateway connect again.
   static constexpr Duration kLongestPause = std::chrono::seconds(5);
 
   explicit Reconnect(std::uint32_t seed) : ladder_(seed) {}
@@ -106,6 +106,7 @@ class UpstreamQueue final : public bus::RouteQueue {
   };
   Entry Submit(bus::RoutedRequest request);
 
+  /// Accepts requests from now on, also after Close.
   void Open();
   /// Queues the requests that other threads have submitted. False: the queue is closed.
   bool Gather();

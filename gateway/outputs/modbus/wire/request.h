@@ -53,7 +53,7 @@ class MbapAssembler {
   std::span<std::uint8_t> Space();
   void Commit(std::size_t count);
 
-  /// True without a byte of the next frame. Bytes that can belong to the previous do not count.
+  /// True if it holds no byte of the next frame; bytes of the previous one do not count.
   bool empty() const { return begin_ + surplus_ >= end_; }
   /// The transaction number of the next frame, if two bytes of it have been received.
   std::optional<std::uint16_t> transaction() const { return ByteReader(Held()).U16Be(0); }
@@ -97,7 +97,7 @@ inline std::uint16_t TransactionOf(View frame) {
 inline Bytes CopyOf(View bytes) { return Bytes(bytes.begin(), bytes.end()); }
 inline View PduOf(View frame) { return frame.subspan(kMbapHeader); }
 
-/// Returns the exception for the reply if the request in the frame is invalid.
+/// If the request in the frame is invalid, returns the exception for the reply.
 ExceptionCode ParseRequest(View frame, ModbusRequest& request);
 
 std::size_t ReplySize(const ModbusRequest& request);
