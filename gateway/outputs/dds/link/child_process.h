@@ -38,9 +38,8 @@ inline constexpr int kLinkDescriptor = 3;
 
 class ChildProcess {
  public:
-  /// The child inherits only the link and a pipe for its output. It has its own process group:
-  /// Ctrl-C does not reach it. The calling thread must outlive it: the kernel terminates both
-  /// together.
+  /// The child inherits only the link and a pipe for its output, and has its own process group, so
+  /// Ctrl-C does not reach it. The kernel terminates it together with the calling thread.
   static Result<ChildProcess> Start(const std::string& program,
                                     const std::vector<std::string>& arguments,
                                     const Descriptor& link);

@@ -24,6 +24,7 @@ constexpr std::uint32_t kMostEventDevices = 1'000'000;
 constexpr int kLastDomain = 232;
 // Bytes before the sample: participant, entity, time of arrival, time of publication, flags.
 constexpr std::size_t kArrivalBytes = 12 + 4 + 8 + 8 + 1;
+// The counts of subscribers in the order of the message.
 constexpr std::uint32_t Subscribers::*kReaders[] = {&Subscribers::points, &Subscribers::devices,
                                                     &Subscribers::events, &Subscribers::alarms};
 constexpr unsigned kLasting = 1;
@@ -135,6 +136,7 @@ std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
   return places;
 }
 
+/// Returns the paths of the security files in the order of the message.
 template <typename Security>
 auto FilesOf(Security& security) {
   return std::array{&security.ca,         &security.permissions_ca, &security.identity,

@@ -69,7 +69,7 @@ struct LinkCounts {
 
 /// The Encode functions return whole packets.
 Bytes EncodeOpen(const LinkOpen& open);
-Bytes EncodeFailed(const std::string& sentence);
+Bytes EncodeFailed(const std::string& sentence);  ///< `sentence` is cut after 1,000 bytes
 Bytes EncodeCounts(const LinkCounts& counts);
 Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which have no body
 /// Does not allocate. Returns the packet's length; 0: a text is too long, or `to` too short.

@@ -62,6 +62,7 @@ class LinkServer {
   PointSample point_;  ///< a member to reuse its memory
   DeviceSample device_;
   GatewaySample gateway_;
+  /// Events that the library has not accepted yet, in their order.
   std::deque<EventSample> events_;
   std::deque<AlarmSample> alarms_;
   Instant events_retry_{};

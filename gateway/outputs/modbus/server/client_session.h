@@ -183,8 +183,7 @@ class ClientSession final : public ClientPoll::Client,
   void Answered(Instant now);
   /// RTU and ASCII: waits until it is certain that no new request is arriving behind the last.
   void Flush(Instant now);
-  /// Keeps the session alive while an answer may close it. Null during a turn, whose caller does
-  /// so.
+  /// Keeps the session alive while an answer may close it. Null in a turn, whose caller does so.
   std::shared_ptr<ClientSession> Hold() { return in_turn_ ? nullptr : shared_from_this(); }
   bool CloseOther(const Now& now);
   void CloseMalformed(Instant now);

@@ -30,8 +30,7 @@ class ModbusOutput final : public outputs::Output {
     const bus::PointStore& store;
     bus::CommandSink& commands;
     std::function<modbus::GatewayFigures()> figures;
-    /// Raises the limit of file descriptors for `config`. Returns the share of `max_clients` that
-    /// fits.
+    /// Raises the limit of descriptors for `config`. Returns the share of `max_clients` that fits.
     std::function<double(const config::Config& config)> make_room;
     std::function<std::vector<bus::RouteTarget*>()> lines;
     modbus::ModbusLinks server;  ///< everything but its member `lines`

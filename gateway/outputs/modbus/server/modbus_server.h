@@ -81,16 +81,14 @@ class ModbusServer {
   Result<ListenerPort> OpenPort(const config::Listener& listener,
                                 PassedSockets* passed = nullptr) const;
   using Ended = std::vector<std::shared_ptr<SerialListener>>;
-  /// Replaces units, points, lines, routes and listeners. Clients of changed or removed listeners
-  /// are disconnected. A port that is not open is tried again each second. Returns ended serial
-  /// ports.
+  /// Replaces units, points, lines, routes and listeners; clients of changed listeners are
+  /// disconnected. A port that is not open is tried again each second. Returns ended serial ports.
   Ended Apply(const config::Config& config, std::span<bus::RouteTarget* const> lines,
               const Renewal& renewal);
   /// Closes the serial ports that Apply returned; any thread may call it. A driver can take long.
   static void ClosePorts(const Ended& ended);
   void Finish(Ended ended);
-  /// One sentence per port that is not open, e.g. "listener 0.0.0.0:502: address already in use;
-  /// …".
+  /// One sentence per closed port, e.g. "listener 0.0.0.0:502: address already in use; …".
   std::vector<std::string> Missing() const;
 
   /// Closes ports and clients. Writes in progress continue, but are not answered.
