@@ -40,9 +40,8 @@ class PointRequests {
   PointRequests(const bus::PointStore& store, bus::CommandSink& sink, bus::RequestBook::Past past)
       : store_(store), sink_(sink), gate_(store, sink), book_(std::move(past)) {}
 
-  /// Starts a write of `target` (LINE.DEVICE.POINT); `value` is in the point's unit, `confirm`
-  /// confirms in advance, `client` and `seq`: see RequestId. After an error, `answered` is not
-  /// called.
+  /// Starts a write of LINE.DEVICE.POINT; `value` is in the point's unit, `confirm` confirms in
+  /// advance, `client` and `seq`: see RequestId. After an error, `answered` is not called.
   Status Write(const config::Config& config, const status::Json& request, const bus::Writer& writer,
                Instant now, Answered answered);
   /// Returns whether a confirmed write would be allowed now. Sends and records nothing.
@@ -55,6 +54,7 @@ class PointRequests {
   void Forget(const bus::Writer& writer) { gate_.Forget(writer); }
 
  private:
+  /// Returns the point and the value that `request` names, without a deadline.
   Result<bus::WriteAsk> AskOf(const config::Config& config, const status::Json& request) const;
 
   /// Registers `answered` for the request `id`. False: repeated; gets the first request's answer.

@@ -298,6 +298,7 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
   const std::size_t dot = target.find('.');
   if (dot != std::string::npos) query.line = target.substr(0, dot);
   query.device = dot == std::string::npos ? target : target.substr(dot + 1);
+  // Before the page, as in ShowWrites.
   const events::EventsState state = gateway.info.events->state();
   const auto page = gateway.info.events->Read(query);
   if (!page) return Refused(kUnavailable, "the events cannot be read: " + page.error());
@@ -314,6 +315,7 @@ Reply ShowEvents(const Gateway& gateway, const Request& request) {
 
 Reply ShowAlarms(const Gateway& gateway, const Request& request) {
   if (gateway.info.events == nullptr) return Refused(kUnavailable, kNoEvents);
+  // Before the page, as in ShowWrites.
   const events::EventsState state = gateway.info.events->state();
   Json json = AlarmsPage(*gateway.info.events, NumberOf(request.json, "after").value_or(0));
   json["events"] = status::EventsJson(state);

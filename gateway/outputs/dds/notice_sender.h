@@ -68,6 +68,7 @@ class EventSender {
   explicit EventSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
+  /// Null: there is nothing to send now. Returns the same event until OnSent.
   const EventSample* Next();
   void OnSent();
   /// Stores that subscribers have acknowledged all events that were sent.
@@ -99,6 +100,7 @@ class AlarmSender {
   explicit AlarmSender(EventSupply* supply) : supply_(supply) {}
 
   void StartAnew();
+  /// Null: there is nothing to send now. Returns the same alarm until OnSent.
   const AlarmSample* Next();
   void OnSent();
 
@@ -113,9 +115,8 @@ class NoticeSender {
  public:
   /// Running subscribers on a network without faults discover a new gateway within this time.
   static constexpr Duration kDiscoveryTime = 500ms;
-  /// All running subscribers discover a new gateway within this time. Events wait for it unless a
-  /// reader of events is discovered earlier: else a writer that stores 1,000 events loses older
-  /// ones.
+  /// All running subscribers discover a new gateway within this time. Events wait for it, unless a
+  /// reader of events appears earlier, because the writer stores only the newest events.
   static constexpr Duration kMeetingTime = 15s;
 
   /// The references and `events` must outlive this object. `now`: the gateway's start.

@@ -69,6 +69,7 @@ class PointEnds {
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
+  /// Null: there is nothing to send. Returns the same sample until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -94,9 +95,11 @@ class DeviceEnds {
     gone_.push_back({device, std::move(held)});
   }
   void Clear() { gone_.clear(); }
+  /// Removes devices whose name is in use again, e.g. after a restart of their line.
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
+  /// Null: there is nothing to send. Returns the same sample until OnSent.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

@@ -19,8 +19,7 @@ class DueQueue {
   /// Contains the slots 0…count-1, all due at `first`.
   DueQueue(std::size_t count, Instant first);
 
-  /// An earlier time than before costs O(log n); a later time is only stored, until the earlier one
-  /// is reached.
+  /// An earlier time costs O(log n); a later time is only stored, until the earlier one is reached.
   void Set(std::uint32_t slot, Instant due);
   Instant due(std::uint32_t slot) const { return due_[slot]; }
 
@@ -37,8 +36,8 @@ class DueQueue {
 
   std::vector<Instant> due_;
   std::vector<Instant> key_;  ///< the time by which the heap sorts each slot; never later than due_
-  std::vector<std::uint32_t> heap_;
-  std::vector<std::uint32_t> position_;
+  std::vector<std::uint32_t> heap_;      ///< the slots in heap order
+  std::vector<std::uint32_t> position_;  ///< index of each slot in heap_
 };
 
 struct PlanOptions {
@@ -59,8 +58,7 @@ struct PointState {
   static PointState Of(const Value& value, Quality quality);
 };
 
-/// At `start` everything is due. The memory is fixed, and no call walks through all points except
-/// KeepMarks.
+/// At `start` everything is due. Fixed memory; only KeepMarks walks through all points.
 class PublishPlan {
  public:
   PublishPlan(const PlanOptions& options, std::vector<double> deadbands, std::size_t devices,

@@ -33,7 +33,7 @@ struct SampleCounters {
 class SampleSender {
  public:
   /// The references and `events` must outlive this object. `now`: the gateway's start, when
-  /// everything is due. More than 1000 points wait 500 ms, until running subscribers have found the
+  /// everything is due. More than 1000 points wait 500 ms, until subscribers have found the
   /// gateway.
   SampleSender(const config::Config& config, const bus::PointStore& store, SampleWriter& writer,
                PacedWriter::Log log, Now now, EventSupply* events = nullptr);
@@ -131,7 +131,8 @@ class DdsPublisher {
   static Status CheckNames(const config::Config& config);
 
   void OnReload();
-  /// Sends the last events and ends the thread, after two seconds at most.
+  /// Sends the last events; ends the thread when baudgate-dds has published its final samples, or
+  /// after two seconds. Can be repeated.
   void Stop();
 
   DdsCounters counters() const {

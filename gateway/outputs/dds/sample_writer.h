@@ -109,10 +109,9 @@ class SampleWriter {
   virtual Sent Write(const AlarmSample&) { return Sent::refused; }
   /// Writes the reply to a request that OnRequest has passed on.
   virtual Sent Write(const ReplySample&) { return Sent::refused; }
-  /// Waits at most `most` until subscribers have acknowledged everything; no other call may follow.
-  /// False: they have not, or it is unknown. baudgate-dds first publishes all points as not
-  /// connected, which can take longer; true then also means that a subscriber of events is
-  /// connected.
+  /// Waits at most `most` until subscribers have acknowledged everything; the last call. False:
+  /// they have not, or it is unknown. baudgate-dds first publishes all points as not connected,
+  /// which can take longer; true then also means that a subscriber of events is connected.
   virtual bool WaitAcknowledged(Duration most) = 0;
   /// Replaces the writers, so that subscribers no longer see removed points and devices. Until the
   /// new session() begins, Write accepts no sample.

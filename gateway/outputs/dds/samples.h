@@ -1,5 +1,4 @@
-// `PointSample` and the structs below are the samples of the DDS contract (baudgate.idl), with the
-// bounds of their texts.
+// `PointSample` and the structs below are the samples of the DDS contract (baudgate.idl).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -249,8 +249,7 @@ bool IsSetting(const config::Device& device, const config::Point& point) {
   return is_setting && point.access != config::Access::write && is_setting(point);
 }
 
-/// Returns the scaled sentinel of this quality, e.g. 999 for "out of use"; nothing: no sentinel, or
-/// several, give it.
+/// The scaled sentinel of this quality, e.g. 999 for "out of use"; nothing: none or several.
 Value SentinelOf(const config::Point& point, Quality quality) {
   if (quality.reason != Reason::sentinel) return {};
   const auto means = [&](const config::Sentinel& one) { return one.quality.code == quality.code; };

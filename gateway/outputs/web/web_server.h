@@ -50,8 +50,7 @@ class WebServer final : public HttpHandler {
       const Limits& limits = {});
   ~WebServer() override;
 
-  /// If `opened` contains a socket, the server moves to its port. After an error the server still
-  /// uses the old port.
+  /// A socket in `opened` moves the server to its port. After an error the old port is still used.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,

@@ -160,8 +160,7 @@ class DatagramGate {
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// Returns the bytes to pass on, perhaps changed in place; empty: refused. Any thread may call
-  /// it.
+  /// Returns the bytes to pass on, perhaps changed in place; empty: refused. For any thread.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;

@@ -32,9 +32,8 @@ class TopicDataType;
 
 namespace baudgate::dds {
 
-/// Return the type supports of baudgate::v1; the caller passes them to a Fast DDS TypeSupport,
-/// which owns them. Fast DDS passes a sample as a pointer to its struct (PointSample, DeviceSample
-/// …).
+/// Return the type supports of baudgate::v1, which a Fast DDS TypeSupport must own. Fast DDS passes
+/// a sample as a pointer to its struct (PointSample, DeviceSample …).
 eprosima::fastdds::dds::TopicDataType* NewPointType();
 eprosima::fastdds::dds::TopicDataType* NewDeviceType();
 eprosima::fastdds::dds::TopicDataType* NewGatewayType();

@@ -90,8 +90,7 @@ Result<Found> Find(View datagram) {
   return found;
 }
 
-/// The content of the DATA submessage: its parameters, their offset, and whether the participant
-/// leaves.
+/// A DATA submessage: its parameters, their offset, and whether the participant leaves.
 struct Content {
   Parameters said;
   std::size_t at = 0;

@@ -59,8 +59,7 @@ struct Announcement {
 /// sender that cannot forge its address cannot direct datagrams to a third party.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 
-// CheckParameters checks every length in a parameter list before it is used (DDSI-RTPS 2.3,
-// 9.4.2.11 and 9.6.2.2).
+// Checks every length in a parameter list before it is used (DDSI-RTPS 2.3, 9.4.2.11, 9.6.2.2).
 
 /// The parameters that the callers use. Offsets count from the first byte of the list.
 struct Parameters {

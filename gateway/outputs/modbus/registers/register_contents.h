@@ -1,6 +1,5 @@
 // `FillRegisters` and `FillBits` compute registers and bits from one consistent DeviceRecord:
-// values, quality, age, status blocks. EventBlockOf computes the event block of a unit. No I/O, no
-// clock.
+// values, quality, age, status blocks. EventBlockOf computes the event block. No I/O, no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

@@ -43,8 +43,7 @@ class Finder {
   std::size_t next_ = 0;
 };
 
-/// The configuration check refuses overlaps and wrong addresses. If it misses one, the later point
-/// is left out.
+/// The configuration check refuses overlaps; if it misses one, the later point is left out.
 void Insert(std::vector<Span>& spans, const Span& span) {
   if (!InValueArea(span)) return;
   const auto after = std::upper_bound(spans.begin(), spans.end(), span.start, StartsBelow);

@@ -29,8 +29,7 @@ class Responder {
   Responder(const Responder&) = delete;
   Responder& operator=(const Responder&) = delete;
 
-  /// An error: libmodbus or the socket pair could not be created; then no other function may be
-  /// called.
+  /// An error: no libmodbus or socket pair; then no other function may be called.
   const Status& ready() const { return ready_; }
 
   /// The contents of the next reply: request.count registers or bits (one byte each).

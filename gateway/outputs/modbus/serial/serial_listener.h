@@ -24,7 +24,6 @@ namespace baudgate::modbus {
 
 // Recognises the gateway's own replies among the received bytes. The reply to a write of one
 // register equals the request, so an unrecognised echo would be carried out and answered endlessly.
-// No I/O, no clock.
 
 /// In mode `strip`, the first bytes after a reply are removed if they repeat the reply, however
 /// late they come. In both modes, the first whole frame after a reply is its echo if it equals the
@@ -84,8 +83,7 @@ class MasterSession final : public ClientWire {
   void OnBytes(View bytes, const Now& now);
   /// To be called at Deadline; earlier calls do no harm.
   void OnTime(const Now& now);
-  /// The end of a silence, of the quiet time before a reply, or of a request's deadline; else
-  /// nothing.
+  /// The end of a silence, of a quiet time before a reply, or of a deadline; else nothing.
   std::optional<Instant> Deadline() const;
 
  private:

@@ -236,9 +236,8 @@ void ClientSession::Turn(const Now& now) {
   Continue();
 }
 
-/// After a stall, the network can deliver a request that the client has given up together with the
-/// next one, so only the last of several frames is answered. A broadcast gets no reply, so it is
-/// always handled.
+/// After a stall, the network can deliver an abandoned request together with the next one, so only
+/// the last of several frames is answered. A broadcast gets no reply: it is always handled.
 bool ClientSession::Supersede(View frame) {
   requests_.Abandon();
   socket_.unsent().clear();
@@ -331,8 +330,7 @@ void ClientSession::Sweep(const Now& clocks) {
   requests_.Sweep(clocks);
 }
 
-/// Closes a client that uses another framing, before the first request. False: the bytes can still
-/// become a request.
+/// Closes a client that uses another framing. False: the bytes can still become a request.
 bool ClientSession::CloseOther(const Now& now) {
   const auto other = OtherFraming(*first_, listener_.framing, shared_.frames());
   if (!other) return false;

@@ -150,8 +150,7 @@ class ClientSession final : public ClientPoll::Client,
     ~Owner() = default;
   };
 
-  /// Owns `socket`, which must be connected and non-blocking. References must outlive the session
-  /// until it is closed.
+  /// Owns `socket`: connected, non-blocking. References must outlive the session until its Close.
   ClientSession(int socket, ClientPoll& clients, const config::Listener& listener,
                 ServerShared& shared, std::string peer, config::Priority priority, const Now& now,
                 Owner& owner);

@@ -183,9 +183,8 @@ class ClientReplies {
 };
 
 struct PendingRequest {
-  /// At the deadline, the line answers requests that it has not sent. If a request is still on the
-  /// wire, the server answers it this much later; the record of a write still gets the line's
-  /// result.
+  /// At the deadline, the line answers requests that it has not sent. The server answers one that
+  /// is still on the wire this much later; the record of a write still gets the line's result.
   static constexpr Duration kGrace = 20ms;
 
   std::uint64_t number = 0;

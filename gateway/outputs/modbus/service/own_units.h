@@ -1,6 +1,6 @@
 // `OwnUnits` answers requests for the units that the server serves itself, on the server's thread:
-// devices, from the point store, and the gateway. `EventWindow` and `AckRegister` are the registers
-// for events and alarms.
+// devices, from the point store, and the gateway. `EventWindow` and `AckRegister` are registers for
+// events and alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -104,8 +104,7 @@ class OwnUnits {
 
   /// Checks unit, function, counts and lengths; fills `request` if the result is kNoException.
   ExceptionCode Check(View frame, ModbusRequest& request) const;
-  /// Fills responder(). Never waits for a line or the disk. `client` selects the first event to
-  /// show.
+  /// Never waits for a line or the disk. `client` selects the first event to show.
   ExceptionCode Read(const ModbusRequest& request, Holes holes, Instant now,
                      std::uint64_t client = 0);
   /// The first register decides what is written: values, a selection, an acknowledgement, or the

@@ -23,8 +23,7 @@ class Upstream final : public bus::RouteTarget {
   using OnLate = std::function<void(std::uint8_t unit)>;
   using Clock = std::function<Instant()>;
 
-  /// `on_late` is called when a reply came after its deadline and was dropped. `io` must outlive
-  /// this object.
+  /// `on_late` is called for replies that came too late. `io` must outlive this object.
   Upstream(
       asio::io_context& io, std::string host, std::uint16_t port, OnLate on_late,
       Clock clock = [] { return ReadClocks().instant; });
