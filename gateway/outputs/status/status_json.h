@@ -33,7 +33,8 @@ struct ReloadState {
   std::optional<WallTime> confirm_until{};
   /// Why the running configuration is not that of `file`; empty: both are equal, as far as known.
   std::string not_the_file;
-  /// Why `file` differs from the running configuration, or cannot be read; empty: neither.
+  /// The last check: `file` differs from the running configuration, or is unreadable; empty:
+  /// neither.
   std::string file_changed;
   /// Why the confirmed copy cannot be written; empty: it can be written.
   std::string not_kept;

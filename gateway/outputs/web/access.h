@@ -25,8 +25,8 @@ namespace baudgate::web {
 /// needs mode 0600), the token is too short, ….
 Result<std::string> ReadToken(const std::string& file);
 
-// By the client's address and a browser's Origin and Host headers. Prevents a page from outside
-// (DNS rebinding), or on another port of this machine, from using a browser inside the network.
+// Decides by the client's address and a browser's Origin and Host headers. Prevents a page from
+// outside (DNS rebinding), or on another port of this machine, from using a browser inside.
 
 /// Returns the answer that refuses the request; nothing: the request is accepted.
 std::optional<Response> Refusal(const config::Web& web, const Request& request);
@@ -39,8 +39,8 @@ bool IsAllowed(const config::Web& web, const std::string& peer);
 /// or has TLS up to a proxy that runs on this machine or is listed in web.allow.
 bool MayAcknowledge(const config::Web& web, const Request& request);
 
-// Clients that have sent the token: browsers by their cookie, programs by each request. An address
-// with too many wrong tokens must wait. Any thread may call it; the time is an argument.
+// Stores which clients have sent the token: browsers by cookie, programs by each request. An
+// address with too many wrong tokens must wait. Any thread may call it; the time is an argument.
 class Logins {
  public:
   static constexpr Duration kSession = 12h;

@@ -11,8 +11,8 @@
 
 namespace baudgate::web {
 
-/// While all points are good. Series about Modbus requests are not included, because a listener has
-/// one for every function and exception that it has answered.
+/// Returns the largest number of time series while all points are good, without those of Modbus
+/// requests: a listener has one for every function and exception.
 std::size_t SeriesOf(const config::Config& config);
 
 std::string MetricsText(const config::Config& config, const bus::PointStore& store,
