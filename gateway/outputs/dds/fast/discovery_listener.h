@@ -18,9 +18,9 @@
 
 namespace baudgate::dds {
 
-// VolatileWriters stores which writers of one topic are volatile. Only their write requests are
-// carried out: a storing writer must not send old samples to a new volatile reader, but Cyclone DDS
-// 0.10 does, because Fast DDS 2.9 asks for all numbers that a heartbeat contains.
+// VolatileWriters stores which writers of one topic store no samples for later readers. Only their
+// write requests are carried out: a storing writer must not send old samples to a new volatile
+// reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for all numbers of a heartbeat.
 class VolatileWriters {
  public:
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}

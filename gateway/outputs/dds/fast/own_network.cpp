@@ -192,7 +192,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // Some interfaces may lack multicast: a failed join is reported if no interface has joined.
+  // Some interfaces may lack multicast: failed joins are reported only if no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }

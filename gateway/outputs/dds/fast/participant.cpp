@@ -46,7 +46,7 @@ Locator_t LocatorOf(const std::string& address, std::uint16_t port = 0) {
   return locator;
 }
 
-/// If this list contains addresses, the library does not add the multicast group.
+/// The library does not add the multicast group if its list contains addresses.
 void HearUnicastOnly(const ParticipantOptions& options, BuiltinAttributes& builtin) {
   for (const std::string& address : options.interfaces) {
     builtin.metatrafficUnicastLocatorList.push_back(LocatorOf(address));
