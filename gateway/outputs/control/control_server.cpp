@@ -31,7 +31,6 @@ std::string TraceStream::Take() {
 
 namespace {
 
-/// Returns the user of the process that has connected, from the kernel. Example: "user:anna".
 std::string UserOf(int socket) {
   ucred peer{};
   socklen_t size = sizeof(peer);
@@ -203,11 +202,9 @@ namespace {
 
 using asio::local::stream_protocol;
 
-/// The mode of the socket file: owner and group may connect, so membership in the gateway's group
-/// decides about access.
+/// Mode of the socket file: membership in the gateway's group decides about access.
 constexpr mode_t kMode = 0660;
-/// Pause before accept() is called again after an error. Without it, a process that has no free
-/// descriptors would call accept() in an endless loop.
+/// Without this pause, a process that has no free descriptors would call accept() endlessly.
 constexpr Duration kAcceptPause = 100ms;
 constexpr std::size_t kLongestPath = sizeof(sockaddr_un::sun_path) - 1;
 
@@ -216,7 +213,6 @@ std::uint64_t InodeOf(const std::string& path) {
   return ::lstat(path.c_str(), &found) == 0 ? found.st_ino : 0;
 }
 
-/// Tries to connect to the socket file. `connection_refused`: no process listens there.
 asio::error_code Probe(asio::io_context& io, const std::string& path) {
   stream_protocol::socket probe(io);
   asio::error_code failed;
@@ -226,8 +222,7 @@ asio::error_code Probe(asio::io_context& io, const std::string& path) {
   return failed;
 }
 
-/// Removes the socket file if no process listens on it. Returns an error if a process listens, or
-/// if the file is not a socket.
+/// Removes the socket file. An error if a process listens on it, or if it is not a socket.
 Status ClearStale(asio::io_context& io, const std::string& path) {
   struct stat found {};
   if (::lstat(path.c_str(), &found) != 0) return {};
@@ -291,8 +286,7 @@ Status ControlServer::Bind(const std::string& path) {
   if (Status status = ClearStale(io, path); !status) return status;
   asio::error_code failed;
   acceptor_.open(stream_protocol(), failed);
-  // bind() gives the file the mode of the descriptor, so there is no moment at which other users
-  // could connect.
+  // The file gets the mode of the descriptor, so other users can connect at no moment.
   if (!failed) ::fchmod(acceptor_.native_handle(), kMode);
   if (!failed) acceptor_.bind(stream_protocol::endpoint(path), failed);
   if (!failed && ::chmod(path.c_str(), kMode) != 0) {
@@ -307,8 +301,7 @@ Status ControlServer::Bind(const std::string& path) {
   HoldReserve();
   path_ = path;
   inode_ = InodeOf(path);
-  // If another process has replaced the file meanwhile, nobody listens at the path; inode 0 then
-  // makes Watch() bind again.
+  // If another process has replaced the file meanwhile, inode 0 makes Watch() bind again.
   if (Probe(io, path) == asio::error::connection_refused) inode_ = 0;
   Accept();
   return {};
@@ -324,7 +317,6 @@ void ControlServer::Watch() {
   });
 }
 
-/// Makes the socket file again. Connected clients stay connected.
 void ControlServer::Rebind() {
   retry_.cancel();
   asio::error_code ignored;
@@ -384,7 +376,6 @@ void ControlServer::Accept() {
   });
 }
 
-/// Disconnects the idle client that connected first, if any client is idle.
 void ControlServer::MakeRoom() {
   std::shared_ptr<ControlSession> oldest;
   for (const auto& [key, session] : sessions_) {

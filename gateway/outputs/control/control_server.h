@@ -1,6 +1,5 @@
-// `ControlServer` is the local control socket of a running gateway: it accepts clients on a unix
-// stream socket and passes their requests to gateway/outputs/control/request_handler.h. Each
-// request and each answer is a JSON object in one line. ControlOutput runs the server on a thread.
+// `ControlServer` is the local control socket of a running gateway. Each request and each answer is
+// a JSON object in one line. ControlOutput runs the server on a thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,7 +34,6 @@ class RequestLines {
 
   /// True if the first line is too long, even if its end has not arrived yet.
   bool IsTooLong() const { return std::min(text_.find('\n'), text_.size()) > longest_; }
-  /// Returns the first line without its end; empty: its end has not arrived yet.
   std::optional<std::string> Take() {
     const auto end = text_.find('\n');
     if (end == std::string::npos) return std::nullopt;
@@ -57,8 +55,7 @@ class TraceStream {
       : wish_(std::move(wish)), queue_(std::move(queue)) {}
 
   std::uint32_t line() const { return wish_.line; }
-  /// Returns the matching records since the last call as text, one per line; empty: there are no
-  /// new records. If Take is not called in time, the bounded queue drops records and counts them.
+  /// Returns the matching records since the last call as text, one per line; can be empty.
   std::string Take();
 
  private:
@@ -67,12 +64,10 @@ class TraceStream {
 };
 
 // ControlSession answers one client's requests one after the other, or streams a trace. Only the
-// server's thread may call it. These limits bound its memory and time: requests have a longest
-// length, the client must read an answer in time, and a trace that is not read loses records.
+// server's thread may call it. These limits bound its memory and time.
 struct Limits {
   std::size_t clients = 16;
-  /// Clients beyond `clients` that are accepted for single requests, such as a confirmation. They
-  /// get no trace.
+  /// Further clients, accepted for single requests, such as a confirmation; they get no trace.
   std::size_t short_clients = 2;
   std::size_t request = 4096;  ///< longest request line in bytes
   /// Time for the client to send a whole request, and to read a whole answer.
@@ -89,14 +84,12 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   ControlSession(Socket socket, RequestHandler& service, const Limits& limits, bool may_trace,
                  std::function<void(ControlSession&)> closed);
 
-  /// Returns the error line for a client that is refused because too many clients are connected.
   static std::string TooMany(const Limits& limits);
 
   void Start();
   /// Ends the trace if the reload has removed its line.
   void OnReload(const config::Config& config);
-  /// True if the client waits for no answer and follows no trace, so it can be disconnected to
-  /// accept another client.
+  /// True if it waits for no answer and follows no trace, so another client can take its place.
   bool is_idle() const { return !asked_ && out_.empty() && !trace_; }
   /// Returns the client's number. A client that connects later has a higher number.
   std::uint64_t number() const { return client_.number; }
@@ -124,10 +117,10 @@ class ControlSession : public std::enable_shared_from_this<ControlSession> {
   const std::shared_ptr<std::atomic<bool>> left_;
   const bus::Writer client_;
   RequestLines in_;
-  std::string out_;       // text that is being sent; empty: nothing is being sent
-  bool asked_ = false;    // the client's request has no answer yet
-  bool watched_ = false;  // WatchEnd waits for the end of the connection
-  std::string late_;      // answer that is sent when the disk takes too long (Reply::late)
+  std::string out_;
+  bool asked_ = false;  // the client's request has no answer yet
+  bool watched_ = false;
+  std::string late_;  // answer that is sent when the disk takes too long (Reply::late)
   const bool may_trace_;
   std::optional<TraceStream> trace_;
   bool closed_ = false;
@@ -142,20 +135,17 @@ class ControlServer {
                 asio::io_context& io, const Limits& limits = {});
   ~ControlServer();
 
-  /// Binds config.socket or, if it is empty, the first default path that is usable. Replaces a
-  /// socket file on which no process listens; if a process listens, the path is not usable. The
-  /// error lists every path that was tried.
+  /// Binds config.socket or, if it is empty, the first usable default path; a path on which a
+  /// process listens is not usable. The error lists every path that was tried.
   Status Listen();
   /// To be called before Listen (see RequestHandler::SetReload).
   void SetReload(ReloadService& service) { service_.SetReload(service); }
   /// Applies a reload, on the thread of `io`. Ends the traces of removed lines.
   void Apply(const std::shared_ptr<const config::Config>& config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Ends all sessions and removes the socket file. To be called on the thread of `io`, or when
-  /// `io` does not run.
+  /// Ends all sessions and removes the socket file, on the thread of `io` or when it does not run.
   void Stop();
 
-  /// Returns the path of the socket file; empty before Listen.
   const std::string& path() const { return path_; }
 
  private:
@@ -176,8 +166,7 @@ class ControlServer {
   asio::steady_timer retry_;
   asio::steady_timer look_;
   std::map<ControlSession*, std::shared_ptr<ControlSession>> sessions_;
-  // A spare descriptor. It is closed when the process has no descriptor left, so that a client can
-  // be accepted.
+  // A spare descriptor, closed to accept a client when the process has no descriptor left.
   int reserve_ = -1;
   std::string path_;
   std::uint64_t inode_ = 0;  // inode of the socket file, so that only our own file is removed
@@ -190,8 +179,7 @@ class ControlServer {
 
 namespace baudgate::control {
 
-/// Runs the control socket on a thread of its own, because long answers must not delay Modbus
-/// registers.
+/// Runs the control socket on its own thread: long answers must not delay Modbus registers.
 class ControlOutput final : public outputs::Output {
  public:
   struct Links {
@@ -199,7 +187,7 @@ class ControlOutput final : public outputs::Output {
     lines::LineControl& lines;
     bus::CommandSink& commands;
     status::GatewayInfo info;
-    control::ReloadService* reload = nullptr;  ///< null: the gateway does not support reloads
+    control::ReloadService* reload = nullptr;
   };
   /// `config` is the configuration at the start. It and all references must outlive this object.
   ControlOutput(const config::Config& config, const Links& links);

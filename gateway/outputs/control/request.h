@@ -1,6 +1,5 @@
-// `Request` is a request of the control socket, `Gateway` contains the parts of the gateway that
-// requests use, and `Reply` is the answer to a request. ReloadService carries out the requests
-// `reload` and `confirm`.
+// `Request` is a request of the control socket, `Gateway` the parts of the gateway that requests
+// use, and `Reply` the answer. ReloadService carries out `reload` and `confirm`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,22 +31,18 @@ inline status::Json ErrorJson(std::string_view kind, std::string_view message) {
   return {{"error", kind}, {"message", message}};
 }
 
-/// Returns the text of member `key`; empty: the member is missing or is not a text.
 inline std::string TextOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   return found != request.end() && found->is_string() ? found->get<std::string>() : std::string();
 }
 
-/// Returns the whole number of member `key`; nothing: the member is missing or is not a whole
-/// number.
 inline std::optional<std::int64_t> NumberOf(const status::Json& request, const char* key) {
   const auto found = request.find(key);
   if (found == request.end() || !found->is_number_integer()) return std::nullopt;
   return found->get<std::int64_t>();
 }
 
-/// Returns the time of member `key`, which is in ms since 1970. The value is limited to the range
-/// of WallTime.
+/// Returns a time in ms since 1970, limited to the range of WallTime.
 inline std::optional<WallTime> TimeOf(const status::Json& request, const char* key) {
   const auto time = NumberOf(request, key);
   if (!time) return std::nullopt;
@@ -71,12 +66,11 @@ struct ReloadAsk {
 
 struct ReloadAnswer {
   bool ok = false;
-  bool applied = false;  ///< the reload has changed the running gateway
-  int exit_code = 0;     ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
-  std::vector<std::string> changes;  ///< what has changed, one sentence each
-  /// Warnings about the configuration file, e.g. "…baudgate.yaml:7:3: warning: …".
+  bool applied = false;
+  int exit_code = 0;  ///< exit code of the command: 2: faulty file; 4: the reload cannot be done
+  std::vector<std::string> changes;
   std::vector<std::string> warnings{};
-  std::string text;    ///< one or more lines for people
+  std::string text;
   Duration confirm{};  ///< zero: no confirmation is needed; else the time that is left for it
 };
 
@@ -86,13 +80,11 @@ class ReloadService {
   virtual ~ReloadService() = default;
   /// Carries out a reload. Any thread may call it; `answered` is called once, on any thread.
   virtual void Reload(const ReloadAsk& ask, Answered answered) = 0;
-  /// Confirms the last reload, so that it is not rolled back. Any thread may call it; `answered` is
-  /// called once, on any thread.
+  /// Confirms the last reload, so that it is not rolled back. Threads as for Reload.
   virtual void Confirm(const std::string& by, Answered answered) = 0;
 };
 
-/// The request for a trace: after the answer, the client gets the records of this line until it
-/// disconnects.
+/// A request for a trace: the client gets the records of this line until it disconnects.
 struct TraceWish {
   std::uint32_t line = 0;
   /// Only records of this device and records without a device; empty: all records.
@@ -107,8 +99,7 @@ struct Reply {
 };
 
 /// The parts of the gateway that requests use. A request holds its Gateway until it is answered; a
-/// reload creates a new Gateway without waiting for requests. References and pointers must outlive
-/// all requests.
+/// reload creates a new one. References and pointers must outlive all requests.
 struct Gateway {
   std::shared_ptr<const config::Config> config;
   const bus::PointStore& store;
@@ -132,7 +123,6 @@ inline std::string OneLine(const status::Json& json) {
   return json.dump(-1, ' ', false, status::Json::error_handler_t::replace);
 }
 
-/// Returns {"error":"usage","message":"…"}; `kind` is usage, unknown, busy or unavailable.
 inline std::string ErrorLine(std::string_view kind, std::string_view message) {
   return OneLine(ErrorJson(kind, message));
 }

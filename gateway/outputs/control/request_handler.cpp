@@ -18,7 +18,6 @@ namespace {
 
 /// The longest time for which one call can release a port. To extend it, the client calls again.
 constexpr Duration kMostRelease = 24h;
-/// The time in which a telegram by hand must be answered.
 constexpr Duration kHandPatience = 8s;
 
 struct Addressed {
@@ -27,8 +26,7 @@ struct Addressed {
   std::uint32_t index = 0;
 };
 
-/// Finds the device that `target` names. If `target` is a line, returns the line's first device
-/// that uses the line's protocol.
+/// If `target` is a line, returns the line's first device that uses the line's protocol.
 Result<Addressed> AddressOf(const config::Config& config, const status::Json& request) {
   const auto target = status::FindTarget(config, TextOf(request, "target"));
   if (!target) return Error{target.error()};
@@ -65,10 +63,9 @@ Status Allows(const Addressed& to, bool reads, bool confirmed) {
 //
 // "sent" is empty if nothing was sent; "reason" then contains the cause.
 
-/// `target`: LINE or LINE.DEVICE, whose protocol and options are used; `telegram`: hex digits,
-/// which the protocol completes, e.g. by a checksum; `write`: the telegram writes. If AskManually
-/// returns an error (one sentence), `answered` is not called; else it is called once, on any
-/// thread. All references must stay valid until then.
+/// `target`: LINE or LINE.DEVICE, whose protocol is used; `telegram`: hex digits, which the
+/// protocol completes; `write`: the telegram writes. After an error, `answered` is not called; else
+/// it is called once, on any thread; all references must stay valid until then.
 Status AskManually(const config::Config& config, lines::LineControl& control,
                    bus::CommandSink& sink, const status::Json& request, const bus::Writer& writer,
                    Instant now, const std::function<void(const status::Json&)>& answered) {
@@ -124,8 +121,6 @@ Status AskManually(const config::Config& config, lines::LineControl& control,
 
 status::Json Done(const config::Line& line) { return {{"ok", true}, {"line", line.name}}; }
 
-/// Returns the address and the allowed clients of the TCP port that `release --tcp` requests for
-/// this line.
 Result<config::PortServer> OfferedAt(const status::Json& request, const config::Line& line) {
   if (line.serial_server) {
     return Error{"the port of line '" + line.name + "' is already served to clients at " +
@@ -160,7 +155,6 @@ Result<config::PortServer> OfferedAt(const status::Json& request, const config::
   return server;
 }
 
-/// Returns a sentence about the client or program that uses the port; nothing: the port is free.
 std::optional<std::string> InUse(const config::Line& line, const bus::LineStatus& status,
                                  bool by_tcp) {
   const std::string end = "; 'baudgate release " + line.name + " --end' takes it back";
@@ -255,7 +249,6 @@ Reply ShowRecorded(const Gateway& gateway, const Request& request) {
   return TraceOf(gateway, request, true);
 }
 
-/// Releases the port of a line to another program on this machine, or to clients of a TCP port.
 Reply Release(const Gateway& gateway, const Request& request) {
   const auto target = LineOf(gateway, request);
   if (!target) return Refused(kUnknown, target.error());
@@ -340,8 +333,6 @@ Reply Confirm(const Gateway& gateway, const Request& request) {
   return {};
 }
 
-/// The answer of a request that the line answers later; if the request could not be started, the
-/// error.
 Reply Asked(const Status& status) { return status ? Reply{} : Refused(kUnknown, status.error()); }
 
 Reply Read(const Gateway& gateway, const Request& request) {
@@ -438,7 +429,6 @@ std::string_view Words(Type type) {
   return kWords[static_cast<std::size_t>(type)];
 }
 
-/// Returns the value as text, shortened for use in a sentence.
 std::string Shown(const status::Json& value) {
   constexpr std::size_t kMost = 40;
   std::string text = value.dump(-1, ' ', true, status::Json::error_handler_t::replace);

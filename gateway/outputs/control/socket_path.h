@@ -1,5 +1,4 @@
-// `SocketPaths` returns the possible paths of a gateway's control socket. Gateway and client try
-// them in this order.
+// `SocketPaths` returns the possible paths of a gateway's control socket, the first choice first.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -13,15 +12,13 @@ namespace baudgate::control {
 /// Returns /run/baudgate (created by systemd), $XDG_RUNTIME_DIR/baudgate and /tmp/baudgate-UID.
 std::vector<std::string> SocketDirectories();
 
-/// Returns the path NAME.sock in each directory.
 std::vector<std::string> SocketPaths(const std::string& gateway);
 
 /// Creates `directory` if it is missing, except /run/baudgate. Refuses a directory that another
 /// user owns or can write to, because that user could impersonate the gateway.
 Status PrepareDirectory(const std::string& directory);
 
-/// Returns all socket files, in the order of `directories`, whether a process listens on them or
-/// not.
+/// Returns all socket files, whether a process listens on them or not.
 std::vector<std::string> ListSockets(const std::vector<std::string>& directories);
 
 }  // namespace baudgate::control

@@ -8,8 +8,7 @@
 namespace baudgate::dds {
 namespace {
 
-/// The number of newest events that a new reader gets. As many events are repeated after a restart
-/// if subscribers had not acknowledged everything.
+/// The number of newest events for a new reader, or after a restart without acknowledgement.
 constexpr std::uint64_t kEventImage = 1000;
 constexpr std::size_t kEventsAtATime = 64;
 
@@ -21,8 +20,6 @@ void EventSender::StartAnew() {
   next_ = 0;
 }
 
-/// Sets the number of the last event that counts as sent. False: there are no events, or their file
-/// has not been read yet.
 bool EventSender::FindPlace() {
   const std::uint64_t newest = supply_->newest();
   if (newest == 0) return false;
@@ -147,8 +144,7 @@ bool NoticeSender::Send(Instant now) {
          SendFrom(alarms_, alarms_due_, now);
 }
 
-/// Sends the start of the gateway if it is due. False: the pacer or the writer accepts no sample
-/// now.
+/// False: the pacer or the writer accepts no sample now.
 bool NoticeSender::SendGateway(Instant now) {
   if (now < gateway_due_) return true;
   if (!paced_.MayWrite(now)) return false;
@@ -158,8 +154,8 @@ bool NoticeSender::SendGateway(Instant now) {
   return true;
 }
 
-/// Sends the next samples of `sender`. False: the pacer or the writer accepts no sample now. The
-/// order is preserved, so a refused sample delays the following samples until its retry.
+/// False: the pacer or the writer accepts no sample now. A refused sample delays the following
+/// ones, because the order is preserved.
 template <typename Sender>
 bool NoticeSender::SendFrom(Sender& sender, Instant& due, Instant now) {
   if (now < due) return true;
@@ -191,8 +187,7 @@ std::optional<Instant> NoticeSender::End(Instant now) {
   return EndOf(alarms_, now);
 }
 
-/// Sends the remaining samples of `sender`. Returns the time of the next call; nothing: all samples
-/// were sent, or they cannot be sent.
+/// Returns the time of the next call; nothing: all were sent, or they cannot be sent.
 template <typename Sender>
 std::optional<Instant> NoticeSender::EndOf(Sender& sender, Instant now) {
   while (const auto* sample = sender.Next()) {

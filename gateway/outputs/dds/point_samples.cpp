@@ -10,7 +10,6 @@
 namespace baudgate::dds {
 namespace {
 
-/// Returns the slot of each point, by the name "device.point".
 std::unordered_map<std::string, std::uint32_t> SlotsByName(const bus::PointStore& store,
                                                            const PointSlots& slots) {
   std::unordered_map<std::string, std::uint32_t> by_name;

@@ -1,6 +1,5 @@
-// `PointSlots` numbers the points of all devices of a store consecutively; such a number is called
-// a slot. FillPoint and FillDevice fill samples. PointEnds and DeviceEnds are queues of final
-// samples of points and devices that a reload has removed.
+// `PointSlots` numbers the points of all devices consecutively; such a number is called a slot.
+// PointEnds and DeviceEnds are queues of final samples of what a reload has removed.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,7 +23,6 @@ class PointSlots {
   explicit PointSlots(const bus::PointStore& store);
 
   std::uint32_t size() const { return first_.back(); }
-  /// Returns the number of devices that the store contained when the slots were assigned.
   std::uint32_t devices() const { return static_cast<std::uint32_t>(first_.size()) - 1; }
   bool Has(std::uint32_t device) const { return held_[device] != nullptr; }
   std::uint32_t SlotOf(bus::PointRef ref) const { return first_[ref.device] + ref.point; }
@@ -33,14 +31,12 @@ class PointSlots {
   const std::shared_ptr<const void>& HoldOf(std::uint32_t device) const { return held_[device]; }
 
  private:
-  /// The handle of each device, by its index, which keeps the device's record readable for the
-  /// final samples; null: the store did not contain the device.
+  /// Keeps each device's record readable for the final samples; null: it was not in the store.
   std::vector<std::shared_ptr<const void>> held_;
   /// The first slot of each device, by its index; the last element is the number of slots.
   std::vector<std::uint32_t> first_;
 };
 
-/// Returns the number of points, devices and sources of events that `store` contains now.
 Room CountOf(const bus::PointStore& store);
 /// Returns CountOf(store) and a reserve for points and devices that reloads add.
 Room RoomFor(const bus::PointStore& store);
@@ -52,14 +48,12 @@ std::vector<double> DeadbandsBySlot(const bus::PointStore& store, const PointSlo
 
 // FillPoint and FillDevice set all fields of a sample except the gateway's name.
 
-/// Fills `sample` from the point. `state` must be computed from the point's present value and
-/// quality.
+/// `state` must be computed from the point's present value and quality.
 void FillPoint(const bus::DeviceRecord& record, std::uint32_t point, const PointState& state,
                PointSample& sample);
 void FillDevice(const bus::DeviceRecord& record, DeviceSample& sample);
 
-// The queue of final samples of points that a reload has removed: each point is published once more
-// with its last value and quality "not connected".
+// Points that a reload has removed are published once more, with quality "not connected".
 class PointEnds {
  public:
   /// The references must outlive this object.
@@ -75,8 +69,7 @@ class PointEnds {
   std::vector<std::uint32_t> TakeBack(const PointSlots& slots);
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
-  /// until OnSent.
+  /// Null: there is nothing to send. Returns the same sample until OnSent.
   const PointSample* Next();
   void OnSent() { gone_.pop_front(); }
 
@@ -91,26 +84,22 @@ class PointEnds {
   PointSample sample_;  ///< sample of the queue's first point
 };
 
-/// The queue of final samples of devices that a reload has removed: each device is published once
-/// more with its last counters and state `disabled`.
+/// Devices that a reload has removed are published once more, with state `disabled`.
 class DeviceEnds {
  public:
   /// The references must outlive this object.
   DeviceEnds(const config::Config& config, const bus::PointStore& store)
       : config_(config), store_(store) {}
 
-  /// `held` is the device's handle from PointStore::Hold.
   void Add(std::uint32_t device, std::shared_ptr<const void> held) {
     gone_.push_back({device, std::move(held)});
   }
   void Clear() { gone_.clear(); }
-  /// Removes the devices from the queue whose name is in use again, e.g. because a reload has
-  /// restarted their line.
+  /// Removes devices whose name is in use again, e.g. after a restart of their line.
   void TakeBack();
 
   bool empty() const { return gone_.empty(); }
-  /// Returns the sample to send next; null: there is no sample to send. Returns the same sample
-  /// until OnSent.
+  /// Null: there is nothing to send. Returns the same sample until OnSent.
   const DeviceSample* Next();
   void OnSent() { gone_.pop_front(); }
 

@@ -1,7 +1,6 @@
-// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with
-// the IDL. From these lists the code derives the wire form (Encode, Decode), the key hashes, the
-// types for generic tools (gateway/outputs/dds/fast/types.h), baudgate_types.xml (TypesXml), and
-// the JSON of `watch` (gateway/tools/watch/watch_lines.h).
+// `Contract` lists the fields of each published type of baudgate.idl; a test compares it with the
+// IDL. The wire form, the key hashes, the types for generic tools, baudgate_types.xml and the JSON
+// of `watch` are derived from it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -171,7 +170,7 @@ struct TypeField {
 };
 
 struct TypeDescription {
-  std::string_view name;  ///< name of the type in module baudgate::v1
+  std::string_view name;
   std::span<const TypeField> fields;
 };
 
@@ -212,20 +211,16 @@ void ForEachType(Use use) {
   use(kTypeOf<ReplySample>);
 }
 
-// Encode and Decode convert samples to and from the wire form: XCDR1, as code from any vendor's IDL
-// compiler writes it.
+// The wire form is XCDR1, as code from any vendor's IDL compiler writes it.
 
-/// The size of the encapsulation header: a representation identifier (CDR_BE 00 00, CDR_LE 00 01)
-/// and two bytes of options.
+/// The encapsulation header: CDR_BE (00 00) or CDR_LE (00 01), and two bytes of options.
 inline constexpr std::size_t kCdrHead = 4;
 
-/// Returns the first position from `at` at which a number of `size` bytes can begin: a multiple of
-/// `size`, counted from the end of the encapsulation header.
+/// The next position for a number of `size` bytes, counted from the encapsulation header's end.
 constexpr std::size_t Aligned(std::size_t at, std::size_t size) {
   return kCdrHead + (at - kCdrHead + size - 1) / size * size;
 }
 
-/// Returns the longest possible length in bytes, when all texts have their longest length.
 template <typename Sample>
 constexpr std::size_t LongestSample() {
   std::size_t at = kCdrHead;
@@ -242,17 +237,15 @@ template <typename Sample>
 inline constexpr std::size_t kMaxBytes = LongestSample<Sample>();
 
 /// Writes little-endian CDR with its encapsulation header. Returns the number of bytes; 0 if a text
-/// is longer than its bound or `to` is too small. Instantiated for all samples of the contract.
+/// is longer than its bound or `to` is too small.
 template <typename Sample>
 std::size_t Encode(const Sample& sample, std::span<std::uint8_t> to);
 
-/// Reads a sample in either byte order. False unless the bytes are exactly one sample within its
-/// bounds; `sample` is then unspecified. Never throws.
+/// Reads either byte order. False unless the bytes are exactly one sample; never throws.
 template <typename Sample>
 bool Decode(View bytes, Sample& sample);
 
-// TypesXml returns the published types as DDS-XML, for tools that load types from a file (RTI Admin
-// Console, PlotJuggler). `baudgate-dds --types-xml` prints it.
+// DDS-XML for tools that load types from a file (RTI Admin Console, PlotJuggler).
 
 std::string TypesXml();
 

@@ -15,8 +15,7 @@ namespace {
 
 constexpr std::size_t kLongestFile = 1U << 20;
 
-/// Password callback for OpenSSL, which without a callback would ask for the password at the
-/// terminal.
+/// Without a callback, OpenSSL would ask for the password at the terminal.
 int GivePassword(char* to, int size, int, void* password) {
   const auto& text = *static_cast<const std::string*>(password);
   if (text.size() > static_cast<std::size_t>(size)) return -1;

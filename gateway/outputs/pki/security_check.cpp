@@ -24,7 +24,6 @@ constexpr Duration kWarnBefore = 60 * 24h;
 
 std::string Day(WallTime time) { return FormatWallTime(time).substr(0, 10); }
 
-/// Returns the texts between each <tag> and </tag>.
 std::vector<std::string> Elements(const std::string& xml, const std::string& tag) {
   std::vector<std::string> found;
   const std::string begin = "<" + tag + ">";

@@ -216,8 +216,7 @@ Json AdviceOf(const history::HistoryState& state) {
   return advice;
 }
 
-/// Returns a record of the history. The value and the quality of a gap are null, because they are
-/// unknown.
+/// The value and the quality of a gap are null, because they are unknown.
 Json RecordJson(const history::HistoryRecord& record, const std::string& point) {
   Json json = {{"time", FormatWallTime(history::ToWall(record.entry.time))}, {"point", point}};
   if (record.gap) {
@@ -292,7 +291,6 @@ const std::vector<std::string> kSpanHead = {"time_utc", "point", "mean",  "min",
                                             "first",    "last",  "count", "seconds_good"};
 const std::vector<std::string> kHead = {"time_utc", "point", "value", "quality", "quality_text"};
 
-/// Returns the field as text; empty: the field is null or missing.
 std::string FieldOf(const nlohmann::ordered_json& record, const char* key) {
   const auto found = record.find(key);
   if (found == record.end() || found->is_null()) return {};

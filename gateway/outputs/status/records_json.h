@@ -1,6 +1,5 @@
 // `AuditJson`, `EventsJson` and `HistoryJson` return the states of the audit, the events and the
-// history for the control socket; PageJson returns their records. HistoryCsvRow returns a row of
-// the history as CSV.
+// history for the control socket; PageJson returns their records.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,7 +17,6 @@ namespace baudgate::status {
 ///  "advice":[…]}
 nlohmann::ordered_json AuditJson(const audit::AuditState& state);
 
-/// Returns a write as `baudgate writes --json` prints it.
 nlohmann::ordered_json WriteJson(const audit::WriteRecord& record);
 
 /// Returns {"records":[…],"next":412,"more":false}
@@ -29,34 +27,29 @@ nlohmann::ordered_json PageJson(const audit::Page& page);
 ///  "alarms":{"active":1,"unacknowledged":1},"file":…,"in_memory":false,"advice":[…]}
 nlohmann::ordered_json EventsJson(const events::EventsState& state);
 
-/// Returns an alarm as `baudgate alarms --json` prints it.
 nlohmann::ordered_json AlarmJson(const events::Alarm& alarm);
 
 /// Returns {"kind":"event","seq":7,…,"name":"trip","state":"read","values":[{"name":"trip_phases",
 ///  "value":4,"unit":"","quality":192,"quality_text":"good"}]}
 nlohmann::ordered_json KeptRecordJson(const events::KeptRecord& record);
 
-/// Returns {"records":[…],"next":412,"more":false}. A record has the form that `baudgate events
-/// --json` prints.
+/// Records are as in `baudgate events --json`: {"records":[…],"next":412,"more":false}.
 nlohmann::ordered_json PageJson(const events::Page& page);
 
 /// Returns {"state":"fine","since":…,"trouble":"","points":12,"readings":…,"advice":[…]}
 nlohmann::ordered_json HistoryJson(const history::HistoryState& state);
 
-/// Return {"records":[…],"next":[3,1790000000000],"more":false}. A record has the form that
-/// `baudgate history --json` prints.
+/// Records are as in `baudgate history --json`:
+/// {"records":[…],"next":[3,1790000000000],"more":false}.
 nlohmann::ordered_json PageJson(const history::Page& page, const std::string& point);
 nlohmann::ordered_json PageJson(const history::TrendPage& page, const std::string& point);
 
-// HistoryCsvHead and HistoryCsvRow write the CSV of `baudgate history --csv` and of the web page's
-// download, from the records of PageJson.
+// The CSV of `baudgate history --csv` and of the web page's download, from PageJson's records.
 
-/// Returns the head with its line end. `spans`: the rows are minutes, hours, … and not single
-/// values.
+/// `spans`: the rows are minutes, hours, … and not single values.
 std::string HistoryCsvHead(bool spans);
 
-/// Returns a row with its line end. Times have a form that spreadsheets can read; numbers are
-/// unchanged.
+/// Times have a form that spreadsheets can read; numbers are unchanged.
 std::string HistoryCsvRow(const nlohmann::ordered_json& record, bool spans);
 
 /// Returns the text for a record with a gap, e.g. "gap: the gateway was down until …".

@@ -1,5 +1,4 @@
-// `FindTarget` and the functions below find the line, device or points that a user has named, e.g.
-// "bay-1" or "bay-1.feeder-1".
+// `FindTarget` and the functions below find a line, device or points, e.g. "bay-1.feeder-1".
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -32,19 +31,16 @@ struct PointsTarget {
 /// Finds LINE.DEVICE.POINT, one point, or LINE.DEVICE, all points of the device that can be read.
 Result<PointsTarget> FindPoints(const config::Config& config, std::string_view text);
 
-/// A point by its device's index in the point store and its index in the device's points.
 struct PointTarget {
   std::uint32_t device = 0;
   std::uint32_t point = 0;
 };
 Result<PointTarget> FindPoint(const config::Config& config, std::string_view text);
 
-/// Returns LINE.DEVICE.POINT for each point that matches `pattern`. The pattern has the same form;
-/// each of its parts can contain * and ?.
+/// Each part of `pattern`, which has the form LINE.DEVICE.POINT, can contain * and ?.
 std::vector<std::string> PointsLike(const config::Config& config, std::string_view pattern);
 
-/// Returns an error that lists the existing devices if there is no such device. `line` empty: the
-/// device can be on any line.
+/// The error lists the existing devices. `line` empty: the device can be on any line.
 Status KnowsDevice(const config::Config& config, const std::string& line,
                    const std::string& device);
 

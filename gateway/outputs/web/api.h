@@ -1,6 +1,5 @@
-// `LiveApi` and `PastApi` translate an HTTP request to a request of the control socket, and its
-// answer back, so that HTTP and control socket share one implementation (gateway/outputs/control).
-// `LiveApi` answers from memory, and `PastApi` from the disk.
+// `LiveApi` and `PastApi` translate HTTP requests to requests of the control socket, and back, so
+// that both share one implementation. `LiveApi` answers from memory, `PastApi` from the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,11 +21,10 @@ namespace baudgate::web {
 struct Part {
   const char* query;
   bool number = false;
-  const char* member = nullptr;  ///< name of the member; null: the same as in the URL
+  const char* member = nullptr;
 };
 
-/// Returns the control request. The error contains a value that is not a number, or an unknown
-/// parameter.
+/// The error contains a value that is not a number, or an unknown parameter.
 Result<status::Json> AskOf(const Request& request, std::string_view command,
                            std::initializer_list<Part> parts);
 
@@ -36,8 +34,7 @@ class NoWrites final : public bus::CommandSink {
   bool Submit(bus::WriteCommand) override { return false; }
 };
 
-// `LiveApi` answers from memory: states, values, alarms, streams, metrics. It is used by one
-// thread.
+// LiveApi answers states, values, alarms, streams and metrics from memory, on one thread.
 class LiveApi {
  public:
   static constexpr std::size_t kMostTraces = 8;
@@ -46,8 +43,7 @@ class LiveApi {
     bus::PointStore& store;
     lines::LineControl& lines;
     status::GatewayInfo info;
-    /// Returns the running configuration as YAML without its secrets; empty: the configuration is
-    /// not available.
+    /// The running configuration as YAML without its secrets; empty: not available.
     std::function<Result<std::string>()> configuration{};
     /// Finds the protocol that decodes the bytes of a trace; empty: bytes are not decoded.
     diagnosis::ProtocolFinder protocol{};
@@ -57,14 +53,12 @@ class LiveApi {
 
   /// Answers a request. False: the request is not for LiveApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
-  /// Acknowledges the alarms that the request names. "web:" and the client's address are recorded
-  /// as the person. `answered` can be called later.
+  /// The person is recorded as "web:" and the client's address. `answered` can be called later.
   void Acknowledge(const Request& request, const Answered& answered);
   /// To be called at a reload, with the new configuration and history. Ends all streams.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history);
-  /// Sends changes to viewers. To be called each LivePoints::kTick while there is a viewer. False:
-  /// there is no viewer.
+  /// To be called each LivePoints::kTick while there is a viewer. False: there is no viewer.
   bool Tick(Now now);
   /// Sends the heartbeat of traces. To be called each second.
   void Beat();
@@ -101,20 +95,17 @@ class LiveApi {
   std::vector<std::weak_ptr<LiveTrace>> traces_;
 };
 
-// `PastApi` answers from the disk: events and history. It runs on another thread than LiveApi, so
-// that a slow disk does not delay viewers of current data.
+// PastApi has its own thread, so that a slow disk does not delay viewers of current data.
 class PastApi {
  public:
-  /// All references must outlive this object. All functions but Apply must be called on the thread
-  /// of `io`.
+  /// References must outlive this object. All but Apply runs on the thread of `io`.
   PastApi(const config::Config& config, const bus::PointStore& store, lines::LineControl& lines,
           status::GatewayInfo info, asio::io_context& io);
 
   /// Answers a request. False: the request is not for PastApi.
   bool Answer(const Request& request, Now now, const Answered& answered);
   static bool Has(std::string_view path);
-  /// To be called at a reload; any thread may call it. A page that is being read still uses the old
-  /// history.
+  /// At a reload, on any thread. A page that is being read still uses the old history.
   void Apply(std::shared_ptr<const config::Config> config,
              std::shared_ptr<const history::HistorySource> history) {
     handler_.Apply(std::move(config), std::move(history));
@@ -126,7 +117,6 @@ class PastApi {
   Response Events(const Request& request, Now now);
   Response History(const Request& request, Now now);
   Response HistoryCsv(const Request& request, Now now);
-  /// Returns one page of the control socket's `history`.
   std::string Page(const status::Json& ask, Now now);
 
   asio::io_context& io_;

@@ -195,7 +195,6 @@ std::string LivePoints::Snapshot(Device only, Now now) {
          Event("beat", fmt::format("{{\"time_ms\":{}}}", InMilliseconds(now.wall)));
 }
 
-/// Returns the frame of changed points; empty: no point has changed.
 std::string LivePoints::Changed(Device only, Now now) {
   const PointNumbers numbers(store_);
   std::string rows;
@@ -223,8 +222,7 @@ LivePoints::AlarmCounts LivePoints::CountAlarms() const {
   return {state.alarms_active, state.alarms_unacknowledged, state.newest};
 }
 
-/// Returns the event with the numbers of alarms and the newest unacknowledged alarm; if all are
-/// acknowledged, the newest alarm.
+/// The newest unacknowledged alarm; if all are acknowledged, the newest alarm.
 std::string LivePoints::AlarmsEvent() const {
   using Json = nlohmann::ordered_json;
   std::vector<events::Alarm> alarms;

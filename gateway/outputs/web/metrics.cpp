@@ -14,8 +14,7 @@ namespace baudgate::web {
 
 namespace {
 
-// The names of metrics are a public contract (docs/metrics.md). The names for lines and devices are
-// in the tables of their counters.
+// Names of metrics, also in the tables of counters, are a public contract (docs/metrics.md).
 
 double Seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 

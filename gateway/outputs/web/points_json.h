@@ -1,5 +1,4 @@
-// `PointsJson` returns points of the store as JSON: their descriptions and current values.
-// `MapJson` returns the Modbus addresses of a device's points.
+// `PointsJson` returns descriptions and values of points, `MapJson` their Modbus addresses.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,8 +13,7 @@
 
 namespace baudgate::web {
 
-/// Numbers the points of the store. A point's number does not change while the gateway runs;
-/// devices that a reload adds get the next numbers.
+/// A point's number does not change while the gateway runs; new devices get the next ones.
 class PointNumbers {
  public:
   explicit PointNumbers(const bus::PointStore& store);
@@ -41,7 +39,6 @@ nlohmann::ordered_json PointsJson(const bus::PointStore& store, const PointFilte
 void AppendRow(const bus::DeviceRecord& record, std::size_t point, std::uint32_t id, Instant now,
                std::string& out);
 
-/// Returns the text as a JSON string, with quotation marks.
 std::string JsonText(std::string_view text);
 
 /// Returns

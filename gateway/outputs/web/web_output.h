@@ -1,5 +1,4 @@
-// `WebOutput` is the web server as an output of the gateway. A reload can start it, stop it, or
-// move it to another address.
+// `WebOutput` is the web server. A reload can start, stop or move it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,8 +19,7 @@ namespace baudgate::web {
 
 class WebOutput final : public outputs::Output {
  public:
-  /// File descriptors that the web server needs if it is on: web::Limits::at_all, and some spare
-  /// ones.
+  /// Descriptors of the web server: web::Limits::at_all, and some spare ones.
   static constexpr std::size_t kDescriptors = 352;
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.viewers = config.web.on ? kDescriptors : 0};
@@ -31,11 +29,9 @@ class WebOutput final : public outputs::Output {
       : links_(std::move(links)), limits_(limits) {}
 
   std::string_view name() const override { return "web"; }
-  /// Opens the port. Begin starts to serve.
   Status Open(const Configuration& config) override;
   Status Begin(const Configuration& config) override;
-  /// Adds the token to `settings` if the token file contains another token than the one in use, or
-  /// no valid token.
+  /// Adds the token to `settings` if the token file contains another one, or no valid token.
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::unique_ptr<Prepared> Prepare(const config::Config& next) override;
@@ -44,8 +40,7 @@ class WebOutput final : public outputs::Output {
   void SetHistory(const Configuration& config,
                   const std::shared_ptr<const history::HistorySource>& history) override;
   void StopRequests() override;
-  /// Returns e.g. "web page on 127.0.0.1:8502"; empty: the web server is off. Any thread may call
-  /// it.
+  /// E.g. "web page on 127.0.0.1:8502"; empty: the web server is off. Any thread may call it.
   std::string Summary() override;
 
  private:

@@ -212,7 +212,6 @@ void WebServer::Ask(const Request& request, Answered answered) {
       });
 }
 
-/// Sends changes to viewers; runs every kTick while there is a viewer.
 void WebServer::Tick() {
   if (ticking_) return;
   ticking_ = live_.Tick(ReadClocks());

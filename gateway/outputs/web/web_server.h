@@ -1,6 +1,5 @@
-// `WebServer` serves the page, the JSON and the metrics of a gateway. Clients are checked on the
-// HTTP server's thread. Two other threads create the answers: one from current data and one from
-// data on the disk. `AssetResponse` returns the files of the page.
+// `WebServer` serves the page, the JSON and the metrics. Clients are checked on the HTTP server's
+// thread; two other threads answer, one from current data and one from the disk.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,8 +18,7 @@
 
 namespace baudgate::web {
 
-// AssetResponse returns the files of the page (gateway/outputs/web/page) and the chart library,
-// which are built into the program in gzip form.
+// The files of gateway/outputs/web/page and the chart library, in gzip form.
 
 struct PackedFile {
   std::string_view path;  ///< path in the URL, e.g. "/index.html"
@@ -29,11 +27,9 @@ struct PackedFile {
 };
 std::span<const PackedFile> PackedFiles();
 
-/// Returns the file; nothing: the page has no file of this name.
 std::optional<Response> AssetResponse(const Request& request);
 
-/// Returns the content type by the end of the name, e.g. "text/css; charset=utf-8" for
-/// "/style.css".
+/// Returns e.g. "text/css; charset=utf-8" for "/style.css".
 std::string_view TypeOf(std::string_view path);
 
 class WebServer final : public HttpHandler {
@@ -44,18 +40,17 @@ class WebServer final : public HttpHandler {
   };
   /// Opens a listening socket. `at` must be an address of this machine, not a name.
   static Result<transports::ListenSocket> ListenAt(const config::HostPort& at);
-  /// Reads the token and opens the port for `next`. These steps can fail, so a reload does them
-  /// before it changes anything. `now`: the settings of the server that runs; null: no server runs.
+  /// Steps that can fail, so a reload does them before it changes anything. `now`: the settings of
+  /// the server that runs, or null.
   static Result<Opened> Open(const config::Web& next, const config::Web* now);
 
   /// Starts to serve. References in `links` must stay valid for the lifetime of the server.
   static Result<std::unique_ptr<WebServer>> Start(
       const std::shared_ptr<const config::Config>& config, Opened opened, LiveApi::Links links,
       const Limits& limits = {});
-  ~WebServer() override;  ///< calls Stop
+  ~WebServer() override;
 
-  /// Applies a reload; when Apply returns, the new settings are in use. If `opened` contains a
-  /// socket, the server moves to its port. After an error the server still uses the old port.
+  /// A socket in `opened` moves the server to its port. After an error the old port is still used.
   Status Apply(const std::shared_ptr<const config::Config>& config, Opened opened,
                const std::shared_ptr<const history::HistorySource>& history);
   void ApplyHistory(const std::shared_ptr<const config::Config>& config,

@@ -59,7 +59,6 @@ class AnnouncementRelay {
  public:
   explicit AnnouncementRelay(const RelayLimits& limits = {});
 
-  /// Takes one datagram, and returns the datagrams to send in response.
   Relayed On(View datagram, UdpAddress sender, Instant now);
 
   std::size_t participants() const { return known_.size(); }
@@ -74,8 +73,7 @@ class AnnouncementRelay {
   struct Known {
     Announcement announcement;
     Instant heard{};
-    /// How often the announcement was sent to all others since it changed; counted up to
-    /// kFirstRounds.
+    /// Times that the announcement was sent since it changed; counted up to kFirstRounds.
     int rounds = 0;
     Instant last_round{};
     Purse purse;
@@ -89,8 +87,7 @@ class AnnouncementRelay {
 
   void ForgetSilent(Instant now);
   Known* Find(const GuidPrefix& participant);
-  /// Adds a participant. Returns the reason if the participant is refused; empty: the participant
-  /// was added.
+  /// Adds a participant. Returns why it is refused; empty: it was added.
   std::string Admit(Announcement announcement, UdpAddress sender, Instant now);
   bool IsDue(const Known& one, Instant now) const;
   void IntroduceOthersTo(const Known& newcomer, Instant now);
@@ -105,8 +102,7 @@ class AnnouncementRelay {
   Purse sent_;
 };
 
-// The discovery server's UDP socket: passes received datagrams to AnnouncementRelay and sends the
-// datagrams that it returns.
+// The discovery server's UDP socket, between the network and AnnouncementRelay.
 class RelaySocket {
  public:
   /// `at` is an IPv4 address. The error contains the address and the reason.
@@ -115,10 +111,8 @@ class RelaySocket {
   RelaySocket(RelaySocket&& other) noexcept;
   RelaySocket& operator=(RelaySocket&&) = delete;
 
-  /// The descriptor to poll for received datagrams.
   int descriptor() const { return descriptor_; }
-  /// Reads at most 256 datagrams. Refused datagrams are logged; repeated log lines are folded into
-  /// one.
+  /// Reads at most 256 datagrams. Refused datagrams are logged, folded into one line.
   void Take(AnnouncementRelay& relay);
 
  private:

@@ -43,14 +43,12 @@ enum class Secured : std::uint8_t {
 /// Checks the order of the submessages of one datagram.
 class SecuredOrder {
  public:
-  /// Takes the next submessage; `first`: it is the first of the datagram. False if `id` is not
-  /// allowed at this position.
+  /// `first`: it is the first of the datagram. False if `id` is not allowed at this position.
   bool Next(std::uint8_t id, bool first);
   /// True if every prefix was followed by its postfix.
   bool complete() const { return !message_ && step_ == Step::outside; }
   /// True if the next submessage is protected, unless it is the postfix.
   bool open() const { return message_ || step_ == Step::prefix; }
-  /// True if the last submessage that Next got was protected.
   bool inside() const { return inside_; }
 
  private:
@@ -58,7 +56,7 @@ class SecuredOrder {
 
   Step step_ = Step::outside;
   bool message_ = false;  ///< the position is between SRTPS_PREFIX and SRTPS_POSTFIX
-  bool ended_ = false;    ///< SRTPS_POSTFIX was found
+  bool ended_ = false;
   bool inside_ = false;
 };
 
@@ -154,18 +152,15 @@ class DatagramCheck {
   HandshakeBudget handshakes_;
 };
 
-// DatagramGate makes a DatagramCheck usable by the receiving threads of the DDS library, counts
-// datagrams and logs refusals.
+// DatagramGate shares a DatagramCheck between the library's threads, and counts and logs.
 class DatagramGate {
  public:
-  /// Takes a log line about refused datagrams, at most one in 10 s: reason, sender's address,
-  /// number of earlier refusals.
+  /// Takes a log line (reason, address, number of earlier refusals), at most one in 10 s.
   using Tell = std::function<void(const std::string& line)>;
 
   DatagramGate(const CheckOptions& options, Tell tell);
 
-  /// Returns the bytes to pass to the library (part of `datagram`, some bytes may be changed in
-  /// place); empty: the datagram is refused. Any thread may call it.
+  /// Returns the bytes to pass on, perhaps changed in place; empty: refused. For any thread.
   std::span<std::uint8_t> LetIn(std::span<std::uint8_t> datagram, Sender sender, Instant now);
 
   DatagramCounters counters() const;

@@ -46,8 +46,7 @@ struct Policy {
   bool (*is_asked)(const fast::ReaderQos& qos);
 };
 
-/// QoS requests of a reader that the gateway's writers do not fulfil, so DDS does not match them
-/// (DDS 1.4, 2.2.3).
+/// QoS requests that the gateway's writers do not fulfil, so DDS does not match (DDS 1.4, 2.2.3).
 constexpr Policy kPolicies[] = {
     {"DEADLINE",
      [](const fast::ReaderQos& qos) { return qos.m_deadline.period != c_TimeInfinite; }},
@@ -91,7 +90,6 @@ std::string HostOf(const Reader& reader) {
   return at.empty() ? "an unknown address" : wire::IPLocator::ip_to_string(at[0]);
 }
 
-/// Returns a sentence about the reader's requests that are not fulfilled; empty: all are fulfilled.
 std::string Unmet(const Reader& reader) {
   std::string asked;
   for (const Policy& policy : kPolicies) {

@@ -1,6 +1,5 @@
-// `DiscoveryListener` is informed by Fast DDS about the readers and writers of other participants.
-// VolatileWriters stores which writers are volatile; UnmetReaders stores which readers request a
-// QoS that the gateway does not offer.
+// `DiscoveryListener` is informed by Fast DDS about readers and writers of other participants.
+// VolatileWriters and UnmetReaders store them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,13 +18,11 @@
 
 namespace baudgate::dds {
 
-// VolatileWriters stores which writers of one topic are volatile, i.e. store no samples for later
-// readers. Only write requests of volatile writers are carried out: a storing writer must not send
-// old samples to a new volatile reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for
-// all numbers that a heartbeat contains.
+// VolatileWriters stores which writers of one topic store no samples for later readers. Only their
+// write requests are carried out: a storing writer must not send old samples to a new volatile
+// reader, but Cyclone DDS 0.10 does, because Fast DDS 2.9 asks for all numbers of a heartbeat.
 class VolatileWriters {
  public:
-  /// `topic`: only its writers are stored.
   explicit VolatileWriters(std::string topic) : topic_(std::move(topic)) {}
 
   /// True if the writer is known and volatile. Any thread may call it.
@@ -42,14 +39,12 @@ class VolatileWriters {
 };
 
 // UnmetReaders stores the readers whose QoS requests more than the gateway's writers offer: DDS
-// sends them nothing and reports nothing. docs/dds.md, "What a reader may ask for", lists the
-// policies.
+// sends them nothing and reports nothing (docs/dds.md, "What a reader may ask for").
 class UnmetReaders {
  public:
   /// To be called when a reader was found, has changed or has left. Any thread may call it.
   void OnReader(const eprosima::fastrtps::rtps::ReaderDiscoveryInfo& info);
-  /// Returns one sentence per reader. Readers at one address with the same requests share a
-  /// sentence.
+  /// One sentence per reader; readers at one address with the same requests share a sentence.
   std::vector<std::string> Sentences() const;
 
  private:

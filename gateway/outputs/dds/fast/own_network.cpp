@@ -91,8 +91,7 @@ int OptionOf(int descriptor, int name) {
   return ::getsockopt(descriptor, SOL_SOCKET, name, &value, &size) == 0 ? value : 0;
 }
 
-/// Returns the buffer size of the socket in bytes. The value is halved, because the kernel returns
-/// twice the requested size.
+/// Halved, because the kernel returns twice the requested size in bytes.
 int BufferOf(const Socket& socket, int name) { return OptionOf(socket.descriptor, name) / 2; }
 
 std::vector<Socket> UdpSockets() {
@@ -114,8 +113,7 @@ in_addr AddressOf(const std::string& text) {
   return address;
 }
 
-/// True if the socket is a member of the multicast group on this interface: the kernel returns the
-/// filter of a membership only to a member.
+/// The kernel returns the filter of a membership only to a member.
 bool HasJoined(const Socket& socket, const std::string& interface) {
   ip_msfilter filter{};
   filter.imsf_multiaddr = AddressOf(kGroup);
@@ -176,7 +174,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
   facts.given_ports = GivenPorts();
   const int port = MulticastPort(options.domain);
   const std::vector<Socket> sockets = UdpSockets();
-  std::vector<Socket> hear;  // sockets that receive datagrams of the group
+  std::vector<Socket> hear;
   for (const Socket& socket : sockets) {
     facts.send_bytes = std::max(facts.send_bytes, BufferOf(socket, SO_SNDBUF));
     if (socket.port < port || socket.port >= port + kPortsOfADomain) continue;
@@ -194,8 +192,7 @@ SocketFacts FindSocketFacts(const ParticipantOptions& options, const OwnAddresse
     const auto joined = [&](const Socket& socket) { return HasJoined(socket, interface); };
     if (std::ranges::none_of(hear, joined)) facts.unjoined.push_back(interface);
   }
-  // If all interfaces are used, some perhaps do not support multicast: failed joins are reported
-  // only if no interface has joined.
+  // Some interfaces may lack multicast: failed joins are reported only if no interface has joined.
   if (MeansAll(options.interfaces) && facts.unjoined.size() < used.size()) facts.unjoined.clear();
   return facts;
 }

@@ -14,19 +14,16 @@
 
 namespace baudgate::dds {
 
-/// The addresses of this machine. Key: the address, e.g. "10.0.0.5"; value: the index of its
-/// interface, or nothing while the interface is down or unplugged (Fast DDS then does not use the
-/// address). An interface that is deleted and created again gets a new index.
+/// The addresses of this machine, each with the index of its interface; nothing while it is down or
+/// unplugged (Fast DDS then does not use it). An interface that is created again gets a new index.
 using OwnAddresses = std::map<std::string, std::optional<unsigned>>;
 
 /// Returns an empty map if the system reports an error.
 OwnAddresses FindOwnAddresses();
 
-/// True if the address belongs to this machine. All of 127/8 does, although the interface lists
-/// only 127.0.0.1.
+/// All of 127/8 belongs to this machine, although the interface lists only 127.0.0.1.
 bool IsOwn(const OwnAddresses& own, const std::string& address);
 
-/// Returns why nothing can be sent from `address` now; nothing: the address can be used.
 std::optional<std::string> WhyUnused(const OwnAddresses& own, const std::string& address);
 
 // InterfaceWatch detects that the participant must be created again, because an address is new, or
@@ -47,13 +44,11 @@ class InterfaceWatch {
   InterfaceWatch(std::vector<std::string> interfaces, OwnAddresses own)
       : interfaces_(std::move(interfaces)), own_(std::move(own)) {}
 
-  /// Returns why the participant must be created again; nothing: the participant can stay.
   std::optional<std::string> Look(const OwnAddresses& now) const;
 
  private:
   bool Uses(const std::string& address) const;
-  /// Returns the reason if a configured address was up and is gone, while another configured
-  /// address remains.
+  /// Returns the reason if a configured address is gone, while another one remains.
   std::optional<std::string> Gone(const OwnAddresses& now) const;
 
   const std::vector<std::string> interfaces_;
@@ -74,8 +69,7 @@ constexpr std::uint16_t MulticastPort(int domain) {
   return static_cast<std::uint16_t>(7400 + 250 * domain);
 }
 
-/// The buffer size in bytes that is requested for each socket. A smaller buffer loses samples when
-/// a subscriber joins and gets the values of some thousand points at once.
+/// Bytes requested per socket. A smaller buffer loses samples when a subscriber joins.
 inline constexpr int kSocketBuffer = 4 << 20;
 
 struct SocketFacts {
@@ -96,7 +90,6 @@ std::vector<std::string> RemarksOn(const SocketFacts& facts, const ParticipantOp
 /// PortWatch detects that the domain's port was used by another program and is free now.
 class PortWatch {
  public:
-  /// Returns why the participant must be created again; nothing: the participant can stay.
   std::optional<std::string> Look(const ParticipantOptions& options, const OwnAddresses& own);
 
  private:

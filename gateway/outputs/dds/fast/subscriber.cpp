@@ -95,8 +95,7 @@ struct DdsSubscriber::Impl {
             OpenReader(NewAlarmType(), kAlarmTopic, kAlarmsOfAllGateways, &alarms));
   }
 
-  /// Takes all samples; those of gateways first, because the `seq` of other samples counts from the
-  /// start of their gateway.
+  /// Gateways first, because the `seq` of other samples counts from their gateway's start.
   Duration TakeAll() {
     Duration busy = gateways.TakeAll();
     busy += points.TakeAll();

@@ -1,5 +1,4 @@
-// `DdsSubscriber` subscribes to everything that the gateways of a DDS domain publish, and passes
-// the samples to callbacks. `baudgate watch` and tests use it.
+// `DdsSubscriber` passes everything that the gateways of a DDS domain publish to callbacks.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,12 +14,10 @@
 
 namespace baudgate::dds {
 
-// TakingThread is the thread on which a subscriber takes its samples. The thread rests after each
-// take, because Fast DDS 2.9 walks through all instances with every take: without rests, the thread
-// could not keep up.
+// The thread on which a subscriber takes its samples. It rests after each take, because Fast DDS
+// 2.9 walks through all instances with every take.
 
-/// Returns the rest after a take: nine times the duration of the take, at most 50 ms. So a few
-/// points are taken at once, and thousands of points in batches.
+/// Nine times the duration of the take, at most 50 ms: a few points are taken at once.
 Duration RestAfter(Duration round);
 
 class TakingThread {
@@ -41,7 +38,6 @@ class TakingThread {
   Worker worker_;
 };
 
-/// The reason why no more samples of a point or device are expected.
 enum class Gone : std::uint8_t {
   disposed,  ///< a writer has disposed the instance; gateways never do
   /// The gateway has left, or was silent for its lease. After an orderly stop, the last samples
@@ -55,24 +51,20 @@ struct SubscriberOptions {
   std::size_t max_instances = 100'000;
 };
 
-/// The callbacks are called one at a time, on a thread of the subscriber. Their arguments are valid
-/// during the call.
+/// Called one at a time, on a thread of the subscriber. Arguments are valid during the call.
 struct SubscriberCallbacks {
   std::function<void(const PointSample&, const Origin&)> on_point;
-  /// Called when a point is gone. Of the sample, only the key is valid; its other fields are those
-  /// of the last sample.
+  /// Of the sample, only the key is valid; its other fields are those of the last sample.
   std::function<void(const PointSample&, Gone)> on_point_gone;
   std::function<void(const DeviceSample&, const Origin&)> on_device;
   std::function<void(const DeviceSample&, Gone)> on_device_gone;
   /// Called when a gateway has started; the sample contains the time of the start and the version.
   std::function<void(const GatewaySample&, const Origin&)> on_gateway{};
   std::function<void(const GatewaySample&, Gone)> on_gateway_gone{};
-  /// Called with the number of publishers of points that are connected now.
   std::function<void(int gateways)> on_gateways;
   /// Called when a publisher of points has left, or was silent for its lease.
   std::function<void(const PublisherId&)> on_publisher_left;
-  /// Called with the number of samples of points that were lost so far because max_instances is too
-  /// small.
+  /// Called with the number of samples lost so far because max_instances is too small.
   std::function<void(std::uint64_t samples)> on_rejected;
   /// Called with the newest events of each device, at most 1000, then with each new event. An event
   /// can come twice, with the same `seq`. Null: events are not subscribed to.

@@ -16,8 +16,7 @@
 namespace baudgate::dds {
 namespace {
 
-/// Returns the size in bytes of the longest possible key: each text has its longest length, a
-/// length field and padding.
+/// Bytes of the longest key: each text has its longest length, a length field and padding.
 template <typename Sample>
 constexpr std::size_t LongestKey() {
   std::size_t bytes = 0;
@@ -93,7 +92,6 @@ const TypeIdentifier& IdentifierOf(const TypeField& field) {
   return *Factory().get_type_identifier("double", false);
 }
 
-/// Returns the first four bytes of the MD5 of the name (XTypes 1.2, 7.3.4.5).
 NameHash HashOf(const std::string& name) {
   const MD5 md5(name);
   NameHash hash;
@@ -110,8 +108,7 @@ Member MemberOf(const TypeField& field, MemberId id) {
   return member;
 }
 
-/// Returns the annotation "@key": generic readers look for this annotation and not for the flag
-/// IS_KEY.
+/// Generic readers look for the annotation "@key" and not for the flag IS_KEY.
 AppliedAnnotation KeyAnnotation() {
   AnnotationParameterValue yes;
   yes._d(TK_BOOLEAN);
@@ -157,8 +154,7 @@ TypeObject Complete(const TypeDescription& type) {
   return object;
 }
 
-/// The identifier contains the first 14 bytes of the MD5 of the serialized object (XTypes 1.2,
-/// 7.3.4.2).
+/// The first 14 bytes of the MD5 of the serialized object (XTypes 1.2, 7.3.4.2).
 TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   std::vector<char> bytes(TypeObject::getCdrSerializedSize(object) + 4);
   eprosima::fastcdr::FastBuffer buffer(bytes.data(), bytes.size());
@@ -174,10 +170,9 @@ TypeIdentifier IdentifierOf(const TypeObject& object, EquivalenceKind kind) {
   return identifier;
 }
 
-/// Registers the type as an XTypes TypeObject of version 1, with which generic tools on Fast DDS 2
-/// can decode samples. To be called before the type is registered with a participant.
-/// TypeInformation must not be used: Fast DDS 2.9 writes it in a form for which Cyclone DDS drops
-/// the endpoint.
+/// Generic tools on Fast DDS 2 decode samples by an XTypes TypeObject of version 1. To be called
+/// before the type is registered. TypeInformation must not be used: Fast DDS 2.9 writes it in a
+/// form for which Cyclone DDS drops the endpoint.
 void DescribeType(const TypeDescription& type) {
   const std::string name = "baudgate::v1::" + std::string(type.name);
   const TypeObject complete = Complete(type);
@@ -213,8 +208,7 @@ class SampleType : public TopicDataType {
   bool deserialize(SerializedPayload_t* payload, void* data) override {
     auto& sample = *static_cast<Sample*>(data);
     if (Decode({payload->data, payload->length}, sample)) return true;
-    // A take of several samples returns this sample although it could not be decoded (Fast DDS
-    // 2.9). An empty `gateway` marks it, so that Inbox drops it.
+    // A take returns this sample although it could not be decoded (Fast DDS 2.9); Inbox drops it.
     sample = Sample{};
     return false;
   }

@@ -18,14 +18,11 @@ namespace {
 namespace fast = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// The most client names in requests, to all gateways. The library stores a name while a writer with
-// this name exists.
+// The most client names in requests; the library stores a name while a writer uses it.
 constexpr int kNamesOfRequests = 4096;
-// The most client names in replies of this gateway. The library stores them until the writer is
-// deleted.
+// The most client names in replies, which the library stores until the writer is deleted.
 constexpr int kNamesOfReplies = 1024;
-// Samples that are stored for each name. Requests are taken at once, so several are stored only if
-// one datagram contains several.
+// Requests are taken at once, so several are stored only if one datagram contains several.
 constexpr int kSamplesEach = 4;
 
 /// Returns a QoS with all limits set (see WriterQos in gateway/outputs/dds/fast/fast_writer.cpp).
@@ -51,8 +48,6 @@ fast::Topic* MakeTopic(fast::DomainParticipant& participant, fast::TopicDataType
 
 }  // namespace
 
-/// Creates the writer of replies before the reader of requests, so that a client that discovers the
-/// reader can also discover the writer.
 bool WriteTopics::Open(fast::DomainParticipant& participant) {
   publisher_ = participant.create_publisher(fast::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant.create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
@@ -62,8 +57,7 @@ bool WriteTopics::Open(fast::DomainParticipant& participant) {
          requests_ != nullptr && OpenWriter() && OpenReader();
 }
 
-/// Creates the writer of replies. It is transient local, because a client's reader of replies can
-/// be discovered later than its writer of requests.
+/// Transient local: a client's reader of replies can be found later than its writer of requests.
 bool WriteTopics::OpenWriter() {
   auto qos = Bounded<fast::DataWriterQos>(fast::TRANSIENT_LOCAL_DURABILITY_QOS, kNamesOfReplies);
   qos.reliable_writer_qos().times.heartbeatPeriod = DdsTime(100ms);
@@ -89,8 +83,7 @@ void WriteTopics::OnRequest(SampleWriter::TakeRequest take) {
   take_ = std::move(take);
 }
 
-/// Writes a reply. If the writer has no space for a new client name, it is replaced by a new writer
-/// without stored replies.
+/// If the writer has no space for a new client name, a new writer without replies replaces it.
 Sent WriteTopics::Write(const ReplySample& reply) {
   if (writer_ != nullptr && TryWrite(reply)) return Sent::yes;
   if (writer_ != nullptr) publisher_->delete_datawriter(writer_);
@@ -107,7 +100,6 @@ bool WriteTopics::TryWrite(const ReplySample& reply) {
   }
 }
 
-/// Takes the requests. A request that could not be decoded has an empty `gateway`.
 void WriteTopics::on_data_available(fast::DataReader* reader) {
   WriteArrival arrival;
   fast::SampleInfo info{};
@@ -123,8 +115,7 @@ void WriteTopics::on_data_available(fast::DataReader* reader) {
     const Now now = ReadClocks();
     arrival.received = now.instant;
     arrival.published = WallTime(Duration(info.source_timestamp.to_ns()));
-    // The time when the reader was opened is computed with the steady clock, so that setting the
-    // wall clock makes no difference.
+    // Computed with the steady clock, so that setting the wall clock makes no difference.
     arrival.early = arrival.published < now.wall - (now.instant - opened_.load());
     const MutexLock lock(mutex_);
     if (take_) take_(arrival);

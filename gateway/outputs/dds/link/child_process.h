@@ -1,5 +1,4 @@
-// `ChildProcess` starts baudgate-dds as a child, passes it one socket of the link as descriptor 3,
-// and waits until it has ended. BoundedLines turns the child's output into log lines.
+// `ChildProcess` starts baudgate-dds and waits for its end; descriptor 3 is a socket of the link.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,15 +15,13 @@
 
 namespace baudgate::dds {
 
-// BoundedLines splits output into printable lines of limited length, at most kMost lines in
-// kPeriod.
+// Splits output into printable lines of limited length, at most kMost lines in kPeriod.
 class BoundedLines {
  public:
   static constexpr std::size_t kLongest = 500;  ///< in bytes; the rest of a longer line is dropped
   static constexpr std::size_t kMost = 20;      ///< lines per kPeriod; further lines are counted
   static constexpr Duration kPeriod = 10s;
 
-  /// Returns the lines that `bytes` has completed.
   std::vector<std::string> Add(std::string_view bytes, Instant now);
 
  private:
@@ -41,9 +38,8 @@ inline constexpr int kLinkDescriptor = 3;
 
 class ChildProcess {
  public:
-  /// Starts a child that inherits only the link and a pipe for its standard output and error. The
-  /// child has a process group of its own, so Ctrl-C does not reach it. The calling thread must
-  /// outlive the child, because the kernel terminates the child together with this thread.
+  /// The child inherits only the link and a pipe for its output, and has its own process group, so
+  /// Ctrl-C does not reach it. The kernel terminates it together with the calling thread.
   static Result<ChildProcess> Start(const std::string& program,
                                     const std::vector<std::string>& arguments,
                                     const Descriptor& link);
@@ -55,8 +51,7 @@ class ChildProcess {
   /// Returns the pipe of the child's standard output and error; non-blocking.
   int output() const { return output_.get(); }
   void CloseOutput() { output_.Close(); }
-  /// Waits until the child has ended, and kills it after `most`. Returns how it ended, e.g. "was
-  /// ended by signal 6" or "left with exit code 1".
+  /// Kills the child after `most`. Returns how it ended, e.g. "was ended by signal 6".
   std::string Reap(Duration most);
 
  private:
@@ -66,8 +61,7 @@ class ChildProcess {
   Descriptor output_;
 };
 
-/// Returns the path of the program, from the folder of this process's binary or from the folder of
-/// installed programs. The error contains both folders.
+/// Searches the folder of this process's binary, then that of installed programs.
 Result<std::string> FindProgram(const std::string& name);
 
 }  // namespace baudgate::dds

@@ -66,7 +66,6 @@ void PutText(Bytes& to, std::string_view text) {
   Append(to, text);
 }
 
-/// Writes the number of texts, then the texts. `most` must be below 256.
 void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most,
               std::size_t bound) {
   const std::size_t count = std::min(texts.size(), most);
@@ -74,8 +73,7 @@ void PutTexts(Bytes& to, const std::vector<std::string>& texts, std::size_t most
   for (std::size_t i = 0; i < count; ++i) PutText(to, texts[i].substr(0, bound));
 }
 
-/// Reads fields from the front of a body. After a missing or bad field, all further fields are 0 or
-/// empty, and AllTaken is false.
+/// After a missing or bad field, all further fields are 0 or empty, and AllTaken is false.
 class Fields {
  public:
   explicit Fields(View rest) : rest_(rest) {}
@@ -103,7 +101,6 @@ class Fields {
     for (std::string& text : texts) text = Text(bound);
     return texts;
   }
-  /// Reads the number of elements; 0 if it is more than `most`.
   std::size_t Count(std::size_t most) {
     const auto count = Number<std::uint8_t>();
     good_ = good_ && count <= most;
@@ -130,7 +127,6 @@ void PutPlaces(Bytes& to, const std::vector<config::HostPort>& places, std::size
   }
 }
 
-/// Reads places. The message is invalid if there are more than `most`.
 std::vector<config::HostPort> TakePlaces(Fields& fields, std::size_t most) {
   std::vector<config::HostPort> places(fields.Count(most));
   for (config::HostPort& at : places) {
@@ -148,15 +144,14 @@ auto FilesOf(Security& security) {
                     &security.permissions};
 }
 
-/// Writes the number of files and their paths; if security is off, only the number 0.
+/// If security is off, writes only the number 0.
 void PutSecurity(Bytes& to, const config::DdsSecurity& security) {
   to.push_back(security.on() ? kSecurityFiles : 0);
   if (!security.on()) return;
   for (const std::string* file : FilesOf(security)) PutText(to, file->substr(0, kMaxPath));
 }
 
-/// Reads the paths. False if the number of files is neither 0 nor kSecurityFiles, or the path of
-/// the identity is empty.
+/// False if there are neither 0 nor kSecurityFiles files, or the path of the identity is empty.
 bool TakeSecurity(Fields& fields, config::DdsSecurity& security) {
   const auto count = fields.Number<std::uint8_t>();
   if (count == 0) return true;

@@ -1,6 +1,5 @@
 // `EncodeSample`, `ParseLink` and others encode and decode the messages between the gateway and
-// baudgate-dds. Each packet of the SOCK_SEQPACKET socket between them is one message.
-// process_link.h and link_server.h send and receive the messages.
+// baudgate-dds. Each packet of the SOCK_SEQPACKET socket is one message.
 // SPDX-License-Identifier: Apache-2.0
 //
 //   02 07 5C 00 | 00 01 00 00 06 00 00 00 73 75 …
@@ -30,14 +29,14 @@ inline constexpr Duration kEndTime = 700ms;
 
 enum class LinkKind : std::uint8_t {
   // from the gateway to baudgate-dds
-  open = 1,     ///< opens DDS; later `open` messages replace the writers
-  point = 2,    ///< a sample of a point to publish
-  device = 3,   ///< a sample of a device to publish
-  gateway = 4,  ///< the sample of the gateway to publish
-  end = 5,      ///< publish all points as not connected, wait for acknowledgement, then exit
-  reply = 6,    ///< a reply to a write request
-  event = 7,    ///< a sample of an event to publish
-  alarm = 8,    ///< a sample of an alarm to publish
+  open = 1,  ///< opens DDS; later `open` messages replace the writers
+  point = 2,
+  device = 3,
+  gateway = 4,
+  end = 5,  ///< publish all points as not connected, wait for acknowledgement, then exit
+  reply = 6,
+  event = 7,
+  alarm = 8,
   // from baudgate-dds to the gateway
   opened = 64,   ///< answer to `open`: DDS is open, samples can be sent
   failed = 65,   ///< answer to `open`: DDS could not be opened; a sentence with what to change
@@ -46,7 +45,6 @@ enum class LinkKind : std::uint8_t {
   left = 68,     ///< answer to `end`: subscribers have acknowledged everything, also events
 };
 
-/// The body of `open`.
 struct LinkOpen {
   std::string gateway;
   ParticipantOptions participant;
@@ -61,8 +59,7 @@ struct LinkCounts {
   /// Samples of points, devices and the gateway that the library did not accept.
   std::uint64_t refused = 0;
   std::uint64_t dropped = 0;  ///< write requests that found the queue full
-  /// Events and alarms that were lost: the library did not accept them, and the retry queue was
-  /// full.
+  /// Events and alarms that were lost: refused by the library while the retry queue was full.
   std::uint64_t events_dropped = 0;
   DatagramCounters datagrams{};
   Neighbours neighbours{};
@@ -75,12 +72,10 @@ Bytes EncodeOpen(const LinkOpen& open);
 Bytes EncodeFailed(const std::string& sentence);  ///< `sentence` is cut after 1,000 bytes
 Bytes EncodeCounts(const LinkCounts& counts);
 Bytes EncodeBare(LinkKind kind);  ///< for `end`, `opened` and `left`, which have no body
-/// Writes a packet into `to`, without allocating. Returns its length; 0 if the sample is longer
-/// than its bounds or `to` is shorter than kMaxLinkMessage.
+/// Does not allocate. Returns the packet's length; 0: a text is too long, or `to` too short.
 template <typename Sample>
 std::size_t EncodeSample(LinkKind kind, const Sample& sample, std::span<std::uint8_t> to);
-/// Returns an empty packet if the request is longer than its bounds. `received` can be sent
-/// unchanged, because both processes use the clock of this machine.
+/// Empty if the request is too long. `received` is valid in both processes: one machine's clock.
 Bytes EncodeRequest(const WriteArrival& arrival);
 
 struct LinkMessage {
@@ -88,8 +83,7 @@ struct LinkMessage {
   View body;  ///< part of the packet
 };
 
-/// Checks the header of a packet. The error completes the sentence "the daemon sent …": it is too
-/// short, has another version, an unknown kind, or a wrong length.
+/// Checks the header of a packet. The error completes the sentence "the daemon sent …".
 Result<LinkMessage> ParseLink(View packet);
 
 /// The Decode functions check every field of a body against its bound, and refuse extra bytes.

@@ -16,17 +16,16 @@ struct LinkState {
   enum class Phase : std::uint8_t {
     starting,  ///< the process runs and has not opened DDS yet
     up,
-    silent,   ///< the process runs, but has sent nothing for two seconds
-    waiting,  ///< there is no process
+    silent,  ///< the process runs, but has sent nothing for two seconds
+    waiting,
   };
   Phase phase = Phase::waiting;
   bool opened = false;  ///< the process has opened DDS
   Instant heard{};      ///< time of the process's last message
-  std::string reason;   ///< why the last process ended, e.g. "was ended by signal 6"
-  /// In the state `waiting`: the time when the gateway starts the next process; nothing: another
-  /// program starts it.
+  std::string reason;
+  /// In the state `waiting`; nothing: another program starts the process.
   std::optional<Instant> next_start{};
-  std::uint32_t times_lost = 0;  ///< how many processes have ended after they had opened DDS
+  std::uint32_t times_lost = 0;
   Subscribers subscribers;
   std::uint64_t written = 0;  ///< samples written by all processes so far
   std::uint64_t refused = 0;  ///< samples that the library did not accept, by all processes so far

@@ -27,7 +27,6 @@ const char* Name(Phase phase) {
   return "waiting";
 }
 
-/// Returns a sentence about the fault of the process; nothing: the process has no fault.
 std::string Diagnose(const dds::LinkState& state, Instant now) {
   const std::string times =
       state.times_lost > 1 ? " (lost " + Plural(state.times_lost, "time") + ")" : "";
@@ -48,8 +47,7 @@ std::string Diagnose(const dds::LinkState& state, Instant now) {
   return text + times;
 }
 
-/// Returns the counts as text, e.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken
-/// parameter lists"; empty: no datagram was received.
+/// E.g. "let in 12345 datagrams, refused 40: 38 fragments, 2 broken parameter lists".
 std::string DatagramText(const dds::DatagramCounters& datagrams) {
   const std::uint64_t all = datagrams.AllRefused();
   if (datagrams.passed == 0 && all == 0) return {};
@@ -80,8 +78,7 @@ Json DatagramsJson(const dds::DatagramCounters& datagrams) {
           {"text", DatagramText(datagrams)}};
 }
 
-/// Returns the counts of write requests; null: writing is not allowed. "text" is e.g. "took 12
-/// write requests, dropped 3 that came too fast".
+/// Null: writing is not allowed. "text": "took 12 write requests, dropped 3 that came too fast".
 Json RequestsJson(const dds::LinkState& state) {
   if (!state.requests) return nullptr;
   std::string text = "took " + Plural(*state.requests, "write request");
@@ -91,8 +88,7 @@ Json RequestsJson(const dds::LinkState& state) {
   return {{"taken", *state.requests}, {"dropped", state.requests_dropped}, {"text", text}};
 }
 
-/// Returns the counts of published and skipped events; null: no device has events. "text" is e.g.
-/// "published 30 events, skipped 2 that were already deleted".
+/// Null: no device has events. "text": "published 30 events, skipped 2 that were already deleted".
 Json EventsJson(const dds::LinkState& state) {
   if (!state.events) return nullptr;
   std::string text = "published " + Plural(*state.events, "event");

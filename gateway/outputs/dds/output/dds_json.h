@@ -9,8 +9,7 @@
 
 namespace baudgate::dds {
 
-/// Returns the fields that docs/status-reference.md describes. `advice` contains a sentence for
-/// each fault.
+/// Returns the fields that docs/status-reference.md describes.
 nlohmann::ordered_json DdsJson(int domain, const dds::LinkState& state, Instant now);
 
 }  // namespace baudgate::dds

@@ -1,5 +1,5 @@
-// `DdsOutput` is the DDS output of the gateway: a publisher, the link to the process baudgate-dds,
-// and, with `write: allow`, the service for write requests.
+// `DdsOutput` is the DDS output: a publisher, the link to baudgate-dds, and, with `write: allow`,
+// the service for write requests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -38,23 +38,20 @@ class DdsOutput final : public outputs::Output {
   static outputs::DescriptorNeeds Descriptors(const config::Config& config) {
     return {.others = config.dds.enabled ? std::size_t(64) : 0};
   }
-  /// Returns the name under which the progress of DDS is stored (OutputRow::consumer); empty: DDS
-  /// is off.
+  /// The name under which the progress of DDS is stored; empty: DDS is off.
   static std::string Consumer(const config::Config& config) {
     return config.dds.enabled ? EventSamples::kConsumer : "";
   }
   ~DdsOutput() override { DdsOutput::Stop(); }
 
   std::string_view name() const override { return "dds"; }
-  /// Starts the output. An error contains the name or setting to change. If baudgate-dds cannot be
-  /// started, that is not an error: the status reports it.
+  /// An error contains the name or setting to change. A missing baudgate-dds is no error.
   Status Open(const Configuration& config) override;
   void Examine(const config::Config& next, std::vector<std::string>& settings,
                std::vector<std::string>& restart) const override;
   std::vector<std::string> Apply(const Configuration& config,
                                  std::unique_ptr<Prepared> prepared) override;
-  /// After StopRequests, no write is passed to the sink. Writes in progress still get their
-  /// replies.
+  /// No write is passed to the sink after this. Writes in progress still get their replies.
   void StopRequests() override;
   /// Publishes all points as not connected, which takes up to about two seconds.
   void Stop() override;
@@ -68,7 +65,7 @@ class DdsOutput final : public outputs::Output {
   Links links_;
   int domain_ = 0;
   std::unique_ptr<dds::ProcessLink> link_;  // null: DDS is off
-  std::unique_ptr<dds::DdsWrites> writes_;  // null: writes are denied
+  std::unique_ptr<dds::DdsWrites> writes_;
   std::unique_ptr<dds::DdsPublisher> publisher_;
 };
 

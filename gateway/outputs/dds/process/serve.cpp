@@ -108,8 +108,7 @@ class Filter {
   std::vector<sock_filter> code_;
 };
 
-/// Adds instructions that refuse the system call `call` by its first argument: if `wanted`, any
-/// argument but `value`; else the argument `value`.
+/// Refuses `call` by its first argument: if `wanted`, any but `value`; else `value`.
 void JudgeArgument(Filter& filter, long call, std::uint32_t value, bool wanted) {
   filter.SkipUnless(static_cast<std::uint32_t>(call), 4);
   filter.Load(offsetof(seccomp_data, args));  // the lower half of the argument
@@ -167,8 +166,7 @@ namespace {
 constexpr Duration kLook = 100ms;
 constexpr int kMostPacketsAtOnce = 256;
 
-/// Sends the waiting requests to the gateway. A request for which the socket has no space stays in
-/// `held`. False: the gateway has closed the link.
+/// A request for which the socket has no space stays in `held`. False: the link is closed.
 bool SendRequests(const Descriptor& link, LinkServer& server, std::optional<Bytes>& held) {
   for (;;) {
     if (!held) held = server.NextRequest();

@@ -33,17 +33,13 @@ struct UdpAddress {
 /// Returns nothing if `host` is not an IPv4 address.
 std::optional<UdpAddress> ParseUdpAddress(const std::string& host, std::uint16_t port);
 
-/// Returns the address, e.g. "10.0.0.7".
 std::string HostOf(const UdpAddress& at);
-/// Returns address and port, e.g. "10.0.0.7:7410".
 std::string Text(const UdpAddress& at);
 
-/// The role of a participant, which it sends as user data. Participants with the same role are not
-/// announced to each other, because they exchange nothing: among 100 gateways, 9,900 announcements
-/// would be sent.
+/// The role of a participant, sent as user data. Participants with the same role are not announced
+/// to each other: among 100 gateways, 9,900 announcements would be sent.
 enum class Role : std::uint8_t { any, publishes, subscribes };
 
-/// Returns the user data for a role; empty for `any`.
 std::string_view UserDataOf(Role role);
 
 struct Announcement {
@@ -59,17 +55,15 @@ struct Announcement {
   View said() const { return View(datagram).subspan(said_at); }
 };
 
-/// Reads an announcement. `at` of the result is an address that the announcement contains and from
-/// which it was sent, so a sender that cannot forge its address cannot direct datagrams to a third
-/// party. The error is a sentence.
+/// `at` of the result is an address that the announcement contains and from which it was sent, so a
+/// sender that cannot forge its address cannot direct datagrams to a third party.
 Result<Announcement> ReadAnnouncement(View datagram, UdpAddress sender);
 
-// CheckParameters checks every length in an RTPS parameter list (inline QoS or discovery data)
-// before it is used. Source: DDSI-RTPS 2.3, 9.4.2.11 and 9.6.2.2.
+// Checks every length in a parameter list before it is used (DDSI-RTPS 2.3, 9.4.2.11, 9.6.2.2).
 
 /// The parameters that the callers use. Offsets count from the first byte of the list.
 struct Parameters {
-  std::size_t size = 0;  ///< size of the list in bytes, including the sentinel
+  std::size_t size = 0;
   std::optional<GuidPrefix> participant;
   std::optional<Guid> endpoint;
   std::optional<std::size_t> lease_at;
@@ -90,9 +84,8 @@ struct Parameters {
   std::uint32_t status = 0;
 };
 
-/// Checks the RTPS parameter list at the beginning of `list`; further bytes can follow. Fills
-/// `found`. Returns why the list is refused, or `none`. `little`: the byte order is little endian.
-/// `security`: parameters of DDS Security are allowed.
+/// Checks the parameter list at the beginning of `list`; further bytes can follow. `little`: little
+/// endian. `security`: parameters of DDS Security are allowed.
 Refusal CheckParameters(View list, bool little, bool security, Parameters& found);
 
 }  // namespace baudgate::dds

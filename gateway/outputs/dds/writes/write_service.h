@@ -1,6 +1,5 @@
-// `WriteService` handles the write requests that come over DDS: it answers repeated requests, and
-// passes new requests to gateway/bus/writes/write_gate.h with the client name "dds:GUID". It has no
-// thread: DdsWrites calls it. ValueOf returns the value that a request contains.
+// `WriteService` handles write requests that come over DDS: it answers repeated ones and passes new
+// ones to gateway/bus/writes/write_gate.h. It has no thread: DdsWrites calls it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -35,12 +34,10 @@ namespace baudgate::dds {
 //   bool     value 1, text "on"    true
 //   float32  value nan             an error
 
-/// Returns the value of the request in the point's type. The error is a sentence that contains what
-/// is allowed.
+/// Returns the value in the point's type. The error contains what is allowed.
 Result<Value> ValueOf(const config::Point& point, const RequestSample& request);
-/// Returns the id by which a repeated request is detected. The value is part of it, as hexadecimal
-/// text, so that two NaNs are equal. deadline_ms and not_after_ns are not part of it, because they
-/// may differ when a client repeats its request.
+/// Detects a repeated request. The value is hexadecimal text, so that two NaNs are equal.
+/// deadline_ms and not_after_ns are left out, because they may differ in a repetition.
 bus::RequestId IdOf(const RequestSample& request);
 
 class WriteService {
@@ -48,7 +45,6 @@ class WriteService {
   /// The longest deadline_ms of a request. Without deadline_ms, a request waits for kWaitForDevice.
   static constexpr Duration kMostPatience = 60s;
 
-  /// A request that was passed to its line.
   struct Ticket {
     std::string client;
     std::uint64_t seq = 0;
@@ -57,9 +53,8 @@ class WriteService {
   using Answer = std::function<void(ReplySample reply)>;
   using Ended = std::function<void(Ticket ticket, const WriteResult& result)>;
 
-  /// The references must outlive this object. `answer` is called on the thread that calls Take or
-  /// End. `ended` can be called on any thread, even after the end of this object; the owner passes
-  /// its arguments to End.
+  /// The references must outlive this object. `answer` is called on the thread of Take or End;
+  /// `ended` on any thread, even after the end of this object: the owner passes it to End.
   WriteService(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
                bus::RequestBook::Past past, Answer answer, Ended ended);
 
@@ -71,7 +66,7 @@ class WriteService {
  private:
   struct Place {
     std::uint32_t device = 0;  ///< index in the point store
-    std::uint32_t point = 0;   ///< index in the device's points
+    std::uint32_t point = 0;
     std::shared_ptr<const config::Device> config;
   };
   Result<Place> Find(const RequestSample& request);
@@ -87,30 +82,26 @@ class WriteService {
   bus::WriteGate gate_;
   const Answer answer_;
   const Ended ended_;
-  std::unordered_map<std::string, std::uint32_t> devices_;  ///< index of each device, by name
+  std::unordered_map<std::string, std::uint32_t> devices_;
   std::uint32_t known_ = 0;  ///< the number of the store's devices that devices_ contains
   bus::RequestBook book_;
   std::atomic<std::uint64_t> taken_ = 0;
 };
 
-// DdsWrites is the thread that handles the write requests of a SampleWriter and sends the replies.
-// Lines never wait for it.
+// The thread for the write requests of a SampleWriter. Lines never wait for it.
 class DdsWrites {
  public:
-  /// Handles the requests of `writer` until StopTaking. `config`, `store`, `sink` and the objects
-  /// that `past` refers to must outlive this object.
+  /// References and the objects that `past` refers to must outlive this object.
   DdsWrites(const config::Config& config, const bus::PointStore& store, bus::CommandSink& sink,
             bus::RequestBook::Past past, std::shared_ptr<SampleWriter> writer);
   ~DdsWrites();  ///< calls StopTaking and Stop
 
   /// After StopTaking, no request is passed to the sink. A second call does nothing.
   void StopTaking();
-  /// Sends the replies that are ready, and ends the thread; later results are dropped. A second
-  /// call does nothing.
+  /// Sends the replies that are ready and ends the thread. A second call does nothing.
   void Stop();
 
   std::uint64_t taken() const { return service_.taken(); }
-  /// Returns the number of requests that were dropped because they came too fast.
   std::uint64_t dropped() const;
 
  private:

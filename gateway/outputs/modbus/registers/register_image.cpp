@@ -9,7 +9,6 @@
 namespace baudgate::modbus {
 namespace {
 
-/// Fills the words of one point in one area, like a read of several points.
 template <typename Word>
 ExceptionCode FillOne(const bus::DeviceRecord& record, Area area, const Span& span, Instant now,
                       std::span<Word> out) {
@@ -111,8 +110,7 @@ std::optional<RegisterImage::Place> RegisterImage::Find(config::Table table, std
     return Place{table, quality ? Area::quality : Area::value, *at, count};
   };
   if (table != config::Table::bits) return find(registers_);
-  // A read of one bit can be answered with an exception where a read of several bits is not, so one
-  // bit is not read from the image.
+  // Not for one bit: its read can get an exception where a read of several bits does not.
   return count == 1 && start < kQualityOffset ? std::nullopt : find(bits_);
 }
 

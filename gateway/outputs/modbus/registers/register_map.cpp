@@ -1,6 +1,4 @@
-// Builds the map from the configuration, divides requests into pieces, and encodes values in
-// registers. The float functions of libmodbus are not used, because those of Debian's version are
-// wrong.
+// libmodbus encodes no floats, because its float functions in Debian's version are wrong.
 // SPDX-License-Identifier: Apache-2.0
 #include "gateway/outputs/modbus/registers/register_map.h"
 
@@ -26,8 +24,7 @@ bool InValueArea(const Span& span) {
 
 bool StartsBelow(std::uint32_t address, const Span& span) { return address < span.start; }
 
-/// Finds the spans of ascending addresses. Most requests are for adjacent points, so the span after
-/// the last result is tried before a search.
+/// Most requests are for adjacent points, so the next span is tried before a search.
 class Finder {
  public:
   explicit Finder(const std::vector<Span>& spans) : spans_(spans) {}
@@ -46,8 +43,7 @@ class Finder {
   std::size_t next_ = 0;
 };
 
-/// Adds a span. The configuration check refuses overlaps and addresses outside the value areas. If
-/// it misses one, the point that came first gets the addresses and the later point is left out.
+/// The configuration check refuses overlaps; if it misses one, the later point is left out.
 void Insert(std::vector<Span>& spans, const Span& span) {
   if (!InValueArea(span)) return;
   const auto after = std::upper_bound(spans.begin(), spans.end(), span.start, StartsBelow);
@@ -219,7 +215,6 @@ using config::Type;
 
 bool IsFloat(Type type) { return type == Type::float32 || type == Type::float64; }
 
-/// Returns the value in two's complement; nothing: the value is outside the range.
 std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRange range) {
   const auto of_signed = [&](std::int64_t held) -> std::optional<std::uint64_t> {
     if (held < range.lowest) return std::nullopt;
@@ -245,8 +240,7 @@ std::optional<std::uint64_t> IntegerBits(const Value& value, config::IntegerRang
   return std::nullopt;
 }
 
-/// Returns the bits of a value of any type except string; nothing: the type cannot represent the
-/// value.
+/// The bits of any type except string; nothing: the type cannot represent the value.
 std::optional<std::uint64_t> BitsOf(Type type, const Value& value) {
   if (!HasValue(value) || std::holds_alternative<std::string>(value)) return std::nullopt;
   if (type == Type::boolean) {
@@ -344,8 +338,7 @@ Shown ShowFault(const config::Point& point, bool held) {
   return kind == Kind::hold && held ? Shown::held : Shown::no_value;
 }
 
-/// Extends the sign of a number of at most 32 bits. Example: the int16 FF FE becomes -2 and not
-/// 65534.
+/// Extends the sign of at most 32 bits: the int16 FF FE becomes -2 and not 65534.
 std::int64_t SignExtended(std::uint64_t bits, Type type) {
   if (type == Type::int8 || type == Type::int16) return static_cast<std::int16_t>(bits);
   if (type == Type::int32) return static_cast<std::int32_t>(bits);

@@ -32,11 +32,10 @@ bool ReplyEcho::IsEcho(View frame, Instant ended) {
 
 namespace {
 
-/// The longest pause within an RTU frame: USB adapters deliver received bytes up to 16 ms late.
-/// Most requests are recognised by their length and do not wait for this time.
+/// Within an RTU frame: USB adapters deliver received bytes up to 16 ms late. Most requests are
+/// recognised by their length and do not wait.
 constexpr Duration kUsbGap = 20ms;
-/// The longest pause between two characters of a Modbus ASCII frame (MODBUS over Serial Line 1.02,
-/// 2.5.2.1).
+/// Between two characters of Modbus ASCII (MODBUS over Serial Line 1.02, 2.5.2.1).
 constexpr Duration kAsciiGap = 1s;
 
 }  // namespace
@@ -55,8 +54,6 @@ MasterSession::MasterSession(const config::Listener& listener, ServerShared& sha
   assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
-// ---------------------------------------------------------------- requests
-
 void MasterSession::OnBytes(View bytes, const Now& now) {
   if (now.instant - last_byte_ >= gap_) heard_.clear();
   last_byte_ = now.instant;
@@ -73,8 +70,7 @@ void MasterSession::CutFrames(bool silent, const Now& now) {
   assembler_.Begin(protocol().request_rule, protocol().expect({}, {}));
 }
 
-/// Logs a warning if the bytes since the last request are a request in another framing (RTU or
-/// ASCII).
+/// Warns if the last bytes are a request in another framing (RTU or ASCII).
 void MasterSession::NameOther() {
   const auto other = OtherFraming(heard_, listener_.framing, frames_);
   if (!other || !book_.HeardOther(port_, *other)) return;
@@ -82,8 +78,7 @@ void MasterSession::NameOther() {
             ExplainOther(*other, listener_.framing));
 }
 
-/// Handles a whole frame. A request to another slave also shows that the master no longer waits for
-/// the gateway's reply; so does a broadcast.
+/// A request to another slave, or a broadcast, shows that the master no longer waits for a reply.
 void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   if (echo_.IsEcho(frame, last_byte_)) {
     if (listener_.echo == config::Listener::Echo::off) book_.HeardEcho(port_);
@@ -105,8 +100,6 @@ void MasterSession::OnFrame(const Bytes& frame, const Now& now) {
   requests_.Handle(AduOf(transaction_, unit, pdu), {last_byte_, now.wall});
 }
 
-// ---------------------------------------------------------------- replies
-
 void MasterSession::Answer(const ModbusRequest& request, Responder& responder, Instant now) {
   Bytes frame;
   if (responder.Append(request, frame)) Answer(frame, now);
@@ -119,8 +112,7 @@ void MasterSession::Answer(View frame, Instant) {
   owner_.Rearm();
 }
 
-/// Returns when OnTime has work. A reply is sent after the quiet time, when it is certain that no
-/// new request is arriving.
+/// A reply waits for the quiet time, when it is certain that no new request is arriving.
 std::optional<Instant> MasterSession::Deadline() const {
   std::optional<Instant> next;
   if (HoldsBytes()) {

@@ -17,9 +17,8 @@ struct Ports final : outputs::Output::Prepared {
 
 }  // namespace
 
-/// Returns the number of file descriptors that the server needs, with spare descriptors, because a
-/// reload opens new ports before it closes the old ones. A serial port has an event loop of its
-/// own.
+/// Contains spare descriptors, because a reload opens new ports before it closes the old ones. A
+/// serial port has its own event loop.
 outputs::DescriptorNeeds ModbusOutput::Descriptors(const config::Config& config) {
   constexpr std::size_t kForSerialPort = 8;
   constexpr std::size_t kForListener = 4;

@@ -40,27 +40,24 @@ struct ListenerChange {
 struct RouteChange {
   std::string route;  ///< e.g. "33-40 to drive"
   Action action = Action::same;
-  std::string what;  ///< the settings that differ, e.g. "remap"
+  std::string what;
   /// Index in the running modbus.routes; nothing: the route is new or restarted.
   std::optional<std::size_t> was;
 };
 
 struct ModbusDifference {
-  // The entries of the new configuration in its order, then the removed entries.
   std::vector<ListenerChange> listeners;
   std::vector<RouteChange> routes;
   bool route_order = false;  ///< the unchanged routes have another order than before
-  /// Sentences about listeners that need a restart of the gateway, because their port can be opened
-  /// only after another is closed: "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
+  /// Listeners that need a restart, because their port can be opened only after another is closed:
+  /// "modbus.listen from 10.0.0.1:502 to 0.0.0.0:502".
   std::vector<std::string> restart;
 };
 
 ModbusDifference CompareModbus(const config::Modbus& running, const config::Modbus& next);
 
-/// Returns e.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected". Empty
-/// if nothing changed.
+/// E.g. "listener 127.0.0.1:1502: differs in write; its 3 clients are disconnected", or empty.
 std::string SentenceOf(const ListenerChange& change);
-/// Returns e.g. "route 33-40 to drive: is new". Empty if nothing changed.
 std::string SentenceOf(const RouteChange& change);
 
 }  // namespace baudgate::reload

@@ -35,8 +35,7 @@ bool AckRegister::IsFor(const ModbusRequest& request) {
          request.start + request.count <= kAckRegister + 2;
 }
 
-/// Returns a record of an acknowledgement. It has the form of a write to a point with the name
-/// "alarms".
+/// A record in the form of a write to a point with the name "alarms".
 audit::WriteRecord AckRegister::RecordOf(const ModbusRequest& request, const UnitMap& unit,
                                          const bus::Writer& writer) const {
   audit::WriteRecord record;
@@ -221,8 +220,7 @@ ExceptionCode OwnUnits::ReadGateway(const ModbusRequest& request) {
   return kNoException;
 }
 
-/// Fills the registers of the event block. The unit of a device shows the device's events, a unit
-/// of the gateway the events of all devices.
+/// The unit of a device shows the device's events, one of the gateway those of all devices.
 void OwnUnits::FillEvents(const ModbusRequest& request, const UnitMap& unit, std::uint64_t client) {
   const auto piece = std::ranges::find(pieces_, Area::events, &Piece::area);
   if (piece == pieces_.end()) return;

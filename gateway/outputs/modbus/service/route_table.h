@@ -1,5 +1,4 @@
 // `RouteTable` finds what answers for a unit: a device, the gateway itself, or a transparent route.
-// It is created again from each configuration, and router.cpp uses it for every request.
 // `RouteList` numbers the routes.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
@@ -36,10 +35,8 @@ class RouteList {
   /// Applies the routes of a reload. The line index of an unchanged route can differ.
   void Renew(const std::vector<config::Route>& routes, const Origins& origins);
 
-  /// Returns the route with this number, even if it was removed.
   const config::Route& at(std::size_t number) const { return routes_[number]; }
   std::size_t size() const { return routes_.size(); }
-  /// Returns the numbers of the routes in the running file, in its order.
   std::span<const std::size_t> numbers() const { return numbers_; }
 
  private:
@@ -58,8 +55,7 @@ struct Way {
   std::uint32_t route = 0;
 };
 
-/// Finds what answers for a unit: a device with this unit, else the first route whose range
-/// contains the unit, else the gateway itself for 0 and 255.
+/// A device with this unit, else the first route that contains it, else the gateway for 0 and 255.
 class RouteTable {
  public:
   RouteTable(const config::Config& config, const RouteList& routes);

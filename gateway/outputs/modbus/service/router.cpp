@@ -91,7 +91,6 @@ std::string RouteTargets::NameOf(const bus::RouteTarget* target) const {
   return {};
 }
 
-/// Counts a late reply for all routes that lead to this slave of the remote server.
 void RouteTargets::CameLate(const HostPort& server, std::uint8_t slave) {
   for (const std::size_t number : routes_.numbers()) {
     const config::Route& other = routes_.at(number);

@@ -1,6 +1,5 @@
-// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`: an entry for
-// each client, serial master and route. The server's thread writes the counters; any thread can
-// read them (gateway/outputs/control).
+// `TrafficStatus` contains the counters of the Modbus server for `baudgate status`. The server's
+// thread writes them; any thread can read them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -28,7 +27,7 @@ struct ClientStatus {
   std::uint64_t exceptions = 0;  ///< replies that were exceptions, including those of slaves
   std::uint64_t bytes_in = 0;
   std::uint64_t bytes_out = 0;
-  std::uint32_t outstanding = 0;  ///< requests that are not answered yet
+  std::uint32_t outstanding = 0;
 };
 
 /// The state of a serial port that waits for a master; it exists even if no master is connected.
@@ -92,8 +91,7 @@ struct RouteStatus : RouteCounters {
   std::string target;        ///< target of the route, e.g. "line drive" or "server 10.0.0.9:502"
   std::string last_trouble;  ///< reason why the last failed request got no good reply
   WallTime last_trouble_at{};
-  /// Replies of a server that came after their deadline and were dropped. If several routes lead to
-  /// one unit of a server, a late reply is counted for each of them.
+  /// Replies of a server that came too late. If several routes lead to one unit, all count it.
   std::uint64_t late = 0;
   std::map<std::uint8_t, RouteCounters> by_unit;  ///< counters by the unit that clients address
 };
@@ -108,10 +106,9 @@ void VisitFields(const RouteStatus*, Visit visit) {
   visit(bus::Counted<&RouteStatus::late>());
 }
 
-/// A listener to which no client can connect. It is checked again each second.
 struct ClosedListener {
-  std::string place;     ///< address of the listener (config::Listener::Address())
-  std::string why;       ///< the reason, e.g. "address already in use; …"
+  std::string place;  ///< address of the listener (config::Listener::Address())
+  std::string why;
   bool is_open = false;  ///< the port is open, but its address has left the machine
 };
 
@@ -140,8 +137,7 @@ struct TrafficStatus {
   /// One entry for each listener that had clients with another framing.
   std::vector<OtherSpeaker> others;
   std::vector<FunctionCount> functions;  ///< functions that were used since the start
-  /// The routes in the order of the running file; after them an entry for broadcasts, if there were
-  /// any.
+  /// In the order of the running file; then an entry for broadcasts, if there were any.
   std::vector<RouteStatus> routes;
 };
 

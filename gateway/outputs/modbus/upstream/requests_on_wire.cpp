@@ -32,8 +32,6 @@ void RequestsOnWire::OnConnecting(Instant now) {
   expired_.clear();
 }
 
-// ---------------------------------------------------------------- what is sent
-
 bool RequestsOnWire::HasRoom(std::uint8_t unit) const {
   if (sent_.size() >= kMost - kKeptForWrites) return false;
   const auto count = std::ranges::count(sent_, unit, &Sent::unit);
@@ -64,8 +62,6 @@ RequestsOnWire::Sent RequestsOnWire::Number(bus::RouteQueue::Batch batch, Instan
   sent.requests = std::move(batch);
   return sent;
 }
-
-// ---------------------------------------------------------------- what comes back
 
 View RequestsOnWire::PduOf(std::uint16_t id, std::uint8_t unit) const {
   const auto found = Find(id);
@@ -119,8 +115,6 @@ std::optional<Instant> RequestsOnWire::Deadline() const {
   }
   return soonest;
 }
-
-// ---------------------------------------------------------------- the end
 
 const RequestsOnWire::Sent* RequestsOnWire::Suspect() const {
   const Sent* suspect = nullptr;

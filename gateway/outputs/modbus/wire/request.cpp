@@ -56,15 +56,13 @@ std::string_view MbapAssembler::Defect() const {
   return surplus_ > 0 ? std::string_view() : DefectOf(Held());
 }
 
-/// Returns the size of the next frame, whose header must have been received.
 std::size_t MbapAssembler::Size() const {
   const std::size_t told = kMbapPrefix + *ByteReader(Held()).U16Be(4);
   if (!length_ || Held().size() <= kMbapHeader) return told;
   return kMbapHeader + length_(Held(), told - kMbapHeader);
 }
 
-/// Searches for the next header after a frame that was shorter than its header announced. Skips
-/// only bytes that cannot be the beginning of a header.
+/// Searches behind a frame that was shorter than announced; skips what cannot begin a header.
 void MbapAssembler::FindHeader() {
   for (; surplus_ > 0; --surplus_, ++begin_) {
     if (Held().size() < kMbapPrefix) return;
@@ -117,8 +115,7 @@ bool IsTcp(View heard) {
   assembler.Commit(count);
   View frame;
   if (assembler.Take(frame) != MbapAssembler::State::frame) return false;
-  // Only functions with a known length are accepted, because six bytes of another protocol can look
-  // like a header by chance.
+  // Only functions of known length, because other bytes can look like a header by chance.
   ModbusRequest request;
   return ParseRequest(frame, request) == kNoException;
 }
