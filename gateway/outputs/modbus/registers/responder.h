@@ -1,6 +1,7 @@
 // `Responder` encodes the replies to checked requests with libmodbus, from a private copy of
-// registers or bits, which own_units.cpp fills. Only well-formed requests may be passed to it,
-// because modbus_reply sleeps on others, or trusts lengths that are wrong.
+// registers or bits, which gateway/outputs/modbus/service/own_units.cpp fills. Only well-formed
+// requests may be passed to it, because modbus_reply sleeps on others, or trusts lengths that are
+// wrong.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
