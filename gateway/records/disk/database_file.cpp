@@ -42,13 +42,12 @@ std::size_t ReadSome(std::istream& in, Bytes& bytes) {
   return static_cast<std::size_t>(in.gcount());
 }
 
-/// The first word of a write-ahead log whose checksums are over little-endian words. If the
-/// checksums are over big-endian words, the first word is kLogMagic + 1.
+/// First word of a log whose checksums are over little-endian words; big-endian: + 1.
 constexpr std::uint32_t kLogMagic = 0x377F0682;
 constexpr std::size_t kLogHead = 32;
 constexpr std::size_t kFrameHead = 24;
 
-/// Computes the running checksum of a write-ahead log: two sums over pairs of words.
+/// The running checksum of a write-ahead log: two sums over pairs of words.
 class LogSum {
  public:
   explicit LogSum(bool big) : big_(big) {}
@@ -58,8 +57,7 @@ class LogSum {
       second_ += Word(bytes + i + 4) + first_;
     }
   }
-  /// True if the checksum equals the 8 bytes at `at`. In the file, the words of a checksum are
-  /// always big-endian.
+  /// In the file, the words of a checksum are always big-endian.
   bool Is(const std::uint8_t* at) const { return Big(at) == first_ && Big(at + 4) == second_; }
 
  private:
@@ -70,8 +68,7 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// Returns what is wrong with the first bytes of a database; empty: the bytes are valid. SQLite
-/// reports some of these faults as "readonly" or "unsupported".
+/// Empty: valid. SQLite reports some of these faults as "readonly" or "unsupported".
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -139,8 +136,8 @@ std::string WhyReadOnly(const fs::path& file) {
 
 namespace {
 
-/// Returns the number of committed changes in the log that SQLite does not reach because a frame
-/// before them is broken. `in` must be positioned behind the log's head, `head` contains this head.
+/// Counts the committed changes behind a broken frame, which SQLite does not reach. `in` must be
+/// positioned behind the log's head.
 std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
   Bytes frame(kFrameHead + page);
   const auto same_salts = [&] {
@@ -148,21 +145,19 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
   };
   bool broken = false;
   std::size_t commits = 0;
-  bool behind_a_commit = false;  // a frame follows a commit that was counted
+  bool behind_a_commit = false;
   while (ReadSome(in, frame) == frame.size()) {
     if (!broken) {
       sum.Add(frame.data(), 8);
       sum.Add(&frame[kFrameHead], page);
       broken = !same_salts() || !sum.Is(&frame[16]);
     }
-    // Frames with other salts are left over from before the last checkpoint, after which SQLite
-    // writes the log from its beginning again.
+    // Frames with other salts are left over from before the last checkpoint.
     if (!broken || !same_salts()) continue;
     behind_a_commit = behind_a_commit || commits > 0;
     commits += Big(&frame[4]) != 0 ? 1 : 0;
   }
-  // A single lost commit at the end of the log is not damage: it was being written when the power
-  // failed.
+  // A single lost commit at the end was being written when the power failed.
   return commits == 1 && !behind_a_commit ? 0 : commits;
 }
 
@@ -171,7 +166,6 @@ std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page
 std::optional<std::string> LogDamage(const fs::path& file) {
   std::ifstream in(file.string() + "-wal", std::ios::binary);
   Bytes head(kLogHead);
-  // The file has no log, or the log was never used.
   if (!in || ReadSome(in, head) < kLogHead) return std::nullopt;
   const std::uint32_t magic = Big(head.data());
   const std::uint32_t page = Big(&head[8]);
@@ -180,8 +174,8 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   const bool head_good =
       (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
   if (!head_good) {
-    // SQLite writes and syncs the head before the first frame, so a damaged head without a frame
-    // behind it loses nothing.
+    // SQLite syncs the head before the first frame, so a damaged head without a frame loses
+    // nothing.
     Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
     const bool any = ReadSome(in, frame) == frame.size();
     return any ? std::optional<std::string>(
@@ -191,8 +185,7 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   }
   const std::size_t commits = LostCommits(in, head, page, sum);
   if (commits == 0) return std::nullopt;
-  // Another connection may have begun to write the log from its beginning again. Then the count is
-  // not valid.
+  // If another connection has begun the log again, the count is not valid.
   Bytes now(kLogHead);
   in.clear();
   in.seekg(0);
@@ -212,21 +205,18 @@ std::uint32_t Big(const Bytes& bytes, std::size_t at) {
   return ByteReader(bytes).U32Be(at).value_or(0);
 }
 
-/// The first bytes of the index of the write-ahead log, which all connections share:
-/// https://www.sqlite.org/walformat.html, 2.
+/// The index's first bytes: https://www.sqlite.org/walformat.html, 2.
 struct LogIndex {
   static constexpr std::size_t kSize = 100;
-  static constexpr std::size_t kHead = 48;  // size of the head, of which the index has two copies
-  // Sizes in the log file.
+  static constexpr std::size_t kHead = 48;  // the index has two copies of it
   static constexpr std::size_t kLogHead = 32;
   static constexpr std::size_t kFrameHead = 24;
-  // The first word of the log file; its last bit is the byte order of the checksums.
+  // the last bit is the byte order of the checksums
   static constexpr std::uint32_t kMagic = 0x377F0683;
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
 
-  /// True if the log contains frames and the two copies of the index's head are equal. They differ
-  /// while a connection changes the index.
+  /// The copies of the head differ while a connection changes the index.
   bool valid() const {
     return bytes.size() == kSize && bytes[12] == 1 && frames() > 0 &&
            std::equal(bytes.begin(), bytes.begin() + kHead, bytes.begin() + kHead);
@@ -242,9 +232,7 @@ struct LogIndex {
     return size == 1 ? 65536 : size;
   }
   std::uint32_t frames() const { return Word(16); }
-  std::uint32_t in_the_file() const {
-    return Word(96);
-  }  // number of the log's frames that were copied to the file
+  std::uint32_t in_the_file() const { return Word(96); }
   View salt() const { return View(bytes).subspan(32, 8); }
 
   Bytes bytes;
@@ -280,8 +268,7 @@ void OpenFile::RemoveOwn(const char* part, const Id& id) const {
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (id_.inode == 0) return {};
   const Id id = IdOf();
-  // If stat fails for another reason, it is unknown whether the file exists. The open descriptors
-  // still work.
+  // For another reason it is unknown whether the file exists; the open descriptors still work.
   if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
   if (id != id_) {
     // SQLite would copy the log of the old file into the new file.
@@ -299,9 +286,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   if (log_.inode == 0) log_ = log;
   if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
-  // The log that SQLite has open has lost its name, and still contains what was committed. A log
-  // that has the name now belongs to another database. If a reader prevents emptying the open log,
-  // the next call tries again.
+  // A log that has the name now belongs to another database. If a reader prevents emptying the open
+  // log, the next call tries again.
   if (!database.EmptyLog()) return {};
   RemoveOwn(kLog, log);
   return {Found::stale,
@@ -310,8 +296,7 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Returns what is wrong with the first bytes of the open file; empty: the bytes are valid. Some of
-/// these bytes never change; others are 0 until the log is first copied to the file.
+/// Some of these bytes never change; others are 0 until the log is first copied to the file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;
   constexpr std::size_t kPages = 28;
@@ -328,8 +313,8 @@ std::string OpenFile::HeadTrouble(const Database& database) {
   }
   const std::uint64_t page = Big(head, 14) & 0xFFFFU;
   const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
-  // If a reader delays a checkpoint, the newest pages can be in the log only, although the number
-  // of pages in the head counts them already. Only damage makes the file shorter.
+  // If a reader delays a checkpoint, the newest pages can be in the log only, although the head
+  // counts them.
   longest_ = std::max(longest_, *size);
   if (*size >= whole || *size >= longest_) return {};
   return fmt::format("the file was truncated while it was in use: {} of {} bytes are left", *size,
@@ -360,8 +345,8 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
                         "no data was lost: the file already contains the content of the log; {}",
                         kAdvice)};
   }
-  // A checkpoint would copy the rest of the log to the file and leave a mixture of old and new
-  // pages. If a checkpoint has copied some frames already, the file is such a mixture.
+  // A checkpoint would leave a mixture of old and new pages. If a checkpoint has copied some frames
+  // already, the file is such a mixture.
   database.Abandon();
   if (index.in_the_file() > 0) {
     return {
@@ -380,7 +365,6 @@ namespace fs = std::filesystem;
 
 constexpr int kMostPutAside = 99;
 
-/// The state of a file that was opened. failed: `why` contains the reason.
 enum class Look : std::uint8_t { fine, failed, damaged, newer };
 
 bool Migrate(Database& database, const DatabaseKind& kind, std::int64_t version) {
@@ -408,8 +392,7 @@ std::optional<std::int64_t> WholeNumber(Database& database, const char* sql) {
                                                      : std::nullopt;
 }
 
-/// Checks that the file belongs to the program `kind.application` and has a known version, and
-/// migrates its tables. `check`: the result of SQLite's quick_check.
+/// Also migrates the tables. `check`: the result of SQLite's quick_check.
 Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::string& check,
                    std::string& why) {
   const auto application = WholeNumber(database, "PRAGMA application_id");
@@ -438,15 +421,13 @@ Look LookAtVersion(Database& database, const DatabaseKind& kind, const std::stri
   return Migrate(database, kind, *version) ? Look::fine : Broken(database, why);
 }
 
-/// Checks an open file. `head`: true if the first bytes of the file must be checked before SQLite
-/// reads them.
 Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string& why) {
   const auto bytes = head ? database.Read(Database::Part::file, 0, kDatabaseHead) : std::nullopt;
   if (const auto damage = bytes ? HeadDamage(*bytes) : std::nullopt) {
     why = *damage;
     return Look::damaged;
   }
-  // WAL mode is stored in the file. If SQLite is recovering the file, this statement waits.
+  // WAL mode is stored in the file. The statement waits while SQLite recovers the file.
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return Broken(database, why);
   if (baudgate::ToText(mode) != "wal") {
@@ -459,8 +440,7 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
   return LookAtVersion(database, kind, baudgate::ToText(check), why);
 }
 
-/// Renames the file together with its log and index. Returns the new name; empty: the file cannot
-/// be renamed.
+/// Renames the file with its log and index. Empty: it cannot be renamed.
 fs::path PutAside(const fs::path& file) {
   fs::path to;
   std::error_code error;
@@ -481,8 +461,7 @@ std::string RenamedText(const fs::path& file, const std::string& why, const fs::
                      file.string(), why, to.filename().string());
 }
 
-/// True for an empty file. A file system can leave an empty file after a power cut; a database of
-/// the gateway is never empty once it was opened.
+/// A file system can leave an empty file after a power cut; an opened database is never empty.
 bool IsEmpty(const fs::path& file) {
   std::error_code none;
   return fs::is_regular_file(file, none) && fs::file_size(file, none) == 0;
@@ -527,8 +506,8 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     }
     opened.error = fmt::format("{}: {}", file.string(), why);
     database.reset();
-    // On a full disk the file was made but not written. It is removed, so that the next start does
-    // not take it for a lost database.
+    // On a full disk the file was made but not written; the next start would take it for a lost
+    // database.
     if (!was_there && IsEmpty(file)) fs::remove(file, none);
     if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);
