@@ -100,7 +100,7 @@ class Records {
   /// not answer delays the reload by two seconds at most.
   void RenewHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
 
-  /// Where outputs submit writes; null: writes are not recorded.
+  /// The sink to which outputs submit writes; null: writes are not recorded.
   bus::CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
   WritePath* write_path() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }

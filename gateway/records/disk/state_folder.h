@@ -18,7 +18,7 @@ namespace baudgate::records {
 
 // A file of a newer version must not be used: it would be misread, or taken for damaged.
 
-/// Of devices.json and clocks.json. A file without a version number has version 1.
+/// The version of devices.json and clocks.json. A file without a version number has version 1.
 inline constexpr std::int64_t kDevicesVersion = 1;
 
 /// Latest readable version of the tables with this application_id; 0: no file of baudgate.

@@ -22,10 +22,10 @@
 
 namespace baudgate::events {
 
-/// The states of an alarm. The numbers are public: they are in the samples on DDS.
+/// The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
   normal = 0,  ///< no alarm: the alarm is deleted from the file
-  active = 1,  ///< active, not acknowledged yet
+  active = 1,
   acknowledged = 2,
   returned = 3,  ///< no longer active, not acknowledged yet
 };
@@ -37,7 +37,7 @@ constexpr bool IsUnacknowledged(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::returned;
 }
 
-/// The effect of an event on its alarm. The alarm's key is line, device and EventRecord::subject.
+/// The alarm's key is line, device and EventRecord::subject.
 struct AlarmMark {
   enum class Step : std::uint8_t {
     none,
@@ -50,11 +50,10 @@ struct AlarmMark {
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// True: the event reports the first state that is known since the start. Such an event is
-  /// dropped if the stored alarm is already in this state.
+  /// The first state that is known since the start: dropped if the stored alarm is already in it.
   bool first = false;
-  std::string by{};  ///< name of the person who acknowledges the alarm
-  /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.
+  std::string by{};
+  /// 0: any alarm; else only the alarm that this event has raised.
   std::int64_t seq = 0;
 };
 
@@ -67,45 +66,43 @@ struct Alarm {
   std::string point;  ///< empty: the alarm concerns the whole device
   AlarmState state = AlarmState::normal;
   config::AlarmPriority priority = config::AlarmPriority::medium;
-  std::int64_t seq = 0;  ///< number of the event that has raised the alarm
-  WallTime raised{};     ///< device_time of the raising event
-  WallTime changed{};    ///< last change of the state, by the gateway's clock
+  std::int64_t seq = 0;
+  WallTime raised{};   ///< device_time of the raising event
+  WallTime changed{};  ///< last change of the state, by the gateway's clock
   std::string text;
-  std::string by;  ///< name of the person who acknowledged the alarm last
+  std::string by;
 
   AlarmKey key() const { return {line, device, name}; }
 };
 
-/// Returns "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
+/// "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
 std::string PlaceOf(const Alarm& alarm);
 
 struct EventRecord;
 
 struct AlarmChange {
   bool counts = true;            ///< false: the event must be dropped
-  std::optional<Alarm> alarm{};  ///< the alarm after the change; empty: the alarm has not changed
+  std::optional<Alarm> alarm{};  ///< empty: the alarm has not changed
 };
-/// Returns the effect of an event on its alarm. `before`: the alarm before the event; null: the
-/// alarm was normal. `event.seq` must be set.
+/// A null `before`: the alarm was normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 // `AlarmBoard` contains the alarms as they are on the disk, so outputs need not wait for the disk.
-// Each change gets a version number; an output passes the last version that it has read.
-// Thread-safe.
+// Each change gets a version number. Thread-safe.
 //
 //   Update(a active), Update(b active), Update(a acknowledged)
 //   Take(0)   → b active, a acknowledged
 //   Take(2)   → a acknowledged
 class AlarmBoard {
  public:
-  /// The limit of the number of alarms. Above it, the oldest normal alarm is removed.
+  /// Above this number, the oldest normal alarm is removed.
   static constexpr std::size_t kMost = 10'000;
 
   void Update(const Alarm& alarm);
 
   struct Change {
     std::uint64_t version = 0;
-    Alarm alarm{};  ///< state of the alarm; can be normal
+    Alarm alarm{};  ///< can be normal
   };
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 

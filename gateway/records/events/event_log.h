@@ -1,8 +1,6 @@
-// `EventLog` stores events while the gateway runs: lines add batches, and the thread of events.db
-// writes them. If nothing else waits, a batch is written at once; batches that come during a commit
-// share the next commit. While the disk fails, batches wait in memory, and writing is tried again
-// every second; the devices are not asked for more events and store them. Without a file
-// (in_memory), a batch counts as written at once.
+// `EventLog` stores events: lines add batches, and the thread of events.db writes them. Batches
+// that come during a commit share the next one. While the disk fails, batches wait in memory,
+// writing is tried again every second, and devices are not asked for more events.
 //
 //   EventLog       owns the parts and the thread
 //   EventQueue     input, for any thread               EventRounds  output, for the thread
@@ -35,13 +33,11 @@ namespace baudgate::events {
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
-  /// Makes a round (one commit) due at `at`, or earlier if an earlier round is already due.
+  /// A round is one commit. An earlier due round stays due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
-  /// To be called when a commit has failed. As long as the disk fails, the next round is due at
-  /// `until`.
+  /// A commit has failed: the next round is due at `until`, as long as the disk fails.
   void Rest(Instant until) { rests_until_ = until; }
   void Begin() { look_at_.reset(); }
-  /// Returns when the next round is due. `fails`: the disk fails. `idle`: nothing waits.
   /// `left_out_at`: when events that Shares has left out have to be added.
   Instant At(bool fails, bool idle, std::optional<Instant> left_out_at) const {
     if (fails) return rests_until_;
@@ -54,35 +50,30 @@ class RoundTimer {
   Instant rests_until_{};
 };
 
-// `EventRounds` manages the rounds of the writing thread (a round is one commit): when a round is
-// due, which batches it takes, and what follows from its result. Only this thread is allowed to
-// call it, except for Watch, Look and Doubt (any thread), and LeftBehind (after the end of the
-// thread).
+// `EventRounds` manages the rounds of the writing thread (a round is one commit). For this thread
+// only, except Watch, Look and Doubt (any thread), and LeftBehind (after its end).
 //
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 class EventRounds {
  public:
-  /// `options` and `pending` must outlive this object.
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
-  /// To be called once a second by any thread but the writing thread, which can hang. At every
-  /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
-  /// batches that wait; the caller must report the alarms of each batch whose `told` is false.
+  /// To be called once a second by any thread but the writing thread, which can hang. If the disk
+  /// does not answer in time, returns the waiting batches; the caller reports the alarms where
+  /// `told` is false.
   std::vector<Batch> Watch();
-  /// Makes the next round of the writing thread (one commit) due: at once if `now` is true, else in
-  /// a second. Thread-safe.
+  /// Makes the next round due, now or in a second. Thread-safe.
   void Look(bool now);
-  /// Requests a check of the whole file because a reader has found damage. Thread-safe.
+  /// A reader has found damage: requests a check of the whole file. Thread-safe.
   void Doubt() const;
 
-  /// Begins a round. Returns false if no round is due yet.
+  /// False: no round is due yet.
   bool Begin();
   Instant NextRound() const;
-  /// Returns true if the file was opened for the first time.
+  /// True: opened for the first time.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
-  /// The content of one commit, and the acknowledgements that wait for the commit.
   struct Round {
     records::FileWatch::Look look{};
     std::vector<Batch> batches{};
@@ -91,14 +82,13 @@ class EventRounds {
     bool ends_alarms = false;  ///< a reload ends or changes alarms after this commit
   };
   Round Take();
-  /// Ends the round. If `status` is not an error, the round is on the disk. `oldest`: number of the
-  /// first event in the file; 0: not known. Returns the sources that can be asked for more events.
+  /// A good `status`: the round is on the disk. `oldest` 0: not known. Returns the sources that can
+  /// be asked for more events.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
-  /// To be called after a failure. Returns the batches that wait, as Watch does.
+  /// After a failure: returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
   bool goes_on() const;
-  /// Returns log lines about events that are not on the disk: one for devices, one for the gateway.
-  /// To be called after the thread has ended.
+  /// Log lines about events that are not on the disk. To be called after the thread has ended.
   std::vector<std::string> LeftBehind() const;
 
  private:
@@ -113,25 +103,22 @@ class EventRounds {
   RoundTimer timer_ BAUDGATE_GUARDED_BY(pending_.mutex);
 };
 
-// `RoundWriter` executes the rounds of the writing thread: it opens the file and writes what waits.
-// Then it informs outputs (by the feed), lines, receivers of alarms, and clients that wait for
-// acknowledgements. Used by the writing thread, unless a comment states otherwise.
+// `RoundWriter` executes the rounds: it opens the file, writes, and then informs outputs, lines and
+// clients that wait. Used by the writing thread, unless a comment states otherwise.
 class RoundWriter {
  public:
   /// All references must outlive this object. `options.writer` must be set.
   RoundWriter(const LogOptions& options, const EventQueue& queue, EventRounds& rounds);
 
-  /// Executes a round if one is due. `last`: executes rounds until nothing waits or the disk fails.
-  /// Returns when the next round is due.
+  /// `last`: executes rounds until nothing waits or the disk fails. Returns when the next is due.
   Instant Run(bool last);
-  /// Connects the feed and the cursors, so that outputs can make a round due. Must be called first.
+  /// Connects the feed and the cursors. Must be called first.
   void Serve();
-  /// Undoes Serve. To be called before the last round, on another thread.
+  /// To be called before the last round, on another thread.
   void StopServing();
-  /// Reports the alarms that have changed in the batches whose `told` is false. Thread-safe.
+  /// Only of batches whose `told` is false. Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
-  /// Returns the consumers with their positions. Thread-safe. `oldest`: number of the first event
-  /// in the file.
+  /// Thread-safe.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
 
  private:
@@ -154,13 +141,12 @@ class EventLog final : public EventSource {
  public:
   using Options = LogOptions;
   explicit EventLog(Options options);
-  /// Writes the events that wait, however long the disk takes. Logs which events cannot be written.
+  /// Writes what waits, however long the disk takes. Logs which events cannot be written.
   ~EventLog() override;
 
   EventQueue& queue() { return queue_; }
 
-  /// To be called once a second by any thread but the writing thread. If the disk does not answer
-  /// in time, logs this, and reports the alarms of the batches that wait.
+  /// To be called once a second by any thread but the writing thread, to detect a disk that hangs.
   void Watch() { round_writer_.TellAlarms(rounds_.Watch()); }
 
   EventsState state() const override;

@@ -10,8 +10,7 @@
 namespace baudgate::events {
 namespace {
 
-/// Adds an event to the book for each unacknowledged alarm that `query` selects. Returns the number
-/// of these alarms.
+/// Returns the number of selected unacknowledged alarms.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;
@@ -37,7 +36,7 @@ Priority Alarming(config::AlarmPriority priority) {
   return priority == config::AlarmPriority::none ? std::nullopt : Priority(priority);
 }
 
-/// Returns the priority of the event with this name. Example: "2:17" is channel 2, code 17.
+/// "2:17" is channel 2, code 17.
 Priority OfEvent(const config::Device& device, std::string_view name) {
   const auto parts = Split(name, ':');
   if (parts.size() != 2) return std::nullopt;
@@ -108,7 +107,6 @@ void EventQueue::Tell(EventRecord record) {
   pending_.wake();
 }
 
-/// Records wait in memory while the disk fails, so their number is limited.
 void EventQueue::Keep(KeptRecord record) {
   {
     const MutexLock lock(pending_.mutex);
@@ -178,8 +176,8 @@ bool EventQueue::opened() const {
   return pending_.book.opened();
 }
 
-/// Events that were added before the reload can raise alarms of lines that have ended. Therefore
-/// these events are written first, and the alarms are compared with the configuration after that.
+/// Events from before the reload can raise alarms of lines that have ended, so they are written
+/// first.
 void EventQueue::Renumber(SourceNames sources, Watched watches) {
   const Now at = options_.clocks();
   const MutexLock lock(pending_.mutex);
