@@ -89,8 +89,7 @@ void AuditBook::NewFile() {
 
 namespace {
 
-/// Returns the reason without its numbers, so that two refused values have the same reason.
-/// Example: "40.1 is above the maximum, 40" and "41 is above the maximum, 40".
+/// Without numbers: "40.1 is above the maximum, 40" and "41 is above the maximum, 40" are equal.
 std::string ReasonOf(const WriteRecord& record) {
   std::string reason = record.reason;
   std::erase_if(reason, [](char c) { return (c >= '0' && c <= '9') || c == '.' || c == '-'; });
@@ -331,7 +330,7 @@ Instant AuditLog::Round(bool last) {
   return look_at_;
 }
 
-/// True if records can be written now. A disk that has failed is not tried again before look_at_.
+/// A disk that has failed is not tried again before look_at_.
 bool AuditLog::IsTime(Instant now) const {
   if (disk_.is_opening() || now >= look_at_) return true;
   return book_.due() && !disk_.is_failing();

@@ -94,7 +94,7 @@ struct OpenedDatabase {
   std::string error{};
   /// A damaged file was put aside and a new one was begun.
   std::string put_aside{};
-  /// A part of the write-ahead log has lost.
+  /// The part of the write-ahead log that is lost.
   std::optional<std::string> lost{};
 };
 

@@ -128,7 +128,7 @@ class EventBook {
   bool opened() const { return opened_; }
   bool empty() const { return waiting_.empty(); }
   std::string said(const SourceName& source) const;
-  std::size_t waiting() const { return waiting_.size() - own_; }  ///< of devices
+  std::size_t waiting() const { return waiting_.size() - own_; }  ///< batches of devices
   std::size_t waiting_own() const { return own_; }
   std::uint64_t left_out() const { return shares_.left_out(); }
   std::int64_t newest() const { return last_; }

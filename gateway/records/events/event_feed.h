@@ -194,7 +194,7 @@ class EventFeed {
 
   struct Page {
     std::int64_t newest = 0;
-    std::int64_t oldest = 0;  ///< of all devices
+    std::int64_t oldest = 0;  ///< counts all devices
     std::uint64_t lost = 0;
     std::vector<EventRecord> events{};  ///< sorted by number
   };

@@ -94,8 +94,8 @@ struct LogOptions {
   std::function<void(const std::string&)> inform;
 };
 
-// What waits for the disk, and the condition of the disk. EventQueue (input) and EventRounds
-// (output) share it: both hold the mutex whenever they use it.
+// The events that wait for the disk, and the condition of the disk. EventQueue (input) and
+// EventRounds (output) share it: both hold the mutex whenever they use it.
 struct PendingEvents {
   PendingEvents(const LogOptions& options, std::function<void()> wake_writer)
       : wake(std::move(wake_writer)),

@@ -116,7 +116,8 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// Of the alarm; for the gateway's events the part of the device. Not stored in the file.
+  /// The name of the alarm; for the gateway's events the part of the device. Not stored in the
+  /// file.
   std::string subject{};
   AlarmMark mark{};
   /// Empty: no record belongs to the event.

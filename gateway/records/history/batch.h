@@ -1,10 +1,8 @@
-// `Batch` is what the recorder passes to the files: value changes (entries), means over time spans
-// that have ended (trends), and the runs that they belong to.
+// `Batch` is what the recorder passes to the files: entries, trends, and their runs.
 //
-// A run is a period in which the history contains every change. A new run begins when the gateway
-// starts, after values were dropped, when the clock of the machine was set, and after a standstill
-// of the process. The time between two runs is a gap. Within a run the times of a point increase.
-// The numbers of runs always increase, whatever the clock shows.
+// In a run the history contains every change. A new run begins when the gateway starts, after
+// values were dropped, the clock was set, or the process stood still; between runs is a gap. Within
+// a run the times of a point increase. The numbers of runs always increase.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,8 +22,7 @@
 
 namespace baudgate::history {
 
-// `Entry` is one record in the history of a point: from `time` on, the point had this value and
-// quality.
+// From `time` on, the point had this value and quality.
 
 /// Milliseconds since 1970, UTC: the unit of all times in the history.
 using Millis = std::int64_t;
@@ -40,7 +37,7 @@ inline constexpr Millis kMinute = 60 * kSecond;
 inline constexpr Millis kHour = 60 * kMinute;
 inline constexpr Millis kDay = 24 * kHour;
 
-/// Returns the beginning of the span of `width` ms that contains `time`. Spans are aligned to 1970.
+/// Spans are aligned to 1970; `width` in ms.
 constexpr Millis FloorTo(Millis time, Millis width) {
   const Millis rest = time % width;
   return time - (rest < 0 ? rest + width : rest);
@@ -54,10 +51,8 @@ struct Entry {
   bool operator==(const Entry&) const = default;
 };
 
-// `Trend` contains mean and bounds of one point over a time span of fixed width (a minute, an
-// hour), aligned to 1970. It is computed from every reading, also from readings that are not
-// stored. A value is valid from its reading until the next reading; the mean is over the time in
-// which the value was good.
+// Mean and bounds of one point over a time span of fixed width, aligned to 1970, from every
+// reading. A value is valid until the next reading; the mean is over the time with good values.
 //
 //   width 60 s, readings at 0 s: 10, at 30 s: 20, at 90 s: bad
 //     span from 0 s:  mean 15, min 10, max 20, first 10, last 20, count 2, good 60 s
@@ -67,7 +62,7 @@ struct Trend {
   double mean = 0;
   double min = 0;
   double max = 0;
-  double first = 0;  ///< the first good value in the span; can have been read before the span
+  double first = 0;  ///< can have been read before the span
   double last = 0;
   std::int64_t count = 0;
   Millis good = 0;  ///< time with good quality, in ms; in a finished trend never 0
@@ -75,21 +70,20 @@ struct Trend {
   bool operator==(const Trend&) const = default;
 };
 
-/// Merges two parts of the same span. `later` directly follows `trend`, which receives the result.
+/// `later` directly follows `trend`, which receives the result.
 void Merge(Trend& trend, const Trend& later);
 
-/// Computes the trends of one point for one width. Times must not decrease between two calls of
-/// Forget.
+/// Times must not decrease between two calls of Forget.
 class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
 
-  /// Sets the value from `time` on; empty: the value is not good. `reading`: the value was read at
-  /// this time. Appends the spans that have ended to `out`, except spans without good time.
+  /// Empty: the value is not good. `reading`: it was read at this time. Appends the ended spans
+  /// that have good time.
   void Set(Millis time, std::optional<double> value, bool reading, std::vector<Trend>& out);
-  /// Continues the present value until `time`, and appends the spans that have ended to `out`.
+  /// Continues the present value, and appends the spans that have ended.
   void Advance(Millis time, std::vector<Trend>& out);
-  /// Advances to `time`, appends the incomplete span to `out`, and clears the value.
+  /// Also appends the incomplete span.
   void Forget(Millis time, std::vector<Trend>& out);
 
  private:
@@ -110,7 +104,7 @@ inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropp
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  /// Number of the run, from 1; the recorder counts from the start of the gateway.
+  /// From 1; the recorder counts from the start of the gateway.
   std::int64_t number = 0;
   Millis began = 0;
   Millis until = 0;  ///< the history is complete until this time
@@ -133,7 +127,7 @@ struct TrendRow {
 };
 
 struct Batch {
-  std::vector<Run> runs;  ///< sorted by number; each with its present state
+  std::vector<Run> runs;  ///< sorted by number
   std::vector<Sample> samples;
   std::vector<TrendRow> trends;
 
@@ -147,17 +141,15 @@ struct PointName {
   config::Type type = config::Type::float32;
 };
 
-// `BatchQueue` is a queue of limited size for batches that wait while the disk is slow, full or
-// failing. No lock: gateway/records/history/history_log.h provides it.
+// For batches that wait for the disk, up to a limit. No lock.
 class BatchQueue {
  public:
-  /// `most`: the limit of samples, and also the limit of trends.
+  /// The limit of samples, and of trends.
   explicit BatchQueue(std::size_t most) : most_(most) {}
 
   std::size_t Room() const { return most_ - std::min(most_, waiting_.samples.size()); }
-  /// Adds a batch with at most Room() samples. If there are too many trends, drops those of the
-  /// batch and returns their number. Trends have a separate limit, because they are few and more
-  /// valuable than samples.
+  /// `batch` must have at most Room() samples. Returns the number of dropped trends, whose limit is
+  /// separate because they are few and more valuable.
   std::size_t Add(Batch&& batch) {
     std::size_t dropped = 0;
     if (waiting_.trends.size() + batch.trends.size() > most_) {
@@ -175,23 +167,21 @@ class BatchQueue {
   Batch waiting_;
 };
 
-// `PendingValues` contains the values that wait to be written, and changes their run numbers: the
-// recorder counts runs from 1 at each start of the gateway, the files count on.
+// `PendingValues` changes the run numbers of waiting values: the recorder counts from 1 at each
+// start, the files count on.
 //
 //   Begin(40), Add(run 1)   → run 41
 //   CutRun()                → run 42: the file with the beginning of run 41 is lost
 //   Add(run 1)              → run 42, which begins with the first value that waits
 class PendingValues {
  public:
-  /// Sets the last run number in the files. Must be called before the first Add.
+  /// To be called before the first Add.
   void Begin(std::int64_t last_run) { runs_before_ = last_run; }
   bool has_begun() const { return runs_before_.has_value(); }
 
   void Add(Batch&& batch);
-  /// To be called when a file with stored values is lost. The values that wait begin a new run,
-  /// because the time range of the lost values is unknown.
+  /// A file is lost: the waiting values begin a new run, because the lost time range is unknown.
   void CutRun();
-  /// True if CutRun was called since the last call of TakeLost.
   bool TakeLost() { return std::exchange(lost_, false); }
 
   const Batch& batch() const { return batch_; }
@@ -202,7 +192,7 @@ class PendingValues {
 
   Batch batch_;
   std::optional<std::int64_t> runs_before_;
-  std::optional<Run> cut_;  // the new run of the last CutRun
+  std::optional<Run> cut_;
   bool lost_ = false;
 };
 

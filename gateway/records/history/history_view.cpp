@@ -48,7 +48,7 @@ class DayReader {
   }
 
   bool ok() const { return ok_; }
-  /// True if the file has no tables yet, because the gateway is creating it.
+  /// The gateway is creating the file.
   bool is_new() const { return is_new_; }
   const std::string& error() const { return database_.error(); }
   bool damaged() const { return database_.damaged(); }
@@ -67,8 +67,7 @@ class DayReader {
     return step == records::Statement::Step::done;
   }
 
-  /// Adds about `most` entries of one run to `out`, oldest first. The entries are later than
-  /// `after`.
+  /// About `most` entries of one run after `after`, oldest first.
   bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
                    std::vector<Entry>& out) {
     if (!knows()) return true;
@@ -76,8 +75,7 @@ class DayReader {
       const Millis last = out.empty() ? after : std::max(after, out.back().time);
       if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
     };
-    // Rows and chunks are read in one transaction, so an entry that becomes a chunk meanwhile is
-    // read only once.
+    // In one transaction, so that an entry that becomes a chunk meanwhile is read only once.
     if (!database_.Execute("BEGIN")) return false;
     records::Statement chunks(
         database_,
@@ -150,8 +148,7 @@ class PageReader {
         if (!is_latest) NoteUnread(*reader, "the file is empty: its content is lost");
         continue;
       }
-      // After a damaged file, the other files are still read. A file that is being removed is not
-      // reported.
+      // The other files are still read. A file that is being removed is not reported.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;
         if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
@@ -234,7 +231,6 @@ struct Part {
 constexpr const char* kColumns =
     "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
 
-/// Returns the trend of a row; empty: the row is not valid.
 std::optional<Part> PartOf(const records::Statement& row) {
   Part part{row.Number(0),
             {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),
@@ -273,7 +269,7 @@ class TrendReader {
   }
 
  private:
-  /// Adds the minutes of the current hour of the last run, because this hour has no row yet.
+  /// The current hour has no row yet.
   bool AddOpenHour() {
     records::Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
     const records::Statement::Step step = run.Next();
@@ -347,7 +343,7 @@ Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQue
                              bool* damaged) {
   TrendQuery whole = query;  // begins at the beginning of a span
   whole.since = FloorTo(query.since, query.every);
-  // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted only once.
+  // One transaction, so an hour that ends meanwhile is counted only once.
   return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {
     return TrendReader(database, whole).Read();
   });
@@ -388,8 +384,7 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Logs that a file could not be read, once for each file. A damaged file is reported to the
-/// writing thread.
+/// Once for each file. A damaged file is reported to the writing thread.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
@@ -434,8 +429,7 @@ void HistoryView::LookAgain() {
 
 namespace {
 
-/// The value at the beginning of a chart is searched this far back, because an unchanged value is
-/// usually stored again within this time (max_gap).
+/// An unchanged value is usually stored again within this time (max_gap).
 constexpr Millis kLookBack = kHour;
 // Above this number of pages, minutes are used instead of values.
 constexpr std::size_t kMostPages = 200;
@@ -443,7 +437,6 @@ constexpr std::size_t kMostPages = 200;
 constexpr std::array<Millis, 8> kSteps = {1 * kSecond,  2 * kSecond,  5 * kSecond,  10 * kSecond,
                                           15 * kSecond, 20 * kSecond, 30 * kSecond, kMinute};
 
-/// Returns the smallest round step that is not shorter than the time of one pixel.
 Millis StepOf(const ChartQuery& query) {
   const Millis pixels = std::clamp<Millis>(query.pixels, 1, kMostPixels);
   const Millis least = (query.until - query.since + pixels - 1) / pixels;
@@ -458,8 +451,7 @@ std::optional<double> GoodValue(const Entry& entry) {
   return ToDouble(entry.value);
 }
 
-/// Sorts rows by time and merges rows of the same step, because runs overlap if the clock was set
-/// back.
+/// Runs overlap if the clock was set back.
 void Tidy(std::vector<Trend>& rows, Millis since) {
   std::erase_if(rows, [since](const Trend& row) { return row.begin < since; });
   std::ranges::stable_sort(rows, {}, &Trend::begin);
@@ -474,7 +466,7 @@ void Tidy(std::vector<Trend>& rows, Millis since) {
   rows = std::move(tidy);
 }
 
-/// Computes a chart from stored values. Returns nothing if the range contains too many values.
+/// Returns nothing if the range contains too many values.
 Result<std::optional<Chart>> FromValues(const HistorySource& source, const ChartQuery& query,
                                         Millis step) {
   Chart chart{.step = step};

@@ -1,5 +1,5 @@
-// `HistoryView` is the history for outputs: its state and its values. A read that hangs on a slow
-// disk holds a reference to the view, so the view can outlive a log that a reload has ended.
+// The history for outputs. A read that hangs on a slow disk holds a reference to the view, which
+// can so outlive its log.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,11 +19,9 @@
 
 namespace baudgate::history {
 
-// `ReadPage` reads the history page by page, for `baudgate history`. It uses separate connections,
-// so no writer waits for it. The files can contain anything, so every field is checked.
-// `UnreadFiles` lists files that could not be read.
+// `ReadPage` uses separate connections, so no writer waits. The files can contain anything.
 
-/// The limit of records in one page: about 100 kB on the control socket.
+/// About 100 kB on the control socket.
 inline constexpr std::size_t kPage = 1000;
 
 struct Gap {
@@ -32,25 +30,23 @@ struct Gap {
 };
 
 struct HistoryRecord {
-  Entry entry{};  ///< for a gap, only `time` is set: the beginning of the gap
-  /// Set: the history of the point has a gap from entry.time to gap->until.
+  Entry entry{};  ///< for a gap, only `time`: its beginning
   std::optional<Gap> gap{};
 };
 
-/// The position at which a page ended: after `time` in the run `run`.
+/// After `time` in the run `run`.
 struct Cursor {
   std::int64_t run = 0;
   Millis time = std::numeric_limits<Millis>::min();
 };
 
 struct PageQuery {
-  std::string point{};  ///< LINE.DEVICE.POINT
-  Millis since = 0;     ///< returns only records at this time or later
-  Millis until = std::numeric_limits<Millis>::max();  ///< returns only records before this time
+  std::string point{};                                ///< LINE.DEVICE.POINT
+  Millis since = 0;                                   ///< inclusive
+  Millis until = std::numeric_limits<Millis>::max();  ///< exclusive
   Cursor after{};
 };
 
-/// A file that could not be read completely, so a page lacks values of the file.
 struct UnreadFile {
   Millis day = 0;
   std::string text{};  ///< name and reason: "values-20261123.db: file is not a database"
@@ -60,12 +56,11 @@ struct UnreadFile {
 };
 
 struct Page {
-  /// Sorted by run, and within a run by time. This is the order of recording, even if the clock was
-  /// set back.
+  /// Sorted by run, then by time: the order of recording, even if the clock was set back.
   std::vector<HistoryRecord> records{};
   Cursor next{};
   bool more = false;
-  bool known = false;  ///< true: a file contains the point
+  bool known = false;
   std::vector<UnreadFile> unread{};
 };
 
@@ -80,28 +75,26 @@ struct TrendQuery {
 
 struct TrendPage {
   std::vector<Trend> spans{};  ///< sorted by time, without regard to runs
-  Millis next = 0;             ///< value of `since` for the next page
+  Millis next = 0;
   bool more = false;
   bool known = false;
 };
 
-/// Reads trends of one point. The last span can be incomplete: it ends with the last full minute.
-/// `damaged`: see ReadOnce.
+/// The last span can be incomplete: it ends with the last full minute. `damaged`: see ReadOnce.
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged = nullptr);
 
-// `UnreadFiles` lists files of days that could not be read completely. Each file is read again from
-// time to time, and removed from the list when reading works: the file was repaired or removed, or
-// file descriptors are available again. No lock: HistoryView provides it.
+// Files that could not be read completely. Each is tried again from time to time, and removed when
+// reading works. No lock: HistoryView provides it.
 class UnreadFiles {
  public:
   static constexpr std::size_t kMost = 16;
 
   struct Entry {
     UnreadFile file{};
-    PageQuery query{};  ///< the query that failed, limited to this day
+    PageQuery query{};
   };
-  /// Adds a file. Returns true if the file is not in the list yet. Files beyond kMost are ignored.
+  /// Returns true for a new file. Files beyond kMost are ignored.
   bool Note(const UnreadFile& file, const PageQuery& query);
   void Forget(const UnreadFile& file);
   const std::vector<Entry>& entries() const { return entries_; }
@@ -112,29 +105,28 @@ class UnreadFiles {
   std::vector<Entry> entries_;
 };
 
-// `HistoryState` and `HistorySource` are the interface to the history for gateway/outputs/status
-// and gateway/outputs/control. Thread-safe.
+// The history for gateway/outputs/status and gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why the disk fails; empty: the disk works
+  std::string trouble;
   WallTime since{};
   std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start
-  std::uint64_t trends_dropped = 0;  ///< trends that were dropped since the start
+  std::uint64_t trends_dropped = 0;  ///< since the start
   std::size_t waiting = 0;
-  std::uint64_t bytes = 0;  ///< size of all files when they were last listed
+  std::uint64_t bytes = 0;  ///< when they were last listed
   std::uint64_t limit = 0;
-  WallTime oldest{};  ///< beginning of the oldest stored day; the epoch: no day is stored
+  WallTime oldest{};  ///< start of the day; the epoch: no day is stored
   std::string folder;
-  std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
-  std::vector<std::string> unread{};     ///< files that cannot be read completely, and why
+  std::vector<std::string> put_aside{};
+  std::vector<std::string> unread{};
 };
 
 class HistorySource {
  public:
   virtual ~HistorySource() = default;
   virtual HistoryState state() const = 0;
-  /// Returns no records while the files are being opened.
+  /// No records while the files are being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
   virtual Result<TrendPage> ReadTrends(const TrendQuery& query) const = 0;
 };
@@ -142,9 +134,9 @@ class HistorySource {
 class HistoryView final : public HistorySource {
  public:
   struct Options {
-    std::filesystem::path folder{};  ///< empty: there is no folder; see `why_no_folder`
+    std::filesystem::path folder{};  ///< empty: see `why_no_folder`
     std::string why_no_folder{};
-    /// These receive one line for the log, on any thread.
+    /// Called on any thread.
     std::function<void(const std::string&)> warn{};
     std::function<void(const std::string&)> inform{};
   };
@@ -160,10 +152,9 @@ class HistoryView final : public HistorySource {
     const MutexLock lock(mutex_);
     change(state_);
   }
-  /// Returns the names of files in which readers have found damage since the last call.
+  /// Files in which readers have found damage since the last call.
   std::set<std::string> TakeDoubts();
-  /// Reads the files again that could not be read before, however long the disk takes. To be called
-  /// from time to time.
+  /// Reads failed files again, however long the disk takes. Call it from time to time.
   void LookAgain();
 
  private:
@@ -176,23 +167,22 @@ class HistoryView final : public HistorySource {
   mutable std::set<std::string> doubts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// `ReadChart` reduces the history of a point to the values that a chart of `pixels` pixels can
-// show: minimum, mean and maximum of each step. Short time ranges are computed from all stored
-// values, long ranges from minutes and hours.
+// `ReadChart` reduces the history of a point to minimum, mean and maximum of each step that a chart
+// of `pixels` can show: from all values, or for long ranges from minutes and hours.
 
 inline constexpr std::int64_t kMostPixels = 4096;
 
 struct ChartQuery {
   std::string point{};  ///< LINE.DEVICE.POINT
   Millis since = 0;
-  Millis until = 0;  ///< end, exclusive; must not be later than now
+  Millis until = 0;  ///< exclusive; not later than now
   std::int64_t pixels = 1200;
 };
 
 struct Chart {
   Millis step = 0;
   std::vector<Trend> rows{};  ///< sorted by time; a step without a good value has no row
-  bool known = false;         ///< true: a file contains the point
+  bool known = false;
 };
 
 Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query);

@@ -1,6 +1,5 @@
-// `Recorder` takes the changes of the point store, decides which values are stored, and computes
-// means over minutes and hours (trends). No thread, no clock, no disk:
-// gateway/records/history/history_log.h provides these.
+// `Recorder` decides which changes of the point store are stored, and computes trends. No thread,
+// no clock, no disk: gateway/records/history/history_log.h provides these.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,52 +14,49 @@
 
 namespace baudgate::history {
 
-// `LogRule` decides whether a reading of a point is stored, by the last stored value. No clock, no
-// disk.
+// Decides by the last stored value whether a reading is stored.
 //
 //   deadband 0.5, stored 10.0 good    10.4 good: no        10.6 good: yes      10.0 uncertain: yes
 //   max_gap 10min, stored at 12:00    same at 12:09: no    same at 12:10: yes
 struct LogRule {
   bool every = false;
-  Decimal deadband = 0;  ///< changes up to this size are not stored; 0: every change is stored
+  Decimal deadband = 0;  ///< smaller changes are not stored; 0: every change is
   Millis max_gap = 10 * kMinute;
 
   static LogRule Of(const config::HistoryPoint& point);
 };
 
-/// True if the reading `now` must be stored. `last`: the value stored last; null: no value was
-/// stored, or changes after it are unknown.
+/// `last`: the value stored last; null: none, or changes after it are unknown.
 bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 struct RecorderCounters {
   std::uint64_t readings = 0;
-  /// Readings that were replaced by later readings before the recorder looked.
+  /// Replaced by later readings before the recorder looked.
   std::uint64_t merged = 0;
   std::uint64_t kept = 0;
-  std::uint64_t dropped = 0;  ///< entries that were dropped because the queue was full
+  std::uint64_t dropped = 0;  ///< because the queue was full
 };
 
 class Recorder {
  public:
-  /// The clock was set if, between two looks, it and the elapsed time differ by more than this.
+  /// The clock was set if it and the elapsed time differ by more than this between two looks.
   static constexpr Duration kStep = 250ms;
-  /// If more than this time has passed between two looks, the process or its machine stood still.
+  /// More time between two looks: the process or its machine stood still.
   static constexpr Duration kStandstill = 5s;
-  /// A minute or an hour is closed this long after its end, so that late readings are included.
+  /// After the end of the minute or hour, so that late readings are included.
   static constexpr Millis kSettle = 2 * kSecond;
 
   /// `store` must outlive this object.
   Recorder(const config::History& history, const bus::PointStore& store, Now now);
 
-  /// Takes changes of the point store. `room`: the number of entries that fit into the queue. When
-  /// the queue is full, nothing is stored until it has room for twice the number of points; then a
-  /// new run begins.
+  /// `room`: entries that fit into the queue. When it is full, nothing is stored until it has room
+  /// for twice the number of points; then a new run begins.
   void Take(const bus::Changes& changes, Now now, std::size_t room, Batch& out);
-  /// Closes minutes and hours that have ended. To be called at least once a second.
+  /// To be called at least once a second.
   void Tick(Now now, std::size_t room, Batch& out);
-  /// Begins a new run, because the stored values of the present run are lost.
+  /// The stored values of the present run are lost.
   void BeginAnew(Now now, std::size_t room, Batch& out);
-  /// Closes all minutes, hours and the run. Must be the last call.
+  /// Must be the last call.
   void End(Now now, Batch& out);
 
   const RecorderCounters& counters() const { return counters_; }
@@ -72,7 +68,7 @@ class Recorder {
     explicit Point(const config::HistoryPoint& its) : rule(LogRule::Of(its)) {}
     LogRule rule;
     std::optional<Entry> latest;
-    std::optional<Entry> kept;  // the value that was stored last in this run
+    std::optional<Entry> kept;  // in this run
     std::uint64_t seq = 0;      // last value of PointRecord::seq
     Rollup minute{kMinute};
     Rollup hour{kHour};
@@ -104,15 +100,14 @@ class Recorder {
   std::vector<Point> points_;
   Run run_;
   bool recording_ = true;
-  std::size_t room_ = 0;  // `room` of the present call
-  Now last_;              // both clocks at the last look
+  std::size_t room_ = 0;
+  Now last_;  // both clocks at the last look
   std::vector<Seen> seen_;
   std::vector<Trend> ended_;
   RecorderCounters counters_;
 };
 
-// `ChangeRecorder` connects a Recorder to the change feed of the point store: it waits for changes,
-// and calls Tick once a second. Used by one thread, except Wake.
+// Connects a Recorder to the change feed. Used by one thread, except Wake.
 class ChangeRecorder {
  public:
   /// `store` must outlive this object.
@@ -121,12 +116,11 @@ class ChangeRecorder {
   ChangeRecorder(const ChangeRecorder&) = delete;
   ChangeRecorder& operator=(const ChangeRecorder&) = delete;
 
-  /// Waits for changes or until the next tick. `last`: does not wait.
+  /// `last`: does not wait.
   void Wait(bool last) { feed_->Drain(last ? Instant() : tick_, changes_); }
   /// Ends a call of Wait early. Thread-safe.
   void Wake() { feed_->Wake(); }
-  /// Returns the entries to store. To be called after Wait. `room`: see Recorder. `anew`: the
-  /// stored values of the present run are lost.
+  /// To be called after Wait. `anew`: the stored values of the present run are lost.
   Batch Take(Now now, std::size_t room, bool anew, bool last);
   const RecorderCounters& counters() const { return recorder_.counters(); }
 
