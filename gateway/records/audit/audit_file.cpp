@@ -167,7 +167,7 @@ bool WriteTable::MakeRoom() {
 }
 
 /// Points above LevelFor lose their oldest records down to it. Of the remainder, less than one
-/// record per point, some points lose one more.
+/// record per point: some points lose one more.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;

@@ -84,7 +84,7 @@ class Repeats {
  public:
   /// From the first write on.
   static constexpr Duration kWindow = 1min;
-  /// Of a kind, and of one client address in that kind, without the shared records.
+  /// Limits of a kind, and of one client address in that kind, without the shared records.
   static constexpr std::size_t kMost = 1024;
   static constexpr std::size_t kMostOfClient = 64;
   static constexpr const char* kManyPoints = "many points";

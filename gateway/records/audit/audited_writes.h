@@ -42,8 +42,8 @@ struct WriteRecord {
   /// From 1 without a gap, over restarts; 0: not in the file yet.
   std::int64_t seq = 0;
   Kind kind = Kind::point;
-  WallTime time{};              ///< of the request; for repeats, of the first request
-  WallTime last{};              ///< of the last request
+  WallTime time{};              ///< time of the request; for repeats, of the first request
+  WallTime last{};              ///< time of the last request
   std::string client;           ///< "192.0.2.5:40312", "user:root", "dds:GUID"
   std::string line;             ///< or the remote server: "10.0.0.9:502"
   std::string device;           ///< without its line; for a route "unit 20"
@@ -117,7 +117,7 @@ class AuditedWrites final : public bus::CommandSink {
  public:
   /// The command waits in a queue, so neither the line nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
-  /// Of waiting commands.
+  /// The limit of waiting commands.
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object, `log` also every command passed to `inner`.

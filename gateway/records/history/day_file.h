@@ -56,7 +56,7 @@ class OpenRows {
   static Entry EntryOf(const Series& series, const Row& row);
 
   std::vector<Series> current_;
-  // Of an earlier run, or with kMostInChunk rows; no more rows are added.
+  // Series of an earlier run, or with kMostInChunk rows; no more rows are added.
   std::vector<Series> full_;
   std::size_t packed_ = 0;
   std::size_t size_ = 0;

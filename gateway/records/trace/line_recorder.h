@@ -24,7 +24,7 @@ namespace baudgate::records {
 struct Recording {
   std::string line;
   std::vector<std::string> head;  ///< TraceHead of the line
-  std::string name;               ///< of the device or slave that failed
+  std::string name;               ///< name of the device or slave that failed
   std::string reason;             ///< one word for the file name: "offline", "corrupt"
   WallTime at{};
   std::vector<TraceRecord> records;  ///< oldest first
@@ -33,7 +33,7 @@ struct Recording {
 class LineRecorder final : public bus::Tap {
  public:
   static constexpr std::size_t kExchanges = 64;
-  /// Of one exchange and of what follows it. Further bytes are only counted.
+  /// Limit of one exchange and of what follows it. Further bytes are only counted.
   static constexpr std::size_t kMostBytes = 1024;
   /// Pieces and notes of one exchange. Further bytes are added to the last piece.
   static constexpr std::size_t kMostItems = 64;

@@ -72,7 +72,7 @@ struct TracedDevice {
   bool operator==(const TracedDevice&) const = default;
 };
 
-/// One for the line, then one for each device.
+/// Returns a comment for the line, then one for each device.
 std::vector<std::string> TraceHead(const config::Line& line);
 /// Empty: not such a comment.
 std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
