@@ -13,15 +13,15 @@ namespace baudgate::tools {
 
 struct TraceOptions {
   std::string line{};
-  std::string device{};  ///< name of the device to print; empty: all devices
-  bool last = false;     ///< true: print the frames of the flight recorder, not new frames
-  bool bytes = false;    ///< true: print each arrival of bytes separately, not decoded
-  std::optional<Duration> seconds{};  ///< ends after this time; empty: ends at SIGINT or SIGTERM
+  std::string device{};
+  bool last = false;                  ///< the flight recorder, not new frames
+  bool bytes = false;                 ///< each arrival separately, not decoded
+  std::optional<Duration> seconds{};  ///< empty: ends at SIGINT or SIGTERM
   std::string socket{};  ///< empty: the only gateway that answers in the default places
 };
 
-/// Flushes the output after each record, for use in pipes. Exit codes: 0, also when the gateway
-/// stops; 2 unknown line or device; 4 no gateway answers.
+/// Flushes each record. Exit codes: 0, also when the gateway stops; 2 unknown line or device; 4 no
+/// gateway.
 int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err);
 

@@ -34,7 +34,7 @@ constexpr const char* kFolder = "baudgate-support";  // the top folder inside th
 
 struct Ran {
   std::string output;
-  bool well = false;  ///< true: the command could be started, and its exit code is 0
+  bool well = false;
 };
 Ran Run(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");
@@ -47,7 +47,7 @@ Ran Run(const std::string& command) {
   return {std::move(text), ::pclose(pipe) == 0};
 }
 
-/// The files of a bundle, in a folder that only this user can read, until tar(1) packs them.
+/// In a folder that only this user can read, until tar(1) packs the files.
 class Archive {
  public:
   /// `at`: the modification time of every file.
@@ -63,8 +63,8 @@ class Archive {
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  /// Adds a file. In `name`, '_' replaces all characters other than letters, digits, '.', '-', '_'
-  /// and '/', and each '.' before another '.'.
+  /// Replaces characters other than letters, digits, '.', '-', '_' and '/', and each '.' before
+  /// another.
   void Add(std::string name, const std::string& content) {
     if (folder_.empty()) return;
     for (char& c : name) {

@@ -23,8 +23,7 @@ constexpr std::size_t kParts = 3;      // lines, devices, sentences
 constexpr std::size_t kLeastPart = 4;  // title, two rows, and the number of rows left out
 constexpr std::size_t kNoLimit = 1000;
 
-/// The sort key of a line: the worst tone of the line and its devices; for equal ones, the tone of
-/// the line itself.
+/// The worst tone of the line and its devices; then the tone of the line itself.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
   for (const Json& device : line.at("devices")) worst = std::max(worst, ToneOfDevice(device));
@@ -48,8 +47,7 @@ std::string FirstLines(const std::string& text, std::size_t count) {
   return text.substr(0, end);
 }
 
-/// Returns at most `height` lines. Only the first sentence can be cut; other sentences are printed
-/// whole or left out.
+/// Only the first sentence can be cut; others are printed whole or left out.
 std::string Sentences(const std::vector<std::string>& sentences, std::size_t width,
                       std::size_t height) {
   std::string text;
@@ -57,7 +55,7 @@ std::string Sentences(const std::vector<std::string>& sentences, std::size_t wid
   for (std::size_t i = 0; i < sentences.size(); ++i) {
     const std::string one = WrapSentence(sentences[i], width);
     const auto lines = static_cast<std::size_t>(std::ranges::count(one, '\n'));
-    // One line is needed for the number of sentences left out.
+    // For the number of sentences left out.
     const std::size_t kept = i + 1 < sentences.size() ? 1 : 0;
     if (used + lines + kept > height && i == 0) {
       return FirstLines(one, height - 1) + "…\n";
@@ -154,7 +152,7 @@ std::string Frame(const Json& status, const std::string& target, const TableView
   }
 }
 
-/// Draws the last status that was received. Above it, the reason why there is no newer status.
+/// Above the last received status, the reason why there is no newer one.
 void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   TableView view = TerminalView(STDOUT_FILENO).value_or(*options.terminal);
   const std::size_t height = view.height;
@@ -167,7 +165,7 @@ void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   screen.Draw(above + Frame(look.status, options.target, view), height);
 }
 
-/// Returns false at a signal to stop. If the terminal was resized, calls `draw` at once.
+/// False at a signal to stop. Calls `draw` when the terminal was resized.
 bool WaitUntil(Instant until, const StopSignals& signals, const std::function<void()>& draw) {
   for (Instant now = ReadClocks().instant; now < until; now = ReadClocks().instant) {
     if (!signals.Wait(until - now)) continue;

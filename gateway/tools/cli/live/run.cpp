@@ -37,19 +37,18 @@ namespace baudgate::tools {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
-/// The stop must end within this time, which is shorter than TimeoutStopSec of the service.
+/// Shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// Returns the interval of reports to systemd: a tenth of WatchdogSec, at most 1 s. systemd acts
-/// when nine reports in a row are missing.
+/// A tenth of WatchdogSec, at most 1 s: systemd acts when nine reports in a row are missing.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// Reports to systemd's watchdog until SIGTERM or SIGINT arrives; SIGHUP requests a reload. While a
-/// thread of the daemon hangs, makes no report; if this thread hangs, the reports end as well.
+/// Reports to systemd's watchdog until SIGTERM or SIGINT, except while a thread of the daemon
+/// hangs. SIGHUP requests a reload.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -83,8 +82,7 @@ std::vector<std::string> ProblemsOf(const config::Loaded& loaded) {
   return all;
 }
 
-/// The configuration to start with: the file, or the last confirmed configuration if the file was
-/// rolled back.
+/// The file, or the last confirmed configuration if the file was rolled back.
 struct Choice {
   config::Loaded loaded;
   daemon::ReloadOptions reload;
@@ -213,8 +211,8 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
 }
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog) {
-  // Reading a pipe can block until its writer comes; SIGTERM and SIGINT still end the process then.
-  // SIGHUP is blocked, because there is nothing to reload yet.
+  // Reading a pipe can block until its writer comes. SIGHUP is blocked: there is nothing to reload
+  // yet.
   sigset_t later;
   sigemptyset(&later);
   sigaddset(&later, SIGHUP);
@@ -223,8 +221,7 @@ int RunDaemon(const std::string& file, const config::Catalog& catalog) {
   Choice choice = Choose(file, catalog, problems);
   log::Plain(problems.str());
   if (!choice.loaded.ok()) return kExitBadConfiguration;
-  // The parser of a large file leaves hundreds of megabytes of free memory, which are returned to
-  // the system here.
+  // The parser of a large file leaves hundreds of megabytes of free memory.
   ::malloc_trim(0);
   return Serve(std::move(choice.loaded.config), std::move(choice.reload), catalog);
 }
@@ -284,8 +281,7 @@ std::string PointsOfProfiles(const config::Catalog& catalog) {
   return text;
 }
 
-/// Writes `text` into a memory file, which the started program inherits. Returns its path; empty:
-/// it cannot be created, so points are sorted by name.
+/// For the started program, which inherits the memory file. Empty: points are sorted by name.
 std::string FileOf(const std::string& text) {
   const int file = ::memfd_create("point-order", 0);
   if (file < 0 || ::write(file, text.data(), text.size()) != static_cast<ssize_t>(text.size())) {

@@ -1,5 +1,4 @@
-// `MakeLine` makes a line of a configuration from words of the command line, and checks it like a
-// configuration file.
+// Makes a line of a configuration from words of the command line, and checks it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,8 +28,8 @@ struct WantedLine {
 
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Makes the line. Each option of each device is set, if necessary to its default. The error
-/// contains all problems, one on each line.
+/// Options are set to their defaults if necessary. The error contains all problems, one on each
+/// line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools

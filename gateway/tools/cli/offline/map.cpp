@@ -20,8 +20,7 @@ namespace {
 
 constexpr int kLastFiveDigitAddress = 9998;
 
-// Returns a register number as in PLC manuals, counted from 1: five digits if they suffice, else
-// six.
+// As in PLC manuals, from 1: five digits if they suffice, else six.
 std::string Conventional(char table, int address) {
   const bool five = address <= kLastFiveDigitAddress;
   std::string number = std::to_string(address + 1);
@@ -62,7 +61,7 @@ using Json = nlohmann::ordered_json;
 using config::kAgeOffset;
 using config::kQualityOffset;
 
-/// Returns what Modbus clients are allowed to do: "r", "rw"; empty: nothing.
+/// "r", "rw"; empty: nothing.
 std::string AccessText(const config::Point& point) {
   if (point.writing.allowed) return std::string(config::Name(point.access));
   return point.access == config::Access::write ? "" : "r";
@@ -87,8 +86,7 @@ std::string AgeText(const MapPlace& place, const config::Point& point) {
   return place.bit || !IsReadable(point) ? "" : Number(place, kAgeOffset);
 }
 
-/// Returns the register that must be written before the point is written; empty: there is no such
-/// register.
+/// The register that must be written before the point.
 std::string SelectText(const MapPlace& place, const config::Point& point) {
   const bool selects = point.writing.select && point.writing.allowed;
   return selects ? Number(place, config::kSelectOffset) : "";
@@ -252,7 +250,7 @@ namespace {
 
 constexpr int kBitsOfAWord = 16;
 
-/// Returns a PLC identifier. Example: "feeder-1" and "current_l1" → "feeder_1_current_l1".
+/// "feeder-1" and "current_l1" → "feeder_1_current_l1"
 std::string Identifier(const std::string& device, const std::string& point) {
   std::string name = device + "_" + point;
   for (char& c : name) {
@@ -263,7 +261,7 @@ std::string Identifier(const std::string& device, const std::string& point) {
   return name.front() >= '0' && name.front() <= '9' ? "_" + name : name;
 }
 
-/// Returns the IEC type at the place. A register is a word, so a boolean in a register is a WORD.
+/// A register is a word, so a boolean in a register is a WORD.
 std::string TypeAt(const config::Point& point, const MapPlace& place) {
   if (place.bit) return "BOOL";
   if (point.type == config::Type::boolean) return "WORD";
@@ -275,8 +273,7 @@ std::string TypeAt(const config::Point& point, const MapPlace& place) {
 /// The part of the PLC's inputs, or of its outputs, for one device: registers, then bits.
 class Area {
  public:
-  /// `letter`: I for inputs, Q for outputs. `next`: the first free word; it is set to the first
-  /// word behind the area.
+  /// I for inputs, Q for outputs. `next`: the first free word, then the first behind the area.
   Area(char letter, const config::Device& device, int& next) : letter_(letter) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);
@@ -300,7 +297,7 @@ class Area {
     return fmt::format("%{}X{}.{}", letter_, 2 * bits_.base + bit / 8, bit % 8);
   }
 
-  /// Prints the settings for the PLC's Modbus client as comments.
+  /// As comments.
   void PrintOrders(std::ostream& out) const {
     const bool input = letter_ == 'I';
     if (words_.size() > 0) {

@@ -17,22 +17,21 @@ struct MapPlace {
   int address = 0;
   int registers = 0;
   std::string tables;        ///< Modbus tables: "input, holding"
-  std::string read_codes;    ///< function codes for reading: "4,3"
-  std::string write_codes;   ///< function codes for writing: "6,16"; empty: read-only
-  std::string conventional;  ///< register numbers as in PLC manuals: "30001/40001"
+  std::string read_codes;    ///< "4,3"
+  std::string write_codes;   ///< "6,16"; empty: read-only
+  std::string conventional;  ///< as in PLC manuals: "30001/40001"
 };
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point);
 
 enum class MapFormat : std::uint8_t { table, csv, json, structured_text, markdown };
 
-/// Exit codes: 0 done; 3 the configuration has errors, which are printed on `err`.
+/// Exit codes: 0 done; 3 the configuration has errors (on `err`).
 int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat format,
            std::ostream& out, std::ostream& err);
 
-/// `baudgate map --format st`: prints the points as global variables in Structured Text (IEC
-/// 61131-3). The registers and bits of all units follow each other in the PLC's inputs, and the
-/// writable points in its outputs. Comments in the text tell which registers the PLC has to copy,
+/// Global variables in Structured Text (IEC 61131-3): all units follow each other in the PLC's
+/// inputs, the writable points in its outputs. Comments tell which registers the PLC has to copy,
 /// and where to.
 void PrintStructuredText(const config::Config& config, std::ostream& out);
 

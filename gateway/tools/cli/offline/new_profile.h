@@ -15,8 +15,7 @@
 
 namespace baudgate::tools {
 
-// A row of a spreadsheet in CSV: cells are separated by commas, semicolons or tabs, and are quoted
-// if they contain a separator.
+// A row of CSV: separated by commas, semicolons or tabs, quoted if necessary.
 struct CsvRow {
   int line = 0;  ///< line number in the file, from 1 on
   std::vector<std::string> cells;
@@ -27,8 +26,7 @@ struct CsvTable {
   std::vector<CsvRow> rows;  ///< without empty rows; the first row is the header
 };
 
-/// Parses CSV. The separator is that of a first line "sep=;" (Excel), else the most frequent
-/// separator in the first row. Blanks around cells are dropped.
+/// The separator is that of "sep=;" (Excel), else the most frequent in the first row. Trims cells.
 CsvTable ReadCsv(std::string_view text);
 
 enum class ListColumn {
@@ -45,48 +43,45 @@ enum class ListColumn {
   order
 };
 
-/// Returns the column with this header. Example: "Data Type" → type. Ignores case, blanks and
-/// punctuation.
+/// "Data Type" → type. Ignores case, blanks and punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// Returns the type of the registers. Examples: "U16", "WORD", "unsigned int 16" → "uint16"; "Date"
-/// → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" if the length is missing.
+/// "U16", "WORD" → "uint16"; "Date" → "DATE"; "char[16]" → "string(16)", or "string" without a
+/// length.
 std::optional<std::string> FormNamed(std::string_view text);
 
-/// Returns the Modbus table. Examples: "Holding Register", "FC3", "4x" → "holding".
+/// "Holding Register", "FC3", "4x" → "holding"
 std::optional<std::string> TableNamed(std::string_view text);
 
-/// Returns the access. Examples: "R/W", "read-write" → "rw".
+/// "R/W", "read-write" → "rw"
 std::optional<std::string> AccessNamed(std::string_view text);
 
-/// Returns the byte order. Examples: "low word first", "word swap" → "CDAB". Returns nothing for
-/// "little endian", because it is CDAB in some manuals and DCBA in others.
+/// "low word first" → "CDAB". Nothing for "little endian", which manuals use for CDAB and DCBA.
 std::optional<std::string> OrderNamed(std::string_view text);
 
-/// Returns the number of registers of the form; 1 for bits.
+/// 1 for bits.
 std::size_t RegistersOf(const std::string& form);
-/// Returns the length of a string form. Example: 16 for "string(16)".
+/// 16 for "string(16)"
 std::size_t LengthOf(const std::string& form);
-/// True if the form is a time or a date of IEC 61131-3, which takes two registers.
+/// Two registers of IEC 61131-3.
 bool IsTimeForm(std::string_view form);
 
-/// Parses a number as lists contain it. Examples: "0.1", "0,1", "1E-05".
+/// "0.1", "0,1", "1E-05"
 std::optional<Decimal> ListedNumber(const std::string& text);
 
-/// Returns the raw value for `simulate:` in YAML. `form`: the type of the registers. Examples:
-/// "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE → 1795737600.
+/// For `simulate:` in YAML: "230,4" with a scale of 0.1 → "2304"; "2026-11-27" as DATE →
+/// 1795737600.
 Result<std::string> ListedExample(const std::string& text, const std::string& form,
                                   const Decimal& scale);
 
 struct NewProfileOptions {
   std::string file;
   std::optional<FirstRegister> first{};
-  std::string table = "holding";  ///< the table, for register numbers that do not show their table
+  std::string table = "holding";  ///< for register numbers that do not show their table
   std::string title{};            ///< text for the profile's `device:`; empty: the file's name
 };
 
-/// Prints the profile if the list has no errors. Exit codes: 0 done; 2 `first` is missing; 3 the
-/// list has errors, which are printed on `err`; 4 the list cannot be read.
+/// Exit codes: 0 done; 2 `first` is missing; 3 the list has errors (on `err`); 4 it cannot be read.
 int RunNewProfile(const NewProfileOptions& options, const config::Catalog& catalog,
                   std::ostream& out, std::ostream& err);
 

@@ -53,7 +53,7 @@ std::string_view ScopeName(const protocols::OptionSpec& option) {
   return option.scope == protocols::OptionSpec::Scope::line ? "line" : "device";
 }
 
-/// Rounds to 0.1 ms for printing, because times that are computed from a bit rate have nanoseconds.
+/// Times that are computed from a bit rate have nanoseconds.
 Duration Rounded(Duration time) {
   return Duration(std::chrono::round<std::chrono::milliseconds>(10 * time)) / 10;
 }
@@ -213,7 +213,7 @@ void PrintJson(const Json& json, std::ostream& out) {
   out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
-// Prints the list of profiles. A profile that cannot be read is listed without its title.
+// A profile that cannot be read is listed without its title.
 int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::size_t width,
               const config::Catalog& catalog, std::ostream& out) {
   TextTable table({"protocol", "profile", "points", "device", "of this machine"});
@@ -326,7 +326,6 @@ std::size_t Errors(const std::vector<config::Problem>& problems) {
       std::ranges::count_if(problems, [](const auto& problem) { return !problem.warning; }));
 }
 
-/// Adds the protocol's warnings about every device with this profile.
 void AddDoubts(Judged& judged) {
   const protocols::Protocol& protocol = *judged.protocol;
   if (protocol.doubts == nullptr) return;
@@ -349,8 +348,7 @@ Judged Judge(const std::string& text, const std::string& file, const protocols::
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
 }
 
-/// Checks the file as a profile of the protocol that its folder names; else of the protocol with
-/// the fewest errors.
+/// By the protocol of the file's folder; else the one with the fewest errors.
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();

@@ -22,8 +22,7 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning for
-/// equal registers. `file`: the list's name in messages.
+/// An error for a partial overlap, a warning for equal registers. `file`: for messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
@@ -54,9 +53,9 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
 }
 
 struct Register {
-  std::string table;  // empty: the number does not show its table
+  std::string table;  // empty: not known
   std::uint16_t address = 0;
-  std::optional<std::size_t> count;  // number of registers; empty: the list gives no range
+  std::optional<std::size_t> count;  // empty: no range
 };
 
 std::optional<std::uint32_t> Number(std::string_view text) {
@@ -80,11 +79,10 @@ std::string WithPlainDashes(std::string text) {
 
 struct Range {
   std::uint32_t first = 0;
-  std::optional<std::size_t> count;  // number of registers; empty: the text gives no last number
+  std::optional<std::size_t> count;  // empty: no last number
 };
 
-/// Parses a register or a range of registers. Examples: "40003", "40003-40004", "40003..40004",
-/// "40003-4".
+/// "40003", "40003-40004", "40003..40004", "40003-4"
 std::optional<Range> RangeOf(std::string_view text) {
   text = Trim(text);
   const auto dash = text.find_first_of("-.", 1);
@@ -101,7 +99,7 @@ std::optional<Range> RangeOf(std::string_view text) {
   return Range{*first, *last - *first + 1};
 }
 
-/// Parses a scale. Examples: "0.1", "0,1", "1E-05", "/10", "1/10".
+/// "0.1", "0,1", "1E-05", "/10", "1/10"
 std::optional<Decimal> ScaleOf(const std::string& text) {
   const auto slash = text.find('/');
   if (slash == std::string::npos) return ListedNumber(text);
@@ -120,7 +118,7 @@ bool IsCamelCase(std::string_view text) {
   return false;
 }
 
-/// Returns a valid point name. Example: "Voltage L1-N" → "voltage_l1_n".
+/// "Voltage L1-N" → "voltage_l1_n"
 std::string PointName(std::string_view text) {
   std::string name;
   for (const char c : Lower(text)) {
@@ -136,7 +134,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// Returns table and address for a register number such as 40001, with five or six digits.
+/// 40001, with five or six digits.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -209,8 +207,7 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// True if the row has no cells with content behind the last column of the header. Else adds an
-  /// error: a separator in a cell is not quoted.
+  /// Else adds an error: a separator in a cell is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -230,8 +227,7 @@ class ListReader {
     return "write a cell that holds a separator in quotes";
   }
 
-  /// Warns if the register numbers look like the 40001 notation although another notation was
-  /// given.
+  /// The numbers look like the 40001 notation, but another was given.
   void CheckCounting() {
     if (!first_ || *first_ == FirstRegister::modicon) return;
     const auto within = [&](std::uint32_t from, std::uint32_t to) {
@@ -306,7 +302,7 @@ class ListReader {
     return table.value_or("");
   }
 
-  /// Parses the register of a row. Examples: "holding 12", "40013", "40013-40014".
+  /// "holding 12", "40013", "40013-40014"
   std::optional<Register> ParseRegister(const std::string& given) {
     const std::string text = WithPlainDashes(given);
     const auto blank = text.find(' ');
@@ -382,7 +378,7 @@ class ListReader {
     }
   }
 
-  /// Ignores the order of a single register, because lists often give an order in every row.
+  /// Lists often give an order in every row.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;
@@ -423,8 +419,7 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// Returns the type of the value. A scaled value needs a float that can represent all digits of
-  /// the raw number.
+  /// A scaled value needs a float that can represent all digits of the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;
@@ -464,7 +459,7 @@ class ListReader {
   std::optional<std::uint32_t> lowest_;
   std::uint32_t highest_ = 0;
   char separator_ = ',';
-  std::size_t width_ = 0;  // number of columns in the header
+  std::size_t width_ = 0;
   RegisterList list_;
 };
 

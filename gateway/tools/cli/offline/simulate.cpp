@@ -71,8 +71,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kTrialHead = "# A trial of ";
 
-/// The folder of the twins' ports for a written configuration. The destructor removes the folder if
-/// it is empty.
+/// Removed by the destructor if it is empty.
 class TrialFolder {
  public:
   Status Make(fs::path path) {
@@ -186,7 +185,7 @@ class Bench {
   std::vector<std::unique_ptr<Simulator>> simulators_;
 };
 
-/// Refuses to overwrite a file, unless `--write` has written it.
+/// Only files of `--write` are overwritten.
 Status CheckTarget(const std::string& file, const std::string& original) {
   std::error_code error;
   if (fs::equivalent(file, original, error)) {

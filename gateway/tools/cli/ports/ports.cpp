@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
-/// Returns the first line of a file in printable form: a device's texts can contain any bytes.
+/// In printable form: a device's texts can contain any bytes.
 std::string ReadText(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
@@ -37,8 +37,7 @@ std::string ReadText(const fs::path& file) {
   return Harmless(text);
 }
 
-/// Since Linux 6.5, two devices of serial-base are between a port and its driver: "port" and
-/// "ctrl".
+/// Since Linux 6.5, "port" and "ctrl" of serial-base are between a port and its driver.
 std::string DriverOf(fs::path device) {
   for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
     std::error_code error;
@@ -65,7 +64,7 @@ void ReadAdapter(fs::path device, FoundPort& port) {
   port.interface.clear();
 }
 
-/// False if "type" is 0: the board then has an address for the port, but no hardware.
+/// 0: the board has an address for the port, but no hardware.
 bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
 
 std::optional<FoundPort> Look(const fs::path& tty) {
@@ -80,8 +79,7 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for a link by the place of the adapter. If two adapters have the same serial number, links
-/// by serial number are not unique.
+/// By the place of the adapter: serial numbers need not be unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -115,7 +113,7 @@ void MarkTwins(std::vector<FoundPort>& ports) {
   }
 }
 
-/// A sort key by number: ttyS2 comes before ttyS10.
+/// ttyS2 comes before ttyS10.
 auto Order(const FoundPort& port) {
   const std::size_t digits = port.name.find_last_not_of("0123456789") + 1;
   return std::pair(port.name.substr(0, digits),
@@ -162,8 +160,7 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// Returns the groups of this process. If the user has joined another group, the user must log in
-/// again before this list contains the group.
+/// Without groups that the user has joined since the last login.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());
@@ -181,7 +178,7 @@ std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const st
                   entry != nullptr ? entry->gr_name : std::to_string(info.st_gid), info.st_mode};
 }
 
-/// Returns the user of this process and, if it exists on this machine, the user of the service.
+/// This user and, if it exists, the user of the service.
 std::vector<Person> PeopleHere() {
   std::vector<Person> people;
   people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
@@ -193,8 +190,7 @@ std::vector<Person> PeopleHere() {
 
 }  // namespace
 
-/// Decides like the kernel: of owner, group and others, the first that fits the person determines
-/// the access.
+/// As the kernel: of owner, group and others, the first that fits determines the access.
 bool MayUse(const Person& person, const PortFile& file) {
   if (person.id == 0) return true;
   unsigned shift = 0;
@@ -236,15 +232,14 @@ constexpr int kShortLatency = 1;
 struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
-  bool ours = false;  ///< true: the gateway uses the port
-  Json modem;         ///< control lines of a port that the gateway uses; null: unknown
+  bool ours = false;  ///< the gateway uses the port
+  Json modem;         ///< null: unknown
   std::vector<std::string> advice;
 };
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// If the gateway uses the port, adds this use to `row.held_by`. Example: "line bay of substation-7
-/// (open: DTR RTS CTS)".
+/// Adds "line bay of substation-7 (open: DTR RTS CTS)" to `row.held_by`.
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {

@@ -1,5 +1,5 @@
-// `baudgate ports`: lists the serial ports of this machine, their names for a configuration, the
-// processes that use them, and what prevents the gateway from using them.
+// `baudgate ports`: lists the serial ports of this machine, and what prevents the gateway from
+// using them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -15,21 +15,19 @@
 
 namespace baudgate::tools {
 
-// A serial port as /sys and the links in /dev describe it. The port is not opened, because that
-// would switch DTR and RTS.
+// From /sys and /dev: the port is not opened, because that would switch DTR and RTS.
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
-  std::string driver;  ///< driver in the kernel: "ftdi_sio"; empty: unknown
-  /// The following members are set only for a USB adapter. They come from its descriptors.
-  std::string at;       ///< place on the USB in the kernel's notation: "1-1.2"
+  std::string driver;  ///< "ftdi_sio"; empty: unknown
+  /// From the descriptors of a USB adapter:
+  std::string at;       ///< in the kernel's notation: "1-1.2"
   std::string vendor;   ///< "0403"
   std::string product;  ///< "6001"
   std::string maker;
   std::string model;
   std::string serial;
-  std::string interface;  ///< "00"; each port of an adapter has another number
-  /// Stable paths of the port, the best first. If two adapters have the same serial number,
-  /// contains only paths by the place of the adapter.
+  std::string interface;  ///< each port of an adapter has another number
+  /// The best first. With equal serial numbers, only paths by the place of the adapter.
   std::vector<std::string> links;
   bool twin = false;              ///< another adapter has the same serial number
   std::optional<int> latency_ms;  ///< how long an FTDI adapter delays received bytes
@@ -38,16 +36,13 @@ struct FoundPort {
   bool is_usb() const { return !vendor.empty(); }
 };
 
-/// Returns the ports sorted by name. Leaves out ports without hardware. `root`: "/", or for tests a
-/// folder that contains sys/class/tty and dev.
+/// Without ports that lack hardware. `root`: "/", or for tests a folder with sys/class/tty and dev.
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
-/// Returns the name of the port to which a path leads. Example: "ttyUSB0" for
-/// "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
+/// "ttyUSB0" for "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
-/// The device file of a port, with its owner, group and mode. Example: /dev/ttyUSB0 root:dialout
-/// 0660.
+/// /dev/ttyUSB0 root:dialout 0660
 struct PortFile {
   std::string path;
   uid_t owner = 0;
@@ -60,25 +55,23 @@ struct Person {
   std::string name;
   uid_t id = 0;
   std::vector<gid_t> groups;
-  bool is_service = false;  ///< true: the user of baudgate.service
+  bool is_service = false;  ///< the user of baudgate.service
 };
 
 bool MayUse(const Person& person, const PortFile& file);
-/// Returns why the person cannot open the file, and the remedy. Example: "you are not allowed to
-/// open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again".
+/// "you are not allowed to open /dev/ttyUSB0: sudo usermod -aG dialout anna, then log in again"
 std::string HowToMend(const Person& person, const PortFile& file);
 
 struct PortsOptions {
   bool json = false;
-  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
-                       ///< the default places
+  std::string socket;  ///< empty: the only gateway in the default places
 };
 
-/// The parts of the machine that ShowPorts uses; tests replace them.
+/// Tests replace these parts of the machine.
 struct PortsPlace {
   std::filesystem::path root = "/";
   std::vector<Person> people;
-  /// Returns the answer of `baudgate status --json`; null: no gateway runs.
+  /// Null: no gateway runs.
   std::function<nlohmann::ordered_json()> status;
 };
 

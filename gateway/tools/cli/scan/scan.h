@@ -1,5 +1,5 @@
-// `baudgate scan`: finds the devices on a bus, with their serial settings, addresses and profiles.
-// It sends only the reads that each protocol lists (protocols/scanning.h).
+// `baudgate scan`: finds the devices on a bus with the reads that each protocol lists
+// (protocols/scanning.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,24 +22,22 @@ struct ScanOptions {
   bool quick = false;
   bool json = false;
   bool over_traffic = false;
-  bool rs485 = false;  ///< true: the port's driver switches the RS-485 direction
-  std::string config;  ///< configuration file to write; empty: no file is written
-  bool force = false;  ///< true: overwrite `config` if it exists
-  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
-                       ///< the default places
+  bool rs485 = false;
+  std::string config;  ///< file to write; empty: none
+  bool force = false;
+  std::string socket;  ///< empty: the only gateway in the default places
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 the scan has ended, with or without devices; 2 invalid word; 4 the port cannot be
-/// opened or is lost, or another master sends on it.
+/// Exit codes: 0 the scan has ended; 2 invalid word; 4 the port fails, or another master sends on
+/// it.
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-// `ScanView` is the user interface of `baudgate scan`: a progress line, the question whether to
-// send on a line with traffic, and the found devices as a table or JSON lines.
+// A progress line, the question before sending into traffic, and the found devices.
 class ScanView final : public scan::Watcher {
  public:
-  /// All references must outlive this object. `alive` is called repeatedly while the scan runs.
+  /// All references must outlive this object. `alive` is called repeatedly.
   ScanView(const ScanOptions& options, bool network, const StopSignals& stop,
            std::function<void()> alive, std::ostream& out, std::ostream& err);
 
@@ -48,7 +46,7 @@ class ScanView final : public scan::Watcher {
   bool MayTalk(const std::string& who) override;
   void Conclude(const scan::Report& report);
 
-  /// True if the line has traffic and the user has not allowed the scan to send.
+  /// The line has traffic and the user has not allowed the scan to send.
   bool was_refused() const { return refused_; }
 
  private:
@@ -60,7 +58,7 @@ class ScanView final : public scan::Watcher {
   const std::function<void()> alive_;
   std::ostream& out_;
   std::ostream& err_;
-  const bool terminal_;  ///< true: standard error is a terminal
+  const bool terminal_;
   bool drawn_ = false;
   bool refused_ = false;
   Instant drawn_at_{};

@@ -65,14 +65,13 @@ namespace {
 
 /// A port or server that does not open within this time is an error.
 constexpr Duration kOpening = 10s;
-/// If bytes were received, the line must be silent for kQuiet before a request, but no longer than
-/// kMostQuiet is waited for that.
+/// Silence before a request if bytes were received; waits kMostQuiet at most.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
 /// A reply that takes longer than this, or has more than kMostBytes, is cut off.
 constexpr Duration kMostReply = 5s;
 constexpr std::size_t kMostBytes = 8192;
-/// Between two bytes from a serial server, a pause of this length can occur.
+/// Pauses between two bytes from a serial server.
 constexpr Duration kNetworkGap = 100ms;
 
 }  // namespace
@@ -107,7 +106,7 @@ void PortWire::OnBytes(View bytes) {
   if (heard_.size() < kMostBytes) Append(heard_, bytes);
 }
 
-/// Handles the next event; returns at `until` at the latest.
+/// Returns at `until` at the latest.
 void PortWire::RunUntil(Instant until) {
   if (io_.stopped()) io_.restart();
   io_.run_one_until(until);
@@ -153,8 +152,7 @@ void PortWire::AwaitQuiet() {
   }
 }
 
-/// True if no byte but an echo of the request was received so far. A bus with an echo returns the
-/// request before the reply.
+/// A bus with an echo returns the request before the reply.
 bool PortWire::IsOnlyRequest(View request) const {
   return heard_.size() <= request.size() &&
          std::equal(heard_.begin(), heard_.end(), request.begin());

@@ -26,12 +26,10 @@ using Json = tools::ControlClient::Json;
 /// The exit code when file or device are not as required, or when they differ.
 constexpr int kDiffers = 3;
 
-/// The time to wait for an answer. It is longer than the deadline of any write, so that the
-/// gateway's result arrives first.
+/// Longer than the deadline of any write, so that the gateway's result arrives first.
 constexpr Duration kWaitForAnswer = 60s;
 
-/// Reads the file and the device's settings, and checks that both belong together. Returns the exit
-/// code; 0: both belong together.
+/// Checks that file and device belong together. Returns the exit code.
 int ReadBoth(const tools::SettingsOptions& options, Sheet& file, Sheet& now, std::ostream& err) {
   auto sheet = ReadSheet(options.file);
   if (!sheet) {
@@ -197,8 +195,6 @@ int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::o
   return comparison.same() ? 0 : kDiffers;
 }
 
-// `baudgate settings restore` shows and checks what would be written, then writes row by row.
-
 namespace {
 
 using namespace settings;  // NOLINT
@@ -206,11 +202,10 @@ using namespace settings;  // NOLINT
 constexpr Duration kLookAgain = 200ms;
 
 using Plan = std::vector<Difference>;
-/// For each point that is not allowed to be written, the reason.
+/// Reasons by point.
 using Denials = std::map<std::string, std::string>;
 
-/// Returns the settings to write: those that differ and are writable. Fails if such a setting is a
-/// number in the device and the file contains no number for it.
+/// Differing, writable settings. Fails if a number of the device has no number in the file.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {
@@ -234,7 +229,7 @@ Denials DenialsOf(const Plan& plan, const Sheet& now, PointWriter& writer) {
   return denials;
 }
 
-/// Returns the names of a setting in the gateway and in the device. Example: "main_current (S21)".
+/// "main_current (S21)"
 std::string NameOf(const Difference& row) {
   return row.filed->point + " (" + row.filed->item + ")";
 }
@@ -244,7 +239,7 @@ class Restore {
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)
       : options_(options), now_(now), out_(out), err_(err) {}
 
-  /// Writes the rows. Stops at the first row that is not confirmed, and at a signal.
+  /// Stops at the first row that is not confirmed, and at a signal.
   void WriteAll(const Plan& plan, PointWriter& writer) {
     const StopSignals signals;
     auto row = plan.begin();
@@ -285,8 +280,7 @@ class Restore {
     return true;
   }
 
-  /// Waits until the written rows were read back from the device, and reports rows whose value is
-  /// not the written one.
+  /// Waits for the written rows, and reports those with another value.
   void ReadBack(const StopSignals& signals) {
     if (written_.empty()) return;
     const Instant until = ReadClocks().instant + options_.patience;
@@ -303,7 +297,7 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Returns the device's present value of a setting; null: the value is unknown.
+  /// Null: the value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;

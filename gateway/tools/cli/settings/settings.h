@@ -1,5 +1,6 @@
-// `baudgate settings dump | compare | restore`: write a relay's settings into a file, compare the
-// file with the relay, and write the file's values back; see docs/settings.md.
+// `baudgate settings dump
+//  compare
+//  restore`: a relay's settings in a file; see docs/settings.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,12 +15,11 @@
 
 namespace baudgate::settings {
 
-// The result of a write. The gateway checks the write like all others: permission, limits, queue,
-// audit.
+// The gateway checks the write like all others.
 struct WriteReport {
-  std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
-  std::string reason;      ///< why the write failed, as one sentence; empty: the write succeeded
-  bool read_back = false;  ///< true: the written value was read back from the device
+  std::string end;         ///< "ok", "refused", …; "unknown": no answer
+  std::string reason;      ///< as one sentence; empty: the write succeeded
+  bool read_back = false;  ///< from the device
 
   bool done() const { return end == "ok"; }
 };
@@ -27,14 +27,13 @@ struct WriteReport {
 class PointWriter {
  public:
   virtual ~PointWriter() = default;
-  /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
+  /// `point`: LINE.DEVICE.POINT; `value` in its unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Returns why the write would be denied now; empty: the write would be allowed. Does not write.
+  /// Empty: the write would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
-/// `SocketWriter` writes through the control socket at `path`; empty: the gateway in the default
-/// places.
+/// Through the control socket at `path`; empty: the default places.
 class SocketWriter final : public PointWriter {
  public:
   explicit SocketWriter(std::string path) : path_(std::move(path)) {}
@@ -55,13 +54,12 @@ struct SettingsOptions {
   bool json = false;
   bool confirm = false;  ///< for restore; false: nothing is written
   std::string socket;    ///< empty: the only gateway that answers in the default places
-  /// For restore: how long to wait until the written values were read back.
+  /// For restore, until the written values were read back.
   Duration patience = std::chrono::seconds(10);
 };
 
-// Exit codes: 0 the device has the values of the file; 2 wrong usage; 3 the file has errors or is
-// from another device, settings differ or are unknown, or the restore has stopped; 4 no gateway
-// answers, or the file cannot be written.
+// Exit codes: 0 equal; 2 wrong usage; 3 errors in the file, another device, differences, or the
+// restore has stopped; 4 no gateway answers, or the file cannot be written.
 int RunSettingsDump(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsCompare(const SettingsOptions& options, std::ostream& out, std::ostream& err);
 int RunSettingsRestore(const SettingsOptions& options, settings::PointWriter& writer,
@@ -73,7 +71,7 @@ namespace baudgate::settings {
 
 std::string Count(std::size_t count);
 
-/// Prints the differences. `denied`: writable points that the gateway does not allow to be written.
+/// `denied`: writable points that the gateway does not allow to be written.
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out);
 
