@@ -26,7 +26,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// Returns the strongest verdict about the frames in `bytes`; empty: no frame gives a verdict.
+/// Empty: no frame gives a verdict.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;
@@ -45,8 +45,7 @@ std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View r
   return verdict;
 }
 
-/// Returns the parity that bit 7 of all bytes represents; empty: bit 7 is not a parity bit, or is
-/// never set.
+/// Empty: bit 7 is not a parity bit, or is never set.
 std::optional<config::Parity> ParityOfEighths(View bytes) {
   if (std::ranges::none_of(bytes, [](auto byte) { return (byte & kParityBit) != 0; })) return {};
   const auto odd = static_cast<std::size_t>(
@@ -159,7 +158,7 @@ std::string FormatOf(const config::SerialSettings& serial) {
   return text.substr(text.find(' ') + 1);
 }
 
-/// Returns the most frequent value of `key`; of equally frequent values, the first.
+/// The first of equally frequent values.
 template <typename Key>
 auto MostFrequent(const std::vector<Found>& found, Key key) {
   auto best = key(found.front());

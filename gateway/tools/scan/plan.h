@@ -1,5 +1,4 @@
-// The plan of a scan is a list of sweeps, the most likely first. These functions make it from a
-// `Wish` of the user; gateway/tools/scan/scanner.h executes the sweeps. No I/O, no clock.
+// The plan of a scan: a list of sweeps, the most likely first, from a `Wish` of the user.
 //
 //   spabus 9600 7E1 1…32, dcon 9600 8N1 1…32, set4tm 9600 8O1 1…32, …, spabus 4800 7E1 1…32, …
 // SPDX-License-Identifier: Apache-2.0
@@ -17,15 +16,14 @@
 
 namespace baudgate::scan {
 
-/// A protocol that the scan looks for.
 struct Tongue {
   const protocols::Protocol* protocol = nullptr;
-  /// The protocol's options for each mode of the ScanRule.
+  /// For each mode of the ScanRule.
   std::vector<protocols::ParsedOptions> options{};
 
   const protocols::ScanRule& rule() const { return *protocol->scan; }
 };
-/// Returns the protocol with its options. `protocol` must have a ScanRule.
+/// `protocol` must have a ScanRule.
 Tongue TongueOf(const protocols::Protocol& protocol);
 
 struct Addresses {
@@ -33,37 +31,37 @@ struct Addresses {
   unsigned last = 0;  ///< inclusive
   bool operator==(const Addresses&) const = default;
 };
-/// Parses "1-32" or "7".
+/// "1-32" or "7"
 Result<Addresses> ParseAddresses(std::string_view text);
 
 struct Wish {
   std::vector<Tongue> tongues{};
   std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all addresses
-  bool quick = false;                    ///< true: the scan takes less than a minute
-  bool network = false;  ///< true: the port is a serial server, which has the serial settings
+  bool quick = false;                    ///< less than a minute
+  bool network = false;                  ///< a serial server, which has the serial settings
 };
 
-/// A range of addresses of one protocol, with one setting of the port.
+/// With one setting of the port.
 struct Sweep {
   std::size_t tongue = 0;
   config::SerialSettings serial{};
   Addresses addresses{};
-  std::size_t modes = 1;    ///< how many modes of the rule to try, from the first
-  std::uint32_t finds = 1;  ///< bit mask: which questions of the rule are sent
-  Duration patience{};      ///< timeout until the first byte of a reply
+  std::size_t modes = 1;    ///< from the first mode of the rule
+  std::uint32_t finds = 1;  ///< bit mask: questions of the rule
+  Duration patience{};      ///< until the first byte of a reply
 };
 
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 
-/// Returns sweeps over the most likely settings and addresses, with short timeouts.
+/// With short timeouts.
 std::vector<Sweep> LikelySweeps(const Wish& wish);
-/// Returns sweeps over all addresses, with longer timeouts: with the settings at which devices have
-/// answered, and with the first setting of each protocol. Returns none for a quick scan.
+/// All addresses with longer timeouts, with the settings at which devices have answered and the
+/// first setting of each protocol. None for a quick scan.
 std::vector<Sweep> ThoroughSweeps(const Wish& wish,
                                   std::span<const config::SerialSettings> answered);
 
-/// Port settings to listen with before anything is sent, and how long to listen.
+/// To be used before anything is sent.
 struct Listening {
   config::SerialSettings serial{};
   Duration time{};
@@ -72,11 +70,10 @@ std::vector<Listening> ListenFirst(const Wish& wish);
 
 inline constexpr Duration kQuickLimit = 57s;
 
-/// True if bit rate and character format are equal.
+/// Bit rate and character format are equal.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
-/// Returns the other character formats at the same bit rate that can carry the protocol's
-/// characters. Formats that devices of the protocol usually have come first. `protocol` must have a
-/// ScanRule.
+/// Formats at the same bit rate that can carry the protocol's characters, the usual ones first.
+/// `protocol` must have a ScanRule.
 std::vector<config::SerialSettings> OtherFormats(const config::SerialSettings& serial,
                                                  const protocols::Protocol& protocol);
 

@@ -1,7 +1,5 @@
-// `Scanner` executes a scan: it listens, sends the questions of the plan (plan.h), judges the
-// replies (judge.h), and repeats a question if its reply is not clear. It sends only what the
-// ScanRule of each protocol lists. The caller provides the port and the clock (`Wire`), and
-// receives what was found (`Watcher`).
+// `Scanner` executes a scan: it sends the questions of the plan (plan.h), judges the replies
+// (judge.h), and repeats unclear ones. It sends only what the ScanRule of each protocol lists.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,21 +16,20 @@
 
 namespace baudgate::scan {
 
-/// An open port, implemented by the caller. An error of Listen or Ask ends the scan.
+/// Implemented by the caller. An error of Listen or Ask ends the scan.
 class Wire {
  public:
   virtual ~Wire() = default;
   virtual Status Apply(const config::SerialSettings& serial) = 0;
   virtual Result<Gathered> Listen(Duration time) = 0;
-  /// Waits until the line is quiet, sends `request`, and returns the received bytes: waits
-  /// `patience` after the last character of the request for the first byte, then until no byte has
-  /// come for `gap`.
+  /// Waits for a quiet line, sends, waits `patience` after the last character for the first byte,
+  /// then until no byte has come for `gap`.
   virtual Result<Gathered> Ask(View request, Duration patience, Duration gap) = 0;
   virtual Instant Now() = 0;
 };
 
 struct Progress {
-  std::string doing{};  ///< present step: "spabus 9600 7E1, address 12"
+  std::string doing{};  ///< "spabus 9600 7E1, address 12"
   std::size_t found = 0;
   Duration left{};
 };
@@ -42,8 +39,7 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// Returns whether the scan is allowed to send although another master is active. `who`: a
-  /// sentence about the master, without a full stop.
+  /// May the scan send although another master is active? `who`: a sentence without a full stop.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 
@@ -52,8 +48,7 @@ class Scanner {
   /// All references must outlive this object.
   Scanner(const Wish& wish, const ProfileNames& profiles, Wire& wire, Watcher& watcher);
 
-  /// Executes the scan; must be called only once. The report contains what was found, also after an
-  /// error.
+  /// To be called once. The report contains what was found, also after an error.
   Status Run();
   const Report& report() const { return report_; }
 
@@ -96,11 +91,11 @@ class Scanner {
   Watcher& watcher_;
   Report report_;
   Status status_;
-  /// True: another master is active, and the user has allowed the scan to send.
+  /// Another master is active, and the user has allowed the scan to send.
   bool traffic_ = false;
-  std::set<std::string> refused_;  ///< serial settings that the port does not support
-  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address of found devices
-  std::vector<Found> doubtful_;  ///< addresses from which only damaged replies came
+  std::set<std::string> refused_;                     ///< not supported by the port
+  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address
+  std::vector<Found> doubtful_;                       ///< only damaged replies came from these
   std::vector<config::SerialSettings> answered_;
   std::optional<Asked> last_;
   std::optional<Asked> previous_;  ///< the last question to another address than that of last_

@@ -101,7 +101,7 @@ void TwinEvents::CatchUp(protocols::Twin& twin, const config::Device& device, No
 
 namespace {
 
-/// Interval of the events of a twin that sends unasked.
+/// Of a twin that sends unasked.
 constexpr Duration kOwnEvents = 2s;
 
 }  // namespace
@@ -138,7 +138,7 @@ bool Residents::speaks_unasked() const {
   });
 }
 
-/// Makes the twins. `seed`: the seed of the first twin; each further twin gets the next number.
+/// `seed`: of the first twin; each further twin gets the next number.
 Residents::Twins Residents::MakeTwins(const protocols::Protocol& protocol,
                                       std::vector<config::Device> devices, std::uint32_t seed) {
   Twins twins;
@@ -226,8 +226,7 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Makes copies of the twins with different values. All copies reply under one address that no twin
-/// has.
+/// Copies of the twins with different values and one address that no twin has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;
   for (const auto& one : twins_) devices.push_back(one->device);

@@ -1,6 +1,5 @@
-// `Residents` contains the twins (simulated devices) of one protocol on a bus, and their faults.
-// Complete requests go in; replies with their times come out. No I/O:
-// gateway/tools/simulate/twin_port.h carries the bytes over a pty or a connection.
+// `Residents` contains the twins of one protocol on a bus, and their faults: complete requests go
+// in, timed replies come out. No I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,12 +22,10 @@
 
 namespace baudgate::tools {
 
-/// The values that a twin measures: each point follows its `simulate:` entry, a slow wave or a
-/// fixed value. A value that was written stays.
+/// Each point follows its `simulate:` entry, a slow wave or a fixed value. A written value stays.
 class SimulatedValues final : public protocols::TwinValues {
  public:
-  /// `points` must outlive this object. `seed` shifts the waves, so that twins have different
-  /// values.
+  /// `points` must outlive this object. `seed` shifts the waves, so that twins differ.
   SimulatedValues(const std::vector<config::Point>& points, std::uint32_t seed);
   Value Get(std::size_t point, Instant now) const override;
   void Set(std::size_t point, const Value& value) override;
@@ -39,30 +36,27 @@ class SimulatedValues final : public protocols::TwinValues {
   std::vector<Value> written_;
 };
 
-// `EventSchedule` tells when a twin raises events by itself, as the user writes it: "every:5s",
-// "every:1s,count=3". The twin raises the on and off events of its profile's table in turn. No I/O.
+// When a twin raises events: "every:5s", "every:1s,count=3". It raises the on and off events of its
+// profile in turn.
 struct EventSchedule {
   Duration every{};
-  std::size_t count = 1;  ///< how many events are raised at a time
-  /// True: the text of each event is its number, from 1, so that a test can find missing events.
+  std::size_t count = 1;  ///< at a time
+  /// The text of each event is its number, from 1, so that a test can find missing events.
   bool numbered = false;
 };
 
-/// Parses a schedule. The error text contains the permitted form.
+/// The error contains the permitted form.
 Result<EventSchedule> ParseEventSchedule(std::string_view text);
 
 class TwinEvents {
  public:
   TwinEvents(const EventSchedule& schedule, Now start) : schedule_(schedule), start_(start) {}
 
-  /// Raises all events that are due. To be called before the twin answers a request. `device`: the
-  /// twin's device.
+  /// To be called before the twin answers a request.
   void CatchUp(protocols::Twin& twin, const config::Device& device, Now now);
 
   std::uint64_t raised() const { return raised_; }
-  std::uint64_t refused() const {
-    return refused_;
-  }  ///< number of events that the twin has refused
+  std::uint64_t refused() const { return refused_; }  ///< refused by the twin
 
  private:
   protocols::DeviceEvent Next(const config::Device& device) const;
@@ -74,22 +68,21 @@ class TwinEvents {
   std::uint64_t refused_ = 0;
 };
 
-/// Returns the lowest number that is an address of this protocol and that no device of `devices`
-/// has. Example: 3 for devices 1 and 2. Empty: addresses of the protocol are not numbers.
+/// The lowest number that no device has: 3 for devices 1 and 2. Empty: addresses are no numbers.
 std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
                                        std::span<const config::Device> devices);
 
 class Residents {
  public:
   struct Answer {
-    Bytes reply;                    ///< reply of the twin; empty: no twin answers
-    std::vector<TimedPiece> heard;  ///< bytes that the master receives, after faults
-    /// True: pieces of earlier replies that were not sent yet must be dropped.
+    Bytes reply;                    ///< empty: no twin answers
+    std::vector<TimedPiece> heard;  ///< after faults
+    /// Pieces of earlier replies that were not sent yet must be dropped.
     bool interrupts = false;
-    config::SerialSettings serial;  ///< serial settings of the twin that answers
+    config::SerialSettings serial;
   };
 
-  /// `devices` must not be empty. `wire` applies to devices that have no serial settings.
+  /// `devices` must not be empty. `wire`: for devices without serial settings.
   Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
             const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;
@@ -97,20 +90,19 @@ class Residents {
 
   const protocols::Protocol& protocol() const { return protocol_; }
   bool speaks_unasked() const;
-  /// Returns the options of the first device. They determine how received bytes are divided into
-  /// requests.
+  /// The first device's options determine how received bytes are divided into requests.
   const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 
-  /// Returns the reply to one request. `end`: time of the last character of the request.
+  /// `end`: time of the last character of the request.
   Answer Hear(View request, Instant end);
-  /// Returns the next message that a twin sends unasked; empty: there is no message now.
+  /// Empty: no twin sends unasked now.
   Bytes Say(Now now);
 
-  /// Replaces all faults. Their counts and schedules start again.
+  /// Counts and schedules start again.
   void SetFaults(const std::vector<Fault>& faults, Instant now);
   std::vector<FaultCount> fault_counts() const;
-  /// Returns the numbers of raised and of refused events.
+  /// Raised and refused events.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
 
  private:
@@ -138,7 +130,7 @@ class Residents {
   const TwinWire wire_;
   const protocols::ParsedOptions options_;
   Twins twins_;
-  Twins strangers_;  // these devices answer in place of the twins, for the fault wrong_address
+  Twins strangers_;  // for the fault wrong_address
   std::optional<TwinFaults> faults_;
   bool was_dead_ = false;
 };

@@ -16,12 +16,10 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// The byte that the transport delivers in place of a character with a wrong parity
-/// (transports/serial_port.h).
+/// In place of a character with a wrong parity (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
-// These functions replace the distributions of the standard library, because their results differ
-// between implementations.
+// Distributions of the standard library differ between implementations.
 
 std::size_t Below(std::mt19937_64& random, std::size_t limit) {
   return static_cast<std::size_t>(random() % limit);
@@ -29,8 +27,7 @@ std::size_t Below(std::mt19937_64& random, std::size_t limit) {
 
 double Share(std::mt19937_64& random) { return static_cast<double>(random() >> 11U) * 0x1.0p-53; }
 
-/// Returns the seed of a fault. It depends on the kind, so that two faults with the same `seed` do
-/// not strike the same replies.
+/// Depends on the kind, so that two faults with one `seed` do not strike the same replies.
 std::uint64_t SeedOf(const Fault& fault) {
   constexpr std::uint64_t kSpread = 0x9E37'79B9'7F4A'7C15;
   return fault.seed + kSpread * (static_cast<std::uint64_t>(fault.kind) + 1);
@@ -149,7 +146,7 @@ bool TwinFaults::Apply(Active& active, Utterance& said) {
   return false;
 }
 
-/// Inserts a silence behind a random character, but not behind the last.
+/// Behind a random character, but not the last.
 bool TwinFaults::Stall(Active& active, Speech& speech) {
   if (speech.empty() || speech.back().bytes.size() < 2) return false;
   Bytes& whole = speech.back().bytes;
@@ -172,8 +169,7 @@ bool TwinFaults::Dribble(Active& active, Speech& speech) {
   return !speech.empty();
 }
 
-/// Flips random bits of the characters on the wire, including parity bits. A character with an odd
-/// number of flipped bits arrives as kParityError if there is a parity.
+/// Also flips parity bits. With a parity, an odd number of flipped bits arrives as kParityError.
 bool TwinFaults::FlipBits(Active& active, Speech& speech) const {
   if (speech.empty() || speech.front().bytes.empty()) return false;
   Bytes& bytes = speech.front().bytes;
@@ -205,7 +201,7 @@ Bytes TwinFaults::Garbage(Active& active) const {
   return bytes;
 }
 
-/// Returns the delayed replies that are due with this request.
+/// Delayed replies that are due with this request.
 TwinFaults::Speech TwinFaults::TakeHeld() {
   Speech due;
   for (Held& held : held_) {
@@ -230,12 +226,12 @@ constexpr std::size_t kMostCount = 1024;
 constexpr std::size_t kMostExchanges = 16;
 constexpr Duration kLongestPause = 10min;
 
-/// The keys that one kind of fault has in addition to the common keys, and their default values.
+/// In addition to the common keys, with their default values.
 struct KindKeys {
   Kind kind;
-  std::string_view count;  ///< name of the key for Fault::count; empty: the kind has none
+  std::string_view count;  ///< for Fault::count; empty: none
   std::size_t count_default;
-  std::string_view pause;  ///< name of the key for Fault::pause; empty: the kind has none
+  std::string_view pause;  ///< for Fault::pause; empty: none
   Duration pause_default;
 };
 
@@ -283,7 +279,7 @@ Status ReadWhole(std::string_view value, T least, T most, T& target) {
   return {};
 }
 
-/// Parses the share of replies. Also accepts "1e-9" for rare faults, which ParseDecimal rejects.
+/// Also accepts "1e-9", which ParseDecimal rejects.
 std::optional<double> ParseShare(std::string_view value) {
   const auto mark = value.find_first_of("eE");
   const auto number = ParseDecimal(value.substr(0, mark));
@@ -312,7 +308,7 @@ Status ReadTime(std::string_view value, Duration least, Duration most, Duration&
   return {};
 }
 
-/// Sets the member of a key. `key` must be in KeysOf(keys).
+/// `key` must be in KeysOf(keys).
 Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::string_view value) {
   constexpr Duration kLongest = 24h * 365;
   if (key == keys.count) return ReadWhole<std::size_t>(value, 1, kMostCount, fault.count);
@@ -327,7 +323,7 @@ Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::str
   return ReadTime(value, 1ms, kLongest, key == "for" ? fault.lasts : fault.every);
 }
 
-/// Reads one setting such as "rate=0.1". `given`: the keys that were read so far.
+/// "rate=0.1". `given`: the keys that were read so far.
 Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
                    std::set<std::string_view>& given) {
   const auto equals = setting.find('=');
@@ -348,7 +344,7 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   return {};
 }
 
-/// Checks rules that concern several keys.
+/// Rules that concern several keys.
 Status CheckWhole(const Fault& fault, const std::set<std::string_view>& given) {
   if (given.contains("every") && !given.contains("for")) {
     return Error{"every= needs for=: how long the fault lasts each time"};

@@ -1,6 +1,5 @@
-// `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
-// can be lost, damaged, torn, late or from another device. No I/O:
-// gateway/tools/simulate/simulator.h sends the pieces on a pty, tests on a virtual line.
+// `TwinFaults` makes timed pieces of a twin's reply that can be lost, damaged, torn, late or from
+// another device. No I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -19,47 +18,45 @@
 namespace baudgate::tools {
 
 struct TimedPiece {
-  Duration after;  ///< from the end of the request to the end of the last character
+  Duration after;  ///< from the end of the request to the last character
   Bytes bytes;
 };
 
 struct Fault {
-  /// The kinds of faults. If several faults strike one reply, they are applied in this order.
+  /// If several faults strike one reply, they are applied in this order.
   enum class Kind : std::uint8_t {
-    death,          ///< the device receives nothing and sends nothing
-    wrong_address,  ///< another device answers in its place
+    death,  ///< the device receives nothing and sends nothing
+    wrong_address,
     loss,
-    bits,     ///< bits of the reply are flipped
-    stall,    ///< a silence within the reply
-    dribble,  ///< the reply comes byte by byte
+    bits,
+    stall,  ///< a silence within the reply
+    dribble,
     doubled,
     garbage_before,
     garbage_after,
     late,  ///< the reply comes later, or with the reply to a later request
-    echo,  ///< the request comes back before the reply
+    echo,
   };
   Kind kind = Kind::loss;
-  double rate = 1;         ///< share of the replies that the fault strikes, 0…1
-  std::uint64_t seed = 1;  ///< faults with the same seed strike the same exchanges in the same way
-  Duration after{};        ///< from the start to the first occurrence
-  Duration lasts{};        ///< duration of an occurrence; zero: to the end
-  Duration every{};        ///< from one occurrence to the next; zero: only once
-  std::size_t count = 1;   ///< bits: number of flipped bits; garbage: number of bytes
-  Duration pause{};        ///< stall, dribble, doubled: length of the silence; late: the delay
-  std::size_t exchanges = 0;  ///< late: delay in number of requests; zero: delay by `pause`
-  std::string text;           ///< the fault as the user wrote it
+  double rate = 1;            ///< share of the replies, 0…1
+  std::uint64_t seed = 1;     ///< the same seed strikes the same exchanges in the same way
+  Duration after{};           ///< from the start to the first occurrence
+  Duration lasts{};           ///< of an occurrence; zero: to the end
+  Duration every{};           ///< from one occurrence to the next; zero: only once
+  std::size_t count = 1;      ///< bits: number of flipped bits; garbage: number of bytes
+  Duration pause{};           ///< stall, dribble, doubled: length of the silence; late: the delay
+  std::size_t exchanges = 0;  ///< late: delay in requests; zero: delay by `pause`
+  std::string text;           ///< as the user wrote it
 
-  /// True if the fault can strike at this time after the start.
   bool IsDue(Duration since_start) const;
 };
 
 std::string_view Name(Fault::Kind kind);
 
-/// How characters travel between the twin and the master.
 struct TwinWire {
   config::SerialSettings serial;
-  bool paced = false;    ///< true: each character takes the time of its bit rate; false: no time
-  Duration think = 5ms;  ///< from the end of the request to the first byte of the reply
+  bool paced = false;    ///< each character takes the time of its bit rate
+  Duration think = 5ms;  ///< from the end of the request
 
   Duration TimeOf(std::size_t characters) const {
     if (!paced) return {};
@@ -68,37 +65,33 @@ struct TwinWire {
 };
 
 struct FaultCount {
-  std::string fault;            ///< Fault::text
-  std::uint64_t struck = 0;     ///< how often the fault has struck
-  std::uint64_t exchanges = 0;  ///< number of exchanges that the fault could have struck
+  std::string fault;
+  std::uint64_t struck = 0;
+  std::uint64_t exchanges = 0;  ///< that the fault could have struck
 };
 
 class TwinFaults {
  public:
-  /// Returns the reply of another device to `request`, with the address of this other device. It is
-  /// called for each request that the twin answers, so that the sessions of the other device stay
+  /// Returns another device's reply. Called for each answered request, so that its sessions stay
   /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// `stranger`: see Stranger; empty: the fault wrong_address never occurs. The times of the faults
-  /// count from `start`.
+  /// `stranger` empty: no wrong_address. The times of the faults count from `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
-  /// True while the fault `death` is active. When it ends, the caller must create a new twin,
-  /// because a restarted device has lost its sessions.
+  /// When `death` ends, the caller must create a new twin: a restarted device has lost its
+  /// sessions.
   bool IsDead(Instant now) const;
 
-  /// Returns the bytes that the master receives after `request`, sorted by time. `reply` empty: the
-  /// request was not for this twin. Pieces of earlier replies that are still on the wire come
-  /// first.
+  /// Sorted by time, pieces of earlier replies first. `reply` empty: the request was not for this
+  /// twin.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
-  /// Returns the counts of the faults, in the order of the constructor's argument.
+  /// In the order of the constructor's argument.
   std::vector<FaultCount> Counts() const;
 
  private:
-  /// A pause, then bytes without a pause between them.
   struct Part {
     Duration pause{};
     Bytes bytes;
@@ -111,22 +104,21 @@ class TwinFaults {
     FaultCount count;
   };
   struct Held {
-    std::size_t exchanges = 0;  // number of further requests until the reply is sent
+    std::size_t exchanges = 0;  // further requests until the reply is sent
     Speech speech;
   };
 
-  /// One request and its reply, while faults are applied.
   struct Utterance {
     View request;
     Speech speech;
-    Bytes foreign;  // reply of another device, for wrong_address
+    Bytes foreign;  // for wrong_address
     Bytes echo;
     Duration delay{};
   };
 
-  /// True if the fault strikes this reply. Counts the exchange.
+  /// Counts the exchange.
   bool IsChosen(Active& active, Instant now);
-  /// Applies a fault. Returns false if there was nothing that it could change.
+  /// False: there was nothing to change.
   bool Apply(Active& active, Utterance& said);
   static bool Stall(Active& active, Speech& speech);
   static bool Dribble(Active& active, Speech& speech);
@@ -139,11 +131,10 @@ class TwinFaults {
   Instant start_;
   Stranger stranger_;
   std::vector<Held> held_;
-  Instant said_until_{};  // end of the last character that the twin has sent
+  Instant said_until_{};
 };
 
-// `ParseFault` reads a fault as the user writes it for `simulate --fault`. Example:
-// "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists the kinds and keys.
+// Reads `simulate --fault`: "bits:rate=0.1,count=2,every=60s,for=20s" (docs/faults.md).
 
 /// The error contains the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);

@@ -15,8 +15,7 @@ namespace {
 using config::Parity;
 using config::SerialSettings;
 
-/// The largest difference of bit rates, in per mille, at which a receiver still samples every bit
-/// of a character correctly.
+/// In per mille: the largest difference at which a receiver still samples every bit correctly.
 constexpr long kTolerancePerMille = 30;
 
 bool ParityBit(unsigned data, Parity parity) {
@@ -29,7 +28,7 @@ unsigned DataOf(std::uint8_t byte, const SerialSettings& serial) {
   return serial.data_bits == 7 ? byte & 0x7FU : byte;
 }
 
-/// Returns the level of the wire for each bit. The wire is idle (1) before and after.
+/// The wire is idle (1) before and after.
 std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   std::vector<bool> bits = {true};
   for (const std::uint8_t byte : sent) {
@@ -42,8 +41,8 @@ std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   return bits;
 }
 
-/// The level of a wire over time. One unit of time is 1 / (sender's bit rate * receiver's bit rate)
-/// seconds, so that a bit of the sender and a bit of the receiver last whole numbers of units.
+/// Level over time. Unit: 1 / (sender's bit rate * receiver's bit rate) seconds, so that bits of
+/// both last whole numbers of units.
 class Wire {
  public:
   Wire(std::vector<bool> bits, std::int64_t bit) : bits_(std::move(bits)), bit_(bit) {}
@@ -52,7 +51,7 @@ class Wire {
     const auto index = static_cast<std::size_t>(time / bit_);
     return index >= bits_.size() || bits_[index];
   }
-  /// Returns the first time, not before `time`, at which the wire has `level`; negative: never.
+  /// Negative: never.
   std::int64_t Next(bool level, std::int64_t time) const {
     if (At(time) == level) return time;
     for (std::int64_t index = time / bit_ + 1; index <= Size(); ++index) {
@@ -108,12 +107,12 @@ bool Understand(const SerialSettings& a, const SerialSettings& b) {
 
 namespace {
 
-/// A paced reply is sent in pieces of this duration, as a UART with a FIFO would send it.
+/// A UART with a FIFO sends pieces of about this duration.
 constexpr Duration kPiece = 2ms;
-/// A request has ended when the line was silent for this time and for this many characters.
+/// A request has ended after this silence, and this many characters.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
-/// The interval at which twins are asked for messages that they send unasked.
+/// For messages that twins send unasked.
 constexpr Duration kSpeech = 2ms;
 
 }  // namespace
@@ -167,9 +166,8 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// Returns the bytes as the twins' UART receives them, if no character is damaged and the bit rates
-/// are equal. Otherwise returns the bytes unchanged, so that twins answer and a reader with other
-/// settings receives some bytes.
+/// As the twins' UART receives them at equal bit rates without damage; else unchanged, so that a
+/// reader with other settings receives some bytes.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;
@@ -191,9 +189,8 @@ void TwinPort::OnRequestBytes(View bytes) {
   AwaitSilence();
 }
 
-/// Returns the next request. If only a silence can end a request, it is returned at once if the
-/// assembler contains nothing else. Otherwise more bytes may follow, and the assembler stays
-/// unchanged.
+/// A request that only a silence ends is returned at once if the assembler contains nothing else.
+/// Otherwise more bytes may follow.
 std::optional<Bytes> TwinPort::NextRequest(protocols::Assembler& assembler) {
   if (auto frame = assembler.Next(false)) return frame;
   protocols::Assembler after_silence = assembler;
@@ -254,8 +251,7 @@ Bytes TwinPort::AsReceived(View bytes, const config::SerialSettings& speaker) co
   return {bytes.begin(), bytes.end()};
 }
 
-/// Adds `bytes` to the pieces to send. `until`: when their last character is sent. Returns the
-/// bytes as the reader receives them.
+/// `until`: time of the last character. Returns the bytes as the reader receives them.
 Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& speaker) {
   const Bytes heard = AsReceived(bytes, speaker);
   View rest = heard;
@@ -272,8 +268,8 @@ Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& s
   return heard;
 }
 
-/// Waits until the last character of the next piece would be sent, and sends the piece. The wire
-/// carries one character at a time, whichever twin sends.
+/// At the time of the last character. The wire carries one character at a time, whichever twin
+/// sends.
 void TwinPort::SendNext() {
   // A timer that has already expired cannot be cancelled, so its handler checks `number`.
   const std::uint64_t number = ++waits_;
@@ -293,7 +289,7 @@ void TwinPort::SendNext() {
   });
 }
 
-/// Asks the twins for messages that they send unasked, and repeats this every kSpeech.
+/// Repeats itself every kSpeech.
 void TwinPort::Speak() {
   const Now now = ReadClocks();
   bool spoke = false;

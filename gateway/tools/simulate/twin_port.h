@@ -1,6 +1,5 @@
-// `TwinPort` is one connection to the twins of a bus: a pty or a TCP connection. It divides
-// received bytes into requests, and sends each piece of a reply at the time at which a serial line
-// would have transmitted its last character.
+// `TwinPort` is one connection to the twins of a bus. It sends each piece of a reply when a serial
+// line would have transmitted its last character.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,23 +21,20 @@
 
 namespace baudgate::tools {
 
-// `ReceiveAs` computes which bytes a UART receives if characters were sent with other serial
-// settings: it samples the bits of the wire at the receiver's bit rate, and reads them in the
-// receiver's format. No I/O, no clock.
+// `ReceiveAs` computes which bytes a UART with other serial settings receives. No I/O, no clock.
 struct Received {
   Bytes bytes;              ///< a damaged character is 0, as a tty delivers it
   std::size_t damaged = 0;  ///< characters with a wrong parity or stop bit
 };
 
-/// Returns what a UART with the settings `receiver` receives when a UART with the settings `sender`
-/// sends the characters `sent` without pauses. The wire is idle before and after them.
+/// `sent` has no pauses. The wire is idle before and after.
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 
-/// True if each character arrives unchanged.
+/// Each character arrives unchanged.
 bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
-/// The twins of one bus, grouped by protocol, and their counters.
+/// Grouped by protocol.
 struct TwinBus {
   TwinWire wire;
   bool strict = false;
@@ -51,12 +47,11 @@ struct TwinBus {
 
 class TwinPort : public std::enable_shared_from_this<TwinPort> {
  public:
-  /// Takes over the descriptor. Handlers hold only a weak reference, so they do nothing after this
-  /// object is destroyed.
+  /// Owns the descriptor. Handlers hold only a weak reference.
   TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus);
 
   void Start();
-  /// True if the other side has closed the connection, or Close was called.
+  /// The other side has closed the connection, or Close was called.
   bool is_over() const { return over_; }
   void Close();
 
@@ -75,7 +70,7 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   void Speak();
 
   const std::shared_ptr<TwinBus> bus_;
-  const int fd_;  // the descriptor of descriptor_, for reading the settings of a pty
+  const int fd_;  // for reading the settings of a pty
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
   asio::steady_timer silence_;  // runs while an assembler contains a part of a request
@@ -84,9 +79,9 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   std::array<std::uint8_t, 1024> buffer_{};
   bool over_ = false;
   Instant request_began_{};
-  Instant request_heard_{};                // when the last bytes came
-  std::multimap<Instant, Bytes> leaving_;  // key: when the last character of the piece is sent
-  Instant said_until_{};                   // end of the last piece that was sent
+  Instant request_heard_{};
+  std::multimap<Instant, Bytes> leaving_;  // key: time of the last character
+  Instant said_until_{};
   std::uint64_t waits_ = 0;
 };
 

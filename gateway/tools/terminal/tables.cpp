@@ -10,9 +10,9 @@
 namespace baudgate::tools {
 namespace {
 
-constexpr std::size_t kLeastWidth = 20;  // minimum width of wrapped lines, also with an indent
+constexpr std::size_t kLeastWidth = 20;  // also with an indent
 
-/// Returns how many bytes the first `width` characters have.
+/// In bytes, of the first `width` characters.
 std::size_t BytesOf(std::string_view text, std::size_t width) {
   std::size_t at = 0;
   for (std::size_t seen = 0; at < text.size(); ++at) {
@@ -21,7 +21,7 @@ std::size_t BytesOf(std::string_view text, std::size_t width) {
   return at;
 }
 
-/// Removes one line, and the blanks behind it, from the front of `text`, and returns the line.
+/// Also removes the blanks behind the line.
 std::string TakeLine(std::string_view& text, std::size_t width) {
   std::size_t end = BytesOf(text, width);
   if (end < text.size() && text[end] != ' ') {
@@ -61,7 +61,7 @@ std::string WrapSentence(std::string_view text, std::size_t width, std::size_t i
 namespace {
 
 constexpr std::size_t kColumnGap = 2;
-constexpr std::size_t kFoldIndent = 4;  // indent of the further lines of a row
+constexpr std::size_t kFoldIndent = 4;  // of the further lines of a row
 constexpr std::size_t kLeastLast = 20;  // minimum width of a wrapped last column
 
 void Put(std::string& line, std::size_t at, const std::string& text) {

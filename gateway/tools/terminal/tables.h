@@ -1,5 +1,4 @@
-// Functions for the width of text in a terminal, and for tables. `WidthOf` returns the width in
-// characters, not bytes: "°C" has width 2.
+// Width of text in a terminal, and tables. `WidthOf` counts characters: "°C" has width 2.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +11,7 @@
 
 namespace baudgate::tools {
 
-/// True for a byte of a UTF-8 character that is not the character's first byte.
+/// A byte of a UTF-8 character other than its first.
 inline bool ContinuesCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 inline std::size_t WidthOf(std::string_view text) {
@@ -20,17 +19,15 @@ inline std::size_t WidthOf(std::string_view text) {
       std::ranges::count_if(text, [](char c) { return !ContinuesCharacter(c); }));
 }
 
-/// Breaks a text at blanks into lines of at most `width` characters; 0: no limit. A longer word is
-/// broken at the end of its line. Returns at least one line.
+/// Breaks at blanks; `width` 0: no limit. A longer word is broken. Returns at least one line.
 std::vector<std::string> WrapLines(std::string_view text, std::size_t width);
 
 /// Breaks a text as WrapLines does, and returns the lines as one text: each line ends in '
 /// ', and each line but the first begins with `indent` blanks.
 std::string WrapSentence(std::string_view text, std::size_t width, std::size_t indent = 2);
 
-// `ColumnLayout` places the cells of a table row in a terminal. Cells are side by side if they fit
-// the width of the terminal. Otherwise later columns go to further, indented lines, and the last
-// column is wrapped at words.
+// Places the cells of a row side by side if they fit the width. Otherwise later columns go to
+// further, indented lines, and the last column is wrapped at words.
 //
 //   time                      client      point
 //       old -> new  outcome   reason that goes
@@ -42,7 +39,7 @@ struct ColumnShape {
 
 class ColumnLayout {
  public:
-  /// `limit`: number of characters in a line; 0: no limit.
+  /// In characters; 0: no limit.
   ColumnLayout(std::vector<ColumnShape> columns, std::size_t limit);
 
   /// Returns the lines of one row, each ending in '
@@ -52,12 +49,12 @@ class ColumnLayout {
  private:
   struct CellPosition {
     std::size_t line = 0;
-    std::size_t at = 0;  // position in the line, in characters
+    std::size_t at = 0;  // in characters
   };
 
   const std::vector<ColumnShape> columns_;
   const std::size_t limit_;
-  std::size_t last_ = 0;  // index of the last column that is not left out
+  std::size_t last_ = 0;  // of the last column that is not left out
   std::vector<CellPosition> places_;
 };
 
@@ -65,21 +62,20 @@ class ColumnLayout {
 
 namespace baudgate::tools {
 
-// `TextTable` prints a table in one of three forms: aligned columns for terminals, Markdown for
-// documents, CSV for spreadsheets.
+// Aligned columns for terminals, Markdown for documents, CSV for spreadsheets.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : header_(std::move(header)) {}
 
-  /// Adds a row. It must have as many cells as the header.
+  /// With as many cells as the header.
   void Add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   bool empty() const { return rows_.empty(); }
 
-  /// Prints columns with two blanks between them. Leaves out columns without content. Rows wider
-  /// than `limit` characters (0: no limit) are folded into several lines.
+  /// Leaves out columns without content. Rows wider than `limit` characters (0: no limit) are
+  /// folded.
   void PrintAligned(std::ostream& out, const std::string& indent = "", std::size_t limit = 0) const;
   void PrintMarkdown(std::ostream& out) const;
-  /// Prints CSV as in RFC 4180, with a header.
+  /// RFC 4180, with a header.
   void PrintCsv(std::ostream& out) const;
 
  private:
@@ -91,9 +87,8 @@ class TextTable {
 
 namespace baudgate::tools {
 
-// `StreamTable` prints an aligned table whose rows come one after the other. Columns never get
-// narrower. When a column gets wider after the header was printed, the header is printed again
-// above the new rows:
+// A table whose rows come one after the other. When a column gets wider, the header is printed
+// again:
 //
 //   point                 outcome
 //   bay-1.feeder-1.group  ok
@@ -105,16 +100,16 @@ class StreamTable {
  public:
   struct Column {
     std::string title{};
-    /// Initial width if lines have no limit; not less than the width of the title.
+    /// If lines have no limit; at least the width of the title.
     std::size_t width = 0;
     bool right = false;  ///< right-aligned, for numbers
   };
   using Row = std::vector<std::string>;
 
-  /// `limit`: number of characters in a line; 0: no limit.
+  /// In characters; 0: no limit.
   explicit StreamTable(std::vector<Column> columns, std::size_t limit = 0);
 
-  /// Prints rows. Each row must have one cell for each column. The last cell can have any length.
+  /// One cell for each column. The last cell can have any length.
   void Print(const std::vector<Row>& rows, std::ostream& out);
 
  private:

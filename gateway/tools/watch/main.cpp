@@ -1,5 +1,5 @@
-// baudgate-dds is the process that handles DDS for a gateway. Either the daemon starts it with a
-// descriptor of the link, or systemd starts it with the path of the daemon's socket.
+// baudgate-dds handles DDS for a gateway: the daemon starts it with a descriptor of the link, or
+// systemd with the path of the daemon's socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 #include <poll.h>
@@ -49,21 +49,18 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Feeds the watchdog of this process: SIGALRM ends the process if Live is not called again within
-/// `most`. The default is later than the time at which the gateway would end the process. The
-/// watchdog is needed because no other program ends a process that hangs if the gateway is dead,
-/// and subscribers would take its last samples for valid.
+/// Feeds the watchdog: SIGALRM ends the process if Live is not called again within `most`. Needed
+/// because no other program ends a hanging process if the gateway is dead, and subscribers would
+/// trust its samples.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
-/// Stops the watchdog of Live in its destructor. It must be declared first, and so destroyed last,
-/// so that the watchdog covers the other destructors.
+/// Stops the watchdog. Declared first and so destroyed last, so that it covers the other
+/// destructors.
 struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
 
-/// Extends the watchdog of Live and that of systemd while the DDS library opens, because neither is
-/// fed in this time. The destructor restores systemd's time; the next call of Live restores the
-/// other.
+/// Extends both watchdogs while the DDS library opens, because neither is fed in this time.
 class SlowWhile {
  public:
   SlowWhile() : watched_(sd_watchdog_enabled(0, &usual_) > 0) {
@@ -111,8 +108,7 @@ Result<ServeEnd> ServeOne(const Descriptor& link, const tools::StopSignals& stop
   return Serve(link, server, wake, stop.descriptor(), alive);
 }
 
-/// Limits the memory and the system calls of this process. `memory`: limit of the address space in
-/// bytes; 0: no limit.
+/// `memory`: limit of the address space in bytes; 0: no limit.
 Status Confine(std::uint64_t memory) {
   if (kSanitized) return {};
   if (memory != 0) {
@@ -121,7 +117,7 @@ Status Confine(std::uint64_t memory) {
   return DenyCalls();
 }
 
-/// Serves one link, as a child process of the daemon. An error ends the process.
+/// As a child process of the daemon. An error ends the process.
 int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
@@ -134,7 +130,7 @@ int ServeParent(const Options& options, const tools::StopSignals& stop) {
   return kExitCanNot;
 }
 
-/// Serves one gateway after the other at the socket, as a service of systemd.
+/// One gateway after the other, as a service of systemd.
 int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   sd_notify(0, "READY=1");
   bool told = false;
@@ -156,8 +152,7 @@ int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   }
 }
 
-/// Runs `baudgate watch` in a child process, so that a datagram that crashes the DDS library does
-/// not end this process. The child checks that its output was written.
+/// In a child process, so that a datagram that crashes the DDS library does not end this process.
 int Watch(tools::WatchOptions& options) {
   constexpr Duration kLadder[] = {100ms, 500ms, 1s, 2s, 5s, 10s};
   if (tools::LiveScreen::Possible(STDOUT_FILENO))
@@ -179,8 +174,7 @@ int Watch(tools::WatchOptions& options) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // `baudgate watch` starts this program with argv[0] = "baudgate", so that messages contain this
-  // name.
+  // `baudgate watch` starts this program with argv[0] = "baudgate".
   const bool as_baudgate = argc > 0 && std::string_view(argv[0]) == "baudgate";
   CLI::App app("baudgate-dds: the process that speaks DDS for baudgate",
                as_baudgate ? "baudgate" : "baudgate-dds");

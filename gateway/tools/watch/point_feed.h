@@ -1,5 +1,4 @@
-// `PointFeed` is the subscriber of `watch`: it passes points, and starts and ends of gateways, from
-// the threads of the DDS library to the thread that shows them.
+// `PointFeed` passes points, and starts and ends of gateways, to the thread that shows them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,9 +29,9 @@
 
 namespace baudgate::tools {
 
-// `Mailbox` passes items from the threads of the DDS library to the thread that prints. While the
-// printing thread is blocked (by a pager), Put blocks, and the library stores only the latest
-// sample of each instance, so the memory is limited.
+// From the threads of the DDS library to the thread that prints. While that is blocked (by a
+// pager), Put blocks, and the library stores only the latest sample of each instance, so the memory
+// is limited.
 template <typename Item>
 class Mailbox {
  public:
@@ -61,7 +60,7 @@ class Mailbox {
     room_.notify_all();
     return std::exchange(items_, {});
   }
-  /// Ends all calls of Put that wait. Put drops items until Reopen is called.
+  /// Also ends all calls of Put that wait. Put drops items until Reopen.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;
@@ -71,7 +70,7 @@ class Mailbox {
     const MutexLock lock(mutex_);
     closed_ = false;
   }
-  /// The descriptor is readable when the mailbox contains an item.
+  /// Readable when the mailbox contains an item.
   int descriptor() const { return wake_; }
 
  private:
@@ -84,23 +83,21 @@ class Mailbox {
   bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// `Listening` restarts a subscriber that no longer receives: if a network interface was deleted and
-// created again, the DDS library receives no more samples.
+// Restarts a subscriber: if a network interface was created again, the DDS library receives
+// nothing.
 class Listening {
  public:
   using Open = std::function<Status()>;
   using Find = std::function<dds::OwnAddresses()>;
 
-  /// `open` ends the subscriber, if there is one, and creates a new one. `interfaces`: the network
-  /// interfaces of the subscriber.
+  /// `open` ends the subscriber and creates a new one. `interfaces`: those of the subscriber.
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
   Status Start();
-  /// Checks the interfaces once a second. Returns a message for the user if the subscriber was
-  /// restarted or cannot be created. After a failure, tries again each second.
+  /// Once a second. Returns a message if the subscriber was restarted or cannot be created.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
-  /// Returns why there is no subscriber; empty: there is a subscriber.
+  /// Empty: there is a subscriber.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:
@@ -112,9 +109,8 @@ class Listening {
   Instant next_look_{};
 };
 
-/// Replaces the subscriber; called by `open` of Listening. While the old subscriber ends, the
-/// mailbox is closed, because a thread of the subscriber may wait in Put and no thread takes items
-/// out.
+/// Called by `open` of Listening. The mailbox is closed meanwhile, because a thread of the old
+/// subscriber may wait in Put and no thread takes items out.
 template <typename Subscriber, typename Item, typename Make>
 Status MakeAnew(std::unique_ptr<Subscriber>& subscriber, Mailbox<Item>& mailbox, const Make& make) {
   mailbox.Close();
@@ -130,7 +126,7 @@ struct GatewayStart {
   dds::GatewaySample sample;
   dds::PublisherId publisher;
 };
-/// A point, the start of a gateway, or the id of a publisher that has ended.
+/// The id of a publisher means that it has ended.
 using HeardEvent = std::variant<PointEvent, GatewayStart, dds::PublisherId>;
 
 class PointFeed {
@@ -140,16 +136,16 @@ class PointFeed {
   PointFeed(const PointFeed&) = delete;
   PointFeed& operator=(const PointFeed&) = delete;
 
-  /// Creates the subscriber, or replaces it.
+  /// Or replaces the subscriber.
   Status Open();
   void Close();
 
   int descriptor() const { return mailbox_.descriptor(); }
   std::vector<HeardEvent> TakeAll() { return mailbox_.TakeAll(); }
 
-  /// Returns the number of samples that could not be decoded.
+  /// Samples that could not be decoded.
   std::uint64_t refused() const;
-  /// Returns the number of samples that were dropped because there were too many points.
+  /// Samples that were dropped because there were too many points.
   std::uint64_t rejected() const { return rejected_before_ + rejected_; }
 
  private:
@@ -157,21 +153,20 @@ class PointFeed {
 
   const dds::ParticipantOptions participant_;
   Mailbox<HeardEvent> mailbox_;
-  std::atomic<std::uint64_t> rejected_ = 0;  // samples that the present subscriber has rejected
+  std::atomic<std::uint64_t> rejected_ = 0;  // by the present subscriber
   std::uint64_t rejected_before_ = 0;
   std::uint64_t refused_before_ = 0;
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
 };
 
-// `RunWatchEvents` is `baudgate watch --events` and `--alarms`: it prints one line for each event,
-// or for each change of an alarm, of all gateways.
+// `baudgate watch --events` and `--alarms`: one line for each event or change of an alarm.
 
 std::string JsonLine(const dds::EventSample& event);
 std::string PlainLine(const dds::EventSample& event);
 std::string JsonLine(const dds::AlarmSample& alarm);
 std::string PlainLine(const dds::AlarmSample& alarm);
 
-/// Returns the exit codes of RunWatch.
+/// Exit codes: as RunWatch.
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

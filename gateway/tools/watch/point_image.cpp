@@ -11,8 +11,7 @@ namespace {
 
 bool IsDigit(char c) { return c >= '0' && c <= '9'; }
 
-/// Removes a run of digits, or one other character, from the front of `text`, and returns it
-/// without leading zeros.
+/// A token is a run of digits, without leading zeros, or one other character.
 std::string_view TakeToken(std::string_view& text) {
   std::size_t end = 1;
   if (IsDigit(text.front())) {
@@ -24,7 +23,7 @@ std::string_view TakeToken(std::string_view& text) {
   return token;
 }
 
-/// Compares names. Numbers in names are compared by value: "input_2" comes before "input_10".
+/// Numbers by value: "input_2" comes before "input_10".
 bool ComesBefore(std::string_view a, std::string_view b) {
   std::string_view left = a;
   std::string_view right = b;
@@ -59,7 +58,7 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  // The number of matching points; for equal numbers, the profile with fewer points is better.
+  // For equal numbers, the profile with fewer points is better.
   std::pair<std::size_t, std::size_t> most{0, 0};
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(
@@ -274,8 +273,7 @@ void Publishers::CheckRivals(Names& of, const Point& before, const dds::Publishe
   gateway.rivals = Rivals{before.publisher, publisher, received, now + kRivalsMayGo, point};
 }
 
-/// A sample with seq 0 contains no reading, for example after a reload has restarted its line. It
-/// is ignored here.
+/// Seq 0: no reading, for example after a reload has restarted the line.
 void Publishers::CheckSeq(Names& of, const Point& before, const dds::PointSample& sample,
                           std::int64_t start) {
   if (sample.seq == 0 || sample.seq >= before.seq || start != before.start ||

@@ -1,5 +1,4 @@
-// `PointImage` contains the present state of all points, and returns them in the order in which
-// they are shown. gateway/tools/watch/watch.h passes events to it and shows its rows in a table.
+// `PointImage` contains the present state of all points, in the order in which they are shown.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -20,10 +19,9 @@
 
 namespace baudgate::tools {
 
-// `PointOrder` sorts the points of a device in the order of its profile. A sample does not contain
-// the profile, so the profile that contains most of the device's points is used. The profiles come
-// from a file that `baudgate watch` makes of the installed profiles: each line contains the names
-// of a profile's points; '-' marks a point that can only be written.
+// Sorts points in the order of the profile that contains most of them, because a sample does not
+// contain the profile. Each line of the file contains the names of a profile's points; '-':
+// write-only.
 //
 //   current_l1 current_l2 current_l3 -reset
 class PointOrder {
@@ -31,15 +29,13 @@ class PointOrder {
   PointOrder() = default;
   explicit PointOrder(std::istream& profiles);
 
-  /// Sorts points: first the points of the profile in its order, then the others by name, and
-  /// numbers in names by value, so that input_2 comes before input_10.
+  /// First the points of the profile, then the others by name: input_2 comes before input_10.
   void Sort(std::vector<std::string>& points) const;
-  /// True if the point is write-only in every profile that contains this name. A write-only point
-  /// never has a value.
+  /// In every profile that contains this name. A write-only point never has a value.
   bool IsWriteOnly(const std::string& point) const { return write_only_.contains(point); }
 
  private:
-  // Key: point, value: its position in the profile.
+  // Point, position in the profile.
   using Places = std::map<std::string, std::size_t>;
 
   const Places* ProfileOf(const std::vector<std::string>& points) const;
@@ -48,7 +44,7 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// How much of an event is new to the image. A later enumerator includes the earlier enumerators.
+/// A later enumerator includes the earlier ones.
 enum class News : std::uint8_t {
   nothing,  ///< the last reading, sent again
   reading,  ///< a new reading with the same value and quality
@@ -64,8 +60,7 @@ class PointImage {
   bool empty() const { return image_.empty(); }
   const PointOrder& order() const { return order_; }
 
-  /// Returns the latest event of each point, sorted by gateway and device; the points of a device
-  /// are in the order of its profile.
+  /// Sorted by gateway and device, then in the order of the profile.
   std::vector<const PointEvent*> Ordered() const;
   std::vector<PointRow> Rows(WallTime now) const;
 
@@ -76,9 +71,8 @@ class PointImage {
   std::map<Key, PointEvent> image_;
 };
 
-// `Publishers` tracks the publishers of each gateway, and detects a false publisher by two signs:
-// two live publishers publish the same point, or the numbers of readings decrease. The subscriber
-// reports samples and ends; remarks are shown to the user.
+// `Publishers` detects a false publisher: two live publishers publish the same point, or the
+// numbers of readings decrease.
 
 struct Remark {
   enum class Weight : std::uint8_t { note, change, alarm };
@@ -89,15 +83,14 @@ struct Remark {
 
 class Publishers {
  public:
-  /// Two publishers of one gateway are tolerated for this time: a gateway that was killed and
-  /// started again has two until the lease of the first publisher ends.
+  /// A gateway that was killed and started again has two publishers until the lease of the first
+  /// ends.
   static constexpr Duration kRivalsMayGo = config::kUsualLease + 1s;
 
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
   void OnStart(const dds::GatewaySample& start, const dds::PublisherId& publisher);
   void OnLeft(const dds::PublisherId& publisher);
-  /// Nothing was received for a while, so publishers may have ended unnoticed. Forgets which
-  /// publishers are live.
+  /// Forgets live publishers, because they may have ended unnoticed while nothing was received.
   void OnDeaf();
   void Tick(Instant now);
 
@@ -105,7 +98,7 @@ class Publishers {
   std::vector<std::string> Alarms() const;
 
  private:
-  /// Two publishers of one point, as long as the first has not ended.
+  /// As long as the first has not ended.
   struct Rivals {
     dds::PublisherId first;
     dds::PublisherId second;
@@ -116,11 +109,11 @@ class Publishers {
   };
   struct Gateway {
     std::optional<dds::PublisherId> current;
-    /// The live publishers, each with the time of its last sample.
+    /// With the time of the last sample.
     std::map<dds::PublisherId, WallTime> live;
     std::map<dds::PublisherId, std::int64_t> starts;
     std::optional<Rivals> rivals;
-    /// Alarm text: the numbers of readings decreased; empty: the numbers did not decrease.
+    /// Numbers of readings decreased; empty: no.
     std::string counted_back;
   };
   struct Point {
