@@ -166,7 +166,7 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
-/// Points above LevelFor lose their oldest records down to it. Of the remainder, less than one
+/// Points above LevelFor lose their oldest records down to it. The remainder is less than one
 /// record per point: some points lose one more.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));

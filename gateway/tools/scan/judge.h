@@ -95,7 +95,7 @@ unsigned UnitFor(const std::vector<Found>& others, unsigned address);
 /// Remarks on devices whose format is not that of most devices of the same protocol and bit rate.
 void RemarkFormats(std::vector<Found>& found);
 
-/// What a scan cannot determine.
+/// The parts of a configuration that a scan cannot determine.
 struct Heading {
   std::string written{};  ///< the first comment
   std::string gateway{};

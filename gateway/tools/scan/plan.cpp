@@ -13,7 +13,7 @@ namespace {
 constexpr unsigned kLastLikely = 32;
 /// Additional timeout for the way through the network and a serial server.
 constexpr Duration kNetwork = 150ms;
-/// Of the minute of a quick scan; the rest is needed for devices that answer.
+/// The part of a quick scan's minute for sweeps; the rest is needed for devices that answer.
 constexpr Duration kQuickPlan = 46s;
 constexpr unsigned kHighestAddress = 999;
 

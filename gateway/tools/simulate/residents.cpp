@@ -101,7 +101,6 @@ void TwinEvents::CatchUp(protocols::Twin& twin, const config::Device& device, No
 
 namespace {
 
-/// Of a twin that sends unasked.
 constexpr Duration kOwnEvents = 2s;
 
 }  // namespace

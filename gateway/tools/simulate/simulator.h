@@ -37,7 +37,7 @@ struct SimulatorOptions {
   bool strict = false;
   Duration think_time = 5ms;            ///< from the end of the request
   std::vector<Fault> faults;            ///< schedules begin when the simulator is created
-  std::optional<EventSchedule> events;  ///< of each twin
+  std::optional<EventSchedule> events;  ///< schedule for each twin
   /// Called on the thread of the io_context with each request, the reply (empty: none), and the
   /// bytes sent, which include late replies and an echo.
   std::function<void(View request, View reply, View delivered)> observer;

@@ -41,7 +41,7 @@ struct Fault {
   double rate = 1;            ///< share of the replies, 0…1
   std::uint64_t seed = 1;     ///< the same seed strikes the same exchanges in the same way
   Duration after{};           ///< from the start to the first occurrence
-  Duration lasts{};           ///< of an occurrence; zero: to the end
+  Duration lasts{};           ///< duration of an occurrence; zero: to the end
   Duration every{};           ///< from one occurrence to the next; zero: only once
   std::size_t count = 1;      ///< bits: number of flipped bits; garbage: number of bytes
   Duration pause{};           ///< stall, dribble, doubled: length of the silence; late: the delay
@@ -67,7 +67,7 @@ struct TwinWire {
 struct FaultCount {
   std::string fault;
   std::uint64_t struck = 0;
-  std::uint64_t exchanges = 0;  ///< that the fault could have struck
+  std::uint64_t exchanges = 0;  ///< exchanges that the fault could have struck
 };
 
 class TwinFaults {

@@ -63,7 +63,7 @@ namespace {
 constexpr std::string_view kEllipsis = "\xE2\x80\xA6";
 constexpr std::string_view kGap = "  ";
 
-/// Of a column that is cut because the lines are too wide.
+/// The least width of a column that is cut because the lines are too wide.
 constexpr std::size_t kLeastText = 12;
 
 std::string Cut(std::string_view text, std::size_t width) {

@@ -22,8 +22,7 @@ inline std::size_t WidthOf(std::string_view text) {
 /// Breaks at blanks; `width` 0: no limit. A longer word is broken. Returns at least one line.
 std::vector<std::string> WrapLines(std::string_view text, std::size_t width);
 
-/// Breaks a text as WrapLines does, and returns the lines as one text: each line ends in '
-/// ', and each line but the first begins with `indent` blanks.
+/// WrapLines as one text with line feeds; each line but the first begins with `indent` blanks.
 std::string WrapSentence(std::string_view text, std::size_t width, std::size_t indent = 2);
 
 // Places the cells of a row side by side if they fit the width. Otherwise later columns go to
@@ -42,8 +41,8 @@ class ColumnLayout {
   /// In characters; 0: no limit.
   ColumnLayout(std::vector<ColumnShape> columns, std::size_t limit);
 
-  /// Returns the lines of one row, each ending in '
-  /// '. `cells` must have one element for each column. Empty lines are left out, except the first.
+  /// Returns lines with line feeds. `cells` has one element for each column. Leaves out empty
+  /// lines, except the first.
   std::string Row(const std::vector<std::string>& cells) const;
 
  private:
@@ -54,7 +53,7 @@ class ColumnLayout {
 
   const std::vector<ColumnShape> columns_;
   const std::size_t limit_;
-  std::size_t last_ = 0;  // of the last column that is not left out
+  std::size_t last_ = 0;  // index of the last column that is not left out
   std::vector<CellPosition> places_;
 };
 

@@ -37,7 +37,7 @@ struct WatchOptions {
   std::string point_order;  ///< for PointOrder; empty: points are sorted by name
   /// Set: a live table instead of text lines; see TerminalView.
   std::optional<TableView> terminal;
-  Duration first_sample_timeout = 10s;  ///< of `once`
+  Duration first_sample_timeout = 10s;  ///< how long `once` waits
 };
 
 dds::ParticipantOptions ParticipantOf(const WatchOptions& options);

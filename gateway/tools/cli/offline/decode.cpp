@@ -218,7 +218,7 @@ class TracedDecoders {
   }
 
  private:
-  /// They are not in the head, but use the protocol of their line.
+  /// These slaves are not in the head, but use the protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;

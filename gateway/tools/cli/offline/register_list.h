@@ -23,7 +23,7 @@ struct ListedPoint {
   std::string name;
   std::string table;  ///< coil, discrete, holding or input
   std::uint16_t address = 0;
-  std::string form;  ///< such as "uint16"; for bits "bool"
+  std::string form;  ///< type of the registers: "uint16"; for bits "bool"
   std::string type;
   std::string order;  ///< "CDAB"; empty: the profile's default
   Decimal scale = 1;

@@ -24,7 +24,7 @@ struct Setting {
   std::optional<Duration> age;
   // Not stored in files:
   bool writable = false;
-  std::optional<double> resolution;  ///< of two values, in the point's unit
+  std::optional<double> resolution;  ///< smallest difference of two values, in the point's unit
   config::Mark mark;
 };
 
