@@ -60,8 +60,8 @@ void AlarmService::OnUnused(const std::string& line, const std::string& device, 
   TellAll(alarms_.SetInUse({line, device}, false, now));
 }
 
-/// A request that was not sent gives no information about the slave. A line that is down has its
-/// own alarm.
+/// A request that was not sent gives no information about the slave. A line that is down raises an
+/// alarm of the line, so no alarm of the unit is needed.
 void AlarmService::OnRouted(const RoutedEnd& end, Now now) {
   const config::Route& route = end.route;
   const OwnAlarms::Subject unit{route.line, events::UnitName(end.unit)};
@@ -303,7 +303,7 @@ void EventPath::Tell(std::uint32_t first_device, std::size_t devices) {
 void EventPath::End() { queue().End(kEndTime); }
 
 void EventPath::OnReported(bus::ReportedEvents reported) {
-  if (in_memory_) return;  // devices are not asked for events
+  if (in_memory_) return;  // without a file, devices are not asked for events
   const Named its = Find(reported.device);
   if (!its.line) return;
   auto records = events::RecordsOf(reported.batch, its.line->name, *its.device,

@@ -32,7 +32,7 @@
 namespace baudgate::records {
 
 struct EventsPlace {
-  std::filesystem::path file;  ///< empty: no place for the file
+  std::filesystem::path file;  ///< empty: there is no place for the file
   std::string why_no_file{};
   /// True: only the gateway's own alarms exist, and they end with the gateway.
   bool in_memory = false;
@@ -46,7 +46,7 @@ struct NewsKind {
   std::optional<events::Trouble> trouble{};  ///< empty: the news is not an alarm
 };
 
-/// The only table from News to NewsKind.
+/// The only table from News to NewsKind. The compiler reports a News::What without a case.
 constexpr NewsKind KindOf(bus::News::What what) {
   using events::OwnCode;
   using events::Trouble;
@@ -96,7 +96,7 @@ class AlarmService {
   AlarmService(std::shared_ptr<const config::Config> config, Tell tell)
       : tell_(std::move(tell)), alarms_(std::move(config)) {}
 
-  /// An empty `device`: the news is about the line.
+  /// `device`: the device's name; empty: the news is about the line.
   void OnNews(const std::string& line, const std::string& device, const bus::News& news, Now at);
   void OnRouted(const RoutedEnd& end, Now now);
   void OnUnused(const std::string& line, const std::string& device, Now now);
@@ -142,15 +142,15 @@ class EventPath final : public bus::EventSink {
 
   /// From now on calls `kept` for each device with events on the disk, once the file is open.
   void Start();
-  /// First step of a reload, before new lines start. `config` contains all lines of the point
-  /// store; `begun` are the new lines, the last ones in the store.
+  /// The first step of a reload, before new lines start; Begun is the second. `config` contains all
+  /// lines of the point store; `begun` are the new lines, which are the last lines in the store.
   void Renumber(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
   /// Second step of a reload, when these devices' lines have started.
   void Begun(std::uint32_t first_device, std::size_t devices);
   void OnReload(bool taken_back, const std::string& text);
   void OnClock(std::uint32_t device, bool corrected, const std::string& text, Now at);
-  /// To be called before the lines start.
+  /// Records the start of the gateway; to be called before the lines start.
   void Started() { queue().Started(kVersion); }
   /// To be called when the lines have ended. Waits 300 ms at most until outputs can see the event.
   void End();
@@ -172,15 +172,15 @@ class EventPath final : public bus::EventSink {
   struct DeviceEntry {
     DeviceEntry(std::weak_ptr<const config::Line> its_line, std::size_t its_place)
         : line(std::move(its_line)), place(its_place) {}
-    /// Valid while the line can report about the device. After a reload, a removed line can still
-    /// report.
+    /// The line as it began; valid while the line can report about the device. After a reload, a
+    /// removed line can still report under its old device numbers.
     const std::weak_ptr<const config::Line> line;
     const std::size_t place;
     Mutex mutex{};
-    // Null: no point is watched for events.
+    // Null: no point of the device is watched for events.
     std::unique_ptr<events::DeviceWatch> watch BAUDGATE_GUARDED_BY(mutex){};
   };
-  /// `line` is null if the line has ended.
+  /// A device and its line. `line` is null if the line has ended.
   struct Named {
     std::shared_ptr<const config::Line> line;
     const config::Device* device = nullptr;

@@ -59,10 +59,10 @@ class WritePath {
   bus::CommandSink& entrance() { return audited_; }
   audit::AuditLog& log() { return log_; }
 
-  /// To be called when the lines exist.
+  /// To be called when the lines exist. From now on `unsettled` can be called.
   void Start();
-  /// To be called when nothing submits writes any more. Waiting writes go to the lines, or are
-  /// denied.
+  /// To be called when nothing submits writes any more. Writes that still wait go to the lines, or
+  /// are denied.
   void Stop() { audited_.Stop(); }
 
  private:
@@ -86,8 +86,8 @@ class Records {
     FileTroubles& troubles;
     std::set<std::string> consumers{};
   };
-  /// Fails if another gateway uses a folder, or a newer baudgate has written its files. `config`
-  /// must outlive this object.
+  /// Opens all stores that the configuration asks for. Fails if another gateway uses a folder, or a
+  /// newer baudgate has written its files. `config` must outlive this object.
   Status Open(const config::Config& config, const Links& links);
   /// To be called in place of Open if nothing is stored on the disk: alarms in memory.
   void OpenAlarms(const config::Config& config, const Links& links);
@@ -113,7 +113,7 @@ class Records {
     const MutexLock lock(mutex_);
     return history_.log ? history_.log->view() : nullptr;
   }
-  /// Null: there is none, or it could not be opened at the start.
+  /// The state folder; null: there is no state folder, or it could not be opened at the start.
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
@@ -133,7 +133,7 @@ class Records {
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
   std::shared_ptr<StateFolder> state_;
-  // Empty: the folder was opened.
+  // Why the state folder was not opened at the start; empty: the folder was opened.
   std::string why_no_state_;
   std::unique_ptr<DeviceMemory> memory_;
   std::shared_ptr<StateFolder> databases_;  // null: the databases are in `state_`
@@ -144,7 +144,7 @@ class Records {
     std::unique_ptr<history::HistoryLog> log{};
   };
   RunningHistory history_ BAUDGATE_GUARDED_BY(mutex_);
-  // For the reloader's thread only.
+  // End of the previous run of the history; for the reloader's thread only.
   std::shared_future<void> history_ends_;
   std::unique_ptr<WritePath> writes_;
   std::unique_ptr<EventPath> events_ BAUDGATE_GUARDED_BY(mutex_);

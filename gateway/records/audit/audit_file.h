@@ -30,12 +30,12 @@ struct Room {
   Duration age{};
 };
 inline constexpr Duration kDay = 24h;
-/// In the order of the enumerators; about 60 MB together.
+/// The limits of each Kind, in the order of the enumerators: about 60 MB together.
 inline constexpr std::array<Room, kKinds> kRooms = {
     Room{200'000, 5 * 366 * kDay}, Room{100'000, 400 * kDay}, Room{20'000, 400 * kDay},
     Room{20'000, 5 * 366 * kDay}};
 
-/// Line and device.
+/// The names of a line and of a device on it.
 using Target = std::pair<std::string, std::string>;
 
 class WriteTable {
@@ -49,7 +49,7 @@ class WriteTable {
   const std::set<Target>& unsettled() const { return unsettled_; }
   /// All or none; sets the seq of new records. False: database.error() contains the reason.
   bool Write(std::vector<Draft>& drafts);
-  /// Only for kinds that exceed their number of rows by more than 1 %.
+  /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
   bool DropOld(WallTime now);
 
@@ -76,11 +76,11 @@ class AuditFile {
                      std::shared_ptr<records::EventsWriter> writer = {});
 
   using Opened = records::EventsConnection::Opened;
-  /// Returns nothing if the file is already open.
+  /// Opens the file; returns nothing if it is already open.
   std::optional<Opened> Open();
-  /// All or none; sets their seq. The file must be open.
+  /// Writes all drafts to the disk and sets their seq, or writes none. The file must be open.
   Status Write(std::vector<Draft>& drafts);
-  /// For when a reader has found damage. The file must be open.
+  /// Checks the whole file, which must be open, because a reader has found damage.
   Status Check();
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   void Tidy(Now now);

@@ -330,7 +330,7 @@ Instant AuditLog::Round(bool last) {
   return look_at_;
 }
 
-/// A disk that has failed is not tried again before look_at_.
+/// True if records can be written now. A disk that has failed is not tried again before look_at_.
 bool AuditLog::IsTime(Instant now) const {
   if (disk_.is_opening() || now >= look_at_) return true;
   return book_.due() && !disk_.is_failing();

@@ -38,18 +38,18 @@ class AuditBook {
   /// In the order of Kind. A record counts until its write has ended and it is on the disk.
   static constexpr std::array<std::size_t, kKinds> kLimits = {8192, 2048, 2048, 256};
 
-  /// Returns nothing if the limit is reached; the record is lost.
+  /// Adds a record. Returns nothing if the limit is reached; the record is lost.
   std::optional<Ticket> Begin(WriteRecord record);
-  /// The record changes no more. An unknown ticket is ignored.
+  /// Sets the result of the write. The record changes no more. An unknown ticket is ignored.
   void End(Ticket ticket, const Ending& ending);
   /// Replaces the record except its seq. `last`: the record changes no more.
   void Change(Ticket ticket, const WriteRecord& record, bool last);
 
   bool due() const { return due_ > 0; }
-  /// In the order of their tickets.
+  /// Returns the records that have to be written, in the order of their tickets.
   std::vector<Draft> Due() const;
   void OnWritten(const std::vector<Draft>& drafts);
-  /// For a new file: all records of the book have to be written again.
+  /// To be called when the file is new: all records of the book have to be written again.
   void NewFile();
 
   /// The records of all older tickets are in the file too.
@@ -82,7 +82,7 @@ class AuditBook {
 // beyond kMost.
 class Repeats {
  public:
-  /// From the first write on.
+  /// A record takes repeats for this time after its first write.
   static constexpr Duration kWindow = 1min;
   /// Limits of a kind, and of one client address in that kind, without the shared records.
   static constexpr std::size_t kMost = 1024;
@@ -120,29 +120,29 @@ class Repeats {
   std::map<Key, std::size_t> of_client_;
 };
 
-/// "192.0.2.5" for "192.0.2.5:40312"; without a port unchanged.
+/// Returns "192.0.2.5" for "192.0.2.5:40312". A client without a port is returned unchanged.
 std::string AddressOf(const std::string& client);
 
 class AuditLog final : public WriteLog, public AuditSource {
  public:
   static constexpr Duration kTick = 1s;
   struct Options {
-    std::filesystem::path file;  ///< empty: no place for the file
+    std::filesystem::path file;  ///< empty: there is no place for the file
     std::string why_no_file{};
     bool require = false;
     std::string vfs{};
-    /// Shared with the event log. Null: AuditLog makes one.
+    /// The writer of events.db, which the event log also uses. Null: AuditLog makes one.
     std::shared_ptr<records::EventsWriter> writer{};
     std::function<Now()> clocks;
     /// Called on any thread: `warn` when the disk begins to fail, `inform` when it works again.
     std::function<void(const std::string&)> warn;
     std::function<void(const std::string&)> inform;
-    /// Called on the writing thread when the file first opens, with the devices of unfinished
-    /// writes of the last run. Can be empty.
+    /// Called when the file is first opened, on the writing thread, with the devices that have a
+    /// write to a point that the last run began and did not end. Can be empty.
     std::function<void(const std::set<Target>& devices)> unsettled{};
   };
   explicit AuditLog(Options options);
-  /// However long the disk takes; warns if records are lost.
+  /// Writes the records that are left, however long the disk takes; warns if records are lost.
   ~AuditLog() override;
 
   std::optional<Ticket> Begin(WriteRecord record) override;
@@ -151,8 +151,8 @@ class AuditLog final : public WriteLog, public AuditSource {
   void Note(WriteRecord record, Instant asked) override;
   std::string Trouble() const override;
 
-  /// To be called once a second, on any thread but the writing thread, which can hang. Has the file
-  /// checked every ten calls.
+  /// To be called once a second, on any thread but the writing thread, because that thread can
+  /// hang. Detects a disk that does not answer, and has the file checked every ten calls.
   void Watch();
 
   AuditState state() const override;
@@ -176,7 +176,7 @@ class AuditLog final : public WriteLog, public AuditSource {
   AuditBook book_ BAUDGATE_GUARDED_BY(mutex_);
   Repeats repeats_ BAUDGATE_GUARDED_BY(mutex_){book_};
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);
-  /// Empty until the file was first opened.
+  /// The numbered requests of earlier runs. Empty until the file was first opened.
   std::optional<std::vector<bus::PastRequest>> past_ BAUDGATE_GUARDED_BY(mutex_);
   Instant look_at_ BAUDGATE_GUARDED_BY(mutex_){};
   mutable records::FileWatch watch_ BAUDGATE_GUARDED_BY(mutex_);

@@ -27,7 +27,7 @@ Value ValueOf(Value value) {
   return value;
 }
 
-/// 2^63 and above are stored as a text.
+/// Converts a request number. The database stores a number of 2^63 and above as a text.
 std::uint64_t SeqOf(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value)) {
     return ParseInteger<std::uint64_t>(*text).value_or(0);

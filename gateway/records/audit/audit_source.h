@@ -18,7 +18,7 @@ namespace baudgate::audit {
 // `ReadPage` uses a separate connection, so it delays no writer. The file can contain anything;
 // every field is checked.
 
-/// A line of the control socket with about 40 kB, 1 MB at most.
+/// The number of records of one page: a line of the control socket with about 40 kB, 1 MB at most.
 inline constexpr std::size_t kPage = 100;
 
 struct PageQuery {
@@ -26,7 +26,7 @@ struct PageQuery {
   /// later page never contains a record that belongs before one already read.
   enum class Order : std::uint8_t { seq, settled } order = Order::seq;
   std::int64_t after = 0;
-  std::optional<WallTime> since;  ///< requested at this time or later
+  std::optional<WallTime> since;  ///< only writes requested at this time or later
 };
 
 struct Page {
@@ -36,8 +36,8 @@ struct Page {
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// The last 33 writes to points of each client that numbers its requests; at most 8192 of all
-/// clients, the latest first. `now` is used to compute their age.
+/// Returns, for each client that numbers its requests, its last 33 writes to points; at most 8192
+/// writes of all clients, the latest first. `now` is used to compute their age.
 Result<std::vector<bus::PastRequest>> ReadRequests(records::Database& database, WallTime now);
 /// Opens the file and reads a page; see ReadOnce.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
@@ -49,7 +49,7 @@ struct AuditState {
   WallTime since{};
   bool require = false;     ///< writes are refused while the disk fails
   std::size_t waiting = 0;  ///< records that are in memory only
-  std::uint64_t lost = 0;   ///< because the memory was full
+  std::uint64_t lost = 0;   ///< records that were lost because the memory was full
   std::string file;
   std::vector<std::string> put_aside{};
 };

@@ -39,29 +39,29 @@ inline constexpr std::size_t kKinds = 4;
 std::string_view Name(Kind kind);
 
 struct WriteRecord {
-  /// From 1 without a gap, over restarts; 0: not in the file yet.
+  /// Number of the record, from 1 on without a gap, over restarts; 0: not in the file yet.
   std::int64_t seq = 0;
   Kind kind = Kind::point;
-  WallTime time{};              ///< time of the request; for repeats, of the first request
-  WallTime last{};              ///< time of the last request
-  std::string client;           ///< "192.0.2.5:40312", "user:root", "dds:GUID"
-  std::string line;             ///< or the remote server: "10.0.0.9:502"
-  std::string device;           ///< without its line; for a route "unit 20"
-  std::string point;            ///< for a route its function and address: "06 holding 100"
-  Value before;                 ///< before the write; empty: not known
-  Value first;                  ///< for repeats, the first value; else empty
-  Value value;                  ///< for repeats, the last value
-  std::optional<WriteEnd> end;  ///< empty: the write has not ended
-  std::string reason;           ///< as one sentence; empty: the write succeeded
+  WallTime time{};     ///< time of the request; for repeats, of the first request
+  WallTime last{};     ///< for repeats, time of the last request; else equal to `time`
+  std::string client;  ///< "192.0.2.5:40312", "user:root", "dds:GUID"
+  std::string line;    ///< name of the line, or of the remote server: "10.0.0.9:502"
+  std::string device;  ///< name of the device without its line; for a route "unit 20"
+  std::string point;  ///< name of the point; for a route its function and address: "06 holding 100"
+  Value before;       ///< the point's value before the write; empty: not known
+  Value first;        ///< for repeats, the first value; else empty
+  Value value;        ///< the value to write; for repeats, the last value
+  std::optional<WriteEnd> end;  ///< result; empty: the write has not ended
+  std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
   std::uint64_t count = 1;  ///< number of repeats, the first write included
   /// For repeats, of the first request. Empty: the request had no number.
   std::optional<bus::RequestId> request{};
-  /// Number in the order of the ends. Empty: the write has not ended.
+  /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
 };
 
-/// In bytes.
+/// Clipped cuts a text to this length, in bytes.
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
@@ -85,7 +85,7 @@ struct Draft {
   WriteRecord record;
 };
 
-/// For any thread. Only WaitFor waits.
+/// All functions can be called on any thread. Only WaitFor waits.
 class WriteLog {
  public:
   enum class Written : std::uint8_t {
@@ -101,7 +101,7 @@ class WriteLog {
   virtual Written WaitFor(Ticket ticket, Instant until) = 0;
   /// For a write that has ended or was denied. Equal writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
-  /// As a sentence; empty: the disk works.
+  /// Why WaitFor fails now, as a sentence; empty: the disk works.
   virtual std::string Trouble() const = 0;
 };
 
@@ -117,7 +117,7 @@ class AuditedWrites final : public bus::CommandSink {
  public:
   /// The command waits in a queue, so neither the line nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
-  /// The limit of waiting commands.
+  /// The number of commands that can wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
   /// All references must outlive this object, `log` also every command passed to `inner`.
@@ -130,7 +130,7 @@ class AuditedWrites final : public bus::CommandSink {
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
   void Start() { worker_.Start(); }
-  /// Passes on, or denies, the commands that wait; later ones are refused.
+  /// Passes on, or denies, the commands that still wait. From now on Submit refuses commands.
   void Stop();
 
   /// Passes on or denies the next command. False: none waits. Tests call this in place of Start.
@@ -139,7 +139,7 @@ class AuditedWrites final : public bus::CommandSink {
  private:
   struct Waiting {
     bus::WriteCommand command;
-    // The earlier records are on the disk before it.
+    // Ticket of the command's last record; the earlier records are on the disk before it.
     Ticket last = 0;
     bool has_room = true;  // the log had room for all records of the command
     Instant until;
@@ -170,9 +170,9 @@ struct Loan {
   Now began{};
 };
 
-/// "at 127.0.0.1:4001, raw, for 30min"
+/// `how`: text of the record. Example: "at 127.0.0.1:4001, raw, for 30min".
 void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
-/// "it disconnected; 120 bytes to the port, 340 from it"
+/// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
 // A write that is routed to a slave unchanged. Its record is made after the exchange, which does

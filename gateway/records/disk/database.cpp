@@ -13,7 +13,7 @@
 namespace baudgate::records {
 namespace {
 
-/// The longest wait of a commit for a reader on this machine, such as the program sqlite3.
+/// A commit waits this long at most for a reader on this machine, such as the program sqlite3.
 constexpr int kBusyMs = 250;
 
 sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
@@ -67,7 +67,7 @@ bool Database::Fail(int code) {
   if (error_.empty() || error_ == "not an error") error_ = sqlite3_errstr(code);
   std::ranges::replace(error_, '\n', ' ');  // a quoted schema may contain line breaks
   const int base = code & 0xFF;
-  // errno can have changed meanwhile
+  // errno can have changed meanwhile, so SQLite's copy is used.
   const int system = handle_ ? sqlite3_system_errno(handle_.get()) : 0;
   const bool full = system == ENOSPC || system == EDQUOT;
   if (base == SQLITE_IOERR && IsTooLarge()) {

@@ -21,14 +21,14 @@ struct sqlite3_stmt;
 
 namespace baudgate::records {
 
-/// For one thread at a time.
+/// A connection to a database file. For one thread at a time.
 class Database {
  public:
-  enum class Mode : std::uint8_t { read, write };  ///< write: makes the file if it does not exist
+  enum class Mode : std::uint8_t { read, write };  ///< write: the file is made if it does not exist
 
   Database() = default;
-  /// An empty `vfs`: SQLite's default. After a failure is_open() is false and error() has the
-  /// reason.
+  /// `vfs`: the name of an SQLite VFS; empty: the default VFS. After a failure is_open() is false
+  /// and error() contains the reason.
   Database(const std::string& path, Mode mode, const std::string& vfs = {});
 
   bool is_open() const { return handle_ != nullptr; }
@@ -38,26 +38,26 @@ class Database {
   bool damaged() const { return damaged_; }
 
   bool Execute(const std::string& sql);
-  /// error() does not change.
+  /// Rolls back a transaction that has failed. error() does not change.
   void Rollback();
   /// Writes the write-ahead log to the file. False: another connection reads, or the disk fails.
   bool EmptyLog();
   /// Reads the whole file and returns what is damaged; empty also if the check itself failed.
   std::optional<std::string> Damage();
-  /// Closing will change neither the file nor its log: for when another file has its name, or the
-  /// log is damaged.
+  /// From now on, closing the database changes neither the file nor its log. To be called when
+  /// another file has its name, or when the log is damaged.
   void Abandon();
 
   /// SQLite's own descriptors are used: closing a separate one would end all locks of this process
   /// on the file (fcntl), and the next program that reads the database would remove its log.
   enum class Part : std::uint8_t { file, log };
-  /// In bytes.
+  /// Returns the size in bytes; empty: the size cannot be read.
   std::optional<std::uint64_t> SizeOf(Part part) const;
   /// Reads fewer than `count` bytes if the file ends before.
   std::optional<Bytes> Read(Part part, std::uint64_t at, std::size_t count) const;
   /// Returns the first bytes of the index of the write-ahead log, which all connections share.
   Bytes ReadIndex(std::size_t count) const;
-  /// Returns the first column of the first row.
+  /// Returns the first column of the first row; empty: there is no row, or the statement failed.
   Value First(const std::string& sql);
 
  private:
@@ -100,7 +100,7 @@ class Statement {
   }
 
   Step Next();
-  /// Binds from place 1 on, runs the statement to its end, and resets it.
+  /// Binds the values to the places from 1 on, runs the statement to its end, and resets it.
   template <typename... Values>
   bool Run(const Values&... values) {
     BindAll(values...);
@@ -116,7 +116,7 @@ class Statement {
   /// From microseconds since 1970, clamped to the range of FormatWallTime.
   WallTime Time(int column) const;
   bool IsNull(int column) const;
-  /// Empty for NULL and for a blob.
+  /// Returns an integer, a real number or a text; empty for NULL and for a blob.
   Value At(int column) const;
 
  private:

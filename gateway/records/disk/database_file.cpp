@@ -47,7 +47,7 @@ constexpr std::uint32_t kLogMagic = 0x377F0682;
 constexpr std::size_t kLogHead = 32;
 constexpr std::size_t kFrameHead = 24;
 
-/// The running checksum of a write-ahead log: two sums over pairs of words.
+/// Computes the running checksum of a write-ahead log: two sums over pairs of words.
 class LogSum {
  public:
   explicit LogSum(bool big) : big_(big) {}
@@ -136,8 +136,8 @@ std::string WhyReadOnly(const fs::path& file) {
 
 namespace {
 
-/// Counts the committed changes behind a broken frame, which SQLite does not reach. `in` must be
-/// positioned behind the log's head.
+/// Returns the number of committed changes in the log that SQLite does not reach because a frame
+/// before them is broken. `in` must be positioned behind the log's head, `head` contains this head.
 std::size_t LostCommits(std::ifstream& in, const Bytes& head, std::uint32_t page, LogSum sum) {
   Bytes frame(kFrameHead + page);
   const auto same_salts = [&] {
@@ -174,8 +174,8 @@ std::optional<std::string> LogDamage(const fs::path& file) {
   const bool head_good =
       (magic == kLogMagic || magic == kLogMagic + 1) && IsPageSize(page) && sum.Is(&head[24]);
   if (!head_good) {
-    // SQLite syncs the head before the first frame, so a damaged head without a frame loses
-    // nothing.
+    // SQLite writes and syncs the head before the first frame, so a damaged head without a frame
+    // behind it loses nothing.
     Bytes frame(kFrameHead + (IsPageSize(page) ? page : 4096));
     const bool any = ReadSome(in, frame) == frame.size();
     return any ? std::optional<std::string>(
@@ -208,10 +208,10 @@ std::uint32_t Big(const Bytes& bytes, std::size_t at) {
 /// The index's first bytes: https://www.sqlite.org/walformat.html, 2.
 struct LogIndex {
   static constexpr std::size_t kSize = 100;
-  static constexpr std::size_t kHead = 48;  // the index has two copies of it
+  static constexpr std::size_t kHead = 48;  // size of the head, of which the index has two copies
   static constexpr std::size_t kLogHead = 32;
   static constexpr std::size_t kFrameHead = 24;
-  // the last bit is the byte order of the checksums
+  // The first word of the log file; its last bit is the byte order of the checksums.
   static constexpr std::uint32_t kMagic = 0x377F0683;
 
   explicit LogIndex(Bytes its_bytes) : bytes(std::move(its_bytes)) {}
@@ -313,8 +313,8 @@ std::string OpenFile::HeadTrouble(const Database& database) {
   }
   const std::uint64_t page = Big(head, 14) & 0xFFFFU;
   const std::uint64_t whole = Big(head, kPages) * (page == 1 ? 65536 : page);
-  // If a reader delays a checkpoint, the newest pages can be in the log only, although the head
-  // counts them.
+  // If a reader delays a checkpoint, the newest pages can be in the log only, although the number
+  // of pages in the head counts them already. Only damage makes the file shorter.
   longest_ = std::max(longest_, *size);
   if (*size >= whole || *size >= longest_) return {};
   return fmt::format("the file was truncated while it was in use: {} of {} bytes are left", *size,
@@ -345,8 +345,8 @@ OpenFile::Look OpenFile::LookAtLog(Database& database) const {
                         "no data was lost: the file already contains the content of the log; {}",
                         kAdvice)};
   }
-  // A checkpoint would leave a mixture of old and new pages. If a checkpoint has copied some frames
-  // already, the file is such a mixture.
+  // A checkpoint would copy the rest of the log to the file and leave a mixture of old and new
+  // pages. If a checkpoint has copied some frames already, the file is such a mixture.
   database.Abandon();
   if (index.in_the_file() > 0) {
     return {
@@ -427,7 +427,7 @@ Look LookAt(Database& database, const DatabaseKind& kind, bool head, std::string
     why = *damage;
     return Look::damaged;
   }
-  // WAL mode is stored in the file. The statement waits while SQLite recovers the file.
+  // WAL mode is stored in the file. If SQLite is recovering the file, this statement waits.
   const Value mode = database.First("PRAGMA journal_mode=WAL");
   if (!HasValue(mode)) return Broken(database, why);
   if (baudgate::ToText(mode) != "wal") {
@@ -506,8 +506,8 @@ OpenedDatabase OpenDatabase(const fs::path& file, const DatabaseKind& kind, cons
     }
     opened.error = fmt::format("{}: {}", file.string(), why);
     database.reset();
-    // On a full disk the file was made but not written; the next start would take it for a lost
-    // database.
+    // On a full disk the file was made but not written. It is removed, so that the next start does
+    // not take it for a lost database.
     if (!was_there && IsEmpty(file)) fs::remove(file, none);
     if (look != Look::damaged) return opened;
     const fs::path to = PutAside(file);

@@ -20,8 +20,8 @@ namespace baudgate::records {
 
 // Source of these checks: https://www.sqlite.org/fileformat.html, sections 1.3 and 4.
 
-/// The file, its log or its index is a FIFO, a folder or a device, and opening it could block
-/// without end. Empty: all are regular files, or do not exist.
+/// Returns why the file must not be opened: the file, its log or its index is a FIFO, a folder or a
+/// device, and opening it could block without end. Empty: all are regular files, or do not exist.
 std::optional<std::string> WhyNoFile(const std::filesystem::path& file);
 
 /// Returns why this process cannot read an existing file, and the remedy.
@@ -57,7 +57,7 @@ class OpenFile {
   Look LookAt(Database& database);
 
  private:
-  /// Inode 0: there is no file, or stat failed; errno contains the reason.
+  /// Identifies a file. Inode 0: there is no file, or stat failed; errno contains the reason.
   struct Id {
     std::uint64_t device = 0;
     std::uint64_t inode = 0;
@@ -71,7 +71,7 @@ class OpenFile {
 
   std::filesystem::path path_;
   Id id_;  // inode 0: the file is not checked
-  // inode 0: not seen yet
+  // The log and its index; inode 0: the file was not seen yet.
   Id log_;
   Id index_;
   std::uint64_t longest_ = 0;
@@ -83,7 +83,7 @@ struct DatabaseKind {
   std::int64_t application = 0;  ///< written into the file, so that the gateway recognises it
   /// Entry N leads from version N of the tables to the next. A released entry must not change.
   std::span<const char* const> migrations;
-  std::string_view pragmas;  ///< for each connection that writes
+  std::string_view pragmas;  ///< executed for each connection that writes
 
   std::int64_t version() const { return static_cast<std::int64_t>(migrations.size()); }
 };
@@ -94,7 +94,7 @@ struct OpenedDatabase {
   std::string error{};
   /// A damaged file was put aside and a new one was begun.
   std::string put_aside{};
-  /// The part of the write-ahead log that is lost.
+  /// One line for the log: what the write-ahead log has lost. Empty: nothing is lost.
   std::optional<std::string> lost{};
 };
 
@@ -104,7 +104,7 @@ struct OpenedDatabase {
 OpenedDatabase OpenDatabase(const std::filesystem::path& file, const DatabaseKind& kind,
                             const std::string& vfs = {}, const std::string& damage = {});
 
-/// Returns the names of renamed files that still exist.
+/// Returns the names of renamed files that still exist. Example: "events.db.bad".
 std::vector<std::string> PutAsideOf(const std::filesystem::path& file);
 
 }  // namespace baudgate::records

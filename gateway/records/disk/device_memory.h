@@ -34,7 +34,7 @@ class DeviceMemory {
   std::string Of(std::uint32_t device) const;
   /// `config` contains the devices by their numbers; a removed device has an empty name.
   void OnReload(const config::Config& config);
-  /// For any thread; returns at once. A memory longer than kLongestMemory is ignored.
+  /// Can be called on any thread; returns at once. A memory longer than kLongestMemory is ignored.
   void Set(std::uint32_t device, std::string memory);
 
   enum class Kept : std::uint8_t {
@@ -42,7 +42,7 @@ class DeviceMemory {
     waits,
     no,
   };
-  /// For any thread.
+  /// Returns whether all memories are on the disk. Can be called on any thread.
   Kept kept() const;
 
  private:

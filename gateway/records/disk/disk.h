@@ -83,12 +83,12 @@ class DiskCondition {
 // its disk does not answer in time. The log calls Tick once a second. No thread, no lock.
 class FileWatch {
  public:
-  /// More ticks in a row with waiting records, or within one write: the disk does not answer in
-  /// time.
+  /// The disk does not answer in time if records wait, or a write is under way, at more than this
+  /// number of ticks in a row.
   static constexpr int kMostTicks = 3;
   static constexpr int kLookEvery = 10;  ///< in ticks
 
-  /// Returns true if the disk does not answer in time.
+  /// `waits`: a record has to be written. Returns true if the disk does not answer in time.
   bool Tick(bool waits) {
     ++ticks_;
     look_ = look_ || ticks_ % kLookEvery == 0;
@@ -110,7 +110,7 @@ class FileWatch {
   /// A reader has found damage: the next look reads the whole file.
   void Doubt() { doubt_ = true; }
 
-  /// For the writing thread, which can hang between Begin and End.
+  /// The writing thread calls Begin before a write and End after it; it can hang between them.
   void Begin() { writing_ = true; }
   void End() {
     writing_ = false;
@@ -134,8 +134,8 @@ class DiskCalls {
  public:
   DiskCalls(std::string name, Duration patience);
 
-  /// Empty: no result within `patience`, or too many calls wait. A call that has begun runs to its
-  /// end after that, so it must own what it uses.
+  /// Returns the result of `call`; empty: the result has not come within `patience`, or too many
+  /// calls wait. A call that has begun runs to its end after that, so it must own what it uses.
   template <typename Call>
   auto Wait(Call call) -> std::optional<decltype(call())> {
     auto promise = std::make_shared<std::promise<decltype(call())>>();
@@ -148,7 +148,7 @@ class DiskCalls {
   /// Does not wait. False: dropped, because another call waits or runs.
   bool Offer(std::function<void()> call);
 
-  /// Later calls are dropped. Stop can be called again.
+  /// Returns when all calls have ended; later calls are dropped. Stop can be called again.
   void Stop() { worker_.Stop(); }
 
  private:

@@ -25,7 +25,7 @@ struct EventsWriter {
   std::uint64_t times_put_aside = 0;
   std::size_t open = 0;
   /// The write-ahead log is damaged: all connections must be closed before a new one is opened,
-  /// because they share a wrong index.
+  /// because they share an index of the log that is wrong.
   struct Closing {
     std::string why{};
     bool lost = false;
@@ -34,9 +34,9 @@ struct EventsWriter {
   WorkThread thread{"events.db"};
 };
 
-/// "BGev"
+/// Written into the file, so that the gateway recognises it: "BGev".
 inline constexpr std::int64_t kEventsApplication = 0x42476576;
-/// Each change of the tables adds one.
+/// The version of the tables; each change of the tables adds one.
 inline constexpr std::int64_t kEventsVersion = 1;
 
 using OpenedEvents = OpenedDatabase;
@@ -63,7 +63,7 @@ class EventsConnection {
     std::optional<std::string> lost{};
     bool new_file = false;  ///< rows that were written before are not in the file
   };
-  /// The connection must not be open already.
+  /// Opens the file. The connection must not be open already.
   Opened Open();
   /// Returns the last statement's error. Closes a damaged file, which the next Open puts aside.
   Error Failed();
@@ -84,7 +84,7 @@ class EventsConnection {
   const std::shared_ptr<EventsWriter> writer_;
   std::unique_ptr<Database> database_;
   std::uint64_t times_put_aside_ = 0;
-  /// Empty: the file was whole.
+  /// Why the file must be put aside at the next Open; empty: the file was whole.
   std::string damage_;
   OpenFile open_;
   bool gone_ = false;  ///< the file that was open last, or records in it, were lost

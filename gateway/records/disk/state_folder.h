@@ -32,14 +32,14 @@ bool CanWrite(const config::Config& config);
 
 bool KeepsEvents(const config::Config& config);
 
-/// Returns the first feature that needs the state folder, such as "events". `catalog` must contain
-/// all protocols of the configuration.
+/// Returns the first feature of this configuration that needs the state folder, such as "events";
+/// empty: no feature needs it. `catalog` must contain all protocols of the configuration.
 std::string WhatIsKept(const config::Config& config, const config::Catalog& catalog);
 inline bool NeedsState(const config::Config& config, const config::Catalog& catalog) {
   return !WhatIsKept(config, catalog).empty();
 }
 
-/// Empty: not given.
+/// The candidates for the state folder. An empty text: not given.
 struct StatePlaces {
   std::string configured;       ///< gateway.state
   std::string state_directory;  ///< $STATE_DIRECTORY: a list of folders, separated by ':'
@@ -58,8 +58,8 @@ std::filesystem::path EventsFolderOf(const config::Config& config);
 /// Empty: the history is in the state folder.
 std::filesystem::path HistoryFolderOf(const config::Config& config);
 
-/// A folder that cannot be made at the start can become available later, so its users call Open
-/// again. For any thread.
+/// The state folder. A folder that cannot be made or written at the start can become available
+/// later, so its users call Open again. All functions can be called on any thread.
 class StateFolder {
  public:
   struct Failure {
@@ -76,7 +76,7 @@ class StateFolder {
 
   /// Makes and locks the folder, again if it was removed. Takes as long as the disk takes.
   std::optional<Failure> Open();
-  /// Waits `patience` at most; opening then continues in the background.
+  /// As Open, but waits `patience` at most; opening then continues in the background.
   static std::optional<Failure> OpenWithin(const std::shared_ptr<StateFolder>& folder,
                                            Duration patience);
 

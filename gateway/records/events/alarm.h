@@ -22,7 +22,7 @@
 
 namespace baudgate::events {
 
-/// The numbers are public: they are in the samples on DDS.
+/// The states of an alarm. The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
   normal = 0,  ///< no alarm: the alarm is deleted from the file
   active = 1,
@@ -37,7 +37,7 @@ constexpr bool IsUnacknowledged(AlarmState state) {
   return state == AlarmState::active || state == AlarmState::returned;
 }
 
-/// The alarm's key is line, device and EventRecord::subject.
+/// The effect of an event on its alarm. The alarm's key is line, device and EventRecord::subject.
 struct AlarmMark {
   enum class Step : std::uint8_t {
     none,
@@ -53,7 +53,7 @@ struct AlarmMark {
   /// The first state that is known since the start: dropped if the stored alarm is already in it.
   bool first = false;
   std::string by{};
-  /// 0: any alarm; else only the alarm that this event has raised.
+  /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.
   std::int64_t seq = 0;
 };
 
@@ -75,14 +75,14 @@ struct Alarm {
   AlarmKey key() const { return {line, device, name}; }
 };
 
-/// "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
+/// Returns "bay-1.feeder-1.current_l1", "bay-1", or "gateway" if the alarm has no line.
 std::string PlaceOf(const Alarm& alarm);
 
 struct EventRecord;
 
 struct AlarmChange {
   bool counts = true;            ///< false: the event must be dropped
-  std::optional<Alarm> alarm{};  ///< empty: the alarm has not changed
+  std::optional<Alarm> alarm{};  ///< the alarm after the change; empty: the alarm has not changed
 };
 /// A null `before`: the alarm was normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
@@ -95,14 +95,14 @@ AlarmChange Apply(const Alarm* before, const EventRecord& event);
 //   Take(2)   → a acknowledged
 class AlarmBoard {
  public:
-  /// Above this number, the oldest normal alarm is removed.
+  /// The limit of the number of alarms. Above it, the oldest normal alarm is removed.
   static constexpr std::size_t kMost = 10'000;
 
   void Update(const Alarm& alarm);
 
   struct Change {
     std::uint64_t version = 0;
-    Alarm alarm{};  ///< can be normal
+    Alarm alarm{};  ///< state of the alarm; can be normal
   };
   std::vector<Change> Take(std::uint64_t after, std::size_t most) const;
 

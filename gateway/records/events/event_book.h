@@ -43,12 +43,12 @@ class Shares {
   static constexpr Duration kEach = std::chrono::minutes(1);
   static constexpr Duration kSettles = std::chrono::seconds(2);
 
-  /// False: left out. `room`: the book can accept another event.
+  /// Returns false if the event is left out. `room`: the book can accept another event.
   bool Take(const EventRecord& record, bool room, Instant now);
   /// An accepted event is on the disk. At most kAtOnce events of a kind can wait.
   void OnKept(const EventRecord& record);
-  /// For each kind an event with the number of left-out events, then the last of them. `all`: for
-  /// all kinds, at the end of the program.
+  /// Returns what can be stored now for the left-out events: for each kind an event with their
+  /// number, then the last left-out event. `all`: for all kinds, at the end of the program.
   std::vector<EventRecord> TakeLeftOut(Now now, bool all = false);
   std::optional<Instant> NextAt() const;
 
@@ -84,8 +84,8 @@ using SourceName = std::pair<std::string, std::string>;
 using Said = std::map<SourceName, std::string>;
 
 struct Batch {
-  Source source = 0;   ///< at the time of Add
-  std::string said{};  ///< see EventBatch::said
+  Source source = 0;   ///< number of the source at the time of Add; a reload can change it
+  std::string said{};  ///< the device's identification of the batch; see EventBatch::said
   bool again = false;
   std::vector<EventRecord> events{};
   std::vector<protocols::PastRecord> past{};
@@ -101,7 +101,7 @@ class EventBook {
   static constexpr std::size_t kMostOwn = 10'000;
 
   void Add(Batch batch);
-  /// Or leaves the event out; see Shares.
+  /// Adds an event of the gateway, or leaves it out; see Shares.
   void Tell(EventRecord record, Instant now);
   void TellAlways(EventRecord record);
   /// Adds the event before all that wait. Must not be called between Prepare and Kept.
@@ -119,8 +119,8 @@ class EventBook {
   std::vector<Batch> Ahead();
   /// Copies the `told` flags of the first waiting batches to `batches`.
   void TakeTold(std::vector<Batch>& batches) const;
-  /// The first `batches` of the last Prepare are on the disk. Returns their sources without
-  /// kGateway.
+  /// To be called when the first `batches` batches of the last Prepare are on the disk. Returns
+  /// their sources in order, without kGateway.
   std::vector<SourceName> Kept(std::size_t batches);
 
   void OnTold(std::size_t batches);
@@ -134,7 +134,7 @@ class EventBook {
   std::int64_t newest() const { return last_; }
   std::uint64_t repeats() const { return repeats_; }
   const std::map<AlarmKey, Alarm>& alarms() const { return alarms_; }
-  /// The alarms when all batches of the last Prepare or Ahead are stored.
+  /// Returns the alarms as they will be when all batches of the last Prepare or Ahead are stored.
   std::map<AlarmKey, Alarm> Expected() const;
   std::vector<Alarm> Alarms(bool expected) const;
   static constexpr std::size_t kMostAlarms = 10'000;

@@ -26,7 +26,7 @@ namespace baudgate::events {
 // consumer continues there after a restart. Thread-safe.
 
 struct Cursor {
-  std::int64_t seq = 0;  ///< the consumer has received this event and all before
+  std::int64_t seq = 0;  ///< the consumer has received the event of this number and all before
   /// Confirmed. False: the last events may have been lost when the gateway was killed.
   bool sure = false;
 
@@ -37,7 +37,7 @@ using Cursors = std::map<std::string, Cursor>;
 
 class CursorBook {
  public:
-  /// A cursor in the file with any other name is dropped.
+  /// `consumers`: the names of the consumers. A cursor in the file with any other name is dropped.
   explicit CursorBook(std::set<std::string> consumers = {}) : consumers_(std::move(consumers)) {}
 
   std::optional<Cursor> Of(const std::string& consumer) const;
@@ -74,8 +74,8 @@ class Backlog {
   /// Above it all pages are dropped, so a page that no consumer takes does not stay.
   static constexpr std::size_t kMostPages = 8;
 
-  /// nullopt: not in memory, now requested from the file. An empty list: there is no event after
-  /// `after`.
+  /// Returns the events after number `after`. nullopt: they are not in memory, and are now
+  /// requested from the file. An empty list: the file contains no event after `after`.
   std::optional<std::vector<EventRecord>> Take(std::int64_t after, std::size_t most);
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
@@ -100,7 +100,7 @@ struct FeedLimits {
   std::size_t remembered = 16000;  ///< older events of which only the device is in memory: 256 kB
 };
 
-/// The lists are sorted by number.
+/// The contents of a file when it is opened; the lists are sorted by number.
 struct FeedImage {
   std::int64_t newest = 0;
   std::vector<EventRecord> events{};
@@ -114,7 +114,7 @@ class RecentEvents {
   explicit RecentEvents(FeedLimits limits) : limits_(limits) {}
 
   void Begin(FeedImage image);
-  /// `events` must not be empty, and must be sorted by number.
+  /// `events` must contain at least one event, and be sorted by number.
   void Add(std::vector<EventRecord> events);
 
   bool empty() const { return events_.empty(); }
@@ -127,8 +127,8 @@ class RecentEvents {
   std::vector<EventRecord> Newest(const std::string* device, std::size_t most) const;
   std::vector<EventRecord> From(std::int64_t first, const std::string* device,
                                 std::size_t most) const;
-  /// Counts events from `first` on that are no longer in memory. Events whose device is not known
-  /// are included, unless `device` is known to have had none.
+  /// Returns how many events from `first` on are no longer in memory. Events so old that their
+  /// device is not known are included, unless it is known that `device` had none from `first` on.
   std::uint64_t Lost(std::int64_t first, const std::string* device) const;
   bool HasLeft(std::int64_t after) const { return !empty() && after + 1 < oldest(); }
 
@@ -148,17 +148,17 @@ class RecentEvents {
   std::map<std::string, std::int64_t> older_;
 };
 
-// Wakes outputs when a feed has more events for them. Thread-safe.
+// `FeedListeners` wakes outputs when a feed has more events for them. Thread-safe.
 class FeedListeners {
  public:
   using Listener = std::uint64_t;
-  /// `wake` runs on the thread that fills the feed, and must return at once.
+  /// `wake` is called on the thread that fills the feed, and must return at once.
   Listener Listen(std::function<void()> wake) {
     const MutexLock lock(mutex_);
     listeners_.emplace(next_, std::move(wake));
     return next_++;
   }
-  /// After this call, `wake` is not called any more.
+  /// When Leave has returned, `wake` of the listener is not called any more.
   void Leave(Listener listener) {
     const MutexLock lock(mutex_);
     listeners_.erase(listener);
@@ -187,16 +187,16 @@ class EventFeed {
   /// Does nothing if the feed already contains events, because the file was then opened again.
   void Begin(FeedImage image);
   void Add(std::vector<EventRecord> events);
-  /// Before the first call no device has a number.
+  /// Sets the numbers of the devices. Before the first call no device has a number.
   void Renumber(const SourceNames& sources);
-  /// Woken after Begin, Add and Supply.
+  /// Returns the listeners, which are woken after Begin, Add and Supply.
   FeedListeners& listeners() { return listeners_; }
 
   struct Page {
     std::int64_t newest = 0;
-    std::int64_t oldest = 0;  ///< counts all devices
+    std::int64_t oldest = 0;  ///< number of the oldest event in memory, of all devices
     std::uint64_t lost = 0;
-    std::vector<EventRecord> events{};  ///< sorted by number
+    std::vector<EventRecord> events{};  ///< at most `most`, sorted by number
   };
   /// Returns events from number `first` on (its low 32 bits); 0: the newest. For `lost` see
   /// RecentEvents::Lost.
@@ -206,7 +206,7 @@ class EventFeed {
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
-  /// Updated before the listeners are woken.
+  /// The alarms. They are updated before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
   /// For the writing thread, as all below. `asked` is called on any thread when events have to be

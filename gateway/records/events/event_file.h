@@ -21,14 +21,14 @@
 
 namespace baudgate::events {
 
-// The table `alarms` of events.db: alarms that are not normal, written with the event that has
-// changed them. Used by one thread.
+// `AlarmTable` is the table `alarms` of events.db, with the alarms that are not normal. An alarm is
+// written in the transaction of the event that has changed it. Used by one thread.
 class AlarmTable {
  public:
   explicit AlarmTable(records::Database& database);
 
   bool Read(std::vector<Alarm>& alarms);
-  /// Removes a normal alarm from the table.
+  /// Writes an alarm to the table, or removes it from the table if its state is normal.
   bool Write(const Alarm& alarm);
 
  private:
@@ -40,7 +40,7 @@ class AlarmTable {
 // `EventTable` handles the tables `events` and `event_sources` of events.db. Used by one thread;
 // gateway/records/events/event_source.h reads over another connection.
 
-/// About 200 MB.
+/// The limit of the number of stored events: about 200 MB.
 inline constexpr std::int64_t kMostEvents = 1'000'000;
 
 class EventTable {
@@ -98,15 +98,15 @@ class EventFile {
   struct Opened : records::EventsConnection::Opened {
     EventTable::Contents contents{};
   };
-  /// Returns nothing if the file is already open.
+  /// Opens and reads the file. Returns nothing if the file is already open.
   std::optional<Opened> Open();
-  /// The file must be open; if it is damaged, it is closed.
+  /// Writes as EventTable::Write does. The file must be open; if it is damaged, it is closed.
   Status Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
                const std::vector<KeptRecord>& records = {});
-  /// For when a reader has found damage. The file must be open.
+  /// Checks the whole file, because a reader has found damage. The file must be open.
   Status Check();
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
-  /// The file must be open.
+  /// Returns a page of the events after number `after`. The file must be open.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 

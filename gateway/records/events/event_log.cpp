@@ -162,7 +162,7 @@ std::vector<std::string> EventRounds::LeftBehind() const {
   return lines;
 }
 
-/// The end is also stored as an event.
+/// Logs when a disk trouble begins and when it ends. The end is also stored as an event.
 void EventRounds::SetDisk(records::Disk disk, const std::string& trouble) {
   const Now now = options_.clocks();
   const records::DiskCondition::News news = pending_.disk.Set(disk, trouble, now.wall);

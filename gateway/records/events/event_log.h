@@ -33,7 +33,7 @@ namespace baudgate::events {
 //   works              at once                   at the time of Look, or of left-out events
 class RoundTimer {
  public:
-  /// A round is one commit. An earlier due round stays due.
+  /// Makes a round (one commit) due at `at`, or earlier if an earlier round is already due.
   void Look(Instant at) { look_at_ = look_at_ ? std::min(*look_at_, at) : at; }
   /// A commit has failed: the next round is due at `until`, as long as the disk fails.
   void Rest(Instant until) { rests_until_ = until; }
@@ -58,19 +58,19 @@ class EventRounds {
  public:
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
-  /// To be called once a second by any thread but the writing thread, which can hang. If the disk
-  /// does not answer in time, returns the waiting batches; the caller reports the alarms where
-  /// `told` is false.
+  /// To be called once a second by any thread but the writing thread, which can hang. At every
+  /// tenth call, the next round checks the file. If the disk does not answer in time, returns the
+  /// batches that wait; the caller must report the alarms of each batch whose `told` is false.
   std::vector<Batch> Watch();
   /// Makes the next round due, now or in a second. Thread-safe.
   void Look(bool now);
-  /// A reader has found damage: requests a check of the whole file. Thread-safe.
+  /// Requests a check of the whole file because a reader has found damage. Thread-safe.
   void Doubt() const;
 
-  /// False: no round is due yet.
+  /// Begins a round. Returns false if no round is due yet.
   bool Begin();
   Instant NextRound() const;
-  /// True: opened for the first time.
+  /// Returns true if the file was opened for the first time.
   bool OnOpened(const EventTable::Contents& contents);
   void SetPutAside(std::vector<std::string> files);
 
@@ -82,10 +82,10 @@ class EventRounds {
     bool ends_alarms = false;  ///< a reload ends or changes alarms after this commit
   };
   Round Take();
-  /// A good `status`: the round is on the disk. `oldest` 0: not known. Returns the sources that can
-  /// be asked for more events.
+  /// Ends the round. If `status` is not an error, the round is on the disk. `oldest`: number of the
+  /// first event in the file; 0: not known. Returns the sources that can be asked for more events.
   std::vector<Source> Done(Round& round, const Status& status, std::int64_t oldest = 0);
-  /// After a failure: returns the batches that wait, as Watch does.
+  /// To be called after a failure. Returns the batches that wait, as Watch does.
   std::vector<Batch> Unsaved();
   bool goes_on() const;
   /// Log lines about events that are not on the disk. To be called after the thread has ended.
@@ -112,11 +112,11 @@ class RoundWriter {
 
   /// `last`: executes rounds until nothing waits or the disk fails. Returns when the next is due.
   Instant Run(bool last);
-  /// Connects the feed and the cursors. Must be called first.
+  /// Connects the feed and the cursors, so that outputs can make a round due. Must be called first.
   void Serve();
-  /// To be called before the last round, on another thread.
+  /// Undoes Serve. To be called before the last round, on another thread.
   void StopServing();
-  /// Only of batches whose `told` is false. Thread-safe.
+  /// Reports the alarms that have changed in the batches whose `told` is false. Thread-safe.
   void TellAlarms(const std::vector<Batch>& batches) const;
   /// Thread-safe.
   std::vector<Consumer> Consumers(std::int64_t oldest) const;
@@ -141,7 +141,7 @@ class EventLog final : public EventSource {
  public:
   using Options = LogOptions;
   explicit EventLog(Options options);
-  /// Writes what waits, however long the disk takes. Logs which events cannot be written.
+  /// Writes the events that wait, however long the disk takes. Logs which events cannot be written.
   ~EventLog() override;
 
   EventQueue& queue() { return queue_; }

@@ -36,7 +36,7 @@ Priority Alarming(config::AlarmPriority priority) {
   return priority == config::AlarmPriority::none ? std::nullopt : Priority(priority);
 }
 
-/// "2:17" is channel 2, code 17.
+/// Returns the priority of the event with this name. Example: "2:17" is channel 2, code 17.
 Priority OfEvent(const config::Device& device, std::string_view name) {
   const auto parts = Split(name, ':');
   if (parts.size() != 2) return std::nullopt;
@@ -176,8 +176,8 @@ bool EventQueue::opened() const {
   return pending_.book.opened();
 }
 
-/// Events from before the reload can raise alarms of lines that have ended, so they are written
-/// first.
+/// Events that were added before the reload can raise alarms of lines that have ended. Therefore
+/// these events are written first, and the alarms are compared with the configuration after that.
 void EventQueue::Renumber(SourceNames sources, Watched watches) {
   const Now at = options_.clocks();
   const MutexLock lock(pending_.mutex);

@@ -70,24 +70,24 @@ class WatchedAlarms {
 struct LogOptions {
   std::filesystem::path file;  ///< empty: no file; see `why_no_file` and `in_memory`
   std::string why_no_file{};
-  /// Events exist until the program ends.
+  /// True: no file is used, and events exist until the program ends.
   bool in_memory = false;
   std::string vfs{};
-  /// Shared with the audit. Null: EventLog makes one.
+  /// The writing thread of events.db, shared with the audit. Null: EventLog makes one.
   std::shared_ptr<records::EventsWriter> writer{};
   SourceNames sources;
   std::function<Now()> clocks;
-  std::shared_ptr<EventFeed> feed{};  ///< receives events that are on the disk
+  std::shared_ptr<EventFeed> feed{};  ///< receives events that are on the disk; null: no feed
   std::shared_ptr<CursorBook> cursors{};
   bool tells_own = false;  ///< true: the gateway's own events are stored as well
   Watched watches{};
   /// Called on the writing thread when the sources' last batches are on the disk.
   std::function<void(const std::vector<Source>& sources)> kept;
-  /// Called on the writing thread, when the file first opens and before `kept`, with events on the
-  /// disk whose records are still to be read.
+  /// Called on the writing thread with events on the disk whose records are still to be read: when
+  /// the file first opens, and after a commit, before `kept`. Empty: records are not read.
   std::function<void(const std::vector<OwedRecord>& owed)> owed{};
-  /// Called for each change, also while the disk fails, on the writing thread or from Watch. Can be
-  /// empty.
+  /// Called once for each change of an alarm, also while the disk fails, on the writing thread or
+  /// from Watch. `raised`: true if this change has raised the alarm. Can be empty.
   std::function<void(const Alarm& alarm, bool raised)> alarm{};
   /// Called on any thread: `warn` when the disk begins to fail, `inform` when it works again.
   std::function<void(const std::string&)> warn;
@@ -113,7 +113,7 @@ struct PendingEvents {
 
   const std::function<void()> wake;
   Mutex mutex;
-  std::condition_variable changed;  ///< a round has ended, or the disk has stalled
+  std::condition_variable changed;  ///< notified when a round has ended, or the disk has stalled
   EventBook book BAUDGATE_GUARDED_BY(mutex);
   std::vector<KeptRecord> records BAUDGATE_GUARDED_BY(mutex);
   std::vector<WaitingAck> acks BAUDGATE_GUARDED_BY(mutex);
@@ -130,12 +130,12 @@ class EventQueue {
   EventQueue(const LogOptions& options, PendingEvents& pending)
       : options_(options), pending_(pending) {}
 
-  /// `line` and `device` of the batch must be set.
+  /// Adds a batch of a device; `line` and `device` of the batch must be set.
   void Add(Batch batch);
   /// Too many events of its kind are left out; see Shares.
   void Tell(EventRecord record);
-  /// Stored in one commit; a record that is in the file is not written again. If too many wait, it
-  /// is lost.
+  /// Stores a record with all its values in one commit. A record that is already in the file is not
+  /// written again. If too many records wait for the disk, the record is lost.
   void Keep(KeptRecord record);
   /// Comes before all other events; its text contains how the previous run ended. Without a start
   /// event, the run has no end event.
@@ -145,7 +145,7 @@ class EventQueue {
   /// Waits until nothing waits for the disk, the disk is in trouble, or for `most`.
   void End(Duration most);
   std::size_t Acknowledge(const AckQuery& query, std::function<void(const Acknowledged&)> done);
-  /// At once, or later on the writing thread.
+  /// Calls `opened` once when the file is open: at once, or later on the writing thread.
   void WhenOpened(std::function<void()> opened);
   bool opened() const;
   /// Gives all sources their new numbers; stored data stays with the names. Active alarms for which

@@ -50,8 +50,8 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
       continue;
     }
     placed[i] = PlaceOne(*said[i], until, received, oldest);
-    // Without the tolerance, a slightly later time would place the event before it a minute
-    // earlier.
+    // Without the tolerance, an event whose reported time is slightly later than that of its
+    // successor would be placed a minute earlier.
     const bool fits = placed[i].quality != ClockQuality::out_of_step;
     if (fits) until = std::min(until, placed[i].time + kClockTolerance);
   }

@@ -38,7 +38,7 @@ inline constexpr std::size_t kClockQualities = 5;
 std::string_view Name(ClockQuality quality);
 ClockQuality ClockQualityOf(std::int64_t number);
 
-/// In both directions.
+/// Tolerated difference between a device's clock and the gateway's, in both directions.
 inline constexpr Duration kClockTolerance = std::chrono::seconds(2);
 
 struct PlacedTime {
@@ -58,7 +58,7 @@ std::vector<PlacedTime> Place(const std::vector<std::optional<protocols::SaidTim
 //
 // A record is never stored in part: if some of its values are missing, it counts as not read.
 
-/// The names are public (file, JSON). Each kind has its own number sequence.
+/// The kinds of records. The names are public (file, JSON). Each kind has its own number sequence.
 inline constexpr std::string_view kEventRecord = "event";
 inline constexpr std::string_view kBillingRecord = "billing";
 /// Content of a transponder; it belongs to no event.
@@ -84,11 +84,11 @@ struct KeptRecord {
   std::int64_t seq = 0;  ///< number within the kind, from 1 without gaps; 0: not in the file yet
   std::string line{};
   std::string device{};
-  std::string name{};      ///< "trip", "month"
-  std::int64_t event = 0;  ///< 0: no event
+  std::string name{};      ///< name of the record: "trip", "month"
+  std::int64_t event = 0;  ///< number of the event that the record belongs to; 0: no event
   WallTime device_time{};  ///< time of the values; `clock` tells by which clock
   ClockQuality clock = ClockQuality::none;
-  WallTime read{};  ///< by the gateway's clock
+  WallTime read{};  ///< when the values were read, by the gateway's clock
   RecordState state = RecordState::read;
   std::string text{};  ///< why the record was not read, or why its values are doubtful
   std::vector<RecordValue> values{};
@@ -105,7 +105,7 @@ struct OwedRecord {
 };
 
 struct EventRecord {
-  /// From 1 without gaps, also over restarts; 0: not in the file yet.
+  /// Number of the event, from 1 without gaps, also over restarts; 0: not in the file yet.
   std::int64_t seq = 0;
   WallTime received{};
   WallTime device_time{};
@@ -116,17 +116,17 @@ struct EventRecord {
   std::uint32_t code = 0;
   config::EventState state = config::EventState::message;
   std::string text;
-  /// The name of the alarm; for the gateway's events the part of the device. Not stored in the
-  /// file.
+  /// The name of the alarm. In an event of the gateway, the part of the device, such as "current_l1
+  /// above 5". Not stored in the file.
   std::string subject{};
   AlarmMark mark{};
   /// Empty: no record belongs to the event.
   std::string record{};
   std::optional<KeptRecord> kept{};  ///< the values of `record`, written in the event's transaction
-  std::optional<Alarm> alarm{};      ///< empty: unchanged, or no alarm
+  std::optional<Alarm> alarm{};      ///< the alarm after this event; empty: unchanged, or no alarm
 };
 
-/// In bytes.
+/// The limit of EventRecord::text and Alarm::text, in bytes.
 inline constexpr std::size_t kLongestText = 128;
 
 /// Cuts a UTF-8 text to kLongestText bytes or less, at the end of a character.

@@ -19,14 +19,14 @@ namespace baudgate::events {
 
 // `ReadPage` uses a separate connection, so no writer waits. The file can contain anything.
 
-/// About 40 kB on the control socket.
+/// The limit of events in one page: about 40 kB on the control socket.
 inline constexpr std::size_t kPage = 200;
 
 struct PageQuery {
   std::int64_t after = 0;           ///< returns only events with a greater number
   std::string line{};               ///< empty: all lines
-  std::string device{};             ///< without its line; empty: all devices
-  std::optional<WallTime> since{};  ///< received at this time or later
+  std::string device{};             ///< name of the device without its line; empty: all devices
+  std::optional<WallTime> since{};  ///< returns only events received at this time or later
 };
 
 struct Page {
@@ -43,37 +43,37 @@ Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
 struct Consumer {
   std::string name;
   std::int64_t seq = 0;
-  std::int64_t lost = 0;  ///< deleted before the consumer received them
+  std::int64_t lost = 0;  ///< number of events that were deleted before the consumer received them
 };
 
 struct EventsState {
   records::Disk disk = records::Disk::opening;
   std::string trouble;
   WallTime since{};
-  std::size_t waiting = 0;  ///< batches of devices
+  std::size_t waiting = 0;  ///< number of batches of devices that are not on the disk
   std::int64_t newest = 0;
   std::int64_t oldest = 0;
   std::vector<Consumer> consumers{};
-  std::uint64_t repeats = 0;  ///< events that devices sent twice, since the start
-  /// See Shares; since the start.
+  std::uint64_t repeats = 0;  ///< number of events that devices sent twice, since the start
+  /// Number of the gateway's events that were left out (see Shares), since the start.
   std::uint64_t left_out = 0;
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
   std::string file;
   std::vector<std::string> put_aside{};
-  bool in_memory = false;  ///< only the gateway's own alarms
+  bool in_memory = false;  ///< there is no file, only the gateway's own alarms in memory
 };
 
 struct AckQuery {
   std::string line{};
   std::string device{};
   std::string point{};  ///< empty: the alarms of the device and of all its points
-  /// Not 0: only the alarm that this event has raised.
+  /// Not 0: only the alarm that the event of this number has raised, of any device.
   std::int64_t seq = 0;
-  /// The low 32 bits of the number of the event that has raised the alarm.
+  /// Only an alarm that was raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
   bool all = false;
-  std::string by{};  ///< "user:anna"
+  std::string by{};  ///< the person: "user:anna"
 
   bool Means(const Alarm& alarm) const {
     if (seq != 0) return alarm.seq == seq;
@@ -85,7 +85,7 @@ struct AckQuery {
 
 struct Acknowledged {
   std::size_t alarms = 0;
-  std::string trouble{};  ///< empty: it is saved
+  std::string trouble{};  ///< why the acknowledgement is not on the disk; empty: it is saved
   WallTime at{};
 };
 
@@ -94,8 +94,8 @@ class EventSource {
   virtual ~EventSource() = default;
   virtual EventsState state() const = 0;
   virtual std::vector<Alarm> Alarms() const = 0;
-  /// Returns the number of selected alarms. `done` is called once, on any thread, also within this
-  /// call.
+  /// Acknowledges the selected alarms and returns their number. `done` is called once, when the
+  /// acknowledgement is on the disk or the disk fails: on any thread, also within this call.
   virtual std::size_t Acknowledge(const AckQuery& query,
                                   std::function<void(const Acknowledged&)> done) = 0;
   /// Returns an empty page while the file is being opened.

@@ -180,8 +180,8 @@ OwnAlarms::Records OwnAlarms::SetInUse(const Subject& place, bool in_use, Now no
   return records;
 }
 
-/// While a port is down, its devices are not polled. If the port's alarm is disabled, no_answer
-/// begins.
+/// While a port is down, its devices are not polled, so nothing reports that they do not answer. If
+/// the alarm of the port is disabled, no_answer begins for each device of the line.
 void OwnAlarms::BlameDevices() {
   for (const config::Line& line : config_->lines) {
     const auto down = states_.find({{line.name, ""}, Trouble::port_down});

@@ -41,7 +41,7 @@ namespace baudgate::events {
 enum class Trouble : std::uint8_t {
   no_answer,
   wrong_device,  ///< the device is not of the configured kind
-  replaced,      ///< has no end
+  replaced,      ///< another device answers in its place; has no end
   port_down,
   ring_open,
   unit_silent,
@@ -52,11 +52,11 @@ enum class Trouble : std::uint8_t {
 };
 inline constexpr std::size_t kTroubles = 10;
 
-/// "no answer"; the alarm's text begins with the name.
+/// Returns the name of the alarm, such as "no answer". The alarm's text begins with the name.
 std::string_view Name(Trouble trouble);
 std::optional<Trouble> TroubleNamed(std::string_view name);
 
-/// "unit-51"; `unit` is the number that clients address.
+/// Returns the device name of a routed unit: "unit-51". `unit`: the number that clients address.
 std::string UnitName(std::uint8_t unit);
 
 /// "10.0.0.9:502"; empty: the unit is not routed to a server.
@@ -81,15 +81,15 @@ class OwnAlarms {
 
   explicit OwnAlarms(std::shared_ptr<const config::Config> config) : config_(std::move(config)) {}
 
-  /// A second call can pass another reason.
+  /// Reports that the trouble exists. A second call can pass another reason.
   void Begin(Trouble trouble, const Subject& place, const std::string& why, Now now);
   Records End(Trouble trouble, const Subject& place, Now now);
   Records Happen(Trouble trouble, const Subject& place, const std::string& why, Now now);
-  /// A subject that is not in use (a line whose port is lent) raises no alarms; a device's alarms
-  /// end.
+  /// Takes a device, or a line whose port is lent, out of use or back into use. Troubles of a
+  /// subject that is not in use raise no alarm. Alarms of a device that is taken out of use end.
   Records SetInUse(const Subject& place, bool in_use, Now now);
-  /// Raises alarms whose trouble has lasted, ends wrong_device of correct devices. Call it from
-  /// time to time.
+  /// Returns the events that raise alarms whose trouble has lasted for its delay, and that end
+  /// wrong_device alarms of correct devices. To be called from time to time.
   Records Look(Now now);
 
   /// `begun`: lines that are new or restarted, so the state of their troubles is not known.
@@ -101,7 +101,7 @@ class OwnAlarms {
     Instant since{};
     std::string why{};
     bool raised = false;
-    bool stale = false;    ///< reported before a reload, and not again since
+    bool stale = false;    ///< reported before a reload of the line, and not again since
     bool by_port = false;  ///< derived from port_down of the line, not reported for the device
   };
 
@@ -114,8 +114,8 @@ class OwnAlarms {
 
   std::shared_ptr<const config::Config> config_;
   std::map<Key, State> states_;
-  std::set<Key> over_;                  // reported since the start as not existing
-  std::map<Key, Instant> may_be_over_;  // the trouble then counts as over
+  std::set<Key> over_;  // troubles that were reported since the start as not existing
+  std::map<Key, Instant> may_be_over_;  // when the trouble counts as over, unless it begins before
   std::set<Subject> unused_;
 };
 

@@ -177,7 +177,7 @@ bool LastingFacts::IsNews(const Fact& fact, bool first) {
   if (!HasEnd(fact.code)) return true;
   const Key key{fact.code, fact.line, fact.device};
   if (fact.over) return lasting_.erase(key) > 0 || !first;
-  // One wrong device can replace another.
+  // A wrong device can be replaced by another wrong device, which makes another event.
   return lasting_.insert(key).second || fact.code == OwnCode::wrong_device;
 }
 

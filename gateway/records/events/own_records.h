@@ -25,8 +25,8 @@ namespace baudgate::events {
 enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
-  left_out = 1'000'003,  ///< see Shares
-  /// The file could not be written; reported when it can be written again.
+  left_out = 1'000'003,  ///< too many events of one kind came, and some were left out; see Shares
+  /// The file events.db could not be written; reported when it can be written again.
   disk_trouble = 1'000'004,
   port_down = 1'000'005,
   port_lent = 1'000'006,
@@ -45,7 +45,7 @@ enum class OwnCode : std::uint32_t {
   taken_back = 1'000'019,  ///< a configuration that was not confirmed was rolled back
   clock_corrected = 1'000'020,
   clock_left = 1'000'021,   ///< the gateway could not correct the clock of a device
-  own_alarm = 1'000'022,    ///< see Trouble
+  own_alarm = 1'000'022,    ///< an alarm of a line, a device, a route or a disk (see Trouble)
   port_served = 1'000'023,  ///< a network client uses the port of a line that is not polled
   priority = 1'000'024,     ///< the configuration has changed the priority of an active alarm
 };
@@ -78,7 +78,7 @@ struct Fact {
   std::string line{};
   std::string device{};  ///< empty: the fact is about the line
   std::string why{};
-  /// Nothing reports the fact any more, so perhaps it is not over.
+  /// With `over`: nothing reports the fact any more, so perhaps the fact is not over.
   bool unknown = false;
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
@@ -94,7 +94,7 @@ class OwnRun {
   void OnOpened(const LastRun& before) { before_ = before; }
 
   bool waits() const { return start_.has_value(); }
-  /// A second call returns nothing. Call OnOpened first.
+  /// Returns the start event; a second call returns nothing. Call OnOpened first.
   std::optional<EventRecord> TakeStart() {
     const auto start = std::exchange(start_, std::nullopt);
     if (!start) return std::nullopt;
@@ -110,7 +110,7 @@ class OwnRun {
     std::string version;
     WallTime at{};
   };
-  std::optional<Start> start_;  // empty: none, or TakeStart has returned it
+  std::optional<Start> start_;  // empty: there is no start event, or TakeStart has returned it
   bool ends_ = false;
   LastRun before_{};
 };

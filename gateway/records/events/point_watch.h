@@ -45,7 +45,7 @@ class PointWatch {
   bool Lasts(const Value& seen, Instant now);
 
   const config::PointEvent& rule_;
-  Value told_;  // empty: not known
+  Value told_;  // last reported value, or whether the limit is exceeded; empty: not known
   Value seen_;
   std::optional<Instant> since_;
 };
@@ -72,7 +72,7 @@ class DeviceWatch {
   std::map<std::uint32_t, std::vector<Rule>> rules_;  // key: index of the point
 };
 
-/// "current_l1 above 5"
+/// Returns the name of the rule's alarm. Example: "current_l1 above 5".
 std::string SubjectOf(const config::Point& point, const config::PointEvent& event);
 
 }  // namespace baudgate::events

@@ -206,7 +206,7 @@ void RecordService::OnAnswer(Debt& debt, Instant asked, const WriteResult& resul
       debt.got_at = read_at;
     } else {
       debt.again = now.instant + kAgain;
-      // A request that was not sent is no try.
+      // A request that was not sent, for example to an offline device, does not count as a try.
       away = away || result.end == WriteEnd::not_sent;
       if (!away && ++debt.tries >= kTries) {
         --owing_;

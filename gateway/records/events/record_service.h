@@ -56,14 +56,14 @@ class RecordService {
   void TakeOver();
 
   void Owe(const std::vector<events::OwedRecord>& owed);
-  /// See PollerListener.
+  /// See the functions of PollerListener with these names.
   void OnDrained(std::uint32_t device, Instant asked);
   void OnRead(std::uint32_t device, Instant at);
 
  private:
   struct Debt {
     std::uint32_t device = 0;
-    std::shared_ptr<const config::Record> record;  ///< null: removed by a reload
+    std::shared_ptr<const config::Record> record;  ///< null: the device was removed by a reload
     std::optional<events::OwedRecord> event{};
     bool asking = false;
     bool waits = false;  ///< reading waits until the device has no more events
@@ -85,7 +85,7 @@ class RecordService {
   Debt* Find(const events::OwedRecord& owed) BAUDGATE_REQUIRES(mutex_);
   void OnAnswer(Debt& debt, Instant asked, const WriteResult& result);
   struct Found {
-    bool away = false;  ///< offline, or another device is in its place
+    bool away = false;  ///< the device is offline, or another device is in its place
     std::optional<events::KeptRecord> record{};
     Instant read_at{};
   };

@@ -233,7 +233,7 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::
 
 namespace {
 
-/// About 100 kB on the control socket.
+/// The limit of rows in one page: about 100 kB on the control socket.
 constexpr std::size_t kPastPage = 1000;
 constexpr const char* kAddPoint =
     "INSERT OR IGNORE INTO past_points (line, device, name) VALUES (?,?,?)";

@@ -31,7 +31,7 @@ class RecordTable {
   /// device_time and event is not written again.
   bool Insert(const KeptRecord& record);
   bool Owe(const OwedRecord& owed);
-  /// Up to this event number.
+  /// Deletes the records of events up to this event number.
   bool Drop(std::int64_t event);
 
   bool ReadOwed(std::vector<OwedRecord>& owed);
@@ -53,19 +53,19 @@ class RecordTable {
   records::Statement drop_owed_;
 };
 
-// The file can contain anything, so every field is checked.
+// Selects stored records for ReadRecords. The file can contain anything, so every field is checked.
 struct RecordQuery {
   std::string kind{};
   std::int64_t after = 0;
   std::string line{};
-  std::string device{};             ///< without its line; empty: all devices
+  std::string device{};             ///< name of the device without its line; empty: all devices
   std::string name{};               ///< empty: all names
-  std::optional<WallTime> since{};  ///< this device_time or later
-  std::optional<WallTime> until{};  ///< an earlier device_time
+  std::optional<WallTime> since{};  ///< returns only records with this device_time or later
+  std::optional<WallTime> until{};  ///< returns only records with an earlier device_time
 };
 
 struct RecordPage {
-  std::vector<KeptRecord> records;  ///< sorted by number
+  std::vector<KeptRecord> records;  ///< sorted by number, each with all its values
   std::int64_t next = 0;            ///< value of `after` for the next page
   bool more = false;
 };
@@ -129,7 +129,7 @@ struct PastQuery {
   PastCursor after{};
 };
 
-/// The span begins at `time`. If `quality` is empty, the value is lost.
+/// A value of the time span that begins at `time`. If `quality` is empty, the value is lost.
 struct PastRow {
   WallTime time{};
   Duration span{};

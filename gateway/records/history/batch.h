@@ -37,7 +37,7 @@ inline constexpr Millis kMinute = 60 * kSecond;
 inline constexpr Millis kHour = 60 * kMinute;
 inline constexpr Millis kDay = 24 * kHour;
 
-/// Spans are aligned to 1970; `width` in ms.
+/// Returns the beginning of the span of `width` ms that contains `time`. Spans are aligned to 1970.
 constexpr Millis FloorTo(Millis time, Millis width) {
   const Millis rest = time % width;
   return time - (rest < 0 ? rest + width : rest);
@@ -62,7 +62,7 @@ struct Trend {
   double mean = 0;
   double min = 0;
   double max = 0;
-  double first = 0;  ///< can have been read before the span
+  double first = 0;  ///< the first good value in the span; can have been read before the span
   double last = 0;
   std::int64_t count = 0;
   Millis good = 0;  ///< time with good quality, in ms; in a finished trend never 0
@@ -70,7 +70,7 @@ struct Trend {
   bool operator==(const Trend&) const = default;
 };
 
-/// `later` directly follows `trend`, which receives the result.
+/// Merges two parts of the same span. `later` directly follows `trend`, which receives the result.
 void Merge(Trend& trend, const Trend& later);
 
 /// Times must not decrease between two calls of Forget.
@@ -78,12 +78,12 @@ class Rollup {
  public:
   explicit Rollup(Millis width) : width_(width) {}
 
-  /// Empty: the value is not good. `reading`: it was read at this time. Appends the ended spans
-  /// that have good time.
+  /// Sets the value from `time` on; empty: the value is not good. `reading`: the value was read at
+  /// this time. Appends the spans that have ended to `out`, except spans without good time.
   void Set(Millis time, std::optional<double> value, bool reading, std::vector<Trend>& out);
-  /// Continues the present value, and appends the spans that have ended.
+  /// Continues the present value until `time`, and appends the spans that have ended to `out`.
   void Advance(Millis time, std::vector<Trend>& out);
-  /// Also appends the incomplete span.
+  /// Advances to `time`, appends the incomplete span to `out`, and clears the value.
   void Forget(Millis time, std::vector<Trend>& out);
 
  private:
@@ -104,7 +104,7 @@ inline constexpr std::array<std::string_view, 4> kRunBegins = {"started", "dropp
 inline std::string_view Name(RunBegin why) { return kRunBegins[static_cast<std::size_t>(why)]; }
 
 struct Run {
-  /// From 1; the recorder counts from the start of the gateway.
+  /// Number of the run, from 1; the recorder counts from the start of the gateway.
   std::int64_t number = 0;
   Millis began = 0;
   Millis until = 0;  ///< the history is complete until this time
@@ -127,7 +127,7 @@ struct TrendRow {
 };
 
 struct Batch {
-  std::vector<Run> runs;  ///< sorted by number
+  std::vector<Run> runs;  ///< sorted by number; each with its present state
   std::vector<Sample> samples;
   std::vector<TrendRow> trends;
 
@@ -144,7 +144,7 @@ struct PointName {
 // For batches that wait for the disk, up to a limit. No lock.
 class BatchQueue {
  public:
-  /// The limit of samples, and of trends.
+  /// `most`: the limit of samples, and also the limit of trends.
   explicit BatchQueue(std::size_t most) : most_(most) {}
 
   std::size_t Room() const { return most_ - std::min(most_, waiting_.samples.size()); }
@@ -167,15 +167,15 @@ class BatchQueue {
   Batch waiting_;
 };
 
-// `PendingValues` changes the run numbers of waiting values: the recorder counts from 1 at each
-// start, the files count on.
+// `PendingValues` contains the values that wait to be written, and changes their run numbers: the
+// recorder counts runs from 1 at each start of the gateway, the files count on.
 //
 //   Begin(40), Add(run 1)   → run 41
 //   CutRun()                → run 42: the file with the beginning of run 41 is lost
 //   Add(run 1)              → run 42, which begins with the first value that waits
 class PendingValues {
  public:
-  /// To be called before the first Add.
+  /// Sets the last run number in the files. Must be called before the first Add.
   void Begin(std::int64_t last_run) { runs_before_ = last_run; }
   bool has_begun() const { return runs_before_.has_value(); }
 

@@ -52,8 +52,8 @@ class ColumnWriter {
   Bytes bytes_;
 };
 
-/// Never reads beyond the bytes. After a failure all reads return 0 or an empty text; ok() is
-/// false.
+/// Reads numbers and texts, and never reads beyond the given bytes. After the first failure all
+/// reads return 0 or an empty text, and ok() is false.
 class ColumnReader {
  public:
   explicit ColumnReader(View bytes) : rest_(bytes) {}
@@ -93,12 +93,12 @@ struct ValueForm {
 ValueForm FormOf(std::span<const Value> values);
 
 inline constexpr std::size_t kMostInChunk = 20'000;
-/// In bytes. Callers of EncodeChunk cut longer texts.
+/// The limit of texts, in bytes. Callers of EncodeChunk cut longer texts.
 inline constexpr std::size_t kLongestText = 250;
 
 /// At most kMostInChunk entries with positive, increasing times. No bytes: memory is short.
 Bytes EncodeChunk(std::span<const Entry> entries);
-/// nullopt: not a valid chunk.
+/// Returns exactly the encoded entries; nullopt if the bytes are not a valid chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);
 
 }  // namespace baudgate::history

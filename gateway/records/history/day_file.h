@@ -1,6 +1,6 @@
-// `DayFile` is values-YYYYMMDD.db: one day (UTC). New entries become rows of one of two tables,
-// while the rows of the other become chunks in one transaction, so an entry is never in the file
-// twice.
+// `DayFile` is values-YYYYMMDD.db: the stored values of one day (UTC). New entries become rows of
+// one of two tables, while the rows of the other table become chunks in one transaction. So an
+// entry is never in the file twice. docs/history.md describes the tables.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,13 +30,13 @@ struct Chunk {
 
 class OpenRows {
  public:
-  /// Ignores a time that is not later than the last of its point and run.
+  /// Adds an entry, unless its time is not later than that of the last entry of its point and run.
   void Add(const Sample& sample);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
   Millis oldest() const { return oldest_; }  ///< valid if there is an entry
 
-  /// Moves about `entries` entries as chunks. False: memory is short.
+  /// Moves about `entries` entries to `out`, as chunks. Returns false if memory is short.
   bool Pack(std::size_t entries, std::vector<Chunk>& out);
 
  private:
@@ -56,7 +56,7 @@ class OpenRows {
   static Entry EntryOf(const Series& series, const Row& row);
 
   std::vector<Series> current_;
-  // Series of an earlier run, or with kMostInChunk rows; no more rows are added.
+  // Series of an earlier run, or with kMostInChunk rows; they get no more rows.
   std::vector<Series> full_;
   std::size_t packed_ = 0;
   std::size_t size_ = 0;
@@ -91,12 +91,12 @@ class PointFile {
   PointFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs)
       : path_(std::move(path)), names_(names), vfs_(std::move(vfs)), ids_(names.size(), 0) {}
 
-  /// On failure `database_` is null. `damage`: found while the file was in use; puts the file aside
-  /// first.
+  /// Opens the file; if this fails, `database_` is null. `damage`: damage that was found while the
+  /// file was in use; if not empty, the file is put aside first.
   Opened Begin(const records::DatabaseKind& kind, const std::string& damage);
   bool Fail();
-  /// Only for configured points. `rows` returns number and name of the point, and columns for
-  /// `use`.
+  /// Calls `use` for each row of a configured point. `rows`: a query that returns the number and
+  /// the name of the point, and columns for `use`.
   bool ReadPoints(const char* rows,
                   const std::function<void(PointNumber point, const records::Statement& row)>& use);
   bool WriteRuns(const std::vector<Run>& runs);
@@ -107,7 +107,7 @@ class PointFile {
   std::unique_ptr<records::Database> database_;
   records::OpenFile open_;
   records::Statement run_;
-  std::vector<std::int64_t> ids_;  // in the file; 0: no number yet
+  std::vector<std::int64_t> ids_;  // each point's number in the file; 0: no number yet
   bool damaged_ = false;
   std::string error_;
 };

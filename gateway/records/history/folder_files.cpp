@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// "values-20261123.db.bad2"
+/// True for a file that was put aside. Example: "values-20261123.db.bad2".
 bool IsAside(const std::string& name) {
   const bool ours = name.starts_with("values-") || name.starts_with(kTrendsFile);
   return ours && name.find(".db.bad") != std::string::npos;

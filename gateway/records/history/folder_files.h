@@ -27,7 +27,7 @@ struct FolderFiles {
   };
   std::vector<Day> days;     ///< oldest first
   std::vector<Aside> aside;  ///< damaged files that were renamed, oldest first
-  std::uint64_t trends = 0;  ///< in bytes, with its write-ahead log
+  std::uint64_t trends = 0;  ///< size of trends.db in bytes, with its write-ahead log
   std::uint64_t bytes() const;
 };
 
@@ -42,8 +42,8 @@ constexpr std::uint64_t Ceiling(std::uint64_t limit) {
 
 struct TooMuch {
   std::string file;
-  std::optional<Millis> day{};  ///< empty: a file that was put aside
-  bool old = false;             ///< older than `keep`; else the size limit is exceeded
+  std::optional<Millis> day{};  ///< the day of the file; empty: a file that was put aside
+  bool old = false;  ///< the file is older than `keep`; false: the size limit is exceeded
 };
 
 /// First days that ended longer than `keep` before `sure` (empty: none); then, above the limit,
@@ -54,7 +54,7 @@ std::vector<TooMuch> FindTooMuch(FolderFiles folder_files, std::uint64_t limit, 
 /// "values-20261123.db has 40.0 MB, trends.db 3.1 MB"
 std::string Largest(const FolderFiles& folder_files);
 
-/// With its write-ahead log. Failures are ignored.
+/// Removes a database file with its write-ahead log. Failures are ignored.
 void RemoveFile(const std::filesystem::path& folder, const std::string& file);
 
 // The time for judging the age of files: a wrong clock must not cause files to be deleted.
@@ -67,7 +67,7 @@ class SureTime {
   /// The clock was set if it and the elapsed time differ by more than this between two looks.
   static constexpr Duration kStep = 1min;
 
-  /// Empty: there is no file.
+  /// `newest`: the beginning of the newest day that has a file; empty: there is no file.
   void Begin(Now now, std::optional<Millis> newest);
   /// Empty: the clock cannot be trusted yet. To be called about every second.
   std::optional<Millis> Look(Now now);
@@ -79,7 +79,7 @@ class SureTime {
   Instant settles_;
 };
 
-// How many bytes a configuration will store, for `baudgate check`.
+// `Estimate` tells how many bytes a configuration will store, for `baudgate check`.
 struct Estimate {
   std::uint64_t least = 0;    ///< bytes a day if no value changes
   std::uint64_t most = 0;     ///< bytes a day if every reading differs from the previous one
@@ -88,7 +88,7 @@ struct Estimate {
   std::uint64_t Days(std::uint64_t limit, std::uint64_t bytes_a_day) const;
 };
 
-/// From the sizes that were measured in docs/performance.md.
+/// Estimates from the sizes that were measured in docs/performance.md.
 Estimate EstimateOf(const config::Config& config);
 
 }  // namespace baudgate::history

@@ -94,7 +94,7 @@ bool TrendFile::MendHours() {
   return database_->Execute("COMMIT") || Fail();
 }
 
-/// Only the last two hours of the run can be missing.
+/// Computes the missing hours of a point. Only the last two hours of the run can be missing.
 bool TrendFile::MendHours(std::int64_t point, const Run& run) {
   std::map<Millis, Trend> hours;
   {

@@ -25,7 +25,7 @@ namespace baudgate::history {
 struct StoreLimits {
   std::uint64_t bytes = 1000 * config::kMegabyte;
   Millis keep = 365 * kDay;
-  /// Above this, a day's rows become chunks before their hour is over.
+  /// If a day's file has this many rows, they become chunks before their hour is over.
   std::size_t open_rows = 1'500'000;
   std::size_t pack_each = 40'000;  ///< how many entries one call of Pack packs
 };
@@ -35,7 +35,7 @@ struct StoreLimits {
 inline constexpr std::int64_t kTrendsApplication = 0x42477472;
 inline constexpr const char* kTrendsFile = "trends.db";
 
-/// Older ones are deleted when an hour of the same point is written.
+/// Minutes and hours older than these limits are deleted when an hour of the same point is written.
 inline constexpr Millis kKeepMinutes = 14 * kDay;
 inline constexpr Millis kKeepHours = 3660 * kDay;
 
@@ -82,15 +82,15 @@ class HistoryFiles {
   Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
   /// Opens the file if necessary. Valid until the day's file is closed.
   Result<DayFile*> Day(Millis day);
-  /// Closes the file if it is damaged.
+  /// Returns why the last call of `file` failed. Closes the file if it is damaged.
   Error Failed(DayFile& file);
   Status WriteTrends(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
                      std::optional<Millis> sure);
   std::int64_t last_run() const { return last_run_; }
 
-  /// Closes open files that do not exist any more or are damaged.
+  /// Checks that all open files still exist and are undamaged; closes the others.
   void Look();
-  /// For when readers have found damage.
+  /// Checks the whole content of the named files that are open, because readers have found damage.
   void Check(const std::set<std::string>& files);
   bool TakeLost() { return std::exchange(lost_, false); }
 

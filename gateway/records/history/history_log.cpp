@@ -8,8 +8,8 @@
 namespace baudgate::history {
 namespace {
 
-/// For the end of the present run if no values are written. Long, because each write wears the
-/// disk.
+/// The interval at which the end of the present run is written if no values are written. It is
+/// long, because each write wears the disk.
 constexpr Millis kMark = 10 * kSecond;
 constexpr Millis kLookEvery = 10 * kSecond;
 
@@ -214,7 +214,7 @@ Instant HistoryLog::Record(bool last) {
   Batch batch = recorder_.Take(now, room, anew, last);
   const MutexLock lock(mutex_);
   HandOver(std::move(batch));
-  // Opening reads whole files.
+  // While files are opened, the disk does not count as stalled, because opening reads whole files.
   if (!disk_.is_opening() && writing_since_ && now.instant - *writing_since_ > kLongestWrite) {
     SetDisk(records::Disk::stalled, kTooSlow);
   }

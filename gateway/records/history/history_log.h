@@ -28,7 +28,7 @@ namespace baudgate::history {
 // Writes values to files, packs rows, deletes files. Used by one thread; reads no clock.
 class ValueStore {
  public:
-  /// If `vfs` is not empty, files are neither listed nor deleted.
+  /// `vfs`: as in Database. If it is not empty, files are neither listed nor deleted.
   ValueStore(std::filesystem::path folder, std::vector<PointName> names, StoreLimits limits,
              std::string vfs = {});
   ValueStore(const ValueStore&) = delete;
@@ -47,8 +47,8 @@ class ValueStore {
 
   /// Messages about files that were put aside, removed, or deleted.
   std::vector<News> TakeNews() { return std::exchange(news_, {}); }
-  /// A file of the present run was lost. Later values belong to a new run, in which a point is
-  /// unknown until it changes.
+  /// True if a file with values of the present run was lost since the last call. Later values
+  /// belong to a new run, in which a point is unknown until it changes.
   bool TakeLost() { return pending_.TakeLost(); }
   const FolderFiles& folder_files() const { return folder_files_; }
 
@@ -74,21 +74,21 @@ class ValueStore {
 
 class HistoryLog {
  public:
-  /// A power cut loses at most the values of this time.
+  /// The interval of commits. A power cut loses at most the values of this time.
   static constexpr Duration kCommit = 1s;
   static constexpr Duration kLook = 20ms;
-  /// For files that could not be read.
+  /// The interval at which files that could not be read are tried again.
   static constexpr Duration kLookAgain = 10s;
   static constexpr Duration kLongestWrite = 3s;
 
   struct Options {
     const config::Config* config = nullptr;
     bus::PointStore* store = nullptr;  ///< the lines must not have started yet
-    std::filesystem::path folder;      ///< empty: see `why_no_folder`
+    std::filesystem::path folder;      ///< empty: there is no folder; see `why_no_folder`
     std::string why_no_folder{};
     /// Called before files are opened. Empty: no check.
     std::function<Status()> ready{};
-    /// True while an earlier log still writes. Empty: there is none.
+    /// Returns true while an earlier log still writes to the files. Empty: there is no earlier log.
     std::function<bool()> taken{};
     std::string vfs{};
     std::function<Now()> clocks;
@@ -97,10 +97,10 @@ class HistoryLog {
     std::function<void(const std::string&)> inform;
   };
   explicit HistoryLog(Options options);
-  /// However long the disk takes.
+  /// Writes all values that wait, however long the disk takes.
   ~HistoryLog();
 
-  /// Can be used after this object is destroyed.
+  /// The values and state of this history. The view can be used after this object is destroyed.
   std::shared_ptr<const HistorySource> view() const { return view_; }
 
  private:
@@ -117,7 +117,7 @@ class HistoryLog {
   // For the writing thread only.
   ValueStore files_;
   Instant look_at_{};
-  std::optional<Instant> waits_since_;  // for an earlier log to end
+  std::optional<Instant> waits_since_;  // since when this log waits for an earlier log to end
   Mutex mutex_;
   BatchQueue queue_ BAUDGATE_GUARDED_BY(mutex_);
   records::DiskCondition disk_ BAUDGATE_GUARDED_BY(mutex_);

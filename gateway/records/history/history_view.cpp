@@ -48,7 +48,7 @@ class DayReader {
   }
 
   bool ok() const { return ok_; }
-  /// The gateway is creating the file.
+  /// True if the file has no tables yet, because the gateway is creating it.
   bool is_new() const { return is_new_; }
   const std::string& error() const { return database_.error(); }
   bool damaged() const { return database_.damaged(); }
@@ -269,7 +269,7 @@ class TrendReader {
   }
 
  private:
-  /// The current hour has no row yet.
+  /// Adds the minutes of the current hour of the last run, because this hour has no row yet.
   bool AddOpenHour() {
     records::Statement run(database_, "SELECT run, began FROM runs ORDER BY run DESC LIMIT 1");
     const records::Statement::Step step = run.Next();
@@ -343,7 +343,7 @@ Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQue
                              bool* damaged) {
   TrendQuery whole = query;  // begins at the beginning of a span
   whole.since = FloorTo(query.since, query.every);
-  // One transaction, so an hour that ends meanwhile is counted only once.
+  // ReadOnce reads in one transaction, so an hour that ends meanwhile is counted only once.
   return records::ReadOnce(folder / kTrendsFile, damaged, [&](records::Database& database) {
     return TrendReader(database, whole).Read();
   });
@@ -466,7 +466,7 @@ void Tidy(std::vector<Trend>& rows, Millis since) {
   rows = std::move(tidy);
 }
 
-/// Returns nothing if the range contains too many values.
+/// Computes a chart from stored values. Returns nothing if the range contains too many values.
 Result<std::optional<Chart>> FromValues(const HistorySource& source, const ChartQuery& query,
                                         Millis step) {
   Chart chart{.step = step};

@@ -1,5 +1,5 @@
-// The history for outputs. A read that hangs on a slow disk holds a reference to the view, which
-// can so outlive its log.
+// `HistoryView` is the history for outputs: its state and its values. A read that hangs on a slow
+// disk holds a reference to the view, so the view can outlive a log that a reload has ended.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -21,7 +21,7 @@ namespace baudgate::history {
 
 // `ReadPage` uses separate connections, so no writer waits. The files can contain anything.
 
-/// About 100 kB on the control socket.
+/// The limit of records in one page: about 100 kB on the control socket.
 inline constexpr std::size_t kPage = 1000;
 
 struct Gap {
@@ -30,20 +30,20 @@ struct Gap {
 };
 
 struct HistoryRecord {
-  Entry entry{};  ///< for a gap, only `time`: its beginning
+  Entry entry{};  ///< for a gap, only `time` is set: the beginning of the gap
   std::optional<Gap> gap{};
 };
 
-/// After `time` in the run `run`.
+/// The position at which a page ended: after `time` in the run `run`.
 struct Cursor {
   std::int64_t run = 0;
   Millis time = std::numeric_limits<Millis>::min();
 };
 
 struct PageQuery {
-  std::string point{};                                ///< LINE.DEVICE.POINT
-  Millis since = 0;                                   ///< inclusive
-  Millis until = std::numeric_limits<Millis>::max();  ///< exclusive
+  std::string point{};  ///< LINE.DEVICE.POINT
+  Millis since = 0;     ///< returns only records at this time or later
+  Millis until = std::numeric_limits<Millis>::max();  ///< returns only records before this time
   Cursor after{};
 };
 
@@ -94,7 +94,7 @@ class UnreadFiles {
     UnreadFile file{};
     PageQuery query{};
   };
-  /// Returns true for a new file. Files beyond kMost are ignored.
+  /// Adds a file. Returns true if the file is not in the list yet. Files beyond kMost are ignored.
   bool Note(const UnreadFile& file, const PageQuery& query);
   void Forget(const UnreadFile& file);
   const std::vector<Entry>& entries() const { return entries_; }
@@ -112,11 +112,11 @@ struct HistoryState {
   WallTime since{};
   std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start
-  std::uint64_t trends_dropped = 0;  ///< since the start
+  std::uint64_t trends_dropped = 0;  ///< trends that were dropped since the start
   std::size_t waiting = 0;
-  std::uint64_t bytes = 0;  ///< when they were last listed
+  std::uint64_t bytes = 0;  ///< size of all files when they were last listed
   std::uint64_t limit = 0;
-  WallTime oldest{};  ///< start of the day; the epoch: no day is stored
+  WallTime oldest{};  ///< beginning of the oldest stored day; the epoch: no day is stored
   std::string folder;
   std::vector<std::string> put_aside{};
   std::vector<std::string> unread{};
@@ -126,7 +126,7 @@ class HistorySource {
  public:
   virtual ~HistorySource() = default;
   virtual HistoryState state() const = 0;
-  /// No records while the files are being opened.
+  /// Returns no records while the files are being opened.
   virtual Result<Page> Read(const PageQuery& query) const = 0;
   virtual Result<TrendPage> ReadTrends(const TrendQuery& query) const = 0;
 };
@@ -134,9 +134,9 @@ class HistorySource {
 class HistoryView final : public HistorySource {
  public:
   struct Options {
-    std::filesystem::path folder{};  ///< empty: see `why_no_folder`
+    std::filesystem::path folder{};  ///< empty: there is no folder; see `why_no_folder`
     std::string why_no_folder{};
-    /// Called on any thread.
+    /// These receive one line for the log, on any thread.
     std::function<void(const std::string&)> warn{};
     std::function<void(const std::string&)> inform{};
   };
@@ -152,7 +152,7 @@ class HistoryView final : public HistorySource {
     const MutexLock lock(mutex_);
     change(state_);
   }
-  /// Files in which readers have found damage since the last call.
+  /// Returns the names of files in which readers have found damage since the last call.
   std::set<std::string> TakeDoubts();
   /// Reads failed files again, however long the disk takes. Call it from time to time.
   void LookAgain();
@@ -175,7 +175,7 @@ inline constexpr std::int64_t kMostPixels = 4096;
 struct ChartQuery {
   std::string point{};  ///< LINE.DEVICE.POINT
   Millis since = 0;
-  Millis until = 0;  ///< exclusive; not later than now
+  Millis until = 0;  ///< end, exclusive; must not be later than now
   std::int64_t pixels = 1200;
 };
 

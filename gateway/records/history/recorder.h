@@ -20,7 +20,7 @@ namespace baudgate::history {
 //   max_gap 10min, stored at 12:00    same at 12:09: no    same at 12:10: yes
 struct LogRule {
   bool every = false;
-  Decimal deadband = 0;  ///< smaller changes are not stored; 0: every change is
+  Decimal deadband = 0;  ///< changes up to this size are not stored; 0: every change is stored
   Millis max_gap = 10 * kMinute;
 
   static LogRule Of(const config::HistoryPoint& point);
@@ -31,19 +31,19 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now);
 
 struct RecorderCounters {
   std::uint64_t readings = 0;
-  /// Replaced by later readings before the recorder looked.
+  /// Readings that were replaced by later readings before the recorder looked.
   std::uint64_t merged = 0;
   std::uint64_t kept = 0;
-  std::uint64_t dropped = 0;  ///< because the queue was full
+  std::uint64_t dropped = 0;  ///< entries that were dropped because the queue was full
 };
 
 class Recorder {
  public:
-  /// The clock was set if it and the elapsed time differ by more than this between two looks.
+  /// The clock was set if, between two looks, it and the elapsed time differ by more than this.
   static constexpr Duration kStep = 250ms;
-  /// More time between two looks: the process or its machine stood still.
+  /// If more than this time has passed between two looks, the process or its machine stood still.
   static constexpr Duration kStandstill = 5s;
-  /// After the end of the minute or hour, so that late readings are included.
+  /// A minute or an hour is closed this long after its end, so that late readings are included.
   static constexpr Millis kSettle = 2 * kSecond;
 
   /// `store` must outlive this object.
@@ -52,11 +52,11 @@ class Recorder {
   /// `room`: entries that fit into the queue. When it is full, nothing is stored until it has room
   /// for twice the number of points; then a new run begins.
   void Take(const bus::Changes& changes, Now now, std::size_t room, Batch& out);
-  /// To be called at least once a second.
+  /// Closes minutes and hours that have ended. To be called at least once a second.
   void Tick(Now now, std::size_t room, Batch& out);
-  /// The stored values of the present run are lost.
+  /// Begins a new run, because the stored values of the present run are lost.
   void BeginAnew(Now now, std::size_t room, Batch& out);
-  /// Must be the last call.
+  /// Closes all minutes, hours and the run. Must be the last call.
   void End(Now now, Batch& out);
 
   const RecorderCounters& counters() const { return counters_; }
@@ -68,7 +68,7 @@ class Recorder {
     explicit Point(const config::HistoryPoint& its) : rule(LogRule::Of(its)) {}
     LogRule rule;
     std::optional<Entry> latest;
-    std::optional<Entry> kept;  // in this run
+    std::optional<Entry> kept;  // the value that was stored last in this run
     std::uint64_t seq = 0;      // last value of PointRecord::seq
     Rollup minute{kMinute};
     Rollup hour{kHour};
@@ -116,7 +116,7 @@ class ChangeRecorder {
   ChangeRecorder(const ChangeRecorder&) = delete;
   ChangeRecorder& operator=(const ChangeRecorder&) = delete;
 
-  /// `last`: does not wait.
+  /// Waits for changes or until the next tick. `last`: does not wait.
   void Wait(bool last) { feed_->Drain(last ? Instant() : tick_, changes_); }
   /// Ends a call of Wait early. Thread-safe.
   void Wake() { feed_->Wake(); }

@@ -239,7 +239,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kEnding = ".trace";
 
-/// "20261121T040506Z"
+/// Returns a time for file names. Example: "20261121T040506Z".
 std::string StampOf(WallTime at) {
   const auto day = std::chrono::floor<std::chrono::days>(at);
   const std::chrono::year_month_day date(day);

@@ -37,13 +37,13 @@ class LineRecorder final : public bus::Tap {
   static constexpr std::size_t kMostBytes = 1024;
   /// Pieces and notes of one exchange. Further bytes are added to the last piece.
   static constexpr std::size_t kMostItems = 64;
-  /// Without reasons of failures after a request with secrets: a reason can quote the reply, and
-  /// later requests of the same task can have no secrets of their own.
+  /// For this time after a request with secrets, the reasons of failures are left out: a reason can
+  /// quote the reply, and later requests of the same task can have no secrets of their own.
   static constexpr Duration kNoReasons = 5s;
   /// After this pause the line only listens; its messages are then separated by pauses of kSilence.
   static constexpr Duration kOnlyListens = 10s;
   static constexpr Duration kSilence = 500ms;
-  /// At most one recording in this time, however long the trouble lasts.
+  /// A line makes at most one recording in this time, however long its trouble lasts.
   static constexpr Duration kBetweenRecordings = 1min;
 
   /// Called on the line's thread; must not block. Empty: no recordings.
@@ -51,23 +51,23 @@ class LineRecorder final : public bus::Tap {
   /// `line` must outlive this object. `first_device`: of line.devices[0] in the point store.
   LineRecorder(const config::Line& line, std::uint32_t first_device, Sink sink);
 
-  // For the line's thread, down to OnPort.
+  // The functions below are for the line's thread.
 
-  /// Masks secret bytes, and everything received until the next request, because an echo can repeat
-  /// them.
+  /// Masks the secret bytes of `request`, and everything that is received until the next request,
+  /// because an echo can repeat them: whole, damaged, late or in pieces.
   void OnSent(std::uint32_t device, const protocols::Request& request, Now now) override;
   void OnReceived(View bytes, Now now) override;
   void OnExchangeEnd(std::uint32_t device, const bus::ExchangeEnd& end, Now now) override;
   void OnDeviceState(std::uint32_t device, bus::DeviceState to, const std::string& reason,
                      Now now) override;
-  /// An exchange under way counts as ended.
+  /// Records a change of the port, in a few words. An exchange under way counts as ended.
   void OnPort(const std::string& text, Now now);
 
-  // For any thread.
+  // The functions below can be called on any thread.
 
   /// "feeder-1", or "slave-17" for a slave that only routes address.
   std::string NameOf(std::uint32_t device) const;
-  /// The queue receives every record until the caller releases it.
+  /// Returns a queue that receives every record from now on, until the caller releases it.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);
   std::vector<TraceRecord> Recorded() const;
 
@@ -83,12 +83,12 @@ class LineRecorder final : public bus::Tap {
     WallTime at{};
     Duration round_trip{};
   };
-  /// Up to the next request; if the line only listens, one message. Most are never shown, so no
-  /// text.
+  /// One request and everything up to the next request. On a line that only listens, one message.
+  /// Stored as bytes, not as text, because most exchanges are never shown.
   struct Exchange {
     std::vector<Item> items;
     Bytes bytes;               // bytes of the wire, and the texts of notes
-    std::vector<bool> masked;  // secret; up to the last secret byte
+    std::vector<bool> masked;  // secret; parallel to `bytes`, up to the last secret byte
     std::size_t on_wire = 0;   // how many of `bytes` were on the wire
     std::size_t left_out = 0;
     void Clear();
@@ -117,7 +117,7 @@ class LineRecorder final : public bus::Tap {
   std::size_t newest_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::size_t count_ BAUDGATE_GUARDED_BY(mutex_) = 0;
   std::uint32_t asked_ BAUDGATE_GUARDED_BY(mutex_) = kNoDevice;
-  // The last request had secrets.
+  // Received bytes are masked: the last request had secrets.
   bool masks_received_ BAUDGATE_GUARDED_BY(mutex_) = false;
   std::optional<Instant> ended_ BAUDGATE_GUARDED_BY(mutex_);
   std::optional<Instant> received_ BAUDGATE_GUARDED_BY(mutex_);
@@ -130,7 +130,7 @@ class LineRecorder final : public bus::Tap {
 class Recordings {
  public:
   static constexpr std::size_t kFilesPerLine = 20;
-  /// Further recordings are dropped.
+  /// The number of recordings that can wait for a slow disk. Further recordings are dropped.
   static constexpr std::size_t kMostWaiting = 16;
 
   /// config.recordings, else `recordings` in the first folder of $STATE_DIRECTORY; empty: none.
@@ -143,7 +143,7 @@ class Recordings {
   Recordings(std::filesystem::path folder, std::string version,
              std::function<void(const std::string&)> trouble);
 
-  /// For any thread; returns at once.
+  /// Can be called on any thread; returns at once.
   void Save(Recording recording);
 
  private:
@@ -159,7 +159,7 @@ class Recordings {
   const std::filesystem::path folder_;
   const std::string version_;
   const std::function<void(const std::string&)> trouble_;
-  // For the writing thread only.
+  // The latest file that could not be written. For the writing thread only.
   std::optional<File> failed_;
   WorkQueue<Recording> waiting_{kMostWaiting};
   Worker worker_;

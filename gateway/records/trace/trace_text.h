@@ -27,7 +27,7 @@ struct TraceRecord {
   };
   Kind kind = Kind::note;
   WallTime at{};
-  std::string device;  ///< empty: the record is about the line
+  std::string device;  ///< name of the device; empty: the record is about the line
   std::string hex;     ///< for sent and received: "3E 31 ** **", secret bytes as **
   /// The bytes as characters, with dots for bytes that cannot be shown; else the text of the note.
   std::string text;
@@ -49,7 +49,7 @@ class TraceQueue {
   static constexpr std::size_t kMostRecords = 4096;
   explicit TraceQueue(std::function<void()> wake) : wake_(std::move(wake)) {}
   void Push(const TraceRecord& record);
-  /// Oldest first; does not wait.
+  /// Returns all records, oldest first. Does not wait.
   std::vector<TraceRecord> Take();
 
  private:
@@ -72,9 +72,9 @@ struct TracedDevice {
   bool operator==(const TracedDevice&) const = default;
 };
 
-/// Returns a comment for the line, then one for each device.
+/// Returns the comments for a line: one for the line, then one for each device.
 std::vector<std::string> TraceHead(const config::Line& line);
-/// Empty: not such a comment.
+/// Reads the comment of a device; empty: `line` is not such a comment.
 std::optional<TracedDevice> ReadTracedDevice(std::string_view line);
 
 }  // namespace baudgate::records

@@ -34,7 +34,7 @@ bool IsFormat(std::string_view word) {
          kParities.find(word[1]) != std::string_view::npos && (word[2] == '1' || word[2] == '2');
 }
 
-/// The innermost subcommand, such as "baudgate certs dds".
+/// The innermost subcommand that was parsed, with its full name. Example: "baudgate certs dds".
 struct Command {
   const CLI::App* app;
   std::string name;
@@ -187,7 +187,7 @@ void AddMap(CLI::App& app, Action& action) {
 }
 
 void AddWatch(CLI::App& app, Action& action) {
-  // All words behind "watch" are passed on.
+  // All words behind "watch" are passed to baudgate-dds, which parses them.
   auto* command =
       app.add_subcommand("watch", "Show values, events and alarms that gateways publish on DDS");
   command->set_help_flag();

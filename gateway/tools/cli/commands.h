@@ -18,17 +18,17 @@ namespace baudgate::tools {
 /// because the parser would take the format for another argument.
 std::optional<std::string> UnquotedSerial(std::span<char* const> words);
 
-/// To be called after a parse error.
+/// Prints a suggestion for each word that could not be parsed. To be called after a parse error.
 void TellMeant(const CLI::App& app, std::ostream& err);
 
-/// To be called after parsing. Returns the exit code.
+/// The function of the chosen subcommand, to be called after parsing. Returns the exit code.
 using Action = std::function<int(const config::Catalog&)>;
 
 /// Parsing sets `action`; `app` and `action` must stay valid until then.
 void AddCommands(CLI::App& app, Action& action);
 void AddClientCommands(CLI::App& app, Action& action);
 void AddBusCommands(CLI::App& app, Action& action);
-/// Twins, profiles, direct reads, a bridge.
+/// Adds the subcommands about devices: twins, profiles, direct reads, a bridge.
 void AddDeviceCommands(CLI::App& app, Action& action);
 
 /// The caller then lists the subcommands, because CLI11 does not.

@@ -14,14 +14,14 @@ namespace baudgate::tools {
 struct TraceOptions {
   std::string line{};
   std::string device{};
-  bool last = false;                  ///< the flight recorder, not new frames
-  bool bytes = false;                 ///< each arrival separately, not decoded
-  std::optional<Duration> seconds{};  ///< empty: ends at SIGINT or SIGTERM
+  bool last = false;                  ///< print the frames of the flight recorder, not new frames
+  bool bytes = false;                 ///< print each arrival of bytes separately, not decoded
+  std::optional<Duration> seconds{};  ///< ends after this time; empty: ends at SIGINT or SIGTERM
   std::string socket{};  ///< empty: the only gateway that answers in the default places
 };
 
-/// Flushes each record. Exit codes: 0, also when the gateway stops; 2 unknown line or device; 4 no
-/// gateway.
+/// Flushes the output after each record, for use in pipes. Exit codes: 0, also when the gateway
+/// stops; 2 unknown line or device; 4 no gateway answers.
 int RunTrace(const TraceOptions& options, const config::Catalog& catalog, std::ostream& out,
              std::ostream& err);
 

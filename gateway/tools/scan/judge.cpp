@@ -26,7 +26,7 @@ std::vector<Bytes> Frames(const Tongue& tongue, std::size_t mode, View request, 
   return frames;
 }
 
-/// Empty: no frame gives a verdict.
+/// Returns the strongest verdict about the frames in `bytes`; empty: no frame gives a verdict.
 std::optional<Verdict> FromFrames(const Tongue& tongue, std::size_t mode, View request,
                                   View bytes) {
   std::optional<Verdict> verdict;
@@ -158,7 +158,7 @@ std::string FormatOf(const config::SerialSettings& serial) {
   return text.substr(text.find(' ') + 1);
 }
 
-/// The first of equally frequent values.
+/// Returns the most frequent value of `key`; of equally frequent values, the first.
 template <typename Key>
 auto MostFrequent(const std::vector<Found>& found, Key key) {
   auto best = key(found.front());

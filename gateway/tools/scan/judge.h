@@ -25,9 +25,9 @@
 namespace baudgate::scan {
 
 struct Gathered {
-  Bytes early{};              ///< before the request was sent
-  Bytes heard{};              ///< after the request
-  std::uint32_t damaged = 0;  ///< with a wrong parity or stop bit
+  Bytes early{};              ///< bytes received before the request was sent
+  Bytes heard{};              ///< bytes received after the request
+  std::uint32_t damaged = 0;  ///< characters in `heard` with a wrong parity or stop bit
   bool stopped = false;       ///< the user has ended the scan
 };
 
@@ -53,10 +53,10 @@ struct Verdict {
 
 Verdict Judge(const Tongue& tongue, std::size_t mode, View request, const Gathered& gathered);
 
-/// Traffic before the scan sends anything.
+/// Traffic on the line before the scan sends anything.
 struct Talk {
-  bool known = false;  ///< recognised as that of a master
-  std::string text{};  ///< a sentence without a full stop
+  bool known = false;  ///< the traffic was recognised as that of a master
+  std::string text{};  ///< description: a sentence without a full stop
 };
 /// "another master speaks on the line: it has asked slave 2 (spabus, 9600 7E1)"
 Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::SerialSettings& serial);
@@ -68,7 +68,7 @@ struct Found {
   config::SerialSettings serial{};
   protocols::ScanMode mode{};
   unsigned address = 0;
-  std::string identity{};  ///< empty: the device reports no name
+  std::string identity{};  ///< name that the device reports; empty: it reports no name
   std::string profile{};   ///< empty: no profile fits
   bool assumed = false;    ///< `profile` is the usual profile of the protocol, not proven
   std::string point{};     ///< see Sighting::point
@@ -79,14 +79,14 @@ struct Found {
 
 struct Report {
   std::vector<Found> found{};
-  bool network = false;  ///< a serial server, which has the serial settings
+  bool network = false;  ///< the port is a serial server, which has the serial settings
   bool echo = false;
   bool asked = false;
   bool ended = true;  ///< false: the user or the time limit has ended the scan
   std::vector<std::string> remarks{};
 };
 
-/// By protocol and device name (SpokenName): the profile that lists the name.
+/// For each protocol and each device name (SpokenName), the profile that lists the name.
 using ProfileNames = std::map<std::string, std::map<std::string, std::string>>;
 
 /// The address if no other device has this unit, else the lowest free unit; 0: none is free.
@@ -97,15 +97,15 @@ void RemarkFormats(std::vector<Found>& found);
 
 /// The parts of a configuration that a scan cannot determine.
 struct Heading {
-  std::string written{};  ///< the first comment
+  std::string written{};  ///< text of the first comment
   std::string gateway{};
   std::string line{};
   std::string port{};
 };
-/// The report must contain at least one device.
+/// Returns a complete configuration with one line. The report must contain at least one device.
 std::string Configuration(const Report& report, const Heading& heading);
 
-/// "gate_7.plant.example" → "gate_7"
+/// Returns a gateway name made from a host name. Example: "gate_7.plant.example" → "gate_7".
 std::string GatewayName(std::string_view host);
 
 }  // namespace baudgate::scan

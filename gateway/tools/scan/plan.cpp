@@ -50,7 +50,7 @@ Sweep Quick(const Wish& wish, std::size_t tongue, std::size_t setting, const Add
           .patience = rule.usual + (wish.network ? kNetwork : Duration())};
 }
 
-/// Empty: no address fits.
+/// Returns the part of the sweep that fits into the time `left`; empty: no address fits.
 std::optional<Sweep> Cut(Sweep sweep, Duration left, const Wish& wish) {
   const unsigned count = sweep.addresses.last - sweep.addresses.first + 1;
   const Duration each = TimeOf(sweep, wish) / count;
@@ -72,7 +72,7 @@ std::vector<Sweep> CutAll(const std::vector<Sweep>& sweeps, Duration limit, cons
   return kept;
 }
 
-/// After kLastLikely, if the user has given no range.
+/// Adds sweeps over the addresses after kLastLikely, if the user has given no range.
 void AddRest(const Wish& wish, std::vector<Sweep>& sweeps) {
   if (wish.addresses) return;
   for (std::size_t i = 0; i < wish.tongues.size(); ++i) {

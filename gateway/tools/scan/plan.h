@@ -18,12 +18,12 @@ namespace baudgate::scan {
 
 struct Tongue {
   const protocols::Protocol* protocol = nullptr;
-  /// For each mode of the ScanRule.
+  /// The protocol's options for each mode of the ScanRule.
   std::vector<protocols::ParsedOptions> options{};
 
   const protocols::ScanRule& rule() const { return *protocol->scan; }
 };
-/// `protocol` must have a ScanRule.
+/// Returns the protocol with its options. `protocol` must have a ScanRule.
 Tongue TongueOf(const protocols::Protocol& protocol);
 
 struct Addresses {
@@ -31,37 +31,37 @@ struct Addresses {
   unsigned last = 0;  ///< inclusive
   bool operator==(const Addresses&) const = default;
 };
-/// "1-32" or "7"
+/// Parses "1-32" or "7".
 Result<Addresses> ParseAddresses(std::string_view text);
 
 struct Wish {
   std::vector<Tongue> tongues{};
   std::optional<Addresses> addresses{};  ///< empty: the usual addresses first, then all addresses
-  bool quick = false;                    ///< less than a minute
-  bool network = false;                  ///< a serial server, which has the serial settings
+  bool quick = false;                    ///< the scan takes less than a minute
+  bool network = false;  ///< the port is a serial server, which has the serial settings
 };
 
-/// With one setting of the port.
+/// A range of addresses of one protocol, with one setting of the port.
 struct Sweep {
   std::size_t tongue = 0;
   config::SerialSettings serial{};
   Addresses addresses{};
-  std::size_t modes = 1;    ///< from the first mode of the rule
-  std::uint32_t finds = 1;  ///< bit mask: questions of the rule
-  Duration patience{};      ///< until the first byte of a reply
+  std::size_t modes = 1;    ///< how many modes of the rule to try, from the first
+  std::uint32_t finds = 1;  ///< bit mask: which questions of the rule are sent
+  Duration patience{};      ///< timeout until the first byte of a reply
 };
 
 Duration TimeOf(const Sweep& sweep, const Wish& wish);
 Duration TimeOf(std::span<const Sweep> sweeps, const Wish& wish);
 
-/// With short timeouts.
+/// Returns sweeps over the most likely settings and addresses, with short timeouts.
 std::vector<Sweep> LikelySweeps(const Wish& wish);
-/// All addresses with longer timeouts, with the settings at which devices have answered and the
-/// first setting of each protocol. None for a quick scan.
+/// Returns sweeps over all addresses, with longer timeouts: with the settings at which devices have
+/// answered, and with the first setting of each protocol. Returns none for a quick scan.
 std::vector<Sweep> ThoroughSweeps(const Wish& wish,
                                   std::span<const config::SerialSettings> answered);
 
-/// To be used before anything is sent.
+/// Port settings to listen with before anything is sent, and how long to listen.
 struct Listening {
   config::SerialSettings serial{};
   Duration time{};
@@ -70,7 +70,7 @@ std::vector<Listening> ListenFirst(const Wish& wish);
 
 inline constexpr Duration kQuickLimit = 57s;
 
-/// Bit rate and character format are equal.
+/// True if bit rate and character format are equal.
 bool SameWire(const config::SerialSettings& a, const config::SerialSettings& b);
 /// Formats at the same bit rate that can carry the protocol's characters, the usual ones first.
 /// `protocol` must have a ScanRule.

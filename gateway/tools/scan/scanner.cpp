@@ -10,7 +10,7 @@ namespace {
 constexpr int kRepeats = 3;
 /// Tries while another master is active, because replies are then lost now and then.
 constexpr int kTriesInTraffic = 4;
-/// Fewer bytes are a disturbance of the line, no reply.
+/// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
 constexpr const char* kTwo = "two devices may have this address";
 
@@ -45,7 +45,7 @@ bool Scanner::Set(const config::SerialSettings& serial) {
   return set.ok();
 }
 
-/// A failure ends the scan.
+/// Applies serial settings that the port had before. A failure ends the scan.
 void Scanner::SetBack(const config::SerialSettings& serial) {
   if (wish_.network) return;
   const Status set = wire_.Apply(serial);
@@ -129,7 +129,7 @@ void Scanner::Look(Asked asked, std::uint32_t finds) {
   }
 }
 
-/// If another master is active, repeats the question while the reply is unclear.
+/// Sends a question. If another master is active, repeats it while the reply is unclear.
 Verdict Scanner::Exchange(const Asked& asked) {
   Verdict verdict = ExchangeOnce(asked);
   for (int tries = 1; traffic_ && tries < kTriesInTraffic && !is_over(); ++tries) {

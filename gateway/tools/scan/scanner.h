@@ -16,7 +16,7 @@
 
 namespace baudgate::scan {
 
-/// Implemented by the caller. An error of Listen or Ask ends the scan.
+/// An open port, implemented by the caller. An error of Listen or Ask ends the scan.
 class Wire {
  public:
   virtual ~Wire() = default;
@@ -29,7 +29,7 @@ class Wire {
 };
 
 struct Progress {
-  std::string doing{};  ///< "spabus 9600 7E1, address 12"
+  std::string doing{};  ///< present step: "spabus 9600 7E1, address 12"
   std::size_t found = 0;
   Duration left{};
 };
@@ -91,11 +91,11 @@ class Scanner {
   Watcher& watcher_;
   Report report_;
   Status status_;
-  /// Another master is active, and the user has allowed the scan to send.
+  /// True: another master is active, and the user has allowed the scan to send.
   bool traffic_ = false;
-  std::set<std::string> refused_;                     ///< not supported by the port
-  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address
-  std::vector<Found> doubtful_;                       ///< only damaged replies came from these
+  std::set<std::string> refused_;  ///< serial settings that the port does not support
+  std::set<std::pair<std::string, unsigned>> known_;  ///< protocol and address of found devices
+  std::vector<Found> doubtful_;  ///< addresses from which only damaged replies came
   std::vector<config::SerialSettings> answered_;
   std::optional<Asked> last_;
   std::optional<Asked> previous_;  ///< the last question to another address than that of last_

@@ -143,7 +143,7 @@ Status Pty::MakeLink(const std::string& link) {
     return Error{link + " is a link to " + target + ", which is served by " + *server +
                  "; end this program first, or choose another path"};
   }
-  // Replaced by rename, so that a reader always finds a link.
+  // The link is replaced by rename, so that a reader always finds either the old or the new link.
   const std::string fresh = link + ".new-" + std::to_string(getpid());
   (void)unlink(fresh.c_str());
   if (symlink(slave_path_.c_str(), fresh.c_str()) != 0) {

@@ -20,8 +20,8 @@ std::optional<std::string> ServerOf(const std::string& link, const std::string& 
 
 class Pty {
  public:
-  /// In raw mode. With `link`, also makes a link to the slave. An older link that is not served any
-  /// more is replaced; any other file there is an error.
+  /// Creates a pty in raw mode. With `link`, also makes a symbolic link to its slave. An older link
+  /// whose pty is not served any more is replaced; any other file at this path is an error.
   static Result<Pty> Create(const std::string& link = {});
 
   Pty(Pty&& other) noexcept;
@@ -30,15 +30,15 @@ class Pty {
 
   /// Non-blocking, close-on-exec, owned by the Pty; -1 after Unplug or TakeMaster.
   int master() const { return master_; }
-  /// The caller then owns the master.
+  /// Passes the ownership of the master to the caller, for example for an asio stream_descriptor.
   int TakeMaster();
-  /// "/dev/pts/7"
+  /// Returns the path of the slave. Example: "/dev/pts/7".
   const std::string& slave_path() const { return slave_path_; }
-  /// The link, or the slave's path if there is none.
+  /// Returns the path that a reader opens: the link, or the slave's path if there is no link.
   const std::string& path() const { return link_.empty() ? slave_path_ : link_; }
 
-  /// Removes the link and closes both sides. Programs that have the slave open get a hang-up. A
-  /// master from TakeMaster stays open.
+  /// Removes the link, if it still points to this pty, and closes both sides. Programs that have
+  /// the slave open get a hang-up. A master from TakeMaster stays open.
   void Unplug();
 
  private:
@@ -47,7 +47,7 @@ class Pty {
   Status MakeLink(const std::string& link);
 
   int master_ = -1;
-  /// So that the twin gets no hang-up when a reader closes its side.
+  /// The slave stays open here, so that the twin gets no hang-up when a reader closes it.
   int slave_ = -1;
   std::string slave_path_;
   std::string link_;

@@ -36,16 +36,16 @@ class SimulatedValues final : public protocols::TwinValues {
   std::vector<Value> written_;
 };
 
-// When a twin raises events: "every:5s", "every:1s,count=3". It raises the on and off events of its
-// profile in turn.
+// `EventSchedule` tells when a twin raises events by itself, as the user writes it: "every:5s",
+// "every:1s,count=3". The twin raises the on and off events of its profile's table in turn. No I/O.
 struct EventSchedule {
   Duration every{};
-  std::size_t count = 1;  ///< at a time
-  /// The text of each event is its number, from 1, so that a test can find missing events.
+  std::size_t count = 1;  ///< how many events are raised at a time
+  /// True: the text of each event is its number, from 1, so that a test can find missing events.
   bool numbered = false;
 };
 
-/// The error contains the permitted form.
+/// Parses a schedule. The error text contains the permitted form.
 Result<EventSchedule> ParseEventSchedule(std::string_view text);
 
 class TwinEvents {
@@ -75,14 +75,14 @@ std::optional<std::string> FreeAddress(const protocols::Protocol& protocol,
 class Residents {
  public:
   struct Answer {
-    Bytes reply;                    ///< empty: no twin answers
-    std::vector<TimedPiece> heard;  ///< after faults
-    /// Pieces of earlier replies that were not sent yet must be dropped.
+    Bytes reply;                    ///< reply of the twin; empty: no twin answers
+    std::vector<TimedPiece> heard;  ///< bytes that the master receives, after faults
+    /// True: pieces of earlier replies that were not sent yet must be dropped.
     bool interrupts = false;
     config::SerialSettings serial;
   };
 
-  /// `devices` must not be empty. `wire`: for devices without serial settings.
+  /// `devices` must not be empty. `wire` applies to devices that have no serial settings.
   Residents(const protocols::Protocol& protocol, std::vector<config::Device> devices,
             const TwinWire& wire, const std::optional<EventSchedule>& events);
   Residents(const Residents&) = delete;
@@ -94,15 +94,15 @@ class Residents {
   const protocols::ParsedOptions& options() const { return options_; }
   const config::SerialSettings& serial() const { return SerialOf(*twins_.front()); }
 
-  /// `end`: time of the last character of the request.
+  /// Returns the reply to one request. `end`: time of the last character of the request.
   Answer Hear(View request, Instant end);
-  /// Empty: no twin sends unasked now.
+  /// Returns the next message that a twin sends unasked; empty: there is no message now.
   Bytes Say(Now now);
 
-  /// Counts and schedules start again.
+  /// Replaces all faults. Their counts and schedules start again.
   void SetFaults(const std::vector<Fault>& faults, Instant now);
   std::vector<FaultCount> fault_counts() const;
-  /// Raised and refused events.
+  /// Returns the numbers of raised and of refused events.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
 
  private:
@@ -130,7 +130,7 @@ class Residents {
   const TwinWire wire_;
   const protocols::ParsedOptions options_;
   Twins twins_;
-  Twins strangers_;  // for the fault wrong_address
+  Twins strangers_;  // these devices answer in place of the twins, for the fault wrong_address
   std::optional<TwinFaults> faults_;
   bool was_dead_ = false;
 };

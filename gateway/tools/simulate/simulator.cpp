@@ -11,7 +11,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// Above it, the oldest connection is closed.
+/// The limit of connections. If it is exceeded, the oldest connection is closed.
 constexpr std::size_t kMostConnections = 16;
 
 std::shared_ptr<TwinBus> MakeBusOf(std::vector<TwinGroup> groups, const SimulatorOptions& options) {

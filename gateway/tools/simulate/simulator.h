@@ -28,18 +28,18 @@ struct TwinGroup {
 };
 
 struct SimulatorOptions {
-  std::string link;  ///< empty: no link
-  /// In place of a pty; port 0: any free port.
+  std::string link;  ///< path of the symbolic link to the pty; empty: no link
+  /// The address of a TCP server, in place of a pty; port 0: any free port.
   std::optional<config::HostPort> listen;
   /// How long each character takes on the wire; empty: no time.
   std::optional<config::SerialSettings> pace;
   /// If a reader has set another bit rate or format, converts bytes to what a UART would receive.
   bool strict = false;
-  Duration think_time = 5ms;            ///< from the end of the request
-  std::vector<Fault> faults;            ///< schedules begin when the simulator is created
-  std::optional<EventSchedule> events;  ///< schedule for each twin
-  /// Called on the thread of the io_context with each request, the reply (empty: none), and the
-  /// bytes sent, which include late replies and an echo.
+  Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
+  std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
+  std::optional<EventSchedule> events;  ///< schedule of the events of each twin
+  /// Called with each request, the reply of the twins (empty: no twin replies), and the bytes that
+  /// are sent, which include late replies and an echo. Called on the thread of the io_context.
   std::function<void(View request, View reply, View delivered)> observer;
 };
 
@@ -55,12 +55,12 @@ class Simulator {
                                                    const SimulatorOptions& options);
   ~Simulator();
 
-  /// For `port:` of a line: a path, or "tcp://127.0.0.1:4001".
+  /// Returns the value for `port:` of a line: a path, or for example "tcp://127.0.0.1:4001".
   const std::string& path() const;
   /// Answered requests, and the characters of these exchanges. Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
-  /// How often each fault has struck. On the thread of the io_context, as all below.
+  /// Returns how often each fault has struck. To be called on the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
   /// Raised and refused events.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;

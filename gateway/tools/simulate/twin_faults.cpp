@@ -146,7 +146,7 @@ bool TwinFaults::Apply(Active& active, Utterance& said) {
   return false;
 }
 
-/// Behind a random character, but not the last.
+/// Inserts a silence behind a random character, but not behind the last.
 bool TwinFaults::Stall(Active& active, Speech& speech) {
   if (speech.empty() || speech.back().bytes.size() < 2) return false;
   Bytes& whole = speech.back().bytes;
@@ -201,7 +201,7 @@ Bytes TwinFaults::Garbage(Active& active) const {
   return bytes;
 }
 
-/// Delayed replies that are due with this request.
+/// Returns the delayed replies that are due with this request.
 TwinFaults::Speech TwinFaults::TakeHeld() {
   Speech due;
   for (Held& held : held_) {
@@ -226,12 +226,12 @@ constexpr std::size_t kMostCount = 1024;
 constexpr std::size_t kMostExchanges = 16;
 constexpr Duration kLongestPause = 10min;
 
-/// In addition to the common keys, with their default values.
+/// The keys that one kind of fault has in addition to the common keys, and their default values.
 struct KindKeys {
   Kind kind;
-  std::string_view count;  ///< for Fault::count; empty: none
+  std::string_view count;  ///< name of the key for Fault::count; empty: the kind has none
   std::size_t count_default;
-  std::string_view pause;  ///< for Fault::pause; empty: none
+  std::string_view pause;  ///< name of the key for Fault::pause; empty: the kind has none
   Duration pause_default;
 };
 
@@ -279,7 +279,7 @@ Status ReadWhole(std::string_view value, T least, T most, T& target) {
   return {};
 }
 
-/// Also accepts "1e-9", which ParseDecimal rejects.
+/// Parses the share of replies. Also accepts "1e-9" for rare faults, which ParseDecimal rejects.
 std::optional<double> ParseShare(std::string_view value) {
   const auto mark = value.find_first_of("eE");
   const auto number = ParseDecimal(value.substr(0, mark));
@@ -308,7 +308,7 @@ Status ReadTime(std::string_view value, Duration least, Duration most, Duration&
   return {};
 }
 
-/// `key` must be in KeysOf(keys).
+/// Sets the member of a key. `key` must be in KeysOf(keys).
 Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::string_view value) {
   constexpr Duration kLongest = 24h * 365;
   if (key == keys.count) return ReadWhole<std::size_t>(value, 1, kMostCount, fault.count);
@@ -323,7 +323,7 @@ Status SetKey(Fault& fault, const KindKeys& keys, std::string_view key, std::str
   return ReadTime(value, 1ms, kLongest, key == "for" ? fault.lasts : fault.every);
 }
 
-/// "rate=0.1". `given`: the keys that were read so far.
+/// Reads one setting such as "rate=0.1". `given`: the keys that were read so far.
 Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
                    std::set<std::string_view>& given) {
   const auto equals = setting.find('=');
@@ -344,7 +344,7 @@ Status TakeSetting(Fault& fault, const KindKeys& keys, std::string_view setting,
   return {};
 }
 
-/// Rules that concern several keys.
+/// Checks rules that concern several keys.
 Status CheckWhole(const Fault& fault, const std::set<std::string_view>& given) {
   if (given.contains("every") && !given.contains("for")) {
     return Error{"every= needs for=: how long the fault lasts each time"};

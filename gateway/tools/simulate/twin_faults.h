@@ -18,12 +18,12 @@
 namespace baudgate::tools {
 
 struct TimedPiece {
-  Duration after;  ///< from the end of the request to the last character
+  Duration after;  ///< from the end of the request to the end of the last character
   Bytes bytes;
 };
 
 struct Fault {
-  /// If several faults strike one reply, they are applied in this order.
+  /// The kinds of faults. If several faults strike one reply, they are applied in this order.
   enum class Kind : std::uint8_t {
     death,  ///< the device receives nothing and sends nothing
     wrong_address,
@@ -38,15 +38,15 @@ struct Fault {
     echo,
   };
   Kind kind = Kind::loss;
-  double rate = 1;            ///< share of the replies, 0…1
-  std::uint64_t seed = 1;     ///< the same seed strikes the same exchanges in the same way
-  Duration after{};           ///< from the start to the first occurrence
-  Duration lasts{};           ///< duration of an occurrence; zero: to the end
-  Duration every{};           ///< from one occurrence to the next; zero: only once
-  std::size_t count = 1;      ///< bits: number of flipped bits; garbage: number of bytes
-  Duration pause{};           ///< stall, dribble, doubled: length of the silence; late: the delay
-  std::size_t exchanges = 0;  ///< late: delay in requests; zero: delay by `pause`
-  std::string text;           ///< as the user wrote it
+  double rate = 1;         ///< share of the replies that the fault strikes, 0…1
+  std::uint64_t seed = 1;  ///< faults with the same seed strike the same exchanges in the same way
+  Duration after{};        ///< from the start to the first occurrence
+  Duration lasts{};        ///< duration of an occurrence; zero: to the end
+  Duration every{};        ///< from one occurrence to the next; zero: only once
+  std::size_t count = 1;   ///< bits: number of flipped bits; garbage: number of bytes
+  Duration pause{};        ///< stall, dribble, doubled: length of the silence; late: the delay
+  std::size_t exchanges = 0;  ///< late: delay in number of requests; zero: delay by `pause`
+  std::string text;           ///< the fault as the user wrote it
 
   bool IsDue(Duration since_start) const;
 };
@@ -55,8 +55,8 @@ std::string_view Name(Fault::Kind kind);
 
 struct TwinWire {
   config::SerialSettings serial;
-  bool paced = false;    ///< each character takes the time of its bit rate
-  Duration think = 5ms;  ///< from the end of the request
+  bool paced = false;    ///< each character takes the time of its bit rate; false: no time
+  Duration think = 5ms;  ///< from the end of the request to the first byte of the reply
 
   Duration TimeOf(std::size_t characters) const {
     if (!paced) return {};
@@ -67,7 +67,7 @@ struct TwinWire {
 struct FaultCount {
   std::string fault;
   std::uint64_t struck = 0;
-  std::uint64_t exchanges = 0;  ///< exchanges that the fault could have struck
+  std::uint64_t exchanges = 0;  ///< number of exchanges that the fault could have struck
 };
 
 class TwinFaults {
@@ -80,15 +80,15 @@ class TwinFaults {
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
-  /// When `death` ends, the caller must create a new twin: a restarted device has lost its
-  /// sessions.
+  /// True while the fault `death` is active. When it ends, the caller must create a new twin,
+  /// because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
   /// Sorted by time, pieces of earlier replies first. `reply` empty: the request was not for this
   /// twin.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
-  /// In the order of the constructor's argument.
+  /// Returns the counts of the faults, in the order of the constructor's argument.
   std::vector<FaultCount> Counts() const;
 
  private:
@@ -104,21 +104,21 @@ class TwinFaults {
     FaultCount count;
   };
   struct Held {
-    std::size_t exchanges = 0;  // further requests until the reply is sent
+    std::size_t exchanges = 0;  // number of further requests until the reply is sent
     Speech speech;
   };
 
   struct Utterance {
     View request;
     Speech speech;
-    Bytes foreign;  // for wrong_address
+    Bytes foreign;  // reply of another device, for wrong_address
     Bytes echo;
     Duration delay{};
   };
 
-  /// Counts the exchange.
+  /// True if the fault strikes this reply. Counts the exchange.
   bool IsChosen(Active& active, Instant now);
-  /// False: there was nothing to change.
+  /// Applies a fault. Returns false if there was nothing that it could change.
   bool Apply(Active& active, Utterance& said);
   static bool Stall(Active& active, Speech& speech);
   static bool Dribble(Active& active, Speech& speech);

@@ -28,7 +28,7 @@ unsigned DataOf(std::uint8_t byte, const SerialSettings& serial) {
   return serial.data_bits == 7 ? byte & 0x7FU : byte;
 }
 
-/// The wire is idle (1) before and after.
+/// Returns the level of the wire for each bit. The wire is idle (1) before and after.
 std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   std::vector<bool> bits = {true};
   for (const std::uint8_t byte : sent) {
@@ -41,8 +41,8 @@ std::vector<bool> BitsOf(View sent, const SerialSettings& serial) {
   return bits;
 }
 
-/// Level over time. Unit: 1 / (sender's bit rate * receiver's bit rate) seconds, so that bits of
-/// both last whole numbers of units.
+/// The level of a wire over time. One unit of time is 1 / (sender's bit rate * receiver's bit rate)
+/// seconds, so that a bit of the sender and a bit of the receiver last whole numbers of units.
 class Wire {
  public:
   Wire(std::vector<bool> bits, std::int64_t bit) : bits_(std::move(bits)), bit_(bit) {}
@@ -51,7 +51,7 @@ class Wire {
     const auto index = static_cast<std::size_t>(time / bit_);
     return index >= bits_.size() || bits_[index];
   }
-  /// Negative: never.
+  /// Returns the first time, not before `time`, at which the wire has `level`; negative: never.
   std::int64_t Next(bool level, std::int64_t time) const {
     if (At(time) == level) return time;
     for (std::int64_t index = time / bit_ + 1; index <= Size(); ++index) {
@@ -107,12 +107,12 @@ bool Understand(const SerialSettings& a, const SerialSettings& b) {
 
 namespace {
 
-/// A UART with a FIFO sends pieces of about this duration.
+/// A paced reply is sent in pieces of this duration, as a UART with a FIFO would send it.
 constexpr Duration kPiece = 2ms;
-/// A request has ended after this silence, and this many characters.
+/// A request has ended when the line was silent for this time and for this many characters.
 constexpr Duration kLeastSilence = 5ms;
 constexpr int kSilentCharacters = 4;
-/// For messages that twins send unasked.
+/// The interval at which twins are asked for messages that they send unasked.
 constexpr Duration kSpeech = 2ms;
 
 }  // namespace
@@ -268,8 +268,8 @@ Bytes TwinPort::Queue(Instant until, View bytes, const config::SerialSettings& s
   return heard;
 }
 
-/// At the time of the last character. The wire carries one character at a time, whichever twin
-/// sends.
+/// Waits until the last character of the next piece would be sent, and sends the piece. The wire
+/// carries one character at a time, whichever twin sends.
 void TwinPort::SendNext() {
   // A timer that has already expired cannot be cancelled, so its handler checks `number`.
   const std::uint64_t number = ++waits_;
@@ -289,7 +289,7 @@ void TwinPort::SendNext() {
   });
 }
 
-/// Repeats itself every kSpeech.
+/// Asks the twins for messages that they send unasked, and repeats this every kSpeech.
 void TwinPort::Speak() {
   const Now now = ReadClocks();
   bool spoke = false;

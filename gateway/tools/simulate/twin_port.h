@@ -31,10 +31,10 @@ struct Received {
 Received ReceiveAs(const config::SerialSettings& receiver, View sent,
                    const config::SerialSettings& sender);
 
-/// Each character arrives unchanged.
+/// True if each character arrives unchanged.
 bool Understand(const config::SerialSettings& a, const config::SerialSettings& b);
 
-/// Grouped by protocol.
+/// The twins of one bus, grouped by protocol, and their counters.
 struct TwinBus {
   TwinWire wire;
   bool strict = false;
@@ -51,7 +51,7 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   TwinPort(asio::io_context& io, int descriptor, std::shared_ptr<TwinBus> bus);
 
   void Start();
-  /// The other side has closed the connection, or Close was called.
+  /// True if the other side has closed the connection, or Close was called.
   bool is_over() const { return over_; }
   void Close();
 
@@ -70,7 +70,7 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   void Speak();
 
   const std::shared_ptr<TwinBus> bus_;
-  const int fd_;  // for reading the settings of a pty
+  const int fd_;  // the descriptor of descriptor_, for reading the settings of a pty
   asio::posix::stream_descriptor descriptor_;
   asio::steady_timer timer_;
   asio::steady_timer silence_;  // runs while an assembler contains a part of a request
@@ -80,7 +80,7 @@ class TwinPort : public std::enable_shared_from_this<TwinPort> {
   bool over_ = false;
   Instant request_began_{};
   Instant request_heard_{};
-  std::multimap<Instant, Bytes> leaving_;  // key: time of the last character
+  std::multimap<Instant, Bytes> leaving_;  // key: when the last character of the piece is sent
   Instant said_until_{};
   std::uint64_t waits_ = 0;
 };

@@ -37,15 +37,15 @@ class StopSignals {
   }
   StopSignals(const StopSignals&) = delete;
   StopSignals& operator=(const StopSignals&) = delete;
-  /// Readable when a signal has come.
+  /// The descriptor is readable when a signal has come.
   int descriptor() const { return descriptor_; }
-  /// True: a signal came within `time`.
+  /// Returns true if a signal comes within `time`.
   bool Wait(Duration time) const {
     pollfd waited{descriptor_, POLLIN, 0};
     const auto whole = std::chrono::ceil<std::chrono::milliseconds>(time).count();
     return ::poll(&waited, 1, static_cast<int>(std::clamp<std::int64_t>(whole, 0, 1'000'000))) == 1;
   }
-  /// SIGWINCH does not count.
+  /// True if a signal to stop has come since the last call. SIGWINCH is not a signal to stop.
   bool Came() const {
     bool stop = false;
     signalfd_siginfo info{};

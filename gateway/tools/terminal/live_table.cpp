@@ -18,8 +18,8 @@ namespace {
 constexpr std::string_view kEnter = "\x1b[?1049h\x1b[?25l\x1b[2J";  // alternate screen, no cursor
 constexpr std::string_view kLeave = "\x1b[?25h\x1b[?1049l";
 
-/// Clears the rest of each line and all lines below. The last line has no line feed, which would
-/// scroll.
+/// Returns the text that draws `lines` from the upper left corner on, and clears the rest of each
+/// line and all lines below. The last line has no '\n', which would scroll.
 std::string FrameOf(std::string_view lines, std::size_t height) {
   auto left = static_cast<std::size_t>(std::ranges::count(lines, '\n'));
   if (!lines.empty() && lines.back() != '\n') ++left;
@@ -63,7 +63,7 @@ namespace {
 constexpr std::string_view kEllipsis = "\xE2\x80\xA6";
 constexpr std::string_view kGap = "  ";
 
-/// The least width of a column that is cut because the lines are too wide.
+/// The minimum width of a column that is cut because the lines are too wide.
 constexpr std::size_t kLeastText = 12;
 
 std::string Cut(std::string_view text, std::size_t width) {

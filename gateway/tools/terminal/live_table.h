@@ -35,13 +35,13 @@ class LiveScreen {
   std::string drawn_;
 };
 
-/// By severity.
+/// The colour of a row, by severity.
 enum class Tone : std::uint8_t { faint, plain, warning, alarm };
 
 struct TableColumn {
   std::string title;
   bool right = false;       ///< right-aligned, for numbers
-  bool spare = false;       ///< left out if lines are too wide
+  bool spare = false;       ///< left out if the lines would be too wide
   std::size_t widest = 40;  ///< longer cells are cut with "…" if the width is limited
 };
 
@@ -52,7 +52,7 @@ struct TableRow {
 
 struct TableView {
   std::size_t width = 0;  ///< characters in a line; 0 = no limit
-  /// With the head; 0: no limit. Rows that do not fit are counted.
+  /// Number of lines, with the head; 0: no limit. Rows that do not fit are counted.
   std::size_t height = 0;
   bool colour = false;
 };
@@ -66,11 +66,11 @@ std::string RenderTable(const std::vector<TableColumn>& columns, const std::vect
 struct PointRow {
   std::string device;
   std::string point;
-  std::string value;  ///< as FormatValue returns it
+  std::string value;  ///< the value as FormatValue returns it
   std::string unit;
   Quality quality = Quality::bad_waiting;
   std::optional<Duration> age;  ///< empty: the point was never read
-  bool gone = false;            ///< the gateway no longer publishes the point
+  bool gone = false;            ///< the point's gateway no longer publishes it
 };
 
 /// The device's name is only in its first row.

@@ -10,9 +10,9 @@
 namespace baudgate::tools {
 namespace {
 
-constexpr std::size_t kLeastWidth = 20;  // also with an indent
+constexpr std::size_t kLeastWidth = 20;  // minimum width of wrapped lines, also with an indent
 
-/// In bytes, of the first `width` characters.
+/// Returns how many bytes the first `width` characters have.
 std::size_t BytesOf(std::string_view text, std::size_t width) {
   std::size_t at = 0;
   for (std::size_t seen = 0; at < text.size(); ++at) {
@@ -21,7 +21,7 @@ std::size_t BytesOf(std::string_view text, std::size_t width) {
   return at;
 }
 
-/// Also removes the blanks behind the line.
+/// Removes one line, and the blanks behind it, from the front of `text`, and returns the line.
 std::string TakeLine(std::string_view& text, std::size_t width) {
   std::size_t end = BytesOf(text, width);
   if (end < text.size() && text[end] != ' ') {

@@ -11,7 +11,7 @@
 
 namespace baudgate::tools {
 
-/// A byte of a UTF-8 character other than its first.
+/// True for a byte of a UTF-8 character that is not the character's first byte.
 inline bool ContinuesCharacter(char c) { return (static_cast<unsigned char>(c) & 0xC0U) == 0x80U; }
 
 inline std::size_t WidthOf(std::string_view text) {
@@ -38,17 +38,17 @@ struct ColumnShape {
 
 class ColumnLayout {
  public:
-  /// In characters; 0: no limit.
+  /// `limit`: number of characters in a line; 0: no limit.
   ColumnLayout(std::vector<ColumnShape> columns, std::size_t limit);
 
-  /// Returns lines with line feeds. `cells` has one element for each column. Leaves out empty
-  /// lines, except the first.
+  /// Returns the lines of one row, each ending in '
+  /// '. `cells` must have one element for each column. Empty lines are left out, except the first.
   std::string Row(const std::vector<std::string>& cells) const;
 
  private:
   struct CellPosition {
     std::size_t line = 0;
-    std::size_t at = 0;  // in characters
+    std::size_t at = 0;  // position in the line, in characters
   };
 
   const std::vector<ColumnShape> columns_;
@@ -66,15 +66,15 @@ class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : header_(std::move(header)) {}
 
-  /// With as many cells as the header.
+  /// Adds a row. It must have as many cells as the header.
   void Add(std::vector<std::string> row) { rows_.push_back(std::move(row)); }
   bool empty() const { return rows_.empty(); }
 
-  /// Leaves out columns without content. Rows wider than `limit` characters (0: no limit) are
-  /// folded.
+  /// Prints columns with two blanks between them. Leaves out columns without content. Rows wider
+  /// than `limit` characters (0: no limit) are folded into several lines.
   void PrintAligned(std::ostream& out, const std::string& indent = "", std::size_t limit = 0) const;
   void PrintMarkdown(std::ostream& out) const;
-  /// RFC 4180, with a header.
+  /// Prints CSV as in RFC 4180, with a header.
   void PrintCsv(std::ostream& out) const;
 
  private:
@@ -99,16 +99,16 @@ class StreamTable {
  public:
   struct Column {
     std::string title{};
-    /// If lines have no limit; at least the width of the title.
+    /// Initial width if lines have no limit; not less than the width of the title.
     std::size_t width = 0;
     bool right = false;  ///< right-aligned, for numbers
   };
   using Row = std::vector<std::string>;
 
-  /// In characters; 0: no limit.
+  /// `limit`: number of characters in a line; 0: no limit.
   explicit StreamTable(std::vector<Column> columns, std::size_t limit = 0);
 
-  /// One cell for each column. The last cell can have any length.
+  /// Prints rows. Each row must have one cell for each column. The last cell can have any length.
   void Print(const std::vector<Row>& rows, std::ostream& out);
 
  private:

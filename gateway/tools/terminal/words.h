@@ -1,4 +1,4 @@
-// Command-line options that several commands share.
+// Command-line options that several commands share, so that all commands spell them alike.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -14,7 +14,7 @@ namespace baudgate::tools {
 
 inline constexpr auto kInstalledConfig = "/etc/baudgate/baudgate.yaml";
 
-/// The footer is printed as an example, before the usage.
+/// Prints the help of a command. Its footer is printed as an example, before the usage.
 class HelpWithExample : public CLI::Formatter {
  public:
   std::string make_usage(const CLI::App* app, std::string name) const override {
@@ -24,19 +24,19 @@ class HelpWithExample : public CLI::Formatter {
   std::string make_footer(const CLI::App* /*app*/) const override { return {}; }
 };
 
-/// "baudgate status bay-1"
+/// Sets the example in the help of a command. Example: "baudgate status bay-1".
 inline void SetExample(CLI::App& command, const std::string& example) {
   command.footer(example);
   command.formatter(std::make_shared<HelpWithExample>());
 }
 
-/// For commands that need the running gateway.
+/// Adds the option --socket, for commands that need the running gateway.
 inline void AddSocket(CLI::App& command, std::string& socket) {
   command.add_option("--socket", socket,
                      "Control socket of the gateway; only needed if the gateway is not found");
 }
 
-/// A duration such as "250ms".
+/// Adds an option whose value is a duration such as "250ms".
 inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration& target,
                                 const std::string& help) {
   return app.add_option_function<std::string>(
@@ -49,7 +49,7 @@ inline CLI::Option* AddDuration(CLI::App& app, const std::string& name, Duration
       help);
 }
 
-/// "30" or "0.5".
+/// Adds the option --seconds, with a value such as "30" or "0.5".
 inline CLI::Option* AddSeconds(CLI::App& app, std::optional<Duration>& target) {
   constexpr double kMostSeconds = 1e9;
   return app.add_option_function<double>(

@@ -1,5 +1,5 @@
-// baudgate-dds handles DDS for a gateway: the daemon starts it with a descriptor of the link, or
-// systemd with the path of the daemon's socket.
+// baudgate-dds is the process that handles DDS for a gateway. Either the daemon starts it with a
+// descriptor of the link, or systemd starts it with the path of the daemon's socket.
 // SPDX-License-Identifier: Apache-2.0
 #include <malloc.h>
 #include <poll.h>
@@ -54,8 +54,8 @@ void Say(const std::string& sentence) {
 /// trust its samples.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
-/// Stops the watchdog. Declared first and so destroyed last, so that it covers the other
-/// destructors.
+/// Stops the watchdog of Live in its destructor. It must be declared first, and so destroyed last,
+/// so that the watchdog covers the other destructors.
 struct LivesNoMore {
   ~LivesNoMore() { Live(0s); }
 };
@@ -117,7 +117,7 @@ Status Confine(std::uint64_t memory) {
   return DenyCalls();
 }
 
-/// As a child process of the daemon. An error ends the process.
+/// Serves one link, as a child process of the daemon. An error ends the process.
 int ServeParent(const Options& options, const tools::StopSignals& stop) {
   if (options.parent != 0 && !EndWith(options.parent)) return kExitDone;
   if (const Status status = Confine(options.memory); !status) {
@@ -130,7 +130,7 @@ int ServeParent(const Options& options, const tools::StopSignals& stop) {
   return kExitCanNot;
 }
 
-/// One gateway after the other, as a service of systemd.
+/// Serves one gateway after the other at the socket, as a service of systemd.
 int ServeSocket(const Options& options, const tools::StopSignals& stop) {
   sd_notify(0, "READY=1");
   bool told = false;

@@ -90,7 +90,7 @@ namespace {
 /// For RunLineLoop, which prints a line for each item of `watch --events` and `--alarms`.
 struct LineLoop {
   const StopSignals& signals;
-  std::optional<Duration> seconds;  ///< empty: no limit
+  std::optional<Duration> seconds;  ///< ends after this time; empty: no limit
   int mailbox = -1;                 ///< readable when `print` has something to print
   std::function<void()> print;
 };
@@ -175,7 +175,7 @@ std::string PlainLine(const dds::EventSample& event) {
                   "  code " + std::to_string(event.code) + "  " + event.text);
 }
 
-/// With the words of `baudgate alarms --json`.
+/// The members have the words of `baudgate alarms --json`.
 std::string JsonLine(const dds::AlarmSample& alarm) {
   return Dump(JsonOf(alarm, [&alarm](std::string_view field, Json& line) {
     if (field == "state") {

@@ -29,9 +29,9 @@
 
 namespace baudgate::tools {
 
-// From the threads of the DDS library to the thread that prints. While that is blocked (by a
-// pager), Put blocks, and the library stores only the latest sample of each instance, so the memory
-// is limited.
+// `Mailbox` passes items from the threads of the DDS library to the thread that prints. While the
+// printing thread is blocked (by a pager), Put blocks, and the library stores only the latest
+// sample of each instance, so the memory is limited.
 template <typename Item>
 class Mailbox {
  public:
@@ -60,7 +60,7 @@ class Mailbox {
     room_.notify_all();
     return std::exchange(items_, {});
   }
-  /// Also ends all calls of Put that wait. Put drops items until Reopen.
+  /// Ends all calls of Put that wait. Put drops items until Reopen is called.
   void Close() {
     const MutexLock lock(mutex_);
     closed_ = true;
@@ -70,7 +70,7 @@ class Mailbox {
     const MutexLock lock(mutex_);
     closed_ = false;
   }
-  /// Readable when the mailbox contains an item.
+  /// The descriptor is readable when the mailbox contains an item.
   int descriptor() const { return wake_; }
 
  private:
@@ -83,8 +83,8 @@ class Mailbox {
   bool closed_ BAUDGATE_GUARDED_BY(mutex_) = false;
 };
 
-// Restarts a subscriber: if a network interface was created again, the DDS library receives
-// nothing.
+// `Listening` restarts a subscriber that no longer receives: if a network interface was deleted and
+// created again, the DDS library receives no more samples.
 class Listening {
  public:
   using Open = std::function<Status()>;
@@ -97,7 +97,7 @@ class Listening {
   /// Once a second. Returns a message if the subscriber was restarted or cannot be created.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
-  /// Empty: there is a subscriber.
+  /// Returns why there is no subscriber; empty: there is a subscriber.
   const std::optional<std::string>& failure() const { return failure_; }
 
  private:
@@ -126,7 +126,7 @@ struct GatewayStart {
   dds::GatewaySample sample;
   dds::PublisherId publisher;
 };
-/// The id of a publisher means that it has ended.
+/// A point, the start of a gateway, or the id of a publisher that has ended.
 using HeardEvent = std::variant<PointEvent, GatewayStart, dds::PublisherId>;
 
 class PointFeed {
@@ -136,16 +136,16 @@ class PointFeed {
   PointFeed(const PointFeed&) = delete;
   PointFeed& operator=(const PointFeed&) = delete;
 
-  /// Or replaces the subscriber.
+  /// Creates the subscriber, or replaces it.
   Status Open();
   void Close();
 
   int descriptor() const { return mailbox_.descriptor(); }
   std::vector<HeardEvent> TakeAll() { return mailbox_.TakeAll(); }
 
-  /// Samples that could not be decoded.
+  /// Returns the number of samples that could not be decoded.
   std::uint64_t refused() const;
-  /// Samples that were dropped because there were too many points.
+  /// Returns the number of samples that were dropped because there were too many points.
   std::uint64_t rejected() const { return rejected_before_ + rejected_; }
 
  private:
@@ -153,7 +153,7 @@ class PointFeed {
 
   const dds::ParticipantOptions participant_;
   Mailbox<HeardEvent> mailbox_;
-  std::atomic<std::uint64_t> rejected_ = 0;  // by the present subscriber
+  std::atomic<std::uint64_t> rejected_ = 0;  // samples that the present subscriber has rejected
   std::uint64_t rejected_before_ = 0;
   std::uint64_t refused_before_ = 0;
   std::unique_ptr<dds::DdsSubscriber> subscriber_;
@@ -166,7 +166,7 @@ std::string PlainLine(const dds::EventSample& event);
 std::string JsonLine(const dds::AlarmSample& alarm);
 std::string PlainLine(const dds::AlarmSample& alarm);
 
-/// Exit codes: as RunWatch.
+/// Returns the exit codes of RunWatch.
 int RunWatchEvents(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

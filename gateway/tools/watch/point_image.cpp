@@ -23,7 +23,7 @@ std::string_view TakeToken(std::string_view& text) {
   return token;
 }
 
-/// Numbers by value: "input_2" comes before "input_10".
+/// Compares names. Numbers in names are compared by value: "input_2" comes before "input_10".
 bool ComesBefore(std::string_view a, std::string_view b) {
   std::string_view left = a;
   std::string_view right = b;
@@ -58,7 +58,7 @@ PointOrder::PointOrder(std::istream& profiles) {
 
 const PointOrder::Places* PointOrder::ProfileOf(const std::vector<std::string>& points) const {
   const Places* best = nullptr;
-  // For equal numbers, the profile with fewer points is better.
+  // The number of matching points; for equal numbers, the profile with fewer points is better.
   std::pair<std::size_t, std::size_t> most{0, 0};
   for (const Places& places : profiles_) {
     const auto has = static_cast<std::size_t>(std::ranges::count_if(

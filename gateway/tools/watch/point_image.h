@@ -35,7 +35,7 @@ class PointOrder {
   bool IsWriteOnly(const std::string& point) const { return write_only_.contains(point); }
 
  private:
-  // Point, position in the profile.
+  // Key: point, value: its position in the profile.
   using Places = std::map<std::string, std::size_t>;
 
   const Places* ProfileOf(const std::vector<std::string>& points) const;
@@ -44,7 +44,7 @@ class PointOrder {
   std::set<std::string> write_only_;
 };
 
-/// A later enumerator includes the earlier ones.
+/// How much of an event is new to the image. A later enumerator includes the earlier enumerators.
 enum class News : std::uint8_t {
   nothing,  ///< the last reading, sent again
   reading,  ///< a new reading with the same value and quality
@@ -83,8 +83,8 @@ struct Remark {
 
 class Publishers {
  public:
-  /// A gateway that was killed and started again has two publishers until the lease of the first
-  /// ends.
+  /// Two publishers of one gateway are tolerated for this time: a gateway that was killed and
+  /// started again has two until the lease of the first publisher ends.
   static constexpr Duration kRivalsMayGo = config::kUsualLease + 1s;
 
   void OnSample(const dds::PointSample& sample, const dds::Origin& origin, Instant now);
@@ -98,7 +98,7 @@ class Publishers {
   std::vector<std::string> Alarms() const;
 
  private:
-  /// As long as the first has not ended.
+  /// Two publishers of one point, as long as the first has not ended.
   struct Rivals {
     dds::PublisherId first;
     dds::PublisherId second;
@@ -109,11 +109,11 @@ class Publishers {
   };
   struct Gateway {
     std::optional<dds::PublisherId> current;
-    /// With the time of the last sample.
+    /// The live publishers, each with the time of its last sample.
     std::map<dds::PublisherId, WallTime> live;
     std::map<dds::PublisherId, std::int64_t> starts;
     std::optional<Rivals> rivals;
-    /// Numbers of readings decreased; empty: no.
+    /// Alarm text: the numbers of readings decreased; empty: the numbers did not decrease.
     std::string counted_back;
   };
   struct Point {

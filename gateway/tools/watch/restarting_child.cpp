@@ -40,7 +40,7 @@ class PassedSignals {
     int number = 0;         ///< 0: no signal
     bool from_key = false;  ///< by Ctrl-C, so the child has received the signal as well
   };
-  /// Number 0: no signal came in time.
+  /// Returns the next signal; number 0: no signal came in time.
   Signal Next(int milliseconds) const {
     pollfd waited{descriptor_, POLLIN, 0};
     ::poll(&waited, 1, milliseconds);
@@ -77,7 +77,7 @@ int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   return status;
 }
 
-/// False at once if a signal to stop comes.
+/// Waits for `time`. Returns false at once if a signal to stop comes.
 bool Sleep(Duration time, const PassedSignals& signals) {
   const int number = signals.Next(static_cast<int>(time / 1ms)).number;
   return number == 0 || number == SIGCHLD;

@@ -236,7 +236,7 @@ class Watch {
     screen_->Draw(text + foot, height);
   }
 
-  /// Reduces `view.height` by the number of lines below the table.
+  /// Returns the lines below the table, and reduces `view.height` by their number.
   std::string Foot(TableView& view) const {
     std::vector<std::string> lines = publishers_.Alarms();
     if (lines.size() > kMostAlarms) lines.resize(kMostAlarms);
@@ -279,7 +279,7 @@ class Watch {
     return text.empty() ? "all interfaces" : text;
   }
 
-  /// In milliseconds.
+  /// Returns how many milliseconds the loop can wait for a new sample.
   int PollTime() const {
     const Instant now = Clock();
     Instant until = now + kRedraw;

@@ -21,23 +21,23 @@ namespace baudgate::tools {
 struct WatchOptions {
   int domain = 0;
   std::vector<std::string> interfaces = {"127.0.0.1"};
-  /// See config::SecurityIn; empty: no security.
+  /// Folder with the security files, see config::SecurityIn; empty: no security.
   std::string security;
   std::vector<std::string> peers;                     ///< see dds::ParticipantOptions
   std::vector<config::HostPort> discovery_servers{};  ///< see dds::ParticipantOptions
   bool multicast = true;                              ///< see dds::ParticipantOptions
-  bool once = false;                ///< wait until no new point comes, print all, end
-  bool events = false;              ///< instead of points
-  bool alarms = false;              ///< instead of points
-  bool json = false;                ///< one object for each reading
-  std::optional<Duration> seconds;  ///< empty: at SIGINT, SIGTERM or SIGHUP
-  std::string gateway;              ///< empty: all gateways
+  bool once = false;                ///< wait until no new point comes, print all points, end
+  bool events = false;              ///< show events instead of points
+  bool alarms = false;              ///< show alarms instead of points
+  bool json = false;                ///< print one JSON object for each reading
+  std::optional<Duration> seconds;  ///< end after this time; empty: at SIGINT, SIGTERM or SIGHUP
+  std::string gateway;              ///< show only this gateway; empty: all gateways
   std::string device;
   std::string point;
-  std::string point_order;  ///< for PointOrder; empty: points are sorted by name
-  /// Set: a live table instead of text lines; see TerminalView.
+  std::string point_order;  ///< file for PointOrder; empty: points are sorted by name
+  /// Set: shows a live table on this terminal instead of text lines; see TerminalView.
   std::optional<TableView> terminal;
-  Duration first_sample_timeout = 10s;  ///< how long `once` waits
+  Duration first_sample_timeout = 10s;  ///< how long `once` waits for the first sample
 };
 
 dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
@@ -48,7 +48,7 @@ int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
 // The gateway's program passes these options on to baudgate-dds.
 
-/// `options` must stay valid until parsing has ended.
+/// Adds the subcommand. `options` must stay valid until parsing has ended.
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options);
 
 }  // namespace baudgate::tools

@@ -47,7 +47,7 @@ Ran Run(const std::string& command) {
   return {std::move(text), ::pclose(pipe) == 0};
 }
 
-/// In a folder that only this user can read, until tar(1) packs the files.
+/// The files of a bundle, in a folder that only this user can read, until tar(1) packs them.
 class Archive {
  public:
   /// `at`: the modification time of every file.
@@ -63,8 +63,8 @@ class Archive {
   Archive(const Archive&) = delete;
   Archive& operator=(const Archive&) = delete;
 
-  /// Replaces characters other than letters, digits, '.', '-', '_' and '/', and each '.' before
-  /// another.
+  /// Adds a file. In `name`, '_' replaces all characters other than letters, digits, '.', '-', '_'
+  /// and '/', and each '.' before another '.'.
   void Add(std::string name, const std::string& content) {
     if (folder_.empty()) return;
     for (char& c : name) {

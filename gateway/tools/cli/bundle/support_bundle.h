@@ -1,5 +1,5 @@
-// `baudgate support-bundle`: packs status, traces, log and configuration, without secrets, for a
-// bug report.
+// `baudgate support-bundle`: packs status, traces, log, configuration and versions into one archive
+// for a bug report. The archive contains no secrets. Without a running gateway it contains less.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

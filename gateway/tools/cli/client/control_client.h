@@ -24,11 +24,11 @@ class ControlClient {
   ~ControlClient();
 
   const std::string& path() const { return path_; }
-  /// As the kernel reports it; 0: unknown.
+  /// Returns the process id of the gateway, as the kernel reports it; 0: unknown.
   int process() const;
 
-  /// A failure is not reported: a gateway that closes the connection sends its reason first, as a
-  /// reply.
+  /// Sends a request. A failure is not reported: a gateway that closes the connection sends its
+  /// reason first, so the caller finds the reason in the reply.
   void Send(const Json& request);
 
   enum class Got { line, end, timeout, stopped };
@@ -41,25 +41,25 @@ class ControlClient {
   int descriptor_;
   std::string path_;
   std::string buffer_;
-  std::size_t searched_ = 0;  // these bytes contain no line end
+  std::size_t searched_ = 0;  // this many bytes of buffer_ were searched and contain no line end
 };
 
 std::string CureOfSilence(int process);
 
 inline constexpr int kNoDaemon = 4;
 
-/// On failure prints the reason.
+/// Connects to the gateway. If this fails, prints the reason on `err` and returns nothing.
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
 
 /// Waits a limited time. Returns the exit code; prints a failure on `err`.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);
 
-/// ReadAnswer over a new connection.
+/// Does the same as ReadAnswer, over a new connection.
 int Ask(const std::string& socket, const ControlClient::Json& request, ControlClient::Json& answer,
         std::ostream& err);
 
-/// Throws if the number is missing.
+/// Returns a number that every answer contains. Throws if it is missing.
 inline std::uint64_t Number(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::uint64_t>();
 }
@@ -70,7 +70,7 @@ inline std::string Text(const nlohmann::ordered_json& json, const char* key) {
   return json.at(key).get<std::string>();
 }
 
-/// Null: an older gateway does not send the member.
+/// Returns the member; null if it is missing, because an older gateway does not send it.
 inline const nlohmann::ordered_json& PartOf(const nlohmann::ordered_json& json, const char* key) {
   static const nlohmann::ordered_json none;
   const auto found = json.find(key);

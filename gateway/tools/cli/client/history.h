@@ -1,5 +1,5 @@
-// `baudgate history`: prints recorded values, or their means, minima and maxima; or billing
-// readings.
+// `baudgate history`: prints recorded values, or their means, minima and maxima, oldest first. With
+// --billing, prints billing readings of meters.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,17 +18,17 @@ struct HistoryOptions {
   std::vector<std::string> points{};  ///< LINE.DEVICE.POINT, or patterns with * and ?
   std::optional<WallTime> since{};
   std::optional<WallTime> until{};
-  /// Print mean, minimum and maximum of each interval; empty: the values.
+  /// Print mean, minimum and maximum of each interval of this length; empty: the values themselves.
   std::optional<Duration> every{};
   bool json = false;
   bool csv = false;
-  bool billing = false;   ///< see RunBilling
+  bool billing = false;   ///< print billing readings, see RunBilling
   std::string socket{};   ///< empty: the only gateway that answers in the default places
-  std::size_t width = 0;  ///< in characters per line; 0: no limit
+  std::size_t width = 0;  ///< width of tables, in characters per line; 0: no limit
 };
 
-/// Exit codes: 0, also without records; 2 unknown point, or not recorded; 4 no gateway or no
-/// history.
+/// Exit codes: 0, also if there are no records, which is then printed; 2 unknown point, or its
+/// values are not recorded; 4 no gateway answers, or the gateway records no values.
 int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
 // `HistoryStream` reads the records of one point from the gateway, page by page.
@@ -43,7 +43,7 @@ class HistoryStream {
   /// Null: no more records. Returns the exit code; prints a failure on `err`.
   int Next(const Json*& record);
   void Pop() { ++at_; }
-  /// Files that could not be read so far, with the reasons.
+  /// The files that the gateway could not read so far, with the reasons.
   const std::vector<std::string>& unread() const { return unread_; }
 
  private:
@@ -64,8 +64,8 @@ class HistoryStream {
 //   meters.m1  month    2026-11-01  all     1500.25     0
 //   meters.m1  month    2026-11-01  1       1000.25     0
 
-/// Points are LINE.DEVICE. Days are the meter's local dates; `until` is not printed. Exit codes: as
-/// RunHistory.
+/// Each of `options.points` is a LINE.DEVICE. Days are the meter's local dates; `until` is the
+/// first date that is not printed. The exit codes are those of RunHistory.
 int RunBilling(const HistoryOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

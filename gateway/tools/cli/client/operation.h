@@ -62,14 +62,14 @@ struct WriteOptions {
   bool confirm = false;
   bool json = false;
   std::string socket;
-  /// "NAME/NUMBER"; empty: the request has no number.
+  /// Client and number of the request: "NAME/NUMBER"; empty: the request has no number.
   std::string request{};
 };
 
 /// Exit code: the device did not answer or refused, or may not be written.
 inline constexpr int kNotDone = 1;
 
-/// Exit codes: 0 all points were read; kNotDone: some were not; 2 unknown target; 4 no gateway
+/// Exit codes: 0 all points were read now; kNotDone: some were not; 2 unknown target; 4 no gateway
 /// answers.
 int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
 

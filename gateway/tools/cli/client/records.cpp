@@ -27,19 +27,19 @@ constexpr Duration kLookForRecords = 500ms;
 
 struct RecordPages {
   ControlClient::Json request;  ///< the request for the first page
-  /// The member of an answer with the state of the record file.
+  /// The member of an answer that contains the state of the record file.
   const char* state = "";
   bool follow = false;
   std::optional<Duration> seconds{};  ///< with `follow`: end after this time
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   /// Returns kNotCurrent if the gateway cannot write the file.
   bool current = false;
-  /// With `follow`: reads all records again, and calls `looked` after each time.
+  /// True, with `follow`: reads all records again and again, and calls `looked` after each time.
   bool whole = false;
   std::function<void()> looked{};
 };
 
-/// Prints advice on a record file whenever its state has changed.
+/// Prints the gateway's advice on a record file whenever the state of the file has changed.
 class Troubles {
  public:
   Troubles(std::string key, std::ostream& err) : key_(std::move(key)), err_(err) {}
@@ -138,7 +138,7 @@ StreamTable::Row EventRow(const Json& record) {
           FieldText(record, "text")};
 }
 
-/// "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)"
+/// Examples: "record1_current_l1 5.2 xIn", "record1_current_l2 none (bad: not connected)".
 std::string ValueText(const Json& value) {
   const std::string shown = FieldText(value, "value");
   const std::string unit = FieldText(value, "unit");
@@ -274,7 +274,7 @@ std::string ChannelOf(const Json& alarm) {
   return channel == "0" ? "" : ", channel " + channel;
 }
 
-/// In the form that `baudgate ack` accepts.
+/// Returns the alarm's place in the form that `baudgate ack` accepts.
 std::string PlaceOf(const Json& alarm) {
   std::string place = FieldText(alarm, "line");
   for (const char* part : {"device", "point"}) {

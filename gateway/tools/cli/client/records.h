@@ -1,5 +1,5 @@
-// `baudgate events`, `alarms` and `writes` print records page by page; `baudgate ack` acknowledges
-// alarms.
+// `baudgate events`, `alarms` and `writes` print records of a running gateway page by page, and
+// with `follow` also new records as they come. `baudgate ack` acknowledges alarms.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,7 +17,7 @@ std::string FieldText(const ControlClient::Json& record, const char* key);
 
 struct EventsOptions {
   bool follow = false;
-  std::int64_t from = 1;  ///< number of the first event to print
+  std::int64_t from = 1;  ///< the number of the first event to print
   std::string device{};   ///< DEVICE or LINE.DEVICE; empty: all devices
   std::optional<WallTime> since{};
   bool json = false;
@@ -27,13 +27,13 @@ struct EventsOptions {
   std::size_t width = 0;
 };
 
-/// Exit codes: 0, also without events; 2 unknown device; 4 no gateway answers, or no events are
-/// recorded.
+/// Exit codes: 0, also if there are no events; 2 unknown device; 4 no gateway answers, or it
+/// records no events.
 int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err);
 
 struct AlarmsOptions {
   bool json = false;
-  bool follow = false;   ///< print each alarm again whenever it changes
+  bool follow = false;   ///< go on, and print each alarm again whenever it changes
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::size_t width = 0;
 };
@@ -47,7 +47,7 @@ struct AckOptions {
 /// Exit codes: those of RunAlarms; 2 unknown device, point or alarm.
 int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
 
-// Prints the audit records, oldest first.
+// `baudgate writes`: prints the audit records, oldest first.
 struct WritesOptions {
   bool follow = false;
   std::optional<WallTime> since{};

@@ -55,7 +55,7 @@ std::string Sentences(const std::vector<std::string>& sentences, std::size_t wid
   for (std::size_t i = 0; i < sentences.size(); ++i) {
     const std::string one = WrapSentence(sentences[i], width);
     const auto lines = static_cast<std::size_t>(std::ranges::count(one, '\n'));
-    // For the number of sentences left out.
+    // One line is needed for the number of sentences left out.
     const std::size_t kept = i + 1 < sentences.size() ? 1 : 0;
     if (used + lines + kept > height && i == 0) {
       return FirstLines(one, height - 1) + "…\n";
@@ -152,7 +152,7 @@ std::string Frame(const Json& status, const std::string& target, const TableView
   }
 }
 
-/// Above the last received status, the reason why there is no newer one.
+/// Draws the last status that was received. Above it, the reason why there is no newer status.
 void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   TableView view = TerminalView(STDOUT_FILENO).value_or(*options.terminal);
   const std::size_t height = view.height;
@@ -165,7 +165,7 @@ void Draw(const Look& look, const StatusOptions& options, LiveScreen& screen) {
   screen.Draw(above + Frame(look.status, options.target, view), height);
 }
 
-/// False at a signal to stop. Calls `draw` when the terminal was resized.
+/// Returns false at a signal to stop. If the terminal was resized, calls `draw` at once.
 bool WaitUntil(Instant until, const StopSignals& signals, const std::function<void()>& draw) {
   for (Instant now = ReadClocks().instant; now < until; now = ReadClocks().instant) {
     if (!signals.Wait(until - now)) continue;

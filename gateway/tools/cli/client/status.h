@@ -18,7 +18,7 @@ struct StatusOptions {
   bool json = false;
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<TableView> terminal{};  ///< empty: plain text
-  bool watch = false;                   ///< see RunStatusWatch
+  bool watch = false;                   ///< redraw the status, see RunStatusWatch
   std::optional<Duration> seconds{};    ///< with `watch`: end after this time
 };
 
@@ -34,8 +34,8 @@ std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>&
 
 // Redraws the status until it is stopped; waits for a stopped gateway.
 
-/// `options.terminal` must be set. Exit codes: 0 stopped; 2 unknown line or device; 4 no gateway at
-/// the start.
+/// `options.terminal` must be set. Exit codes: 0 stopped; 2 unknown line or device; 4 no gateway
+/// answers at the start.
 int RunStatusWatch(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
 }  // namespace baudgate::tools

@@ -151,8 +151,8 @@ std::string HeadSentence(const Json& status) {
                      MillisecondsText(status.at("uptime_ms")), lines.size(), devices, alive);
 }
 
-/// "3 subscribers"; with different numbers "3 subscribers of points, 3 of devices, none of events,
-/// …".
+/// Returns "3 subscribers". If the topics have different numbers, returns for example "3
+/// subscribers of points, 3 of devices, none of events, none of alarms".
 std::string Subscribers(const Json& dds) {
   const std::uint64_t points = Number(dds, "subscribers");
   std::string text = Plural(points, "subscriber");
@@ -276,7 +276,7 @@ std::string Facts(const std::vector<std::pair<std::string, std::string>>& facts,
   return text;
 }
 
-/// One row for each doubling of the round trip times.
+/// Returns a bar chart with one row for each doubling of the measured round trip times.
 std::string Chart(const Json& trips) {
   std::map<int, std::uint64_t> rows;
   for (const Json& bucket : trips.at("histogram")) {

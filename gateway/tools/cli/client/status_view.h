@@ -12,10 +12,10 @@
 
 namespace baudgate::tools {
 
-/// "-" for null.
+/// Returns a duration as text; "-" for null.
 std::string MillisecondsText(const nlohmann::ordered_json& json);
 std::string RoundTripText(double us);
-/// "78 %"
+/// Returns the use of the line. Example: "78 %".
 std::string UseText(const nlohmann::ordered_json& line);
 
 std::size_t Alive(const nlohmann::ordered_json& line);
@@ -42,8 +42,8 @@ std::string AlarmsSentence(const nlohmann::ordered_json& status);
 /// Each sentence after its subject: "bay-1: …", "master on PORT: …", "route 20 to line bay-1: …".
 std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);
 
-/// `target`: empty, a line, or a device. Throws a nlohmann exception for the answer of another
-/// version.
+/// Renders a status. `target`: the target of the request; empty, a line, or a device. Throws a
+/// nlohmann exception if the answer is that of another version of the gateway.
 std::string RenderStatus(const nlohmann::ordered_json& status, const std::string& target,
                          const TableView& view);
 

@@ -70,7 +70,7 @@ std::string Milliseconds(const Json& json, const char* key) {
   return fmt::format("{:.1f} ms", json.at(key).get<double>() / 1e3);
 }
 
-/// Not counting failures that the client caused.
+/// Returns the number of requests that failed for a reason other than the client.
 std::uint64_t Failed(const Json& route) {
   return Number(route, "no_reply") + Number(route, "expired") + Number(route, "busy");
 }

@@ -1,5 +1,5 @@
-// Render Modbus clients, masters and routes (gateway/outputs/modbus/service/traffic_json.h) as
-// text.
+// Functions that render Modbus clients, serial masters and transparent routes
+// (gateway/outputs/modbus/service/traffic_json.h) as text for `baudgate status`.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

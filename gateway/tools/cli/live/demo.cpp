@@ -33,8 +33,8 @@ constexpr std::uint16_t kPortsToTry = 10;
 constexpr std::uint16_t kWebPort = 8502;
 constexpr Duration kRefresh = 500ms;
 
-/// Fixed, because the documentation uses these units. Other profiles get units from kFirstFreeUnit
-/// on.
+/// The Modbus units of the shipped profiles are fixed, so that the examples in the documentation
+/// stay valid: `-a 1` is the SPAJ 140 C. Other profiles get units from kFirstFreeUnit on.
 struct FixedUnit {
   std::string_view profile;
   std::uint8_t unit;
@@ -74,7 +74,7 @@ std::string DeviceName(std::string profile) {
   return profile;
 }
 
-/// Protocols that do not carry Modbus come first.
+/// Returns all protocols. Protocols that do not carry Modbus come first.
 std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catalog) {
   std::vector<const protocols::Protocol*> protocols;
   for (const auto& [name, protocol] : catalog.protocols) protocols.push_back(protocol);
@@ -83,8 +83,8 @@ std::vector<const protocols::Protocol*> ProtocolsOf(const config::Catalog& catal
   return protocols;
 }
 
-/// One device for each profile, with addresses from 1 on. Devices that can send unasked get
-/// separate lines.
+/// Makes one device for each profile of the protocol itself, with addresses from 1 on. Devices that
+/// can send unasked get separate lines.
 std::vector<WantedLine> DemoLines(const protocols::Protocol& protocol,
                                   const std::filesystem::path& directory,
                                   const config::Catalog& catalog) {
@@ -172,7 +172,7 @@ std::string Hints(const config::Config& config, const DemoOptions& options) {
   return text;
 }
 
-/// A separate thread, because twins represent devices outside the gateway.
+/// Runs the twins on a separate thread, because they represent devices outside the gateway.
 class Twins {
  public:
   ~Twins() {

@@ -11,8 +11,8 @@
 namespace baudgate::tools {
 
 struct DemoOptions {
-  std::optional<Duration> seconds;  ///< empty: ends at SIGINT or SIGTERM
-  /// If it is in use, the next free port above it is taken.
+  std::optional<Duration> seconds;  ///< ends after this time; empty: ends at SIGINT or SIGTERM
+  /// The port of Modbus TCP. If it is in use, the next free port above it is taken.
   std::uint16_t port = 1502;
   int domain = 0;
 };

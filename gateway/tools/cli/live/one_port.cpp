@@ -31,7 +31,7 @@ std::string YamlText(const std::string& text) {
   return quoted + "\"";
 }
 
-/// "usb-x" for "/dev/serial/by-id/usb-x"
+/// Returns the last part of the path as a name. Example: "usb-x" for "/dev/serial/by-id/usb-x".
 std::string NameOfPort(const std::string& port) {
   const auto slash = port.find_last_of('/');
   std::string name;
@@ -48,7 +48,7 @@ std::string NameOfPort(const std::string& port) {
   return name.empty() ? "port" : name;
 }
 
-/// The error contains all problems, one on each line.
+/// Loads a configuration of one port. The error contains all problems, one on each line.
 Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog& catalog) {
   config::Loaded loaded = config::LoadText(yaml, "command line", catalog);
   if (loaded.ok()) return std::move(loaded.config);
@@ -172,7 +172,7 @@ bool IsUnderWay(const bus::DeviceRecord& record, Instant now) {
   return false;
 }
 
-/// The device was asked, and either all its points were read or it has not replied.
+/// True if the device was asked, and either all its points were read or it has not replied.
 bool IsKnown(const bus::PointStore& store) {
   bool known = false;
   store.Read(0, [&](const bus::DeviceRecord& record) {
@@ -205,7 +205,7 @@ Status AwaitPort(const bus::PointStore& store) {
 
 struct Traffic {
   int requests = 0;
-  std::string request{};  ///< in hex
+  std::string request{};  ///< the last request, in hex
   bool anything = false;  ///< at least one byte was received
 };
 Traffic TrafficOf(const std::string& socket, std::ostream& err) {

@@ -17,7 +17,7 @@ namespace baudgate::tools {
 
 class ScratchDirectory {
  public:
-  /// Only this user can read it. `command` is a part of its name.
+  /// Creates a temporary directory that only this user can read. `command` is a part of its name.
   explicit ScratchDirectory(const std::string& command) {
     const std::string name = "baudgate-" + command + "-XXXXXX";
     std::string form = (std::filesystem::temp_directory_path() / name).string();
@@ -30,17 +30,17 @@ class ScratchDirectory {
   ScratchDirectory(const ScratchDirectory&) = delete;
   ScratchDirectory& operator=(const ScratchDirectory&) = delete;
 
-  /// Empty: the directory could not be created.
+  /// The path of the directory; empty: the directory could not be created.
   const std::filesystem::path& path() const { return path_; }
 
  private:
   std::filesystem::path path_;
 };
 
-// A Modbus TCP gateway for one port, without a configuration file.
+// `baudgate bridge`: runs a Modbus TCP gateway for one port, without a configuration file.
 struct BridgeOptions {
-  std::string port;  ///< /dev/…, or tcp://host:port
-  /// "19200", "8E1"; empty: the protocol's default.
+  std::string port;  ///< the port: /dev/…, or tcp://host:port
+  /// Serial settings: "19200", "8E1"; empty: the protocol's default.
   std::vector<std::string> serial;
   std::string protocol = "modbus_rtu";
   std::string listen = "127.0.0.1:1502";
@@ -52,20 +52,20 @@ struct BridgeOptions {
 /// `allow` is empty; 3 values that a configuration must not contain; 4 it cannot listen.
 int RunBridge(const BridgeOptions& options, const config::Catalog& catalog, std::ostream& err);
 
-// Reads a device once, without a configuration or a running gateway.
+// `baudgate read --port …`: reads a device once, without a configuration or a running gateway.
 struct ReadPortOptions {
-  std::string port;  ///< /dev/…, or tcp://host:port
+  std::string port;  ///< the port: /dev/…, or tcp://host:port
   std::string profile;
   std::string protocol;  ///< empty: the protocol that has this profile
   std::string address;
-  std::string serial;                ///< "9600 7E1"; empty: the protocol's default
+  std::string serial;                ///< serial settings: "9600 7E1"; empty: the protocol's default
   std::vector<std::string> options;  ///< protocol options, "key=value"
-  std::string point;                 ///< empty: all points
+  std::string point;                 ///< name of the point; empty: all points
   bool json = false;
 };
 
-/// Exit codes: 0 all points were read; 1 no answer; 2 unknown point; 3 invalid values; 4 the port
-/// fails.
+/// Prints the same as `baudgate read` with a running gateway. Exit codes: 0 all points were read; 1
+/// the device did not answer; 2 unknown point; 3 invalid values; 4 the port cannot be opened.
 int RunReadPort(const ReadPortOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

@@ -37,7 +37,7 @@ namespace baudgate::tools {
 namespace {
 
 constexpr auto kLookEvery = 1000ms;
-/// Shorter than TimeoutStopSec of the service.
+/// The stop must end within this time, which is shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
 /// A tenth of WatchdogSec, at most 1 s: systemd acts when nine reports in a row are missing.
@@ -47,8 +47,8 @@ timespec LookInterval(std::uint64_t watchdog_us) {
   return {interval / 1s, std::chrono::nanoseconds(interval % 1s).count()};
 }
 
-/// Reports to systemd's watchdog until SIGTERM or SIGINT, except while a thread of the daemon
-/// hangs. SIGHUP requests a reload.
+/// Reports to systemd's watchdog until SIGTERM or SIGINT arrives; SIGHUP requests a reload. While a
+/// thread of the daemon hangs, makes no report; if this thread hangs, the reports end as well.
 void WaitForStop(const sigset_t& signals, daemon::Daemon& daemon) {
   std::uint64_t watchdog_us = 0;
   const bool watched = sd_watchdog_enabled(0, &watchdog_us) > 0;
@@ -211,8 +211,8 @@ int Serve(config::Config config, std::optional<daemon::ReloadOptions> reload,
 }
 
 int RunDaemon(const std::string& file, const config::Catalog& catalog) {
-  // Reading a pipe can block until its writer comes. SIGHUP is blocked: there is nothing to reload
-  // yet.
+  // Reading a pipe can block until its writer comes; SIGTERM and SIGINT still end the process then.
+  // SIGHUP is blocked, because there is nothing to reload yet.
   sigset_t later;
   sigemptyset(&later);
   sigaddset(&later, SIGHUP);

@@ -29,7 +29,7 @@ int RunDiscoveryServer(const std::string& listen, std::ostream& err);
 
 // `baudgate watch` becomes baudgate-dds, because this program does not contain the DDS library.
 
-/// `words`: behind "watch". Passes on the points of installed profiles
+/// `words`: the words after "watch". The points of installed profiles are passed on as well
 /// (gateway/tools/watch/point_image.h). Does not return on success; returns 4 if baudgate-dds
 /// cannot be started.
 int RunWatch(const std::vector<std::string>& words, const config::Catalog& catalog,

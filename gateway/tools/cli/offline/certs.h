@@ -19,7 +19,7 @@ std::string CheckDdsSecurity(const config::Config& config, WallTime now,
 
 struct CertsOptions {
   std::string directory;
-  /// Empty, without other requests or an authority: "baudgate".
+  /// The names of gateways. If nothing is requested and there is no authority yet: "baudgate".
   std::vector<std::string> gateways;
   /// Empty: 1 if nothing is requested and there is no authority yet, else 0.
   std::optional<int> subscribers;

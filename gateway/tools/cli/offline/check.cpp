@@ -20,8 +20,8 @@
 namespace baudgate::tools {
 namespace {
 
-/// The configuration waits for confirmation or was rolled back (docs/reload.md), as far as it can
-/// be read.
+/// Returns a warning if this configuration waits for confirmation or was rolled back
+/// (docs/reload.md). Empty: neither is true, or this user cannot read the state folder.
 std::optional<config::Problem> WhyTakenBack(const std::string& file, const config::Config& config) {
   const auto folder = StateFolderOf(records::StatePlaces::Here(config.state), config.name);
   const reload::KeptConfigs kept(folder / reload::KeptConfigs::kFolder);
@@ -93,7 +93,7 @@ std::vector<std::string> Row(const config::Device& device) {
           device.enabled ? "" : "disabled"};
 }
 
-/// Devices with equal times are printed together.
+/// Prints the timing of the line's devices. Devices with equal times are printed together.
 void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::vector<std::pair<std::string, std::vector<std::string>>> groups;
   for (const config::Device& device : line.devices) {
@@ -110,7 +110,7 @@ void PrintTimes(const config::Line& line, const config::Catalog& catalog, std::o
   }
 }
 
-/// Reading twice is necessary for protocols with weak checksums.
+/// Prints the cost of reading twice, which is necessary for protocols with weak checksums.
 void PrintRechecks(const config::Line& line, const config::Catalog& catalog, std::ostream& out) {
   std::size_t points = 0;
   std::size_t jumps = 0;

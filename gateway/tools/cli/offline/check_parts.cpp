@@ -100,7 +100,7 @@ namespace {
 
 constexpr std::size_t kMostNamed = 8;
 
-/// "a, b, c and 4 more"
+/// Returns the first names and the number of the others. Example: "a, b, c and 4 more".
 std::string Listed(const std::vector<std::string>& all) {
   std::string text;
   for (std::size_t i = 0; i < all.size() && i < kMostNamed; ++i) {
@@ -144,7 +144,7 @@ std::string Rules(const config::Point& point) {
 
 struct WriteRules {
   std::vector<std::string> allowed;
-  std::vector<std::string> ruled;  ///< each followed by its rules
+  std::vector<std::string> ruled;  ///< allowed points with rules, each followed by its rules
   std::vector<std::string> plain;  ///< allowed points without rules
   std::vector<std::string> off;
 };
@@ -250,7 +250,7 @@ std::vector<std::string> PlacesOf(const config::Modbus& modbus, Predicate predic
   return places;
 }
 
-/// Even if no route contains unit 0.
+/// Returns the listeners that pass writes to unit 0 on, even if no route contains unit 0.
 std::vector<std::string> Passing(const config::Modbus& modbus) {
   return PlacesOf(modbus, [](const Listener& listener) {
     return listener.broadcast == Listener::Broadcast::pass;

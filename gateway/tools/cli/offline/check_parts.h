@@ -50,13 +50,13 @@ void CheckWebToken(const config::Config& config, std::vector<config::Problem>& p
 /// "web http://127.0.0.1:8502/, …" and the number of metric series; "web off".
 void PrintWeb(const config::Config& config, std::ostream& out);
 
-/// Null: the web server is off.
+/// Returns the web server's part of `baudgate check --json`; null: the web server is off.
 nlohmann::ordered_json WebJson(const config::Config& config);
 
-/// In the order in which requests are matched.
+/// One row of the routing table. The rows are in the order in which requests are matched.
 struct UnitRow {
   std::string units;     ///< Modbus units: "33-35, 37-40", or "others"
-  std::string target;    ///< "line drive, slaves 1-3, 5-8"
+  std::string target;    ///< where requests to the units go: "line drive, slaves 1-3, 5-8"
   std::string deadline;  ///< "2.5s"; empty: the target has no deadline
 };
 

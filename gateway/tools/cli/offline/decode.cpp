@@ -86,7 +86,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   return {};
 }
 
-/// The error contains the number of the line that is not hex.
+/// Reads all captures. The error contains the number of the line that is not hex.
 Result<Captures> ReadCaptures(std::istream& in) {
   Captures captures;
   std::string line;
@@ -104,7 +104,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
 /// `catalog` must outlive the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
-  // Each request contains the address; this one must only be valid.
+  // The decoder gets the address from each request; the address given here must only be valid.
   auto line =
       MakeLine({.protocol = traced.protocol,
                 .devices = {{.profile = traced.profile, .address = "1", .set = traced.set}}},
@@ -160,7 +160,7 @@ Json ToJson(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture&
   return json;
 }
 
-/// "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value
+/// Returns a line such as "04:05:06.123456 ai-1: corrupt: checksum", and a line for each value.
 std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::Capture& capture,
                     std::size_t width) {
   std::string head = capture.time.empty() ? "" : capture.time + " " + capture.device + ": ";

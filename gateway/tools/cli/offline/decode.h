@@ -21,14 +21,14 @@ diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
                                const config::Catalog& catalog);
 
 struct DecodeOptions {
-  std::string protocol{};  ///< empty: that of each device in the head
+  std::string protocol{};  ///< empty: the protocol of each device in the head of the trace
   /// Empty: that of each device in the head. Without one, values are named by address.
   std::string profile{};
-  /// "key=value", in addition to those in the head.
+  /// Device options, "key=value", in addition to the options in the head of the trace.
   std::vector<std::string> set{};
   std::string device{};   ///< only exchanges with this device of a trace; empty: all
-  bool prose = false;     ///< readable text; else one JSON object per line
-  std::size_t width = 0;  ///< in characters per line; 0: no limit
+  bool prose = false;     ///< readable text; false: one JSON object per line
+  std::size_t width = 0;  ///< width of readable text, in characters per line; 0: no limit
 };
 
 /// Exit codes: 0 decoded; 2 not hex, or no protocol given; 3 unknown protocol, profile or option.

@@ -28,8 +28,8 @@ struct WantedLine {
 
 Result<std::string> ProtocolOfProfile(const std::string& profile, const config::Catalog& catalog);
 
-/// Options are set to their defaults if necessary. The error contains all problems, one on each
-/// line.
+/// Makes the line. Each option of each device is set, if necessary to its default. The error
+/// contains all problems, one on each line.
 Result<config::Line> MakeLine(const WantedLine& wanted, const config::Catalog& catalog);
 
 }  // namespace baudgate::tools

@@ -61,7 +61,7 @@ using Json = nlohmann::ordered_json;
 using config::kAgeOffset;
 using config::kQualityOffset;
 
-/// "r", "rw"; empty: nothing.
+/// Returns what Modbus clients are allowed to do: "r", "rw"; empty: nothing.
 std::string AccessText(const config::Point& point) {
   if (point.writing.allowed) return std::string(config::Name(point.access));
   return point.access == config::Access::write ? "" : "r";
@@ -250,7 +250,7 @@ namespace {
 
 constexpr int kBitsOfAWord = 16;
 
-/// "feeder-1" and "current_l1" → "feeder_1_current_l1"
+/// Returns a PLC identifier. Example: "feeder-1" and "current_l1" → "feeder_1_current_l1".
 std::string Identifier(const std::string& device, const std::string& point) {
   std::string name = device + "_" + point;
   for (char& c : name) {
@@ -261,7 +261,7 @@ std::string Identifier(const std::string& device, const std::string& point) {
   return name.front() >= '0' && name.front() <= '9' ? "_" + name : name;
 }
 
-/// A register is a word, so a boolean in a register is a WORD.
+/// Returns the IEC type at the place. A register is a word, so a boolean in a register is a WORD.
 std::string TypeAt(const config::Point& point, const MapPlace& place) {
   if (place.bit) return "BOOL";
   if (point.type == config::Type::boolean) return "WORD";
@@ -297,7 +297,7 @@ class Area {
     return fmt::format("%{}X{}.{}", letter_, 2 * bits_.base + bit / 8, bit % 8);
   }
 
-  /// As comments.
+  /// Prints the settings for the PLC's Modbus client as comments.
   void PrintOrders(std::ostream& out) const {
     const bool input = letter_ == 'I';
     if (words_.size() > 0) {

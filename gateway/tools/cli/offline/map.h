@@ -17,16 +17,16 @@ struct MapPlace {
   int address = 0;
   int registers = 0;
   std::string tables;        ///< Modbus tables: "input, holding"
-  std::string read_codes;    ///< "4,3"
-  std::string write_codes;   ///< "6,16"; empty: read-only
-  std::string conventional;  ///< as in PLC manuals: "30001/40001"
+  std::string read_codes;    ///< function codes for reading: "4,3"
+  std::string write_codes;   ///< function codes for writing: "6,16"; empty: read-only
+  std::string conventional;  ///< register numbers as in PLC manuals: "30001/40001"
 };
 
 MapPlace PlaceOf(const config::Device& device, const config::Point& point);
 
 enum class MapFormat : std::uint8_t { table, csv, json, structured_text, markdown };
 
-/// Exit codes: 0 done; 3 the configuration has errors (on `err`).
+/// Exit codes: 0 done; 3 the configuration has errors, which are printed on `err`.
 int RunMap(const std::string& file, const config::Catalog& catalog, MapFormat format,
            std::ostream& out, std::ostream& err);
 

@@ -46,38 +46,38 @@ enum class ListColumn {
 /// "Data Type" → type. Ignores case, blanks and punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
-/// "U16", "WORD" → "uint16"; "Date" → "DATE"; "char[16]" → "string(16)", or "string" without a
-/// length.
+/// Returns the type of the registers. Examples: "U16", "WORD", "unsigned int 16" → "uint16"; "Date"
+/// → "DATE"; "STRING(16)", "char[16]" → "string(16)", or "string" if the length is missing.
 std::optional<std::string> FormNamed(std::string_view text);
 
-/// "Holding Register", "FC3", "4x" → "holding"
+/// Returns the Modbus table. Examples: "Holding Register", "FC3", "4x" → "holding".
 std::optional<std::string> TableNamed(std::string_view text);
 
-/// "R/W", "read-write" → "rw"
+/// Returns the access. Examples: "R/W", "read-write" → "rw".
 std::optional<std::string> AccessNamed(std::string_view text);
 
 /// "low word first" → "CDAB". Nothing for "little endian", which manuals use for CDAB and DCBA.
 std::optional<std::string> OrderNamed(std::string_view text);
 
-/// 1 for bits.
+/// Returns the number of registers of the form; 1 for bits.
 std::size_t RegistersOf(const std::string& form);
-/// 16 for "string(16)"
+/// Returns the length of a string form. Example: 16 for "string(16)".
 std::size_t LengthOf(const std::string& form);
-/// Two registers of IEC 61131-3.
+/// True if the form is a time or a date of IEC 61131-3, which takes two registers.
 bool IsTimeForm(std::string_view form);
 
-/// "0.1", "0,1", "1E-05"
+/// Parses a number as lists contain it. Examples: "0.1", "0,1", "1E-05".
 std::optional<Decimal> ListedNumber(const std::string& text);
 
-/// For `simulate:` in YAML: "230,4" with a scale of 0.1 → "2304"; "2026-11-27" as DATE →
-/// 1795737600.
+/// Returns the raw value for `simulate:` in YAML. `form`: the type of the registers. Examples:
+/// "230,4" with a scale of 0.1 → "2304"; "2026-11-27" with the form DATE → 1795737600.
 Result<std::string> ListedExample(const std::string& text, const std::string& form,
                                   const Decimal& scale);
 
 struct NewProfileOptions {
   std::string file;
   std::optional<FirstRegister> first{};
-  std::string table = "holding";  ///< for register numbers that do not show their table
+  std::string table = "holding";  ///< the table, for register numbers that do not show their table
   std::string title{};            ///< text for the profile's `device:`; empty: the file's name
 };
 

@@ -53,7 +53,7 @@ std::string_view ScopeName(const protocols::OptionSpec& option) {
   return option.scope == protocols::OptionSpec::Scope::line ? "line" : "device";
 }
 
-/// Times that are computed from a bit rate have nanoseconds.
+/// Rounds to 0.1 ms for printing, because times that are computed from a bit rate have nanoseconds.
 Duration Rounded(Duration time) {
   return Duration(std::chrono::round<std::chrono::milliseconds>(10 * time)) / 10;
 }
@@ -213,7 +213,7 @@ void PrintJson(const Json& json, std::ostream& out) {
   out << json.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
 }
 
-// A profile that cannot be read is listed without its title.
+// Prints the list of profiles. A profile that cannot be read is listed without its title.
 int PrintList(const std::vector<ProfileFile>& files, ProfileFormat format, std::size_t width,
               const config::Catalog& catalog, std::ostream& out) {
   TextTable table({"protocol", "profile", "points", "device", "of this machine"});

@@ -1,5 +1,5 @@
-// `baudgate profiles` lists device profiles or checks one, and `baudgate protocols` lists
-// protocols.
+// `baudgate profiles` lists device profiles, or the points of one profile. `baudgate profiles
+// --check` checks a file, and `baudgate protocols` lists protocols.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace baudgate::tools {
 
-// "float32", "string(12)", "DT"
+// Returns the type as text. Examples: "float32", "string(12)", "DT".
 
 inline std::string TypeText(const config::Point& point) {
   if (point.time_type != config::TimeType::none) return config::IecName(point);
@@ -27,13 +27,13 @@ int RunProtocols(const std::string& name, bool json, const config::Catalog& cata
 
 enum class ProfileFormat : std::uint8_t { table, json, markdown };
 
-/// `name`: "spaj140c", "spabus/spaj140c", or empty for the list. `width` in characters; 0: no
-/// limit. Exit codes: 0 done; 2 unknown or ambiguous; 3 the profile has errors; 4 no protocol is
-/// installed.
+/// Prints a profile. `name`: "spaj140c", "spabus/spaj140c", or empty for the list of profiles.
+/// `width` of tables, in characters; 0: no limit. Exit codes: 0 done; 2 unknown profile, or several
+/// have this name; 3 the profile has errors; 4 no protocol is installed.
 int RunProfiles(const std::string& name, ProfileFormat format, const config::Catalog& catalog,
                 std::ostream& out, std::ostream& err, std::size_t width = 0);
 
-// Prints all problems of a profile, or its register table.
+// `baudgate profiles --check FILE`: prints all problems of a profile, or its register table.
 struct CheckProfileOptions {
   std::string file;
   std::string protocol{};  ///< empty: that of the folder, else the one with the fewest errors
@@ -41,8 +41,8 @@ struct CheckProfileOptions {
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 usable, even with warnings; 2 unknown protocol; 3 errors; 4 the file cannot be
-/// read.
+/// Exit codes: 0 the profile can be used, even with warnings; 2 unknown protocol; 3 the profile has
+/// errors; 4 the file cannot be read.
 int RunCheckProfile(const CheckProfileOptions& options, const config::Catalog& catalog,
                     std::ostream& out, std::ostream& err);
 

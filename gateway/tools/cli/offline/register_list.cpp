@@ -53,9 +53,9 @@ void CheckPlaces(const std::string& file, RegisterList& list) {
 }
 
 struct Register {
-  std::string table;  // empty: not known
+  std::string table;  // empty: the number does not show its table
   std::uint16_t address = 0;
-  std::optional<std::size_t> count;  // empty: no range
+  std::optional<std::size_t> count;  // number of registers; empty: the list gives no range
 };
 
 std::optional<std::uint32_t> Number(std::string_view text) {
@@ -79,7 +79,7 @@ std::string WithPlainDashes(std::string text) {
 
 struct Range {
   std::uint32_t first = 0;
-  std::optional<std::size_t> count;  // empty: no last number
+  std::optional<std::size_t> count;  // number of registers; empty: the text gives no last number
 };
 
 /// "40003", "40003-40004", "40003..40004", "40003-4"
@@ -99,7 +99,7 @@ std::optional<Range> RangeOf(std::string_view text) {
   return Range{*first, *last - *first + 1};
 }
 
-/// "0.1", "0,1", "1E-05", "/10", "1/10"
+/// Parses a scale. Examples: "0.1", "0,1", "1E-05", "/10", "1/10".
 std::optional<Decimal> ScaleOf(const std::string& text) {
   const auto slash = text.find('/');
   if (slash == std::string::npos) return ListedNumber(text);
@@ -118,7 +118,7 @@ bool IsCamelCase(std::string_view text) {
   return false;
 }
 
-/// "Voltage L1-N" → "voltage_l1_n"
+/// Returns a valid point name. Example: "Voltage L1-N" → "voltage_l1_n".
 std::string PointName(std::string_view text) {
   std::string name;
   for (const char c : Lower(text)) {
@@ -134,7 +134,7 @@ std::string PointName(std::string_view text) {
   return name.substr(0, 60);
 }
 
-/// 40001, with five or six digits.
+/// Returns table and address for a register number such as 40001, with five or six digits.
 std::optional<Register> Modicon(std::uint32_t number) {
   const bool six = number > 100'000;
   const std::uint32_t size = six ? 100'000 : 10'000;
@@ -302,7 +302,7 @@ class ListReader {
     return table.value_or("");
   }
 
-  /// "holding 12", "40013", "40013-40014"
+  /// Parses the register of a row. Examples: "holding 12", "40013", "40013-40014".
   std::optional<Register> ParseRegister(const std::string& given) {
     const std::string text = WithPlainDashes(given);
     const auto blank = text.find(' ');
@@ -378,7 +378,7 @@ class ListReader {
     }
   }
 
-  /// Lists often give an order in every row.
+  /// Ignores the order of a single register, because lists often give an order in every row.
   void ReadOrder(const CsvRow& row, ListedPoint& point) {
     const std::string given = WithPlainDashes(Cell(row, ListColumn::order));
     if (given.empty() || given == "-" || point.form.empty() || point.form == "bool") return;

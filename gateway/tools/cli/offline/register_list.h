@@ -23,15 +23,15 @@ struct ListedPoint {
   std::string name;
   std::string table;  ///< coil, discrete, holding or input
   std::uint16_t address = 0;
-  std::string form;  ///< type of the registers: "uint16"; for bits "bool"
+  std::string form;  ///< type of the registers, such as "uint16"; for bits "bool"
   std::string type;
-  std::string order;  ///< "CDAB"; empty: the profile's default
+  std::string order;  ///< byte order in the device: "CDAB"; empty: the profile's default
   Decimal scale = 1;
   std::string unit;
   std::string access = "r";
   std::string group;
-  std::string description;  ///< if it cannot be the name of a point
-  /// For the twin; a YAML value.
+  std::string description;  ///< name in the list, if it cannot be the name of a point
+  /// The example as a YAML value for the twin; empty: the list contains no example.
   std::optional<std::string> simulate;
   std::size_t registers = 1;
 };

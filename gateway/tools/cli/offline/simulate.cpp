@@ -185,7 +185,7 @@ class Bench {
   std::vector<std::unique_ptr<Simulator>> simulators_;
 };
 
-/// Only files of `--write` are overwritten.
+/// Refuses to overwrite a file, unless `--write` has written it.
 Status CheckTarget(const std::string& file, const std::string& original) {
   std::error_code error;
   if (fs::equivalent(file, original, error)) {

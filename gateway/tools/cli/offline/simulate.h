@@ -22,7 +22,7 @@ struct SimulateOptions {
   std::string pty;     ///< path of the symbolic link to the pty
   std::string serial;  ///< "9600 7E1": the twin's bit rate; empty: no delays
   Duration think_time = 5ms;
-  std::vector<std::string> set;  ///< "key=value"
+  std::vector<std::string> set;  ///< device options, "key=value"
   std::vector<Fault> faults;
   std::optional<EventSchedule> events{};
 };
@@ -30,7 +30,7 @@ struct SimulateOptions {
 struct SimulateConfigOptions {
   std::string file;
   std::string write;  ///< copy of the configuration with the twins' ports; empty: none
-  /// With `write`; empty: a folder beside the written file.
+  /// Folder of the twins' ports, with `write`; empty: a folder beside the written file.
   std::string ports;
   Duration think_time = 5ms;
   std::vector<Fault> faults;
@@ -42,8 +42,8 @@ struct SimulateConfigOptions {
 int RunSimulateConfig(const SimulateConfigOptions& options, const config::Catalog& catalog,
                       std::ostream& out, std::ostream& err);
 
-/// Until SIGTERM or SIGINT; then prints counts. Exit codes: 0 stopped; 3 invalid profile, address
-/// or option; 4 no pty.
+/// Runs until SIGTERM or SIGINT, then prints the counts of faults and events. Exit codes: 0
+/// stopped; 3 unknown profile, or invalid address or option; 4 no pty can be made.
 int RunSimulate(const SimulateOptions& options, const config::Catalog& catalog, std::ostream& out,
                 std::ostream& err);
 

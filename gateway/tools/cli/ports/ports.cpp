@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 constexpr int kMostLevels = 6;
 constexpr int kMostLinks = 8;
 
-/// In printable form: a device's texts can contain any bytes.
+/// Returns the first line of a file in printable form: a device's texts can contain any bytes.
 std::string ReadText(const fs::path& file) {
   std::ifstream stream(file);
   std::string text;
@@ -64,7 +64,7 @@ void ReadAdapter(fs::path device, FoundPort& port) {
   port.interface.clear();
 }
 
-/// 0: the board has an address for the port, but no hardware.
+/// False if "type" is 0: the board then has an address for the port, but no hardware.
 bool HasHardware(const fs::path& tty) { return ReadText(tty / "type") != "0"; }
 
 std::optional<FoundPort> Look(const fs::path& tty) {
@@ -113,7 +113,7 @@ void MarkTwins(std::vector<FoundPort>& ports) {
   }
 }
 
-/// ttyS2 comes before ttyS10.
+/// A sort key by number: ttyS2 comes before ttyS10.
 auto Order(const FoundPort& port) {
   const std::size_t digits = port.name.find_last_not_of("0123456789") + 1;
   return std::pair(port.name.substr(0, digits),
@@ -178,7 +178,7 @@ std::optional<PortFile> ReadPortFile(const std::filesystem::path& root, const st
                   entry != nullptr ? entry->gr_name : std::to_string(info.st_gid), info.st_mode};
 }
 
-/// This user and, if it exists, the user of the service.
+/// Returns the user of this process and, if it exists on this machine, the user of the service.
 std::vector<Person> PeopleHere() {
   std::vector<Person> people;
   people.push_back({NameOfUser(::geteuid()), ::geteuid(), OwnGroups(), false});
@@ -233,7 +233,7 @@ struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
   bool ours = false;  ///< the gateway uses the port
-  Json modem;         ///< null: unknown
+  Json modem;         ///< control lines of a port that the gateway uses; null: unknown
   std::vector<std::string> advice;
 };
 

@@ -1,5 +1,5 @@
-// `baudgate ports`: lists the serial ports of this machine, and what prevents the gateway from
-// using them.
+// `baudgate ports`: lists the serial ports of this machine, their names for a configuration, the
+// processes that use them, and what prevents the gateway from using them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,15 +18,15 @@ namespace baudgate::tools {
 // From /sys and /dev: the port is not opened, because that would switch DTR and RTS.
 struct FoundPort {
   std::string name;    ///< "ttyUSB0"
-  std::string driver;  ///< "ftdi_sio"; empty: unknown
-  /// From the descriptors of a USB adapter:
-  std::string at;       ///< in the kernel's notation: "1-1.2"
+  std::string driver;  ///< driver in the kernel: "ftdi_sio"; empty: unknown
+  /// The following members are set only for a USB adapter. They come from its descriptors.
+  std::string at;       ///< place on the USB in the kernel's notation: "1-1.2"
   std::string vendor;   ///< "0403"
   std::string product;  ///< "6001"
   std::string maker;
   std::string model;
   std::string serial;
-  std::string interface;  ///< each port of an adapter has another number
+  std::string interface;  ///< "00"; each port of an adapter has another number
   /// The best first. With equal serial numbers, only paths by the place of the adapter.
   std::vector<std::string> links;
   bool twin = false;              ///< another adapter has the same serial number
@@ -67,11 +67,11 @@ struct PortsOptions {
   std::string socket;  ///< empty: the only gateway in the default places
 };
 
-/// Tests replace these parts of the machine.
+/// The parts of the machine that ShowPorts uses; tests replace them.
 struct PortsPlace {
   std::filesystem::path root = "/";
   std::vector<Person> people;
-  /// Null: no gateway runs.
+  /// Returns the answer of `baudgate status --json`; null: no gateway runs.
   std::function<nlohmann::ordered_json()> status;
 };
 

@@ -24,7 +24,7 @@ using Json = nlohmann::ordered_json;
 constexpr int kSilent = 1;
 
 struct Exchanged {
-  std::string sent{};      ///< in hex, secrets masked; empty: nothing was sent
+  std::string sent{};      ///< the request in hex, secrets masked; empty: nothing was sent
   std::string received{};  ///< the reply in hex
   std::string reason{};
   records::TracedDevice device{};
@@ -77,7 +77,7 @@ int Show(const AskOptions& options, const Exchanged& exchange, const config::Cat
   std::ostringstream decoded;
   std::ostringstream ignored;  // if the bytes cannot be decoded, they are still shown
   if (RunDecode(how, catalog, captured, decoded, ignored) != kExitDone && !how.profile.empty()) {
-    // The profile can be a file on the gateway's machine only.
+    // The profile can be a file on the gateway's machine only: decodes without the profile.
     how.profile.clear();
     captured.clear();
     captured.seekg(0);

@@ -169,8 +169,8 @@ Result<scan::Wish> WishOf(const ScanOptions& options, const config::Catalog& cat
     wish.tongues.push_back(scan::TongueOf(**protocol));
     return wish;
   }
-  // `never_at` names a protocol whose devices take the question for a write: they must be found
-  // first.
+  // Protocols with `never_at` come last: their question would be a write for devices of the
+  // protocol that `never_at` names, so these devices must be found first.
   for (const bool first : {true, false}) {
     for (const auto& [name, protocol] : catalog.protocols) {
       if (protocol->scan == nullptr || protocol->scan->never_at.empty() != first) continue;

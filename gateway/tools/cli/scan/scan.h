@@ -1,5 +1,5 @@
-// `baudgate scan`: finds the devices on a bus with the reads that each protocol lists
-// (protocols/scanning.h).
+// `baudgate scan`: finds the devices on a bus, with their serial settings, addresses and profiles.
+// It sends only the reads that each protocol lists (protocols/scanning.h).
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,21 +23,21 @@ struct ScanOptions {
   bool json = false;
   bool over_traffic = false;
   bool rs485 = false;
-  std::string config;  ///< file to write; empty: none
+  std::string config;  ///< configuration file to write; empty: no file is written
   bool force = false;
   std::string socket;  ///< empty: the only gateway in the default places
   std::size_t width = 0;
 };
 
-/// Exit codes: 0 the scan has ended; 2 invalid word; 4 the port fails, or another master sends on
-/// it.
+/// Exit codes: 0 the scan has ended, with or without devices; 2 invalid word; 4 the port cannot be
+/// opened or is lost, or another master sends on it.
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
 // A progress line, the question before sending into traffic, and the found devices.
 class ScanView final : public scan::Watcher {
  public:
-  /// All references must outlive this object. `alive` is called repeatedly.
+  /// All references must outlive this object. `alive` is called repeatedly while the scan runs.
   ScanView(const ScanOptions& options, bool network, const StopSignals& stop,
            std::function<void()> alive, std::ostream& out, std::ostream& err);
 
@@ -46,7 +46,7 @@ class ScanView final : public scan::Watcher {
   bool MayTalk(const std::string& who) override;
   void Conclude(const scan::Report& report);
 
-  /// The line has traffic and the user has not allowed the scan to send.
+  /// True if the line has traffic and the user has not allowed the scan to send.
   bool was_refused() const { return refused_; }
 
  private:

@@ -71,7 +71,7 @@ constexpr Duration kMostQuiet = 1s;
 /// A reply that takes longer than this, or has more than kMostBytes, is cut off.
 constexpr Duration kMostReply = 5s;
 constexpr std::size_t kMostBytes = 8192;
-/// Pauses between two bytes from a serial server.
+/// Between two bytes from a serial server, a pause of this length can occur.
 constexpr Duration kNetworkGap = 100ms;
 
 }  // namespace
@@ -106,7 +106,7 @@ void PortWire::OnBytes(View bytes) {
   if (heard_.size() < kMostBytes) Append(heard_, bytes);
 }
 
-/// Returns at `until` at the latest.
+/// Handles the next event; returns at `until` at the latest.
 void PortWire::RunUntil(Instant until) {
   if (io_.stopped()) io_.restart();
   io_.run_one_until(until);

@@ -20,11 +20,11 @@ namespace baudgate::tools {
 /// A path with '/' or tcp://; the name of a line contains no '/'.
 bool IsPort(const std::string& target);
 
-/// The error contains the correct form of a port.
+/// Fails if the target is neither a port nor a line. The error contains the correct form of a port.
 Status CheckTarget(const std::string& target);
 
-// A line of a running gateway whose port is lent. The gateway takes it back two minutes after the
-// last renewal at the latest.
+// `LineLoan` is a line of a running gateway whose port is lent to this program. The gateway takes
+// the port back when the loan ends, or two minutes after the last renewal if this program has died.
 class LineLoan {
  public:
   /// Null: `code` is the exit code, and the reason was printed. `socket` as in ReleaseOptions.
@@ -35,7 +35,7 @@ class LineLoan {
   LineLoan& operator=(const LineLoan&) = delete;
 
   const std::string& port() const { return port_; }
-  /// A loan ends after two minutes.
+  /// Extends the loan. Must be called repeatedly, because a loan ends after two minutes.
   void Renew(Instant now);
 
  private:
@@ -48,7 +48,7 @@ class LineLoan {
   Instant renewed_{};
 };
 
-// The wire of a scan over a real port.
+// `PortWire` is the wire of a scan over a real port: it sends and receives through a transport.
 class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
   /// `stop` must outlive the wire.

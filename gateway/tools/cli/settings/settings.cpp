@@ -202,7 +202,7 @@ using namespace settings;  // NOLINT
 constexpr Duration kLookAgain = 200ms;
 
 using Plan = std::vector<Difference>;
-/// Reasons by point.
+/// For each point that is not allowed to be written, the reason.
 using Denials = std::map<std::string, std::string>;
 
 /// Differing, writable settings. Fails if a number of the device has no number in the file.
@@ -229,7 +229,7 @@ Denials DenialsOf(const Plan& plan, const Sheet& now, PointWriter& writer) {
   return denials;
 }
 
-/// "main_current (S21)"
+/// Returns the names of a setting in the gateway and in the device. Example: "main_current (S21)".
 std::string NameOf(const Difference& row) {
   return row.filed->point + " (" + row.filed->item + ")";
 }
@@ -239,7 +239,7 @@ class Restore {
   Restore(const SettingsOptions& options, const Sheet& now, std::ostream& out, std::ostream& err)
       : options_(options), now_(now), out_(out), err_(err) {}
 
-  /// Stops at the first row that is not confirmed, and at a signal.
+  /// Writes the rows. Stops at the first row that is not confirmed, and at a signal.
   void WriteAll(const Plan& plan, PointWriter& writer) {
     const StopSignals signals;
     auto row = plan.begin();
@@ -297,7 +297,7 @@ class Restore {
     for (const Written& one : written_) TellShown(one, Shown(shown, one.row));
   }
 
-  /// Null: the value is unknown.
+  /// Returns the device's present value of a setting; null: the value is unknown.
   static const Setting* Shown(const Sheet& shown, const Difference& row) {
     const Setting* const here = shown.Find(row.filed->point);
     return here != nullptr && here->known ? here : nullptr;

@@ -1,6 +1,5 @@
-// `baudgate settings dump
-//  compare
-//  restore`: a relay's settings in a file; see docs/settings.md.
+// `baudgate settings dump | compare | restore`: write a relay's settings into a file, compare the
+// file with the relay, and write the file's values back; see docs/settings.md.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -17,9 +16,9 @@ namespace baudgate::settings {
 
 // The gateway checks the write like all others.
 struct WriteReport {
-  std::string end;         ///< "ok", "refused", …; "unknown": no answer
-  std::string reason;      ///< as one sentence; empty: the write succeeded
-  bool read_back = false;  ///< from the device
+  std::string end;         ///< name of the WriteEnd: "ok", "refused", …; "unknown": no answer
+  std::string reason;      ///< why the write failed, as one sentence; empty: the write succeeded
+  bool read_back = false;  ///< the written value was read back from the device
 
   bool done() const { return end == "ok"; }
 };
@@ -27,9 +26,9 @@ struct WriteReport {
 class PointWriter {
  public:
   virtual ~PointWriter() = default;
-  /// `point`: LINE.DEVICE.POINT; `value` in its unit.
+  /// Writes a value. `point`: LINE.DEVICE.POINT. `value`: in the point's unit.
   virtual WriteReport Write(const std::string& point, const std::string& value) = 0;
-  /// Empty: the write would be allowed. Does not write.
+  /// Returns why the write would be denied now; empty: the write would be allowed. Does not write.
   virtual std::optional<std::string> WhyNot(const std::string& point, const std::string& value) = 0;
 };
 
@@ -54,7 +53,7 @@ struct SettingsOptions {
   bool json = false;
   bool confirm = false;  ///< for restore; false: nothing is written
   std::string socket;    ///< empty: the only gateway that answers in the default places
-  /// For restore, until the written values were read back.
+  /// For restore: how long to wait until the written values were read back.
   Duration patience = std::chrono::seconds(10);
 };
 
@@ -71,7 +70,7 @@ namespace baudgate::settings {
 
 std::string Count(std::size_t count);
 
-/// `denied`: writable points that the gateway does not allow to be written.
+/// Prints the differences. `denied`: writable points that the gateway does not allow to be written.
 void PrintTable(const std::vector<Difference>& differences, const std::set<std::string>& denied,
                 std::ostream& out);
 

@@ -35,7 +35,7 @@ Setting SettingOf(const Json& json) {
   return setting;
 }
 
-/// In the syntax that JSON and YAML share.
+/// Returns the text in double quotes, in the syntax that JSON and YAML share.
 std::string Quoted(const std::string& text) {
   return Json(text).dump(-1, ' ', false, Json::error_handler_t::replace);
 }
@@ -196,7 +196,7 @@ bool IsNear(double a, double b) {
   return std::abs(a - b) <= kSame * std::max(std::abs(a), std::abs(b));
 }
 
-/// "A", or "A (400 times the value of the device)"
+/// Returns the unit. Example: "A", or "A (400 times the value of the device)".
 std::string UnitOf(const Setting& setting) {
   const std::string unit = setting.unit.empty() ? "no unit" : setting.unit;
   if (setting.scale == 1) return unit;

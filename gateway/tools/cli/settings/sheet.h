@@ -15,14 +15,14 @@ namespace baudgate::settings {
 struct Setting {
   std::string point;  ///< "main_phase_low_current"
   std::string item;   ///< the device's name of the setting: "S21"
-  /// In the point's unit; empty: unknown.
+  /// The value in the point's unit; empty: unknown.
   std::optional<std::string> value;
   std::string unit;
   double scale = 1;     ///< `value` divided by the device's raw number, with `ratios`
   bool known = false;   ///< true: `value` is the device's present value, not an older one
   std::string quality;  ///< "good", "uncertain: last usable", …
   std::optional<Duration> age;
-  // Not stored in files:
+  // The following members are not stored in files.
   bool writable = false;
   std::optional<double> resolution;  ///< smallest difference of two values, in the point's unit
   config::Mark mark;
@@ -34,21 +34,21 @@ struct Sheet {
   std::string device;
   std::string protocol;
   std::string profile;
-  std::string designation;  ///< empty: unknown
-  std::string time;         ///< ISO 8601, UTC
+  std::string designation;  ///< the device's designation; empty: unknown
+  std::string time;         ///< when the sheet was read; ISO 8601, UTC
   std::vector<Setting> settings;
   config::Mark mark;
 
   std::string target() const { return line + "." + device; }
   const Setting* Find(const std::string& point) const;
-  /// Empty: no value is known.
+  /// Returns the age of the oldest known value; empty: no value is known.
   std::optional<Duration> oldest() const;
 };
 
 /// Returns the exit code; prints a failure on `err`.
 int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet, std::ostream& err);
 
-/// ReadSheet reads both, because JSON is a subset of YAML.
+/// Both formats can be read by ReadSheet, because JSON is a subset of YAML.
 std::string ToYaml(const Sheet& sheet);
 std::string ToJson(const Sheet& sheet);
 
@@ -62,9 +62,9 @@ struct Difference {
 
 struct Comparison {
   std::vector<Difference> different;  ///< in the order of the file
-  /// Settings that one side lacks, or whose value is unknown; one sentence each.
+  /// One sentence for each setting that one side lacks, or whose value is unknown on one side.
   std::vector<std::string> open;
-  /// How many of `open` have a value in the file only.
+  /// How many of the `open` settings have a value in the file, but no known value in the device.
   std::size_t unread = 0;
 
   bool same() const { return different.empty() && open.empty(); }
@@ -73,7 +73,7 @@ struct Comparison {
 /// Profile, designation, items and units. The error contains the place in the file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
-/// The sheets must outlive the result.
+/// Compares two sheets. Both must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
 /// Whole numbers exactly, others within the precision of a float32. `resolution`: see Setting.
