@@ -19,7 +19,7 @@ namespace {
 using events::OwnAlarms;
 using events::Trouble;
 
-/// Two unanswered requests count as silence if this far apart.
+/// Two unanswered requests count as silence if the second comes this long after the first.
 constexpr Duration kLongSilence = 30s;
 /// A unit that no client has addressed for this time is forgotten.
 constexpr Duration kForgotten = 1h;
@@ -102,7 +102,7 @@ void AlarmService::OnUnanswered(const OwnAlarms::Subject& unit, const std::strin
   if (many || long_ago) alarms_.Begin(Trouble::unit_silent, unit, why, its.first);
 }
 
-/// It is unknown whether units that no client addresses would answer.
+/// Ends alarms of units that no client addresses, because it is unknown whether they would answer.
 void AlarmService::Forget(Now now) {
   for (auto one = unanswered_.begin(); one != unanswered_.end();) {
     if (now.instant - one->second.last < kForgotten) {
@@ -136,7 +136,7 @@ void AlarmService::Renew(std::shared_ptr<const config::Config> config,
 
 namespace {
 
-/// Outputs end even if a disk hangs.
+/// The longest wait for the last event, so that outputs end even if a disk hangs.
 constexpr Duration kEndTime = 300ms;
 
 events::SourceNames SourcesOf(const config::Config& config) {

@@ -45,7 +45,7 @@ std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
       [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
 }
 
-/// The records beyond this number per point are at most `rows` together.
+/// Returns the smallest limit per point that leaves at most `rows` records beyond it in all points.
 std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
   std::int64_t low = 0;
   std::int64_t high = 0;
@@ -213,7 +213,8 @@ bool WriteTable::DropOld(WallTime now) {
 
 namespace {
 
-/// Also the first time, so that a clock that was wrong at the start deletes nothing.
+/// Also the delay of the first deletion, so that a clock that was wrong at the start deletes
+/// nothing.
 constexpr Duration kDropOldEvery = kDay;
 
 }  // namespace

@@ -13,7 +13,7 @@ namespace {
 constexpr std::string_view kColumns =
     "SELECT seq, kind, time, last, client, line, device, point, old, first, new, outcome, reason, "
     "took, count, settled, request_client, request_seq, request FROM writes ";
-/// Above what a running gateway remembers (gateway/bus/writes/request_book.h).
+/// Limits of ReadRequests, above what a gateway remembers (gateway/bus/writes/request_book.h).
 constexpr int kRequests = 8192;
 constexpr int kRequestsOfAClient = 33;
 

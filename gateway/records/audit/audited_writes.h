@@ -55,7 +55,7 @@ struct WriteRecord {
   std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
   std::uint64_t count = 1;  ///< number of repeats, the first write included
-  /// For repeats, of the first request. Empty: the request had no number.
+  /// Client and number of the request, for repeats of the first one; empty: it had no number.
   std::optional<bus::RequestId> request{};
   /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
@@ -175,8 +175,8 @@ void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
 /// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// A write that is routed to a slave unchanged. Its record is made after the exchange, which does
-// not wait.
+// A write that is routed to a slave unchanged. Its record is made after the exchange, so the
+// exchange does not wait for the record.
 struct RoutedWrite {
   std::string client;
   std::string target;  ///< name of the line, or "10.0.0.9:502"

@@ -68,7 +68,7 @@ class LogSum {
   std::uint32_t second_ = 0;
 };
 
-/// Empty: valid. SQLite reports some of these faults as "readonly" or "unsupported".
+/// Empty: no damage. SQLite reports some of these faults as "readonly" or "unsupported".
 std::optional<std::string> HeadDamage(View head) {
   const auto damage = [](const char* what) {
     return std::optional<std::string>(fmt::format("its header is damaged: {}", what));
@@ -268,7 +268,8 @@ void OpenFile::RemoveOwn(const char* part, const Id& id) const {
 OpenFile::Look OpenFile::LookAt(Database& database) {
   if (id_.inode == 0) return {};
   const Id id = IdOf();
-  // For another reason it is unknown whether the file exists; the open descriptors still work.
+  // If stat fails for another reason, it is unknown whether the file exists; the descriptors still
+  // work.
   if (id.inode == 0 && errno != ENOENT && errno != ENOTDIR) return {};
   if (id != id_) {
     // SQLite would copy the log of the old file into the new file.
@@ -286,8 +287,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
   if (log_.inode == 0) log_ = log;
   if (index_.inode == 0) index_ = IdOf(kIndex);
   if (log == log_) return LookAtLog(database);
-  // A log that has the name now belongs to another database. If a reader prevents emptying the open
-  // log, the next call tries again.
+  // The open log has lost its name; a log that has the name now belongs to another database. If a
+  // reader prevents emptying the open log, the next call tries again.
   if (!database.EmptyLog()) return {};
   RemoveOwn(kLog, log);
   return {Found::stale,
@@ -296,7 +297,8 @@ OpenFile::Look OpenFile::LookAt(Database& database) {
                       kAdvice)};
 }
 
-/// Some of these bytes never change; others are 0 until the log is first copied to the file.
+/// Checks the first bytes: some never change, others are 0 until the log is first copied to the
+/// file.
 std::string OpenFile::HeadTrouble(const Database& database) {
   constexpr std::size_t kFixed = 24;
   constexpr std::size_t kPages = 28;

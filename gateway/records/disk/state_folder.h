@@ -27,7 +27,8 @@ std::int64_t KnownVersion(std::int64_t application);
 /// Returns a sentence that names the first file of a newer version. Does not write to the folder.
 std::string NewerStateIn(const std::filesystem::path& folder);
 
-/// Through a point, a permitted route, manual telegrams, or a borrowed port.
+/// True if clients can write through a point, a permitted route, manual telegrams, or a borrowed
+/// port.
 bool CanWrite(const config::Config& config);
 
 bool KeepsEvents(const config::Config& config);
@@ -50,7 +51,7 @@ struct StatePlaces {
   static StatePlaces Here(const std::string& configured);
 };
 
-/// The first given candidate, in the order of StatePlaces.
+/// Returns the folder in the first given candidate, in the order of StatePlaces.
 std::filesystem::path StateFolderOf(const StatePlaces& places, const std::string& gateway);
 
 /// Empty: events.db is in the state folder.

@@ -1,6 +1,5 @@
-// `EventBook` contains events that are not on the disk yet, while the disk works or fails. It
-// assigns the event numbers and detects a batch that a device sends twice. No thread, no lock, no
-// disk.
+// `EventBook` contains events that are not on the disk yet; while the disk fails, they wait here.
+// It assigns the event numbers and detects a batch that a device sends twice. No thread, no lock.
 //
 //   Add({source 3, "12.345 0E1", again, {r}})
 //   Prepare() → {source 3, {r, seq 1}}   to be inserted; without events if the last stored batch of
@@ -98,6 +97,7 @@ struct Batch {
 
 class EventBook {
  public:
+  /// The limit of the gateway's own events that wait: some megabytes.
   static constexpr std::size_t kMostOwn = 10'000;
 
   void Add(Batch batch);

@@ -25,6 +25,7 @@ namespace baudgate::events {
 // written in the transaction of the event that has changed it. Used by one thread.
 class AlarmTable {
  public:
+  /// `database` must outlive this object.
   explicit AlarmTable(records::Database& database);
 
   bool Read(std::vector<Alarm>& alarms);

@@ -56,6 +56,7 @@ class RoundTimer {
 //   Begin → OnOpened, if the file was closed → Take → (to the disk) → Done
 class EventRounds {
  public:
+  /// `options` and `pending` must outlive this object.
   EventRounds(const LogOptions& options, PendingEvents& pending);
 
   /// To be called once a second by any thread but the writing thread, which can hang. At every

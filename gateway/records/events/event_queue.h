@@ -127,6 +127,7 @@ struct PendingEvents {
 
 class EventQueue {
  public:
+  /// `options` and `pending` must outlive this object.
   EventQueue(const LogOptions& options, PendingEvents& pending)
       : options_(options), pending_(pending) {}
 

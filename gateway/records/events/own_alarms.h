@@ -59,7 +59,7 @@ std::optional<Trouble> TroubleNamed(std::string_view name);
 /// Returns the device name of a routed unit: "unit-51". `unit`: the number that clients address.
 std::string UnitName(std::uint8_t unit);
 
-/// "10.0.0.9:502"; empty: the unit is not routed to a server.
+/// Example: "10.0.0.9:502"; empty: the unit is not routed to a server.
 std::string ServerOf(const config::Config& config, std::string_view unit);
 
 /// Nothing: the configuration has no such line, device or route.

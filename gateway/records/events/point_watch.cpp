@@ -160,7 +160,7 @@ std::vector<EventRecord> DeviceWatch::Take(std::uint32_t point, const Value& val
   return records;
 }
 
-/// "current_l1 5.3 A: above 5", "current_l1 4.8 A: overcurrent, over", "closed true".
+/// Example: "current_l1 5.3 A: above 5", "current_l1 4.8 A: overcurrent, over", "closed true".
 EventRecord DeviceWatch::RecordOf(const config::Point& point, const config::PointEvent& event,
                                   const PointWatch::Transition& found, const Value& value,
                                   Now at) const {

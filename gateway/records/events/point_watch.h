@@ -8,7 +8,8 @@
 //
 // A bad reading makes no event and does not end a delay. The first good reading makes an event only
 // if the limit is exceeded or the value is not normal; for an alarm always, dropped later if the
-// stored alarm is already in that state (AlarmMark::first).
+// stored alarm is already in that state (AlarmMark::first). Between limit and hysteresis it makes
+// none.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

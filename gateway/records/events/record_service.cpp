@@ -66,8 +66,8 @@ void RecordService::Start() {
   Do(std::move(steps));
 }
 
-/// By names, because the device can have moved to another line. An entry of a removed device is
-/// returned if no other has the name: TakeOver follows.
+/// Searches by names, because the device can have moved to another line. Returns an entry of a
+/// removed device if no other has the name: TakeOver follows.
 RecordService::Debt* RecordService::Find(const events::OwedRecord& owed) {
   Debt* gone = nullptr;
   for (std::uint32_t device = 0; device < debts_.size(); ++device) {
@@ -120,7 +120,7 @@ void RecordService::Owe(const std::vector<events::OwedRecord>& owed) {
         steps.keep.push_back(Superseded(one, debt->event->event, now.wall));
         continue;
       }
-      // A later event could make the values useless, and reading them would delay it.
+      // While the device still has events, a later one could make the values useless.
       const auto its = store_.device(debt->device);
       debt->waits = its && its->events;
       if (!debt->event) debt->again = now.instant + kAgain;

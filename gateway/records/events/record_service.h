@@ -36,7 +36,8 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// Without a drained device for this time, the values get the quality "uncertain".
+  /// A device that is not drained for this time after its values were read: the values are
+  /// "uncertain".
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {

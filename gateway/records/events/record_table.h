@@ -21,7 +21,7 @@ namespace baudgate::events {
 
 class RecordTable {
  public:
-  /// For one kind. Records of events are deleted with their events instead.
+  /// The limit for one kind. Records of events are deleted with their events instead.
   static constexpr std::int64_t kMost = 1'000'000;
 
   /// `database` must come from OpenEvents, and outlive this object.

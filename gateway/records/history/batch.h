@@ -51,8 +51,8 @@ struct Entry {
   bool operator==(const Entry&) const = default;
 };
 
-// Mean and bounds of one point over a time span of fixed width, aligned to 1970, from every
-// reading. A value is valid until the next reading; the mean is over the time with good values.
+// `Trend`: mean and bounds of a point over a time span of fixed width, from every reading. A value
+// is valid until the next reading; the mean is over the time with good values.
 //
 //   width 60 s, readings at 0 s: 10, at 30 s: 20, at 90 s: bad
 //     span from 0 s:  mean 15, min 10, max 20, first 10, last 20, count 2, good 60 s
@@ -141,7 +141,7 @@ struct PointName {
   config::Type type = config::Type::float32;
 };
 
-// For batches that wait for the disk, up to a limit. No lock.
+// A queue of batches that wait for the disk, up to a limit. No lock.
 class BatchQueue {
  public:
   /// `most`: the limit of samples, and also the limit of trends.

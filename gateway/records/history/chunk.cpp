@@ -51,7 +51,7 @@ namespace {
 
 constexpr std::array<double, 7> kPowers = {1, 10, 100, 1e3, 1e4, 1e5, 1e6};
 constexpr std::array<double, 7> kScales = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6};
-/// Above, a double cannot represent every tenth.
+/// Above this limit, a double cannot represent every tenth.
 constexpr double kMostWhole = 1e15;
 
 bool IsSame(double a, double b) {
@@ -198,7 +198,7 @@ namespace {
 
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kHead = 3;
-/// Before compression; more than kMostInChunk texts of kLongestText.
+/// The limit before compression, in bytes: more than kMostInChunk texts of kLongestText.
 constexpr std::size_t kMostBytes = 8'000'000;
 constexpr Millis kLastTime = 7'300'000'000'000;  // in the year 2201; FormatWallTime can print it
 

@@ -326,7 +326,8 @@ bool DayFile::WriteChunks(const char* table) {
   return ok || Fail();
 }
 
-/// From rows of an earlier run of the gateway, also of points that are no longer stored.
+/// Makes chunks of rows from an earlier run of the gateway, also of points that are no longer
+/// stored.
 bool DayFile::PackLeftovers(const char* table) {
   std::vector<PointNumber> known;
   OpenRows left;

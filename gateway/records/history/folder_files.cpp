@@ -115,7 +115,7 @@ std::string Largest(const FolderFiles& folder_files) {
 void RemoveFile(const fs::path& folder, const std::string& file) {
   const std::string path = (folder / file).string();
   std::error_code ignored;
-  // The log first: SQLite would apply a log without its file to a later file of this name.
+  // The log is removed first: SQLite would apply it to a later file of this name.
   for (const char* part : {"-wal", "-shm", ""}) fs::remove(path + part, ignored);
 }
 

@@ -51,18 +51,19 @@ struct TooMuch {
 std::vector<TooMuch> FindTooMuch(FolderFiles folder_files, std::uint64_t limit, Millis keep,
                                  Millis today, std::optional<Millis> sure);
 
-/// "values-20261123.db has 40.0 MB, trends.db 3.1 MB"
+/// Example: "values-20261123.db has 40.0 MB, trends.db 3.1 MB"
 std::string Largest(const FolderFiles& folder_files);
 
 /// Removes a database file with its write-ahead log. Failures are ignored.
 void RemoveFile(const std::filesystem::path& folder, const std::string& file);
 
-// The time for judging the age of files: a wrong clock must not cause files to be deleted.
+// The time by which the age of files is judged: a wrong clock must not cause files to be deleted.
 //
 //   start, newest file of 20 Nov, clock shows 2099   → for a day nothing; then 21 Nov + uptime
 //   clock set by more than a minute                  → for a day nothing
 class SureTime {
  public:
+  /// The clock is trusted after it has run for this time without being set.
   static constexpr Duration kSettled = kDay * 1ms;
   /// The clock was set if it and the elapsed time differ by more than this between two looks.
   static constexpr Duration kStep = 1min;

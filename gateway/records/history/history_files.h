@@ -47,8 +47,8 @@ class TrendFile final : public PointFile {
 
   /// `damage` was found while the file was in use; if not empty, the file is put aside.
   Opened Open(const std::string& damage = {});
-  /// All or none; again changes nothing. Old minutes and hours are deleted only if they are too old
-  /// by `sure` (see SureTime) and by the time of the new rows.
+  /// Writes all rows or none; the same rows can be written again. Deletes old minutes and hours
+  /// only if they are too old by `sure` (see SureTime) and by the time of the new rows.
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
              std::optional<Millis> sure);
 

@@ -76,9 +76,11 @@ class HistoryLog {
  public:
   /// The interval of commits. A power cut loses at most the values of this time.
   static constexpr Duration kCommit = 1s;
+  /// Changes that come within this time are read together.
   static constexpr Duration kLook = 20ms;
   /// The interval at which files that could not be read are tried again.
   static constexpr Duration kLookAgain = 10s;
+  /// A longer write counts as a stalled disk.
   static constexpr Duration kLongestWrite = 3s;
 
   struct Options {

@@ -384,7 +384,7 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Once for each file. A damaged file is reported to the writing thread.
+/// Logs once for each file. A damaged file is reported to the writing thread.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
@@ -429,7 +429,7 @@ void HistoryView::LookAgain() {
 
 namespace {
 
-/// An unchanged value is usually stored again within this time (max_gap).
+/// The start value of a chart is searched this far back: unchanged values are stored again by then.
 constexpr Millis kLookBack = kHour;
 // Above this number of pages, minutes are used instead of values.
 constexpr std::size_t kMostPages = 200;
@@ -451,7 +451,7 @@ std::optional<double> GoodValue(const Entry& entry) {
   return ToDouble(entry.value);
 }
 
-/// Runs overlap if the clock was set back.
+/// Sorts and merges the rows, because runs overlap if the clock was set back.
 void Tidy(std::vector<Trend>& rows, Millis since) {
   std::erase_if(rows, [since](const Trend& row) { return row.begin < since; });
   std::ranges::stable_sort(rows, {}, &Trend::begin);

@@ -35,7 +35,7 @@ class LineRecorder final : public bus::Tap {
   static constexpr std::size_t kExchanges = 64;
   /// Limit of one exchange and of what follows it. Further bytes are only counted.
   static constexpr std::size_t kMostBytes = 1024;
-  /// Pieces and notes of one exchange. Further bytes are added to the last piece.
+  /// Limit of pieces and notes of one exchange. Further bytes are added to the last piece.
   static constexpr std::size_t kMostItems = 64;
   /// For this time after a request with secrets, the reasons of failures are left out: a reason can
   /// quote the reply, and later requests of the same task can have no secrets of their own.
@@ -65,7 +65,7 @@ class LineRecorder final : public bus::Tap {
 
   // The functions below can be called on any thread.
 
-  /// "feeder-1", or "slave-17" for a slave that only routes address.
+  /// Example: "feeder-1", or "slave-17" for a slave that only routes address.
   std::string NameOf(std::uint32_t device) const;
   /// Returns a queue that receives every record from now on, until the caller releases it.
   std::shared_ptr<TraceQueue> Subscribe(std::function<void()> wake);

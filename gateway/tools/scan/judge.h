@@ -58,7 +58,7 @@ struct Talk {
   bool known = false;  ///< the traffic was recognised as that of a master
   std::string text{};  ///< description: a sentence without a full stop
 };
-/// "another master speaks on the line: it has asked slave 2 (spabus, 9600 7E1)"
+/// Example: "another master speaks on the line: it has asked slave 2 (spabus, 9600 7E1)"
 Talk WhoTalks(const std::vector<Tongue>& tongues, View heard, const config::SerialSettings& serial);
 
 // `Found` is one device that a scan has found.

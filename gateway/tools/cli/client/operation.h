@@ -66,7 +66,7 @@ struct WriteOptions {
   std::string request{};
 };
 
-/// Exit code: the device did not answer or refused, or may not be written.
+/// The exit code if the device did not answer, refused the request, or may not be written.
 inline constexpr int kNotDone = 1;
 
 /// Exit codes: 0 all points were read now; kNotDone: some were not; 2 unknown target; 4 no gateway
@@ -76,7 +76,7 @@ int RunRead(const ReadOptions& options, std::ostream& out, std::ostream& err);
 /// Exit codes: 0 confirmed; kNotDone: not; 2 unknown target or invalid value; 4 no gateway answers.
 int RunWrite(const WriteOptions& options, std::ostream& out, std::ostream& err);
 
-// `baudgate enable` and `disable`: polling of a device, until the gateway restarts.
+// `baudgate enable` and `disable`: start or stop polling a device, until the gateway restarts.
 struct InUseOptions {
   std::string target;  ///< "LINE.DEVICE"
   bool in_use = true;

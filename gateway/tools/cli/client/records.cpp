@@ -150,7 +150,7 @@ std::string ValueText(const Json& value) {
 }
 
 struct Kept {
-  /// "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the event.
+  /// Example: "trip, read 2026-11-23T12:00:03.120Z"; empty: no values belong to the event.
   std::string title{};
   std::vector<std::string> values{};
 };
@@ -265,7 +265,7 @@ namespace {
 
 using Json = ControlClient::Json;
 
-/// ", channel 3" for an alarm named "3:5"
+/// Example: ", channel 3" for an alarm named "3:5"
 std::string ChannelOf(const Json& alarm) {
   const std::string name = FieldText(alarm, "name");
   const std::size_t colon = name.find(':');
@@ -328,7 +328,7 @@ class AlarmPrinter {
   bool any_ = false;
 };
 
-/// Changes since the last reading. An alarm that is no longer listed is normal again.
+/// Finds changes since the last reading. An alarm that is no longer listed is normal again.
 class AlarmChanges {
  public:
   void Add(const Json& alarms) {

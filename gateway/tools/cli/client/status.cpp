@@ -23,7 +23,7 @@ constexpr std::size_t kParts = 3;      // lines, devices, sentences
 constexpr std::size_t kLeastPart = 4;  // title, two rows, and the number of rows left out
 constexpr std::size_t kNoLimit = 1000;
 
-/// The worst tone of the line and its devices; then the tone of the line itself.
+/// The sort key of a line: the worst tone of it and its devices, then its own tone.
 std::pair<Tone, Tone> TroubleOf(const Json& line) {
   Tone worst = ToneOfLine(line);
   for (const Json& device : line.at("devices")) worst = std::max(worst, ToneOfDevice(device));

@@ -25,14 +25,14 @@ struct StatusOptions {
 /// Exit codes: 0 done; 2 unknown line or device; 4 no gateway answers.
 int RunStatus(const StatusOptions& options, std::ostream& out, std::ostream& err);
 
-/// One screen, the worst troubles first; a part that does not fit ends with the number of rows left
-/// out. Throws a nlohmann exception if the answer is that of another version.
+/// Returns one screen, the worst troubles first; a part that does not fit ends with the number of
+/// rows left out. Throws a nlohmann exception if the answer is that of another version.
 std::string RenderStatusFrame(const nlohmann::ordered_json& status, const TableView& view);
 
-/// A part that wants less than its share gets what it wants; the other parts share the rest.
+/// Divides screen lines: a part that wants less gets what it wants; the other parts share the rest.
 std::vector<std::size_t> Shares(std::size_t all, const std::vector<std::size_t>& wanted);
 
-// Redraws the status until it is stopped; waits for a stopped gateway.
+// `baudgate status --watch`: redraws the status until it is stopped; waits for a stopped gateway.
 
 /// `options.terminal` must be set. Exit codes: 0 stopped; 2 unknown line or device; 4 no gateway
 /// answers at the start.

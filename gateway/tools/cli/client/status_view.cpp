@@ -128,7 +128,7 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// Causes before consequences: devices that do not answer, then those with the most failures.
+/// Sort key, causes before consequences: devices that do not answer, then those with most failures.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();
@@ -240,10 +240,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kBarWidth = 40;
-/// In µs. Each row covers twice the range of the previous one.
+/// The upper end of the first row, in µs. Each row covers twice the range of the previous one.
 constexpr double kFirstRowUs = 64;
 
-/// "12345: ok 12300, no_reply 45"
+/// Example: "12345: ok 12300, no_reply 45"
 std::string ExchangesText(const Json& of) {
   std::string text;
   for (const auto& [outcome, count] : of.at("outcomes").items()) {
@@ -253,7 +253,7 @@ std::string ExchangesText(const Json& of) {
   return NumberText(of, "exchanges") + text;
 }
 
-/// "retries 3, missed periods 2, late 4 (by up to 80 ms)"
+/// Example: "retries 3, missed periods 2, late 4 (by up to 80 ms)"
 std::string LabelledText(const Json& labels, const Json& of) {
   std::string text;
   for (const auto& [key, label] : labels.items()) {

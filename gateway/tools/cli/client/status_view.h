@@ -31,13 +31,13 @@ std::string LineTable(const nlohmann::ordered_json& lines, const TableView& view
 std::string DeviceTable(const nlohmann::ordered_json& lines, const TableView& view,
                         Order order = Order::configured);
 
-/// "substation-7: baudgate 0.1.0, up 2 min, lines: 2, devices: 3, online: 1"
+/// Example: "substation-7: baudgate 0.1.0, up 2 min, lines: 2, devices: 3, online: 1"
 std::string HeadSentence(const nlohmann::ordered_json& status);
 /// "DDS domain 0: 3 subscribers, 1234 samples". Empty: DDS is off, or has a problem (see AdviceOf).
 std::string DdsSentence(const nlohmann::ordered_json& status);
-/// "DDS took 12 write requests", "DDS let in 12345 datagrams, refused 40: 38 fragments, …"
+/// Example: "DDS took 12 write requests", "DDS let in 12345 datagrams, refused 40: 38 fragments, …"
 std::vector<std::string> DdsTraffic(const nlohmann::ordered_json& status);
-/// "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"
+/// Example: "2 alarms active, 1 not acknowledged: see 'baudgate alarms'"
 std::string AlarmsSentence(const nlohmann::ordered_json& status);
 /// Each sentence after its subject: "bay-1: …", "master on PORT: …", "route 20 to line bay-1: …".
 std::vector<std::string> AdviceOf(const nlohmann::ordered_json& status);

@@ -18,7 +18,7 @@ std::string VisitText(const Json& visit) {
                      TextOf(visit, "since"), Number(visit, "to_port"), Number(visit, "from_port"));
 }
 
-/// "served at 127.0.0.1:4001 (raw): 10.0.0.7:40112 since …"
+/// Example: "served at 127.0.0.1:4001 (raw): 10.0.0.7:40112 since …"
 std::string ServiceText(const Json& service) {
   std::string text = fmt::format("{} at {} ({})", Text(service, "use"), Text(service, "at"),
                                  Text(service, "mode"));

@@ -12,7 +12,7 @@
 
 namespace baudgate::tools {
 
-/// "DTR RTS CTS": those that are on. Empty: none.
+/// Example: "DTR RTS CTS": those that are on. Empty: none.
 std::string ControlLinesText(const nlohmann::ordered_json& modem);
 /// Modem control lines and clients of the port, if the status contains them.
 std::vector<std::pair<std::string, std::string>> PortFacts(const nlohmann::ordered_json& line);

@@ -66,7 +66,7 @@ constexpr FixedUnit kUnits[] = {
 };
 constexpr std::uint8_t kFirstFreeUnit = 101;
 
-/// Device names contain only letters, digits, '_' and '-'; profile names can contain dots.
+/// Device names contain only letters, digits, '_' and '-'; profile names can also contain dots.
 std::string DeviceName(std::string profile) {
   for (char& c : profile) {
     if (c == '.') c = '_';

@@ -61,7 +61,7 @@ Result<config::Config> PortConfig(const std::string& yaml, const config::Catalog
 
 constexpr std::uint16_t kUsualPort = 1502;
 
-/// "0.0.0.0" → "0.0.0.0:1502". A port without an address is an error.
+/// Example: "0.0.0.0" → "0.0.0.0:1502". A port without an address is an error.
 Result<config::HostPort> Place(const std::string& listen) {
   if (ParseInteger<std::uint16_t>(listen)) {
     return Error{"--listen: " + listen + " is a port without an address; write 127.0.0.1:" +
@@ -136,7 +136,7 @@ namespace {
 
 constexpr const char* kLine = "port";
 constexpr const char* kDevice = "device";
-/// For the port and the first readings; then shows what was read so far.
+/// The longest wait for the port and the first readings; then shows what was read so far.
 constexpr Duration kWaitForPort = 15s;
 constexpr Duration kLookAtValuesEvery = 20ms;
 
@@ -188,7 +188,7 @@ int Fail(const std::string& message, int code, std::ostream& err) {
   return code;
 }
 
-/// At most kWaitForPort. Success if the port is open then, even if IsKnown is false.
+/// Waits kWaitForPort at most. Success if the port is open then, even if IsKnown is false.
 Status AwaitPort(const bus::PointStore& store) {
   const Instant limit = ReadClocks().instant + kWaitForPort;
   while (ReadClocks().instant < limit) {

@@ -40,7 +40,7 @@ constexpr auto kLookEvery = 1000ms;
 /// The stop must end within this time, which is shorter than TimeoutStopSec of the service.
 constexpr auto kStopWithin = 4s;
 
-/// A tenth of WatchdogSec, at most 1 s: systemd acts when nine reports in a row are missing.
+/// The interval is a tenth of WatchdogSec, at most 1 s: systemd acts when nine reports are missing.
 timespec LookInterval(std::uint64_t watchdog_us) {
   auto interval = std::chrono::microseconds(kLookEvery);
   if (watchdog_us > 0) interval = std::min(interval, std::chrono::microseconds(watchdog_us) / 10);

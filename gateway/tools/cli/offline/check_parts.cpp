@@ -47,7 +47,7 @@ void PrintEvents(const config::Config& config, std::ostream& out) {
   out << '\n';
 }
 
-/// "load profiles of meters.m1 (1, 2), meters.m2 (1)"
+/// Example: "load profiles of meters.m1 (1, 2), meters.m2 (1)"
 void PrintOfMeters(const config::Config& config, std::ostream& out) {
   constexpr std::array<std::pair<const char*, const char*>, 2> kKinds = {
       {{"load_profile", "load profiles of "}, {"billing", "billing readings of "}}};
@@ -118,7 +118,7 @@ std::string ListedWithRules(const std::vector<std::string>& ruled,
   return text + (text.empty() ? "" : ", ") + Listed(plain);
 }
 
-/// " (0.5 to 40 xIn, selected first)"; empty: no rules.
+/// Example: " (0.5 to 40 xIn, selected first)"; empty: no rules.
 std::string Rules(const config::Point& point) {
   const config::Writing& writing = point.writing;
   std::vector<std::string> rules;

@@ -25,7 +25,7 @@ std::string Joined(const Range& range, Text text) {
   return joined;
 }
 
-/// "everybody who reaches it", "10.0.0.7, 10.1.0.0/16"
+/// Example: "everybody who reaches it", "10.0.0.7, 10.1.0.0/16"
 inline std::string Whom(const std::vector<config::Network>& allow) {
   if (allow.empty()) return "everybody who reaches it";
   return Joined(allow, [](const auto& network) { return network.text; });
@@ -47,7 +47,7 @@ nlohmann::ordered_json WritesJson(const config::Device& device);
 
 void CheckWebToken(const config::Config& config, std::vector<config::Problem>& problems);
 
-/// "web http://127.0.0.1:8502/, …" and the number of metric series; "web off".
+/// Example: "web http://127.0.0.1:8502/, …" and the number of metric series; "web off".
 void PrintWeb(const config::Config& config, std::ostream& out);
 
 /// Returns the web server's part of `baudgate check --json`; null: the web server is off.

@@ -22,7 +22,7 @@ diagnosis::Decoders DecodersOf(const std::vector<std::string>& head,
 
 struct DecodeOptions {
   std::string protocol{};  ///< empty: the protocol of each device in the head of the trace
-  /// Empty: that of each device in the head. Without one, values are named by address.
+  /// Empty: the profile of each device in the head. Without a profile, values are named by address.
   std::string profile{};
   /// Device options, "key=value", in addition to the options in the head of the trace.
   std::vector<std::string> set{};

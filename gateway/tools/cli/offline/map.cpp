@@ -20,7 +20,7 @@ namespace {
 
 constexpr int kLastFiveDigitAddress = 9998;
 
-// As in PLC manuals, from 1: five digits if they suffice, else six.
+// Returns a register number as in PLC manuals, from 1: five digits if they suffice, else six.
 std::string Conventional(char table, int address) {
   const bool five = address <= kLastFiveDigitAddress;
   std::string number = std::to_string(address + 1);
@@ -273,7 +273,7 @@ std::string TypeAt(const config::Point& point, const MapPlace& place) {
 /// The part of the PLC's inputs, or of its outputs, for one device: registers, then bits.
 class Area {
  public:
-  /// I for inputs, Q for outputs. `next`: the first free word, then the first behind the area.
+  /// `letter`: I for inputs, Q for outputs. `next`: the first free word; moved behind the area.
   Area(char letter, const config::Device& device, int& next) : letter_(letter) {
     for (const config::Point& point : device.points) {
       const MapPlace place = PlaceOf(device, point);

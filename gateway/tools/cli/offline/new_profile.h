@@ -43,7 +43,7 @@ enum class ListColumn {
   order
 };
 
-/// "Data Type" → type. Ignores case, blanks and punctuation.
+/// Example: "Data Type" → type. Ignores case, blanks and punctuation.
 std::optional<ListColumn> ColumnNamed(std::string_view header);
 
 /// Returns the type of the registers. Examples: "U16", "WORD", "unsigned int 16" → "uint16"; "Date"

@@ -82,7 +82,7 @@ struct Range {
   std::optional<std::size_t> count;  // number of registers; empty: the text gives no last number
 };
 
-/// "40003", "40003-40004", "40003..40004", "40003-4"
+/// Example: "40003", "40003-40004", "40003..40004", "40003-4"
 std::optional<Range> RangeOf(std::string_view text) {
   text = Trim(text);
   const auto dash = text.find_first_of("-.", 1);

@@ -40,7 +40,7 @@ struct RegisterList {
   std::vector<ListedPoint> points;
   std::vector<std::string> errors;  ///< "list.csv:3: …"; with an error, no profile is made
   std::vector<std::string> warnings;
-  /// "40001…40051": if `first` is needed but was not given.
+  /// Example: "40001…40051": if `first` is needed but was not given.
   std::string numbers;
 };
 

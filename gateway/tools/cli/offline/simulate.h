@@ -16,7 +16,7 @@ namespace baudgate::tools {
 
 struct SimulateOptions {
   std::string profile;
-  /// Empty: the one that has the profile.
+  /// Empty: the protocol that has the profile.
   std::string protocol{};
   std::string address;
   std::string pty;     ///< path of the symbolic link to the pty

@@ -79,7 +79,7 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// By the place of the adapter: serial numbers need not be unique.
+/// True for a link by the place of the adapter, because serial numbers need not be unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -160,7 +160,7 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// Without groups that the user has joined since the last login.
+/// Does not contain groups that the user has joined since the last login.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());
@@ -190,7 +190,7 @@ std::vector<Person> PeopleHere() {
 
 }  // namespace
 
-/// As the kernel: of owner, group and others, the first that fits determines the access.
+/// Decides like the kernel: of owner, group and others, the first that fits determines the access.
 bool MayUse(const Person& person, const PortFile& file) {
   if (person.id == 0) return true;
   unsigned shift = 0;

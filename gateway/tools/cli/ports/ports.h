@@ -36,10 +36,11 @@ struct FoundPort {
   bool is_usb() const { return !vendor.empty(); }
 };
 
-/// Without ports that lack hardware. `root`: "/", or for tests a folder with sys/class/tty and dev.
+/// Leaves out ports without hardware. `root`: "/", or for tests a folder with sys/class/tty and
+/// dev.
 std::vector<FoundPort> FindPorts(const std::filesystem::path& root);
 
-/// "ttyUSB0" for "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
+/// Example: "ttyUSB0" for "/dev/serial/by-id/usb-…"; empty: the link leads to no port.
 std::string PortNameOf(const std::filesystem::path& root, const std::string& path);
 
 /// /dev/ttyUSB0 root:dialout 0660

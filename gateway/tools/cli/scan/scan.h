@@ -34,7 +34,7 @@ struct ScanOptions {
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-// A progress line, the question before sending into traffic, and the found devices.
+// The user interface of `baudgate scan`: progress, the question before sending, the found devices.
 class ScanView final : public scan::Watcher {
  public:
   /// All references must outlive this object. `alive` is called repeatedly while the scan runs.

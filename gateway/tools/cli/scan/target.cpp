@@ -65,7 +65,7 @@ namespace {
 
 /// A port or server that does not open within this time is an error.
 constexpr Duration kOpening = 10s;
-/// Silence before a request if bytes were received; waits kMostQuiet at most.
+/// Silence that is awaited before a request if bytes were received, for kMostQuiet at most.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
 /// A reply that takes longer than this, or has more than kMostBytes, is cut off.

@@ -205,7 +205,7 @@ using Plan = std::vector<Difference>;
 /// For each point that is not allowed to be written, the reason.
 using Denials = std::map<std::string, std::string>;
 
-/// Differing, writable settings. Fails if a number of the device has no number in the file.
+/// Returns differing, writable settings. Fails if a number of the device has none in the file.
 Result<Plan> PlanOf(const Comparison& comparison) {
   Plan plan;
   for (const Difference& one : comparison.different) {

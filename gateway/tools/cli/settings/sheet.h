@@ -52,7 +52,7 @@ int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet,
 std::string ToYaml(const Sheet& sheet);
 std::string ToJson(const Sheet& sheet);
 
-/// Can be edited. One line for each problem, "file:line:column: error: …".
+/// The file may be edited. The error has one line for each problem, "file:line:column: error: …".
 Result<Sheet> ReadSheet(const std::string& path);
 
 struct Difference {
@@ -76,7 +76,8 @@ Status CheckFit(const Sheet& file, const Sheet& now);
 /// Compares two sheets. Both must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// Whole numbers exactly, others within the precision of a float32. `resolution`: see Setting.
+/// Compares whole numbers exactly, others within the precision of a float32. `resolution`: see
+/// Setting.
 bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings
