@@ -9,7 +9,8 @@
 namespace baudgate::scan {
 namespace {
 
-/// Devices are usually numbered from 1 on, and few buses have more devices.
+/// The last likely address: devices are usually numbered from 1 on, and few buses have more
+/// devices.
 constexpr unsigned kLastLikely = 32;
 /// Additional timeout for the way through the network and a serial server.
 constexpr Duration kNetwork = 150ms;

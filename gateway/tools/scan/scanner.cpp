@@ -37,7 +37,7 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// False: not supported by the port; the scan goes on without these settings.
+/// Returns false if the port does not support the settings; the scan then goes on without them.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -110,7 +110,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// In this protocol, or in one for whose devices this protocol's questions are writes (never_at).
+/// True if found in this protocol, or in one whose devices take this one's questions for writes
+/// (never_at).
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -180,7 +181,7 @@ void Scanner::CheckLate(std::optional<Asked> late) {
   checking_late_ = false;
 }
 
-/// True: this address needs no further question.
+/// Returns true if this address needs no further question.
 bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   switch (verdict.what) {
     case Verdict::What::device: {
@@ -302,7 +303,7 @@ void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
   Keep(std::move(found));
 }
 
-/// True: replies differ or are damaged, so two devices have this address.
+/// Returns true if replies differ or are damaged, so two devices have this address.
 bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) {
   for (int repeat = 0; repeat < kRepeats && !is_over(); ++repeat) {
     const Verdict verdict = ExchangeOnce(asked);

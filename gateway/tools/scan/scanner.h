@@ -39,7 +39,8 @@ class Watcher {
   virtual ~Watcher() = default;
   virtual void OnProgress(const Progress& progress) = 0;
   virtual void OnFound(const Found& found) = 0;
-  /// May the scan send although another master is active? `who`: a sentence without a full stop.
+  /// Returns whether to send although another master is active. `who`: a sentence without a full
+  /// stop.
   virtual bool MayTalk(const std::string& who) = 0;
 };
 

@@ -158,8 +158,8 @@ void Simulator::SetFaults(const std::vector<Fault>& faults) {
 
 namespace {
 
-/// The same frame rule divides requests: not for two DCON modules of which one has its checksum on.
-/// Equal options are not compared by rule, because each parse of descriptions makes a new one.
+/// True if one frame rule divides requests of both; false for two DCON modules of which one has its
+/// checksum on. Equal options need no comparison of rules, which are new at each parse.
 bool AreCutAlike(const protocols::Protocol& protocol, const config::Options& a,
                  const config::Options& b) {
   return a == b || protocol.expect({}, ParseOptions(protocol, a)) ==

@@ -21,7 +21,8 @@
 
 namespace baudgate::tools {
 
-/// One bus and protocol. The first device's options determine how received bytes are divided.
+/// Devices of one bus and protocol. The first one's options determine how received bytes are
+/// divided.
 struct TwinGroup {
   const protocols::Protocol* protocol = nullptr;
   std::vector<config::Device> devices;
@@ -33,7 +34,7 @@ struct SimulatorOptions {
   std::optional<config::HostPort> listen;
   /// How long each character takes on the wire; empty: no time.
   std::optional<config::SerialSettings> pace;
-  /// If a reader has set another bit rate or format, converts bytes to what a UART would receive.
+  /// True: if a reader has set another format, converts bytes to what a UART would receive.
   bool strict = false;
   Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
   std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
@@ -57,14 +58,14 @@ class Simulator {
 
   /// Returns the value for `port:` of a line: a path, or for example "tcp://127.0.0.1:4001".
   const std::string& path() const;
-  /// Answered requests, and the characters of these exchanges. Thread-safe.
+  /// The number of answered requests, and of the characters of these exchanges. Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
   /// Returns how often each fault has struck. To be called on the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
-  /// Raised and refused events.
+  /// Raised and refused events. To be called on the thread of the io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// Counts and schedules start again.
+  /// Counts and schedules start again. To be called on the thread of the io_context.
   void SetFaults(const std::vector<Fault>& faults);
 
  private:

@@ -16,10 +16,11 @@ namespace baudgate::tools {
 namespace {
 
 constexpr std::size_t kFaultKinds = 11;
-/// In place of a character with a wrong parity (transports/serial_port.h).
+/// The byte in place of a character with a wrong parity (transports/serial_port.h).
 constexpr std::uint8_t kParityError = 0xFF;
 
-// Distributions of the standard library differ between implementations.
+// These functions replace distributions of the standard library, which differ between
+// implementations.
 
 std::size_t Below(std::mt19937_64& random, std::size_t limit) {
   return static_cast<std::size_t>(random() % limit);

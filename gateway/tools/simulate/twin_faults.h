@@ -76,7 +76,7 @@ class TwinFaults {
   /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// `stranger` empty: no wrong_address. The times of the faults count from `start`.
+  /// An empty `stranger`: wrong_address never occurs. The times of the faults count from `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
@@ -84,8 +84,8 @@ class TwinFaults {
   /// because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
-  /// Sorted by time, pieces of earlier replies first. `reply` empty: the request was not for this
-  /// twin.
+  /// Returns pieces sorted by time, those of earlier replies first. An empty `reply`: the request
+  /// was not for this twin.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
   /// Returns the counts of the faults, in the order of the constructor's argument.

@@ -166,8 +166,8 @@ std::size_t TwinPort::Held() const {
   return held;
 }
 
-/// As the twins' UART receives them at equal bit rates without damage; else unchanged, so that a
-/// reader with other settings receives some bytes.
+/// Returns the bytes as the twins' UART receives them at equal bit rates without damage; else
+/// unchanged, so that a reader with other settings receives some bytes.
 Bytes TwinPort::AsSent(Residents& residents, View bytes) const {
   const Bytes as_they_are(bytes.begin(), bytes.end());
   if (!bus_->strict) return as_they_are;

@@ -14,7 +14,7 @@
 
 namespace baudgate::tools {
 
-// Draws on the whole screen; the destructor restores the former content. Works over ssh.
+// `LiveScreen` uses the whole screen; its destructor restores the former content. Works over ssh.
 class LiveScreen {
  public:
   /// Fails without a terminal, or if it can only print line after line (TERM=dumb).
@@ -57,8 +57,8 @@ struct TableView {
   bool colour = false;
 };
 
-/// Too wide: spare columns are left out, the last first; then text columns are cut, the widest
-/// first. Control characters are replaced by '?', so that data from a network cannot control the
+/// If lines are too wide, leaves out spare columns, the last first, then cuts text columns, the
+/// widest first. Replaces control characters by '?', so that data from a network cannot control the
 /// terminal.
 std::string RenderTable(const std::vector<TableColumn>& columns, const std::vector<TableRow>& rows,
                         const TableView& view);
@@ -76,7 +76,7 @@ struct PointRow {
 /// The device's name is only in its first row.
 std::string RenderPoints(const std::vector<PointRow>& rows, const TableView& view);
 
-/// nullopt: not a terminal. `colour` is false if NO_COLOR is set.
+/// nullopt: `descriptor` is not a terminal. `colour` is false if NO_COLOR is set.
 std::optional<TableView> TerminalView(int descriptor);
 
 /// In characters; 0: there is no terminal, and so no limit.

@@ -22,7 +22,7 @@ inline std::size_t WidthOf(std::string_view text) {
 /// Breaks at blanks; `width` 0: no limit. A longer word is broken. Returns at least one line.
 std::vector<std::string> WrapLines(std::string_view text, std::size_t width);
 
-/// WrapLines as one text with line feeds; each line but the first begins with `indent` blanks.
+/// Does the same as WrapLines, as one text; each line but the first begins with `indent` blanks.
 std::string WrapSentence(std::string_view text, std::size_t width, std::size_t indent = 2);
 
 // Places the cells of a row side by side if they fit the width. Otherwise later columns go to
@@ -61,7 +61,7 @@ class ColumnLayout {
 
 namespace baudgate::tools {
 
-// Aligned columns for terminals, Markdown for documents, CSV for spreadsheets.
+// Prints aligned columns for terminals, Markdown for documents, CSV for spreadsheets.
 class TextTable {
  public:
   explicit TextTable(std::vector<std::string> header) : header_(std::move(header)) {}

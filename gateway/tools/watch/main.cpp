@@ -49,9 +49,9 @@ void Say(const std::string& sentence) {
   std::fprintf(stderr, "baudgate-dds: %s\n", sentence.c_str());
 }
 
-/// Feeds the watchdog: SIGALRM ends the process if Live is not called again within `most`. Needed
-/// because no other program ends a hanging process if the gateway is dead, and subscribers would
-/// trust its samples.
+/// Feeds the watchdog: SIGALRM ends the process if Live is not called again within `most`. If the
+/// gateway is dead, no other program ends a hanging process, and subscribers would trust its
+/// samples.
 void Live(Duration most = LinkKeeper::kGivenUp + 5s) { ::alarm(static_cast<unsigned>(most / 1s)); }
 
 /// Stops the watchdog of Live in its destructor. It must be declared first, and so destroyed last,

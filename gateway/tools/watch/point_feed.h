@@ -94,7 +94,8 @@ class Listening {
   Listening(std::vector<std::string> interfaces, Open open, Find find = dds::FindOwnAddresses);
 
   Status Start();
-  /// Once a second. Returns a message if the subscriber was restarted or cannot be created.
+  /// To be called once a second. Returns a message if the subscriber was restarted or cannot be
+  /// created.
   std::optional<std::string> Look(Instant now);
   Instant next_look() const { return next_look_; }
   /// Returns why there is no subscriber; empty: there is a subscriber.

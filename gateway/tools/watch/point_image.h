@@ -31,7 +31,8 @@ class PointOrder {
 
   /// First the points of the profile, then the others by name: input_2 comes before input_10.
   void Sort(std::vector<std::string>& points) const;
-  /// In every profile that contains this name. A write-only point never has a value.
+  /// True if write-only in every profile that contains the name. A write-only point never has a
+  /// value.
   bool IsWriteOnly(const std::string& point) const { return write_only_.contains(point); }
 
  private:

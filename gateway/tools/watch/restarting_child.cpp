@@ -65,7 +65,7 @@ pid_t StartChild(const std::function<int()>& run, const PassedSignals& signals) 
   ::_exit(run());
 }
 
-/// Passes signals to the child. `stopped`: a signal to stop came. Returns the wait status.
+/// Passes signals to the child. `stopped`: a signal to stop came. Returns the child's wait status.
 int WaitFor(pid_t child, const PassedSignals& signals, bool& stopped) {
   int status = 0;
   while (::waitpid(child, &status, WNOHANG) == 0) {

@@ -19,7 +19,7 @@
 namespace baudgate::tools {
 namespace {
 
-/// Why the text is not the IPv4 address of a machine.
+/// Empty: `address` is the IPv4 address of a machine.
 std::string NotAMachine(const std::string& address) {
   if (config::IsMachineIpv4(address)) return {};
   return Quoted(address) + " is not the IPv4 address of a machine; write for example 10.0.0.7";
@@ -251,7 +251,7 @@ class Watch {
     return text;
   }
 
-  /// Early if only samples that the filter drops have come, because the network works.
+  /// Gives up early if only samples that the filter drops have come, because the network works.
   Instant GiveUpAt() const {
     const Instant latest = started_ + options_.first_sample_timeout;
     return filtered_ > 0 ? std::min(latest, first_filtered_ + kOthersOnly) : latest;

@@ -46,7 +46,7 @@ dds::ParticipantOptions ParticipantOf(const WatchOptions& options);
 /// received, or the subscriber cannot be created.
 int RunWatch(const WatchOptions& options, std::ostream& out, std::ostream& err);
 
-// The gateway's program passes these options on to baudgate-dds.
+// The options of `baudgate watch`, which the gateway's program passes on to baudgate-dds.
 
 /// Adds the subcommand. `options` must stay valid until parsing has ended.
 CLI::App* AddWatch(CLI::App& app, WatchOptions& options);

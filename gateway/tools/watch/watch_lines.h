@@ -17,7 +17,7 @@
 
 namespace baudgate::tools {
 
-// The fields of gateway/outputs/dds/published_types.h, in their order:
+// `JsonOf` makes JSON of the fields of gateway/outputs/dds/published_types.h, in their order:
 //
 //   source_time_ns 1790000000000000000    "source_time":"2026-09-21T14:13:20.000Z"
 //   source_time_ns 0                      "source_time":null
