@@ -22,7 +22,7 @@ namespace baudgate::records {
 enum class Disk : std::uint8_t {
   opening,
   fine,
-  stalled,
+  stalled,  ///< the disk does not answer in time
   failing,
 };
 std::string_view Name(Disk disk);

@@ -9,13 +9,13 @@
 
 namespace baudgate::tools {
 
-// A second simulator must not take over the link of a running twin:
+// `ServerOf` protects the link of a running twin from a second simulator:
 //
 //   link -> /dev/pts/7, no /dev/pts/7                           not served: its program has ended
 //   link -> /dev/pts/7, which was created after the link        not served: the number was reused
 //   link -> /dev/pts/7, which was created before the link       served
 
-/// "socat (pid 4711)", or "another program"; empty: not served. `target`: of `link`, "/dev/pts/7".
+/// Returns "socat (pid 4711)", or "another program"; empty: not served. `target`: that of `link`.
 std::optional<std::string> ServerOf(const std::string& link, const std::string& target);
 
 class Pty {
