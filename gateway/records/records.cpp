@@ -25,7 +25,6 @@ std::string FileTroubles::Held::Set(const std::string& file, const std::string& 
   return std::exchange(troubles[file], trouble);
 }
 
-/// Logs when the file cannot be written for the first time, and when it can be written again.
 std::function<void(const std::string& trouble)> FileTroubles::Reporter(const std::string& file) {
   return [held = held_, file](const std::string& trouble) {
     const std::string was = held->Set(file, trouble);
@@ -83,8 +82,7 @@ void WritePath::Start() {
 
 namespace {
 
-/// The longest wait for a disk that does not answer. At a start, lines and listeners do not begin
-/// before it ends.
+/// At a start, lines and listeners do not begin before this wait for a disk ends.
 constexpr Duration kFolderPatience = 2s;
 
 std::function<Status()> ReadyOf(std::shared_ptr<StateFolder> folder) {
@@ -148,8 +146,6 @@ Status Records::OpenFolder(const config::Config& config) {
   return Error{failure->text};
 }
 
-/// Chooses the place of events.db: the folder of events.directory if it is given, else the state
-/// folder.
 Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
   constexpr const char* kEventsFile = "events.db";
   std::shared_ptr<StateFolder> folder = state_;
@@ -165,7 +161,6 @@ Status Records::PlaceEvents(const config::Config& config, EventsPlace& place) {
   return {};
 }
 
-/// Chooses the folder of the history: history.directory if it is given, else the state folder.
 Status Records::PlaceHistory(const config::Config& config) {
   const auto path = HistoryFolderOf(config);
   history_folder_ = state_;
@@ -231,8 +226,7 @@ void Records::RenewHistory(const std::shared_ptr<const config::Config>& config,
   StartHistory(config, store);
 }
 
-// In EndHistory and EndEvents, `ends` is destroyed after the lock is released: its destructor can
-// wait for the disk, and readers of mutex_ must not wait for that.
+// `ends` is destroyed after the lock is released, because its destructor can wait for the disk.
 
 void Records::EndHistory() {
   if (history_ends_.valid()) history_ends_.wait();

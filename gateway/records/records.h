@@ -1,7 +1,6 @@
 // `Records` owns what the gateway stores on the disk: the state folder, the memory of
-// conversations, the audit of writes, events, and the history of values, each if the configuration
-// asks for it. It is made before the lines and ends after them. `FileTroubles` lists files that
-// cannot be written, and `WritePath` carries recorded writes.
+// conversations, the audit of writes, events, and the history of values. It is made before the
+// lines and ends after them.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -30,13 +29,10 @@
 
 namespace baudgate::records {
 
-/// Lists small files that cannot be written, for the log and the status, as long as the trouble
-/// lasts. Can be used on any thread.
+/// Lists small files that cannot be written, for the log and the status. For any thread.
 class FileTroubles {
  public:
-  /// Returns the function by which the writer of `file` reports the current trouble; an empty text
-  /// means that the file can be written again. The function can be called after this object is
-  /// destroyed.
+  /// An empty text means that `file` can be written again. The function can outlive this object.
   std::function<void(const std::string& trouble)> Reporter(const std::string& file);
   std::vector<std::string> all() const { return held_->All(); }
 
@@ -51,12 +47,10 @@ class FileTroubles {
   const std::shared_ptr<Held> held_ = std::make_shared<Held>();
 };
 
-// `WritePath` carries a recorded write from an output to its line: it contains the audit log, and
-// the sink in front of the lines.
+// `WritePath` carries a recorded write from an output to its line.
 class WritePath {
  public:
-  /// Called once, on any thread, with the devices that have writes of unknown result: see
-  /// AuditLog::Options.
+  /// Called once, on any thread: see AuditLog::Options.
   using Unsettled = std::function<void(const std::set<audit::Target>& devices)>;
   /// All references but `place` must outlive this object.
   WritePath(const config::Config& config, const bus::PointStore& store, bus::CommandSink& lines,
@@ -77,7 +71,6 @@ class WritePath {
   const Unsettled unsettled_;
   Mutex mutex_;
   bool started_ BAUDGATE_GUARDED_BY(mutex_) = false;
-  // Unsettled devices that were reported before Start.
   std::set<audit::Target> early_ BAUDGATE_GUARDED_BY(mutex_);
   audit::AuditLog log_;
   audit::AuditedWrites audited_;
@@ -91,35 +84,31 @@ class Records {
     EventPath::Kept kept;
     WritePath::Unsettled unsettled;
     FileTroubles& troubles;
-    std::set<std::string> consumers{};  ///< names of the consumers of events; see CursorBook
+    std::set<std::string> consumers{};
   };
   /// Opens all stores that the configuration asks for. Fails if another gateway uses a folder, or a
   /// newer baudgate has written its files. `config` must outlive this object.
   Status Open(const config::Config& config, const Links& links);
-  /// To be called in place of Open if nothing is stored on the disk: provides the gateway's own
-  /// alarms, in memory.
+  /// To be called in place of Open if nothing is stored on the disk: alarms in memory.
   void OpenAlarms(const config::Config& config, const Links& links);
   Status OpenFolder(const config::Config& config);
   bool open() const { return writes_ != nullptr; }
 
   void OnReload(const std::shared_ptr<const config::Config>& config,
                 std::span<const std::shared_ptr<const config::Line>> begun);
-  /// Begins a new run of the history; readers of the history must be given the new history(). The
-  /// old run ends in the background, so that a disk that does not answer delays the reload by two
-  /// seconds at most.
+  /// Begins a new run of the history; its readers must be given the new history(). A disk that does
+  /// not answer delays the reload by two seconds at most.
   void RenewHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
 
   /// The sink to which outputs submit writes; null: writes are not recorded.
   bus::CommandSink* entrance() { return writes_ ? &writes_->entrance() : nullptr; }
   WritePath* write_path() const { return writes_.get(); }
   DeviceMemory* memory() const { return memory_.get(); }
-  /// Null: events were not opened.
   EventPath* events() const {
     const MutexLock lock(mutex_);
     return events_.get();
   }
   bool keeps_events() const { return keeps_events_; }
-  /// Null: no history is stored.
   std::shared_ptr<const history::HistorySource> history() const {
     const MutexLock lock(mutex_);
     return history_.log ? history_.log->view() : nullptr;
@@ -128,15 +117,12 @@ class Records {
   const StateFolder* state() const { return why_no_state_.empty() ? state_.get() : nullptr; }
   const std::string& why_no_state() const { return why_no_state_; }
 
-  /// To be called periodically, on any thread, until EndEvents: checks the disks and raises alarms
-  /// for lasting troubles.
+  /// To be called periodically, on any thread, until EndEvents.
   void Look(Now now);
 
-  /// Ends the history. To be called before the lines end, so that the history does not record their
-  /// devices as lost.
+  /// To be called before the lines end, so that the history does not record their devices as lost.
   void EndHistory();
-  /// Saves the events that wait, and ends the event path. The event loops of the lines must still
-  /// run.
+  /// The event loops of the lines must still run.
   void EndEvents();
 
  private:
@@ -146,16 +132,16 @@ class Records {
   void StartHistory(const std::shared_ptr<const config::Config>& config, bus::PointStore& store);
   std::vector<AlarmService::DiskState> LookAtDisks(Now now) BAUDGATE_REQUIRES(mutex_);
 
-  std::shared_ptr<StateFolder> state_;  // null: there is no place for a state folder
+  std::shared_ptr<StateFolder> state_;
   // Why the state folder was not opened at the start; empty: the folder was opened.
   std::string why_no_state_;
   std::unique_ptr<DeviceMemory> memory_;
-  std::shared_ptr<StateFolder> databases_;       // null: the databases are in `state_`
-  std::shared_ptr<StateFolder> history_folder_;  // null: there is no folder for the history
+  std::shared_ptr<StateFolder> databases_;  // null: the databases are in `state_`
+  std::shared_ptr<StateFolder> history_folder_;
   mutable Mutex mutex_;
   struct RunningHistory {
     std::shared_ptr<const config::Config> config;
-    std::unique_ptr<history::HistoryLog> log{};  // null: no history is stored
+    std::unique_ptr<history::HistoryLog> log{};
   };
   RunningHistory history_ BAUDGATE_GUARDED_BY(mutex_);
   // End of the previous run of the history; for the reloader's thread only.

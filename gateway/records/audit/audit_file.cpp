@@ -26,8 +26,7 @@ constexpr const char* kPointsOf =
 constexpr const char* kOldestOf =
     "DELETE FROM writes WHERE seq IN (SELECT seq FROM writes WHERE kind=? AND line=? AND device=? "
     "AND point=? AND settled IS NOT NULL ORDER BY seq LIMIT ?)";
-/// Records are deleted when a kind exceeds its limit by one part in kSlack (1 %), so that many rows
-/// are deleted at once.
+/// A kind may exceed its limit by one part in this, so that many rows are deleted at once.
 constexpr std::int64_t kSlack = 100;
 
 struct Share {
@@ -46,8 +45,7 @@ std::int64_t Beyond(const std::vector<Share>& shares, std::int64_t level) {
       [level](std::int64_t sum, const Share& one) { return sum + one.Beyond(level); });
 }
 
-/// Returns the smallest number of records per point such that the records beyond it, of all points
-/// together, are at most `rows`.
+/// Returns the smallest limit per point that leaves at most `rows` records beyond it in all points.
 std::int64_t LevelFor(const std::vector<Share>& shares, std::int64_t rows) {
   std::int64_t low = 0;
   std::int64_t high = 0;
@@ -168,9 +166,8 @@ bool WriteTable::MakeRoom() {
   return true;
 }
 
-/// Deletes `rows` records of a kind. LevelFor gives the level: all points with more records than
-/// this level lose their oldest records down to it. The remainder is less than one record per
-/// point; some points lose one more record.
+/// Points above LevelFor lose their oldest records down to it. The remainder is less than one
+/// record per point: some points lose one more.
 bool WriteTable::TakeOut(std::size_t kind, std::int64_t rows) {
   const std::string_view name = Name(static_cast<Kind>(kind));
   std::vector<Share> shares;
@@ -216,8 +213,8 @@ bool WriteTable::DropOld(WallTime now) {
 
 namespace {
 
-/// Old records are deleted for the first time a day after the start, so that a clock that was wrong
-/// at the start deletes nothing.
+/// Also the delay of the first deletion, so that a clock that was wrong at the start deletes
+/// nothing.
 constexpr Duration kDropOldEvery = kDay;
 
 }  // namespace

@@ -1,7 +1,5 @@
-// `AuditFile` is the audit's part of events.db: it opens the file when needed, writes the changed
-// records of AuditBook, and reports failures. Used by one thread
-// (gateway/records/audit/audit_log.h); it reads no clock. `WriteTable` handles the rows of the
-// table `writes`.
+// `AuditFile` is the audit's part of events.db: it opens the file, writes the changed records of
+// AuditBook, and reports failures. Used by one thread; reads no clock.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,13 +20,11 @@
 
 namespace baudgate::audit {
 
-// `WriteTable` writes records to the table `writes` of events.db, in one transaction, and deletes
-// the oldest records. Used by one thread; gateway/records/audit/audit_source.h reads the table over
-// another connection.
+// The table `writes` of events.db: writes in one transaction, deletes the oldest records. Used by
+// one thread; gateway/records/audit/audit_source.h reads over another connection.
 
-/// How many records of a kind are stored, and for how long. If there are more than `rows`, the
-/// oldest record of the point with most records is deleted first, so a client that writes to one
-/// point without end displaces no record of other points.
+/// Limits of stored records. Above `rows`, the oldest record of the point with most records is
+/// deleted, so a client that writes to one point without end displaces no record of other points.
 struct Room {
   std::int64_t rows = 0;
   Duration age{};
@@ -47,13 +43,11 @@ class WriteTable {
   /// `database` must come from OpenEvents, and outlive this object.
   explicit WriteTable(records::Database& database, const std::array<Room, kKinds>& rooms = kRooms);
 
-  /// To be called once, before all other functions. Writes that the last run began and did not end
-  /// get the result "unknown"; `unsettled()` then returns the devices of the writes to points among
-  /// them.
+  /// To be called first. Unfinished writes of the last run get the result "unknown"; `unsettled()`
+  /// then returns the devices of writes to points among them.
   bool SettleOrphans();
   const std::set<Target>& unsettled() const { return unsettled_; }
-  /// Writes all records or none, and sets the seq of new records. False: database.error() contains
-  /// the reason.
+  /// All or none; sets the seq of new records. False: database.error() contains the reason.
   bool Write(std::vector<Draft>& drafts);
   /// Deletes the oldest records of each kind that exceeds its number of rows by more than 1 %.
   bool MakeRoom();
@@ -71,7 +65,7 @@ class WriteTable {
   records::Statement insert_;
   records::Statement update_;
   std::array<std::int64_t, kKinds> rows_{};
-  std::int64_t settled_ = 0;  // the last value of `settled` that was given to a record
+  std::int64_t settled_ = 0;
   std::set<Target> unsettled_;
 };
 
@@ -88,15 +82,13 @@ class AuditFile {
   Status Write(std::vector<Draft>& drafts);
   /// Checks the whole file, which must be open, because a reader has found damage.
   Status Check();
-  /// Returns the names of damaged files that were renamed and still exist.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   void Tidy(Now now);
 
   /// See WriteTable::unsettled. The file must be open.
   const std::set<Target>& unsettled() const { return table_->unsettled(); }
 
-  /// Returns the latest writes of clients that number their requests; see ReadRequests. The file
-  /// must be open.
+  /// See ReadRequests. The file must be open.
   Result<std::vector<bus::PastRequest>> PastRequestsAt(WallTime now) {
     return ReadRequests(connection_.database(), now);
   }

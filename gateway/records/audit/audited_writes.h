@@ -1,6 +1,5 @@
-// The parts by which a write gets into the audit. `WriteRecord` is one record. `WriteLog` is the
-// interface that stores records. `AuditedWrites` is the sink in front of the lines. `BeginLoan` and
-// `EndLoan` record the loan of a port, and `Witness` records a routed write.
+// The parts by which a write gets into the audit: the record, the log, and the sink before the
+// lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,12 +25,9 @@
 
 namespace baudgate::audit {
 
-// `WriteRecord` is one write in the audit: its client, the requested value, and the result. Values
-// are in engineering units, as users see them, never bytes of a line. docs/audit.md describes the
-// fields for users.
+// One write in the audit. Values are in engineering units, never bytes of a line (docs/audit.md).
 
-/// The kind of a record. The file limits each kind separately, so that a flood of one kind
-/// displaces no record of another.
+/// The file limits each kind separately, so that a flood of one kind displaces no other.
 enum class Kind : std::uint8_t {
   point,   ///< a write to a point: recorded before it is sent
   route,   ///< a request passed on unchanged: recorded after its exchange
@@ -59,8 +55,7 @@ struct WriteRecord {
   std::string reason;  ///< why the write failed, as one sentence; empty: the write succeeded
   Duration took{};
   std::uint64_t count = 1;  ///< number of repeats, the first write included
-  /// Client and number of the request; for repeats, of the first request. Empty: the request had no
-  /// number.
+  /// Client and number of the request, for repeats of the first one; empty: it had no number.
   std::optional<bus::RequestId> request{};
   /// Ended writes are numbered in the order in which they ended. Empty: the write has not ended.
   std::optional<std::int64_t> settled;
@@ -70,8 +65,7 @@ struct WriteRecord {
 inline constexpr std::size_t kLongestText = 240;
 std::string Clipped(std::string text);
 
-/// Returns the name of the outcome, for the file and for programs: "ok", "unknown", …; "pending"
-/// while the write has not ended.
+/// For the file and for programs: "ok", "unknown", …; "pending" while the write has not ended.
 std::string_view OutcomeOf(const WriteRecord& record);
 std::optional<WriteEnd> EndNamed(std::string_view name);
 std::optional<Kind> KindNamed(std::string_view name);
@@ -84,7 +78,6 @@ struct Ending {
   Duration took{};
 };
 
-/// A version of a record that is to be written to the file.
 struct Draft {
   Ticket ticket = 0;
   std::uint64_t version = 0;
@@ -96,29 +89,25 @@ struct Draft {
 class WriteLog {
  public:
   enum class Written : std::uint8_t {
-    yes,      ///< the record is on the disk
+    yes,
     failing,  ///< the disk has reported an error
     late,     ///< the disk did not answer in time
   };
   virtual ~WriteLog() = default;
-  /// Adds the record of a write that is about to be sent. Empty: the log has no room for the
-  /// record.
+  /// To be called before the write is sent. Empty: no room for the record.
   virtual std::optional<Ticket> Begin(WriteRecord record) = 0;
   virtual void End(Ticket ticket, const Ending& ending) = 0;
-  /// Waits until the record of this ticket, and all records before it, are on the disk; no longer
-  /// than `until`.
+  /// Waits until this record, and all before it, are on the disk; no longer than `until`.
   virtual Written WaitFor(Ticket ticket, Instant until) = 0;
-  /// Adds the record of a write that has ended, or was denied; it was requested at `asked`. Equal
-  /// writes share a record.
+  /// For a write that has ended or was denied. Equal writes share a record.
   virtual void Note(WriteRecord record, Instant asked) = 0;
   /// Why WaitFor fails now, as a sentence; empty: the disk works.
   virtual std::string Trouble() const = 0;
 };
 
-// `AuditedWrites` is the sink in front of the lines. Each write to a point, and each manual
-// telegram that may write, waits until its record is on the disk, 500 ms at most, and then goes to
-// the line; the end of the write completes the record. Writes do not overtake each other; commands
-// that only read go to the line at once.
+// `AuditedWrites` is the sink in front of the lines. Writes to points, and manual telegrams that
+// may write, wait until their record is on the disk, 500 ms at most. They do not overtake each
+// other; commands that only read go to the line at once.
 //
 //   Submit(w) → Begin(record of w) → written → inner.Submit(w) → w.End(ok) → End(record, ok)
 //                                  → not written, require      → w.End(denied)
@@ -126,20 +115,17 @@ class WriteLog {
 //
 class AuditedWrites final : public bus::CommandSink {
  public:
-  /// The longest time that a command waits for its record. It waits in a queue, so neither the line
-  /// nor the caller of Submit waits.
+  /// The command waits in a queue, so neither the line nor the caller of Submit waits.
   static constexpr Duration kWaitForRecord = 500ms;
   /// The number of commands that can wait for their records.
   static constexpr std::size_t kLimit = 1024;
 
-  /// All references must outlive this object; `log` must also outlive every command that was passed
-  /// to `inner`. `audit`: with `require`, a write without a record is denied.
+  /// All references must outlive this object, `log` also every command passed to `inner`.
   AuditedWrites(const bus::PointStore& store, bus::CommandSink& inner, WriteLog& log,
                 config::Audit audit, std::function<Now()> clocks);
   ~AuditedWrites() override { Stop(); }
 
-  /// Can be called on any thread; does not wait. The command's result can be reported on another
-  /// thread than the line's.
+  /// For any thread; does not wait. The result can be reported on another thread than the line's.
   bool Submit(bus::WriteCommand command) override;
   void OnNotTaken(const bus::DeniedWrite& denied) override;
 
@@ -147,8 +133,7 @@ class AuditedWrites final : public bus::CommandSink {
   /// Passes on, or denies, the commands that still wait. From now on Submit refuses commands.
   void Stop();
 
-  /// Waits for the record of the next command, and passes the command on or denies it. False: no
-  /// command waits. Tests call this in place of Start.
+  /// Passes on or denies the next command. False: none waits. Tests call this in place of Start.
   bool HandOn();
 
  private:
@@ -163,8 +148,7 @@ class AuditedWrites final : public bus::CommandSink {
   WriteRecord RecordOf(const bus::WriteCommand& command, const bus::PointWrite& write,
                        Now now) const;
   std::vector<WriteRecord> RecordsOf(const bus::WriteCommand& command, Now now) const;
-  /// Makes a record with the names of line, device and point. `point` empty: the record is for a
-  /// telegram.
+  /// `point` empty: the record is for a telegram.
   WriteRecord Named(Kind kind, std::uint32_t device, std::optional<std::uint32_t> point) const;
   void NoteBusy(const bus::WriteCommand& command, Now now);
 
@@ -179,8 +163,7 @@ class AuditedWrites final : public bus::CommandSink {
   Worker worker_;
 };
 
-// A loan of a port to a network client has two records: its beginning and its end. The records do
-// not contain the bytes that the client sent.
+// A loan of a port to a client has two records, without the bytes that the client sent.
 struct Loan {
   std::string line;
   std::string client;  ///< "10.0.0.7:40112"
@@ -192,26 +175,23 @@ void BeginLoan(WriteLog& log, const Loan& loan, const std::string& how);
 /// `how`: text of the record. Example: "it disconnected; 120 bytes to the port, 340 from it".
 void EndLoan(WriteLog& log, const Loan& loan, const std::string& how, Now now);
 
-// A write that is routed to a slave unchanged. Its record is made after the exchange, and the
-// exchange does not wait for it. Used by gateway/outputs/modbus/service for every routed request
-// except reads.
+// A write that is routed to a slave unchanged. Its record is made after the exchange, so the
+// exchange does not wait for the record.
 struct RoutedWrite {
   std::string client;
-  std::string target;     ///< name of the line, or "10.0.0.9:502"
-  std::uint8_t unit = 0;  ///< the unit that the client has addressed
+  std::string target;  ///< name of the line, or "10.0.0.9:502"
+  std::uint8_t unit = 0;
   bool broadcast = false;
   View pdu;
   Now asked;
 };
 
-/// Makes the record of a routed write. Its point contains the function and the address, its value
-/// at most 16 values. Examples: "06 holding 100", 7; "16 holding 100-101", "1 2". For functions
-/// other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
+/// Point and value, at most 16 values: "06 holding 100", 7; "16 holding 100-101", "1 2". For
+/// functions other than 5, 6, 15, 16, 22 and 23, the point contains only the function.
 WriteRecord RecordOf(const RoutedWrite& write);
 
-/// `Witness` records one routed request: it reports once to the log how the request ended. If all
-/// copies of the function of Watch are destroyed without a call, it reports that the result is not
-/// known.
+/// `Witness` reports once to the log how a routed request ended. If all copies of the function of
+/// Watch are destroyed without a call, the result is unknown.
 class Witness {
  public:
   /// `log` must outlive this object.

@@ -16,7 +16,6 @@ namespace {
 /// A commit waits this long at most for a reader on this machine, such as the program sqlite3.
 constexpr int kBusyMs = 250;
 
-/// Returns SQLite's handle of the file or of its log; null: the file or log is not open.
 sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   const bool log = part == Database::Part::log;
   sqlite3_file* file = nullptr;
@@ -25,8 +24,7 @@ sqlite3_file* FileOf(sqlite3* handle, Database::Part part) {
   return file != nullptr && file->pMethods != nullptr ? file : nullptr;
 }
 
-/// True if a table or column is missing. The gateway's own statements are correct, so another
-/// program has removed the table or column since the file was opened.
+/// The gateway's own statements are correct, so another program has removed the table or column.
 bool NamesMissingTable(const std::string& error) {
   return error.starts_with("no such table: ") || error.starts_with("no such column: ") ||
          error.find(" has no column named ") != std::string::npos;

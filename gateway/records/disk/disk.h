@@ -1,6 +1,4 @@
-// The state of the disk that contains a file of the state folder. `DiskCondition` stores what is
-// wrong and since when, `FileWatch` decides when a file is checked, and `DiskCalls` makes calls
-// that a disk can delay without end.
+// The state of the disk that contains a file of the state folder.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -29,8 +27,7 @@ enum class Disk : std::uint8_t {
 };
 std::string_view Name(Disk disk);
 
-// `DiskCondition` stores what is wrong with the disk of a log (audit, events or history), and since
-// when. No lock, no clock: the logs provide these.
+// `DiskCondition`: what is wrong with a log's disk, and since when. No lock, no clock.
 //
 //   Set(fine)                       nothing new
 //   Set(stalled, "does not answer") begun
@@ -49,7 +46,6 @@ class DiskCondition {
     bool begun = false;
     std::optional<Past> ended{};
   };
-  /// `trouble`: what is wrong; empty: nothing.
   News Set(Disk disk, std::string trouble, WallTime now) {
     const WallTime since = since_;
     if (std::exchange(disk_, disk) != disk) since_ = now;
@@ -69,7 +65,6 @@ class DiskCondition {
   void SetPutAside(std::vector<std::string> files) { put_aside_ = std::move(files); }
   const std::vector<std::string>& put_aside() const { return put_aside_; }
 
-  /// Copies the condition to `State`, the state of a log that is shown to other parts.
   template <typename State>
   void Fill(State& state) const {
     state.disk = disk_;
@@ -84,9 +79,8 @@ class DiskCondition {
   std::vector<std::string> put_aside_;
 };
 
-// `FileWatch` decides when the file of a log must be checked although nothing is written to it, and
-// when its disk does not answer in time. No thread, no lock, no clock: the log calls Tick once a
-// second.
+// `FileWatch` decides when a log's file must be checked although nothing is written to it, and when
+// its disk does not answer in time. The log calls Tick once a second. No thread, no lock.
 class FileWatch {
  public:
   /// The disk does not answer in time if records wait, or a write is under way, at more than this
@@ -105,7 +99,7 @@ class FileWatch {
 
   struct Look {
     bool due = false;
-    bool whole = false;  ///< true: read the whole file
+    bool whole = false;
   };
   Look TakeLook() {
     const Look look{look_, look_ && doubt_};
@@ -113,8 +107,7 @@ class FileWatch {
     look_ = false;
     return look;
   }
-  /// To be called when a reader has found that the file is damaged: the next look reads the whole
-  /// file.
+  /// A reader has found damage: the next look reads the whole file.
   void Doubt() { doubt_ = true; }
 
   /// The writing thread calls Begin before a write and End after it; it can hang between them.
@@ -132,8 +125,7 @@ class FileWatch {
   bool writing_ = false;
 };
 
-// `DiskCalls` makes calls that a disk can delay without end. The calls run in order on one separate
-// thread, so that the caller waits for a limited time:
+// `DiskCalls` makes calls that a disk can delay without end, in order on one separate thread:
 //
 //   DiskCalls calls_{"configurations", 5s};
 //   const auto written = calls_.Wait([=] { return kept.Write(texts); });  // empty: not in time
@@ -153,8 +145,7 @@ class DiskCalls {
     if (!begun || result.wait_for(patience_) != std::future_status::ready) return std::nullopt;
     return result.get();
   }
-  /// Runs `call` without waiting for it. False: the call was dropped, because another call waits or
-  /// runs.
+  /// Does not wait. False: dropped, because another call waits or runs.
   bool Offer(std::function<void()> call);
 
   /// Returns when all calls have ended; later calls are dropped. Stop can be called again.

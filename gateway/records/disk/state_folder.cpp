@@ -32,13 +32,11 @@ struct Known {
   std::int64_t application;
   std::int64_t version;
 };
-/// The ids and versions of events.db, and of values-YYYYMMDD.db and trends.db
-/// (gateway/records/history).
+/// events.db, values-YYYYMMDD.db and trends.db
 constexpr std::array<Known, 3> kKnown = {
     {{kEventsApplication, kEventsVersion}, {0x42477661, 1}, {0x42477472, 1}}};
 
-/// The first bytes of an SQLite file, and places in its head:
-/// https://www.sqlite.org/fileformat.html, 1.3.
+/// Places in the head: https://www.sqlite.org/fileformat.html, 1.3.
 constexpr std::string_view kMagic = "SQLite format 3";
 constexpr std::size_t kVersionAt = 60;
 constexpr std::size_t kApplicationAt = 68;
@@ -52,9 +50,8 @@ std::int64_t Big32(std::string_view bytes, std::size_t at) {
   return number;
 }
 
-/// Returns application_id and version of a database; empty: the file is not a database. Only the
-/// head is read, because years of history have a thousand files. If a log exists, which a killed
-/// gateway leaves, SQLite reads the values.
+/// Only the head is read, because years of history have a thousand files. If a killed gateway left
+/// a log, SQLite reads the values.
 std::optional<Known> VersionOf(const fs::path& file) {
   Database database(file.string(), Database::Mode::read);
   const auto head =
@@ -122,8 +119,6 @@ namespace fs = std::filesystem;
 constexpr mode_t kLockMode = 0644;
 constexpr const char* kLock = "lock";
 
-/// True if the descriptor `open` refers to the present file of this name; false if that file was
-/// removed or replaced.
 bool IsFile(int open, const fs::path& file) {
   struct stat its {};
   struct stat found {};
@@ -131,7 +126,6 @@ bool IsFile(int open, const fs::path& file) {
          its.st_dev == found.st_dev && its.st_ino == found.st_ino;
 }
 
-/// Returns advice for a system error; empty: there is no advice.
 std::string HowToMake(const fs::path& folder, int error) {
   if (error == ENOTDIR || error == EEXIST)
     return "; this path is a file: set a folder in gateway.state";
@@ -236,7 +230,7 @@ fs::path HistoryFolderOf(const config::Config& config) {
 std::optional<StateFolder::Failure> StateFolder::Open() {
   const MutexLock guard(mutex_);
   if (lock_ >= 0 && IsFile(lock_, path_ / kLock)) return std::nullopt;
-  if (lock_ >= 0) ::close(std::exchange(lock_, -1));  // the folder or its lock file was removed
+  if (lock_ >= 0) ::close(std::exchange(lock_, -1));
   std::error_code error;
   fs::create_directories(path_, error);
   const fs::path file = path_ / kLock;

@@ -25,7 +25,7 @@ namespace baudgate::events {
 /// The states of an alarm. The numbers are public: they are in the samples on DDS.
 enum class AlarmState : std::uint8_t {
   normal = 0,  ///< no alarm: the alarm is deleted from the file
-  active = 1,  ///< active, not acknowledged yet
+  active = 1,
   acknowledged = 2,
   returned = 3,  ///< no longer active, not acknowledged yet
 };
@@ -50,10 +50,9 @@ struct AlarmMark {
   Step step = Step::none;
   config::AlarmPriority priority = config::AlarmPriority::none;
   std::string point{};
-  /// True: the event reports the first state that is known since the start. Such an event is
-  /// dropped if the stored alarm is already in this state.
+  /// The first state that is known since the start: dropped if the stored alarm is already in it.
   bool first = false;
-  std::string by{};  ///< name of the person who acknowledges the alarm
+  std::string by{};
   /// Acknowledges only the alarm that the event of this number has raised; 0: any alarm.
   std::int64_t seq = 0;
 };
@@ -67,11 +66,11 @@ struct Alarm {
   std::string point;  ///< empty: the alarm concerns the whole device
   AlarmState state = AlarmState::normal;
   config::AlarmPriority priority = config::AlarmPriority::medium;
-  std::int64_t seq = 0;  ///< number of the event that has raised the alarm
-  WallTime raised{};     ///< device_time of the raising event
-  WallTime changed{};    ///< last change of the state, by the gateway's clock
+  std::int64_t seq = 0;
+  WallTime raised{};   ///< device_time of the raising event
+  WallTime changed{};  ///< last change of the state, by the gateway's clock
   std::string text;
-  std::string by;  ///< name of the person who acknowledged the alarm last
+  std::string by;
 
   AlarmKey key() const { return {line, device, name}; }
 };
@@ -85,13 +84,11 @@ struct AlarmChange {
   bool counts = true;            ///< false: the event must be dropped
   std::optional<Alarm> alarm{};  ///< the alarm after the change; empty: the alarm has not changed
 };
-/// Returns the effect of an event on its alarm. `before`: the alarm before the event; null: the
-/// alarm was normal. `event.seq` must be set.
+/// A null `before`: the alarm was normal. `event.seq` must be set.
 AlarmChange Apply(const Alarm* before, const EventRecord& event);
 
 // `AlarmBoard` contains the alarms as they are on the disk, so outputs need not wait for the disk.
-// Each change gets a version number; an output passes the last version that it has read.
-// Thread-safe.
+// Each change gets a version number. Thread-safe.
 //
 //   Update(a active), Update(b active), Update(a acknowledged)
 //   Take(0)   → b active, a acknowledged

@@ -131,8 +131,6 @@ const Alarm* EventBook::Find(const AlarmKey& key) const {
   return kept == alarms_.end() ? nullptr : &kept->second;
 }
 
-/// Sets the number of an event and the new state of its alarm. Returns false if the event must be
-/// dropped.
 bool EventBook::Counts(EventRecord& event) {
   event.seq = after_.last + 1;
   if (event.mark.step != AlarmMark::Step::none) {

@@ -1,10 +1,7 @@
 // `EventFeed` contains the newest events on the disk, for outputs that must never wait for the
-// disk: Modbus shows them (gateway/outputs/modbus/service), DDS takes them in order
-// (gateway/outputs/dds). After each commit, the writing thread of
-// gateway/records/events/event_log.h adds events. A consumer that takes all events has a cursor;
-// the writing thread reads events that are no longer in memory from the file for it. An output that
-// only shows events misses such events, and can count them by their numbers. An event contains the
-// name of its device; the device's number is looked up when the event is taken.
+// disk. The writing thread adds events after each commit. A consumer that takes all events has a
+// cursor, for which the writing thread reads older events from the file. An output that only shows
+// events misses those, and can count them by their numbers.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -25,14 +22,12 @@
 
 namespace baudgate::events {
 
-// `CursorBook` contains the position of each consumer that takes all events, by the consumer's
-// name. The file stores the positions, so a consumer continues at its position after a restart.
-// Thread-safe.
+// `CursorBook` contains the positions of consumers that take all events. They are in the file, so a
+// consumer continues there after a restart. Thread-safe.
 
 struct Cursor {
   std::int64_t seq = 0;  ///< the consumer has received the event of this number and all before
-  /// True if the consumer has confirmed these events. False: the last events may have been lost
-  /// when the gateway was killed.
+  /// Confirmed. False: the last events may have been lost when the gateway was killed.
   bool sure = false;
 
   bool operator==(const Cursor&) const = default;
@@ -45,22 +40,16 @@ class CursorBook {
   /// `consumers`: the names of the consumers. A cursor in the file with any other name is dropped.
   explicit CursorBook(std::set<std::string> consumers = {}) : consumers_(std::move(consumers)) {}
 
-  /// Returns the position; empty: the consumer has never received an event, or is unknown.
   std::optional<Cursor> Of(const std::string& consumer) const;
-  /// Sets a position, which is on the disk after about a second. Returns true if the positions in
-  /// the file were up to date before this call and are not now.
+  /// On the disk after about a second. Returns true if the file was up to date and is not now.
   bool Set(const std::string& consumer, Cursor cursor);
 
-  // Only the thread that writes the file calls the functions below.
-
-  /// `due` is called on any thread when the file must be written. Null: no thread writes the file.
-  /// When OnDue has returned, the previous function is not called any more.
+  /// For the writing thread, as all below. `due` is called on any thread when the file must be
+  /// written. When OnDue has returned, the previous function is not called any more.
   void OnDue(std::function<void()> due);
-  /// Sets the positions that the opened file contains. Positions that are already set take
-  /// precedence.
+  /// Positions that are already set take precedence over the file's.
   void OnOpened(const Cursors& kept);
-  /// Returns all positions if the file differs from them, else nothing. They replace all positions
-  /// in the file.
+  /// Returns all positions if the file differs from them; they replace all in the file.
   std::optional<Cursors> Due() const;
   void OnKept(const Cursors& kept);
   Cursors all() const;
@@ -74,17 +63,15 @@ class CursorBook {
   std::function<void()> due_ BAUDGATE_GUARDED_BY(telling_);
 };
 
-// `Backlog` passes events from the file to consumers that need older events than those in memory. A
-// consumer requests events by the last number that it has received; the writing thread reads them
-// and calls Supply, and the consumer takes them here. No lock, no disk.
+// `Backlog` passes older events from the file to consumers: a consumer requests events by the last
+// number that it has received, the writing thread reads and supplies them. No lock, no disk.
 //
 //   Take(40)               → nothing: wanted() is 40
 //   Supply(40, {41 … 600})
 //   Take(40, 100)          → {41 … 140}, and so on with Take(140)
 class Backlog {
  public:
-  /// The limit of pages in memory. Above it all pages are dropped, so a page that no consumer takes
-  /// does not stay.
+  /// Above it all pages are dropped, so a page that no consumer takes does not stay.
   static constexpr std::size_t kMostPages = 8;
 
   /// Returns the events after number `after`. nullopt: they are not in memory, and are now
@@ -98,8 +85,7 @@ class Backlog {
   std::map<std::int64_t, std::vector<EventRecord>> pages_;  // key: number before the first event
 };
 
-// `RecentEvents` contains the newest events, then the devices of events before them, and for each
-// device the number of its newest event that is older still. No lock: EventFeed provides it.
+// `RecentEvents` contains the newest events in three ranges. No lock: EventFeed provides it.
 //
 //   number  1 … 60             61 … 80          81 … 90
 //           newest per device  only the device  whole event
@@ -120,7 +106,6 @@ struct FeedImage {
   std::vector<EventRecord> events{};
   std::vector<Alarm> alarms{};
   std::vector<GoneEvent> gone{};
-  /// Number of each device's newest event before `gone`.
   std::map<std::string, std::int64_t> older{};
 };
 
@@ -128,29 +113,23 @@ class RecentEvents {
  public:
   explicit RecentEvents(FeedLimits limits) : limits_(limits) {}
 
-  /// Sets the contents of the file. Must be called before Add.
   void Begin(FeedImage image);
   /// `events` must contain at least one event, and be sorted by number.
   void Add(std::vector<EventRecord> events);
 
   bool empty() const { return events_.empty(); }
-  std::int64_t newest() const {
-    return newest_;
-  }  ///< number of the newest event of all devices; 0: none
+  std::int64_t newest() const { return newest_; }  ///< 0: none
   std::int64_t oldest() const { return events_.front().seq; }
 
-  /// Returns the event number whose low 32 bits are `number` and that is nearest to the newest
-  /// number.
+  /// Returns the number nearest to the newest one whose low 32 bits are `number`.
   std::int64_t Whole(std::uint32_t number) const;
-  /// Returns the newest events, at most `most`, sorted by number. `device` null: events of all
-  /// devices.
+  /// Sorted by number. `device` null: all devices.
   std::vector<EventRecord> Newest(const std::string* device, std::size_t most) const;
   std::vector<EventRecord> From(std::int64_t first, const std::string* device,
                                 std::size_t most) const;
   /// Returns how many events from `first` on are no longer in memory. Events so old that their
   /// device is not known are included, unless it is known that `device` had none from `first` on.
   std::uint64_t Lost(std::int64_t first, const std::string* device) const;
-  /// True if the event after number `after` is no longer in memory.
   bool HasLeft(std::int64_t after) const { return !empty() && after + 1 < oldest(); }
 
  private:
@@ -195,7 +174,6 @@ class FeedListeners {
   Listener next_ BAUDGATE_GUARDED_BY(mutex_) = 1;
 };
 
-/// An event, and the number of its device at the time of Take.
 struct FedEvent {
   Source source = kGateway;  ///< number of the device; kGateway: no device, or a device that is no
                              ///< longer configured
@@ -206,8 +184,7 @@ class EventFeed {
  public:
   explicit EventFeed(FeedLimits limits = {}) : recent_(limits) {}
 
-  /// Sets the contents of the opened file. Does nothing if the feed already contains events,
-  /// because the file was then opened again.
+  /// Does nothing if the feed already contains events, because the file was then opened again.
   void Begin(FeedImage image);
   void Add(std::vector<EventRecord> events);
   /// Sets the numbers of the devices. Before the first call no device has a number.
@@ -218,29 +195,24 @@ class EventFeed {
   struct Page {
     std::int64_t newest = 0;
     std::int64_t oldest = 0;  ///< number of the oldest event in memory, of all devices
-    /// Events of the source, from `first` on, that are no longer in memory.
     std::uint64_t lost = 0;
     std::vector<EventRecord> events{};  ///< at most `most`, sorted by number
   };
-  /// Returns events of one device or of all, from number `first` on (low 32 bits of the number); 0:
-  /// the newest. Events so old that their device is not known count as lost, unless it is known
-  /// that the device had none from `first` on.
+  /// Returns events from number `first` on (its low 32 bits); 0: the newest. For `lost` see
+  /// RecentEvents::Lost.
   Page Show(std::optional<Source> source, std::uint32_t first, std::size_t most) const;
 
-  /// Returns events of all devices after number `after`. Returns none if they must first be read
-  /// from the file; the listeners are woken when the events are in memory.
+  /// Returns none if they must first be read from the file; the listeners are woken after that.
   std::vector<FedEvent> Take(std::int64_t after, std::size_t most);
   std::int64_t newest() const;
 
   /// The alarms. They are updated before the listeners are woken.
   const AlarmBoard& alarms() const { return alarms_; }
 
-  /// Only the writing thread calls the functions below. `asked` is called on any thread when events
-  /// have to be read from the file. Null: the file is not read. When ServeWith has returned, the
-  /// previous function is not called any more.
+  /// For the writing thread, as all below. `asked` is called on any thread when events have to be
+  /// read from the file. When ServeWith has returned, the previous function is not called any more.
   void ServeWith(std::function<void()> asked);
-  /// Returns the smallest `after` for which Take waits for events from the file; they are passed to
-  /// Supply with this number. Empty: Take waits for no events.
+  /// The smallest `after` for which Take waits; to be passed to Supply.
   std::optional<std::int64_t> wanted() const;
   void Supply(std::int64_t after, std::vector<EventRecord> events);
 

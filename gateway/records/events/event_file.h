@@ -38,8 +38,7 @@ class AlarmTable {
   records::Statement remove_;
 };
 
-// `EventTable` handles the tables `events` and `event_sources` of events.db: it writes batches in
-// one transaction, and deletes the oldest events. Used by one thread;
+// `EventTable` handles the tables `events` and `event_sources` of events.db. Used by one thread;
 // gateway/records/events/event_source.h reads over another connection.
 
 /// The limit of the number of stored events: about 200 MB.
@@ -61,13 +60,11 @@ class EventTable {
     FeedImage image{};
   };
   Contents Read(FeedLimits limits = {});
-  /// Writes all or nothing: the events, the alarms that they have changed, the list of records that
-  /// are still to be read, and `records`. `cursors` replace the cursors in the file; null: these do
-  /// not change.
+  /// Writes all or nothing, also changed alarms and the list of records that are still to be read.
+  /// Null `cursors`: these do not change.
   bool Write(const std::vector<Batch>& batches, const Cursors* cursors = nullptr,
              const std::vector<KeptRecord>& records = {});
   bool WriteAlarms(const std::vector<Alarm>& alarms);
-  /// Returns a page of the events after number `after`.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   /// Number of the oldest event; 0: the file contains no event.
   std::int64_t oldest() const { return oldest_; }
@@ -109,14 +106,12 @@ class EventFile {
                const std::vector<KeptRecord>& records = {});
   /// Checks the whole file, because a reader has found damage. The file must be open.
   Status Check();
-  /// Returns the names of damaged files that were renamed and still exist.
   std::vector<std::string> PutAside() const { return records::PutAsideOf(connection_.path()); }
   /// Returns a page of the events after number `after`. The file must be open.
   Result<std::vector<EventRecord>> ReadBehind(std::int64_t after);
   std::int64_t oldest() const { return table_ ? table_->oldest() : 0; }
 
-  /// True if the file was opened again and can be a new file without alarms. WriteAlarms must then
-  /// be called.
+  /// The file was opened again and can be new: WriteAlarms must be called.
   bool lacks_alarms() const { return lacks_alarms_; }
   Status WriteAlarms(const std::vector<Alarm>& alarms);
 

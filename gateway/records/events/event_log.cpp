@@ -125,7 +125,7 @@ std::vector<Source> EventRounds::Done(Round& round, const Status& status, std::i
       if (round.acks.empty()) round.acks = std::exchange(pending_.acks, {});
       timer_.Rest(now.instant + kTick);
     }
-    if (oldest > 0) pending_.oldest = oldest;  // known even if the write has failed
+    if (oldest > 0) pending_.oldest = oldest;
     SetDisk(status ? records::Disk::fine : records::Disk::failing,
             status ? std::string() : status.error());
   }
@@ -277,8 +277,7 @@ Status RoundWriter::Open() {
   return {};
 }
 
-/// Reads one page in each round, so that the audit, which uses the same thread, does not wait for
-/// all pages.
+/// One page in each round, so that the audit does not wait for all pages.
 void RoundWriter::ReadBacklog() {
   const auto after = feed_ != nullptr ? feed_->wanted() : std::nullopt;
   if (!after) return;

@@ -10,8 +10,7 @@
 namespace baudgate::events {
 namespace {
 
-/// Adds an event to the book for each unacknowledged alarm that `query` selects. Returns the number
-/// of these alarms.
+/// Returns the number of selected unacknowledged alarms.
 std::size_t TellAcks(const AckQuery& query, const std::vector<Alarm>& alarms, EventBook& book,
                      WallTime at) {
   std::size_t count = 0;
@@ -108,7 +107,6 @@ void EventQueue::Tell(EventRecord record) {
   pending_.wake();
 }
 
-/// Records wait in memory while the disk fails, so their number is limited.
 void EventQueue::Keep(KeptRecord record) {
   {
     const MutexLock lock(pending_.mutex);

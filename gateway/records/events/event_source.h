@@ -17,8 +17,7 @@
 
 namespace baudgate::events {
 
-// `ReadPage` reads stored events page by page, for `baudgate events`. It uses a separate
-// connection, so no writer waits for it. The file can contain anything, so every field is checked.
+// `ReadPage` uses a separate connection, so no writer waits. The file can contain anything.
 
 /// The limit of events in one page: about 40 kB on the control socket.
 inline constexpr std::size_t kPage = 200;
@@ -33,25 +32,23 @@ struct PageQuery {
 struct Page {
   std::vector<EventRecord> records;  ///< sorted by number
   std::int64_t next = 0;             ///< value of `after` for the next page
-  bool more = false;                 ///< the file contained more events at that time
+  bool more = false;
 };
 
 Result<Page> ReadPage(records::Database& database, const PageQuery& query);
-/// Reads a page of the events with their records; see ReadOnce. A page with many values contains
-/// fewer events.
+/// A page with many values contains fewer events.
 Result<Page> ReadPage(const std::filesystem::path& file, const PageQuery& query,
                       bool* damaged = nullptr);
 
-/// An output that takes all events. The file stores its position.
 struct Consumer {
   std::string name;
-  std::int64_t seq = 0;   ///< the consumer has received the event of this number and all before
+  std::int64_t seq = 0;
   std::int64_t lost = 0;  ///< number of events that were deleted before the consumer received them
 };
 
 struct EventsState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why the disk fails; empty: the disk works
+  std::string trouble;
   WallTime since{};
   std::size_t waiting = 0;  ///< number of batches of devices that are not on the disk
   std::int64_t newest = 0;
@@ -63,11 +60,10 @@ struct EventsState {
   std::size_t alarms_active = 0;
   std::size_t alarms_unacknowledged = 0;
   std::string file;
-  std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
-  bool in_memory = false;  ///< true: there is no file, only the gateway's own alarms in memory
+  std::vector<std::string> put_aside{};
+  bool in_memory = false;  ///< there is no file, only the gateway's own alarms in memory
 };
 
-/// Selects the alarms that a person acknowledges, and names the person.
 struct AckQuery {
   std::string line{};
   std::string device{};
@@ -76,7 +72,7 @@ struct AckQuery {
   std::int64_t seq = 0;
   /// Only an alarm that was raised by an event whose number has these low 32 bits.
   std::optional<std::uint32_t> number{};
-  bool all = false;  ///< true: alarms of all lines and devices
+  bool all = false;
   std::string by{};  ///< the person: "user:anna"
 
   bool Means(const Alarm& alarm) const {
@@ -97,7 +93,6 @@ class EventSource {
  public:
   virtual ~EventSource() = default;
   virtual EventsState state() const = 0;
-  /// Returns the alarms that are not normal.
   virtual std::vector<Alarm> Alarms() const = 0;
   /// Acknowledges the selected alarms and returns their number. `done` is called once, when the
   /// acknowledgement is on the disk or the disk fails: on any thread, also within this call.

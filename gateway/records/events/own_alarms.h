@@ -1,7 +1,6 @@
-// `OwnAlarms` decides when a trouble of a line, device, route or disk raises an alarm: when it has
-// lasted for the configured delay and no other alarm explains it. It accepts facts, and returns
-// events that raise and end alarms. No clock, no lock, no disk: gateway/records/event_path.h
-// provides these.
+// `OwnAlarms` decides when a trouble raises an alarm: when it has lasted for the configured delay
+// and no other alarm explains it. No clock, no lock, no disk: gateway/records/event_path.h provides
+// these.
 //
 //   Begin(no_answer) … Look 29 s later       nothing
 //                    … Look 30 s later       the alarm is raised
@@ -29,9 +28,8 @@
 
 namespace baudgate::events {
 
-// A trouble of a line, device, route or disk that can raise an alarm. docs/events.md lists the
-// names of the alarms. In the table, `line` and `device` are the members of OwnAlarms::Subject, and
-// `setting` is the part of the configuration that contains the AlarmSetting.
+// docs/events.md lists the names of the alarms. `line` and `device` are members of
+// OwnAlarms::Subject; `setting` is the part of the configuration that contains the AlarmSetting.
 //
 //   trouble       line    device          setting
 //   no_answer     bay-1   feeder-1        the device
@@ -46,8 +44,8 @@ enum class Trouble : std::uint8_t {
   replaced,      ///< another device answers in its place; has no end
   port_down,
   ring_open,
-  unit_silent,  ///< a unit behind a route does not answer requests of clients
-  server_away,  ///< the server of a route cannot be reached
+  unit_silent,
+  server_away,
   events_lost,
   writes_lost,
   values_lost,
@@ -56,30 +54,25 @@ inline constexpr std::size_t kTroubles = 10;
 
 /// Returns the name of the alarm, such as "no answer". The alarm's text begins with the name.
 std::string_view Name(Trouble trouble);
-/// Returns the trouble with this alarm name; nothing if no trouble has the name.
 std::optional<Trouble> TroubleNamed(std::string_view name);
 
 /// Returns the device name of a routed unit: "unit-51". `unit`: the number that clients address.
 std::string UnitName(std::uint8_t unit);
 
-/// Returns the server to which a unit is routed: "10.0.0.9:502". Empty: the unit is not routed to a
-/// server.
+/// Example: "10.0.0.9:502"; empty: the unit is not routed to a server.
 std::string ServerOf(const config::Config& config, std::string_view unit);
 
-/// Returns the alarm setting of the trouble; nothing if the configuration has no such line, device
-/// or route.
+/// Nothing: the configuration has no such line, device or route.
 std::optional<config::AlarmSetting> SettingOf(const config::Config& config, Trouble trouble,
                                               std::string_view line, std::string_view device);
 
 class OwnAlarms {
  public:
-  /// A device is the configured one if it has answered for this time without a report of a wrong
-  /// device.
+  /// A device is the configured one after this time without a report of a wrong device.
   static constexpr Duration kIdentified = 30s;
 
   using Records = std::vector<EventRecord>;
-  /// The line and device that the trouble is about; both empty: the gateway. For routes and servers
-  /// see Trouble.
+  /// Both empty: the gateway. For routes and servers see Trouble.
   struct Subject {
     std::string line{};
     std::string device{};
@@ -90,9 +83,7 @@ class OwnAlarms {
 
   /// Reports that the trouble exists. A second call can pass another reason.
   void Begin(Trouble trouble, const Subject& place, const std::string& why, Now now);
-  /// Reports that the trouble does not exist, whether it existed before or not.
   Records End(Trouble trouble, const Subject& place, Now now);
-  /// Reports a trouble that has no end.
   Records Happen(Trouble trouble, const Subject& place, const std::string& why, Now now);
   /// Takes a device, or a line whose port is lent, out of use or back into use. Troubles of a
   /// subject that is not in use raise no alarm. Alarms of a device that is taken out of use end.
@@ -101,14 +92,13 @@ class OwnAlarms {
   /// wrong_device alarms of correct devices. To be called from time to time.
   Records Look(Now now);
 
-  /// Applies a reload. `begun`: lines that are new or restarted, so the state of their troubles is
-  /// not known yet.
+  /// `begun`: lines that are new or restarted, so the state of their troubles is not known.
   void Renew(std::shared_ptr<const config::Config> config, const std::set<std::string>& begun);
 
  private:
   using Key = std::pair<Subject, Trouble>;
   struct State {
-    Instant since{};  ///< since when the trouble exists and no other trouble explains it
+    Instant since{};
     std::string why{};
     bool raised = false;
     bool stale = false;    ///< reported before a reload of the line, and not again since

@@ -20,9 +20,8 @@
 
 namespace baudgate::events {
 
-// The codes of the gateway's own events. The numbers are public (docs/events.md): new numbers are
-// appended, and no number is used again. Events of devices cannot have these codes: the event table
-// of a profile ends at 999999.
+// The numbers are public (docs/events.md): new ones are appended, none is used again. Events of
+// devices end at 999999.
 enum class OwnCode : std::uint32_t {
   started = 1'000'001,
   stops = 1'000'002,
@@ -41,7 +40,7 @@ enum class OwnCode : std::uint32_t {
   point_above = 1'000'014,
   point_below = 1'000'015,
   acknowledged = 1'000'016,
-  not_watched = 1'000'017,  ///< an alarm ends because the configuration no longer contains it
+  not_watched = 1'000'017,
   reloaded = 1'000'018,
   taken_back = 1'000'019,  ///< a configuration that was not confirmed was rolled back
   clock_corrected = 1'000'020,
@@ -55,17 +54,15 @@ constexpr std::uint32_t CodeOf(OwnCode code) { return static_cast<std::uint32_t>
 
 struct LastRun {
   enum class End : std::uint8_t { unknown, in_order, broken_off } end = End::unknown;
-  WallTime last{};  ///< time of the last event of the previous run
+  WallTime last{};
 };
 
 EventRecord StartRecord(const std::string& version, const LastRun& before, WallTime at);
 EventRecord EndRecord(WallTime at);
-/// Returns the event for a disk trouble that is over. `trouble` can begin with the name of the
-/// file.
+/// `trouble` can begin with the name of the file.
 EventRecord DiskTroubleRecord(const std::string& file, std::string_view trouble, WallTime since,
                               WallTime at);
-/// Returns the event for `events` left-out events like `last`, the first of them at `since`. The
-/// event has the line and device of `last`, and no alarm.
+/// The event has the line and device of `last`, and no alarm; the first of them was at `since`.
 EventRecord LeftOutRecord(std::uint64_t events, const EventRecord& last, WallTime since,
                           WallTime at);
 EventRecord NotWatchedRecord(const Alarm& alarm, WallTime at);
@@ -86,9 +83,8 @@ struct Fact {
 };
 EventRecord FactRecord(const Fact& fact, WallTime at);
 
-// `OwnRun` makes one event for the start and one for the end of the gateway. The text of the start
-// event contains how the previous run ended. No clock, no lock:
-// gateway/records/events/event_queue.h provides these.
+// `OwnRun` makes one event for the start, which contains how the previous run ended, and one for
+// the end.
 class OwnRun {
  public:
   void OnStarted(std::string version, WallTime at) {
@@ -115,13 +111,12 @@ class OwnRun {
     WallTime at{};
   };
   std::optional<Start> start_;  // empty: there is no start event, or TakeStart has returned it
-  bool ends_ = false;           // true: TakeEnd has not returned the end event yet
+  bool ends_ = false;
   LastRun before_{};
 };
 
-// `LastingFacts` contains the facts about lines and devices that have begun and have not ended, by
-// name. A reload that restarts a line gives new numbers to its devices; by the names, the end of a
-// fact still belongs to its beginning.
+// `LastingFacts` contains the facts that have begun and have not ended, by name, because a reload
+// gives new numbers to devices.
 //
 //   port_down of bay-1 … bay-1 is restarted … over   the end is an event, although the new line
 //                                                    has not reported the beginning
@@ -133,12 +128,10 @@ class LastingFacts {
   /// Devices that the configuration disables are out of use from the start.
   explicit LastingFacts(const config::Config& config);
 
-  /// Records the fact. Returns true if an event is to be made: at a beginning that was not recorded
-  /// yet, at the end of a recorded beginning, and for each fact without an end. `first`: the line
-  /// reports an end without having reported the beginning.
+  /// True if an event is to be made: at a new beginning, at the end of a recorded one, and for each
+  /// fact without an end. `first`: the line reports an end without a beginning.
   bool IsNews(const Fact& fact, bool first);
-  /// Applies a reload and returns the facts that end with it. `begun`: lines that are new or
-  /// restarted.
+  /// Returns the facts that end with the reload. `begun`: lines that are new or restarted.
   std::vector<Fact> Renew(const config::Config& config, const std::set<std::string>& begun);
 
  private:
@@ -148,7 +141,7 @@ class LastingFacts {
   std::vector<DeviceKey> NoteUse(const config::Config& config);
 
   std::set<Key> lasting_;
-  std::map<DeviceKey, bool> enabled_;  // whether the configuration enables each device
+  std::map<DeviceKey, bool> enabled_;
 };
 
 }  // namespace baudgate::events

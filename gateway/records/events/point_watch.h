@@ -6,11 +6,10 @@
 //   change:                  1 1 2 bad 2 3   message at 2 and at 3
 //   change, normal 0:        0 16 17 0       on at 16 and at 17, off at 0
 //
-// A bad reading makes no event and does not end a delay. The first good reading since the start
-// makes an event only if the limit is exceeded or the value is not the normal one. If the point has
-// an alarm, the event of the first reading is always made, and dropped later if the stored alarm is
-// already in that state (AlarmMark::first). A first reading between limit and hysteresis makes no
-// event.
+// A bad reading makes no event and does not end a delay. The first good reading makes an event only
+// if the limit is exceeded or the value is not normal; for an alarm always, dropped later if the
+// stored alarm is already in that state (AlarmMark::first). Between limit and hysteresis it makes
+// none.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -44,24 +43,21 @@ class PointWatch {
   std::optional<Transition> Change(const Value& value, Instant now);
   bool IsNormal(const Value& value) const;
   bool IsSame(const Value& a, const Value& b) const;
-  /// True if the point has had this state or value for the delay of the rule.
   bool Lasts(const Value& seen, Instant now);
 
   const config::PointEvent& rule_;
   Value told_;  // last reported value, or whether the limit is exceeded; empty: not known
-  Value seen_;  // a different value whose delay has begun
-  std::optional<Instant> since_;  // when the delay of `seen_` has begun
+  Value seen_;
+  std::optional<Instant> since_;
 };
 
 class DeviceWatch {
  public:
   DeviceWatch(std::string line, std::shared_ptr<const config::Device> device);
 
-  /// Continues with the state of the points and rules of `before` that are unchanged. `before`
-  /// watched the device of this name until its line was restarted.
+  /// Keeps the state of unchanged points and rules.
   void GoOn(const DeviceWatch& before);
   bool Watches(std::uint32_t point) const { return rules_.contains(point); }
-  /// Returns the events that a reading of `point` makes. `at`: the time of the reading.
   std::vector<EventRecord> Take(std::uint32_t point, const Value& value, Quality quality, Now at);
 
  private:

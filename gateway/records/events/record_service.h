@@ -1,8 +1,6 @@
-// `RecordService` reads the record that belongs to an event once, after the event. Example: the
-// values that a relay has recorded of a trip. The points of the record are read like the reads that
-// a user requests (WriteCommand::reads), and are stored as one record
-// (gateway/records/events/event_record.h). In this table, the left column shows what happens;
-// "drained" is a call of OnDrained: the device has no more events.
+// `RecordService` reads the record that belongs to an event once, such as the values that a relay
+// has recorded of a trip, and stores its points as one record. "drained" is a call of OnDrained:
+// the device has no more events.
 //
 //   event 412 is on the disk, needs "trip"  waits until the relay is drained, at most 5 s
 //   drained                                 the points of the record are requested
@@ -13,8 +11,7 @@
 //   restart in between                      all begins again: the file lists events without record
 //   its line is reloaded                    all begins again: the device has another number
 //
-// While the device does not answer, nothing is requested from it. Its records are read when it
-// answers again.
+// While the device does not answer, nothing is requested from it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -39,8 +36,8 @@ class RecordService {
   static constexpr int kTries = 5;
   static constexpr Duration kAgain = 5s;
   static constexpr Duration kWaitForPoints = 30s;
-  /// If the device is not drained for this time after its values were read, the values are stored
-  /// with quality "uncertain", because they may belong to a later event.
+  /// A device that is not drained for this time after its values were read: the values are
+  /// "uncertain".
   static constexpr Duration kUnproven = 1min;
 
   struct Ends {
@@ -49,21 +46,16 @@ class RecordService {
     std::function<bool(bus::WriteCommand command)> ask;
     std::function<void(events::KeptRecord record)> keep;
   };
-  /// `store` must outlive this object. All requested reads must be answered before this object is
-  /// destroyed.
+  /// `store` must outlive this object, and all reads must be answered before it is destroyed.
   RecordService(const bus::PointStore& store, Ends ends) : store_(store), ends_(std::move(ends)) {}
 
-  /// Adds the devices of a line; they get the next device numbers.
   void Add(const std::shared_ptr<const config::Line>& line);
 
-  /// Permits requests to lines from now on.
   void Start();
 
-  /// To be called after a reload: records of removed devices that are still to be read are assigned
-  /// to new devices of the same names.
+  /// After a reload: assigns records of removed devices to new devices of the same names.
   void TakeOver();
 
-  /// Adds events that are on the disk and whose records are still to be read.
   void Owe(const std::vector<events::OwedRecord>& owed);
   /// See the functions of PollerListener with these names.
   void OnDrained(std::uint32_t device, Instant asked);
@@ -73,7 +65,7 @@ class RecordService {
   struct Debt {
     std::uint32_t device = 0;
     std::shared_ptr<const config::Record> record;  ///< null: the device was removed by a reload
-    std::optional<events::OwedRecord> event{};     ///< the latest event whose record is to be read
+    std::optional<events::OwedRecord> event{};
     bool asking = false;
     bool waits = false;  ///< reading waits until the device has no more events
     bool stale = false;  ///< values being read may belong to the previous event
@@ -82,7 +74,6 @@ class RecordService {
     std::optional<events::KeptRecord> got{};
     Instant got_at{};
   };
-  /// A read to request after the lock is released.
   struct Asking {
     Debt* debt = nullptr;
     std::shared_ptr<const config::Record> record;
@@ -95,9 +86,9 @@ class RecordService {
   Debt* Find(const events::OwedRecord& owed) BAUDGATE_REQUIRES(mutex_);
   void OnAnswer(Debt& debt, Instant asked, const WriteResult& result);
   struct Found {
-    bool away = false;  ///< true: the device is offline, or another device is in its place
+    bool away = false;  ///< the device is offline, or another device is in its place
     std::optional<events::KeptRecord> record{};
-    Instant read_at{};  ///< when the latest of the values was read
+    Instant read_at{};
   };
   Found Look(std::uint32_t device, const config::Record& record, Instant asked, Now now) const;
   static void Settle(Debt& debt, const events::KeptRecord& record, Steps& steps);

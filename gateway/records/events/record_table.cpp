@@ -6,7 +6,6 @@
 namespace baudgate::events {
 namespace {
 
-/// Returns the highest number of the kind, and whether the file already contains this record.
 constexpr const char* kFindRecord =
     "SELECT coalesce((SELECT max(seq) FROM records WHERE kind=?1), 0), EXISTS (SELECT 1 FROM "
     "records WHERE kind=?1 AND line=?2 AND device=?3 AND name=?4 AND device_time=?5 AND event=?6)";
@@ -64,8 +63,7 @@ bool RecordTable::Insert(const KeptRecord& record) {
          InsertValues(record, seq);
 }
 
-/// Inserts the values of a record, and deletes the oldest records beyond the limit of the kind. The
-/// limit does not apply to records of events.
+/// The limit does not apply to records of events.
 bool RecordTable::InsertValues(const KeptRecord& record, std::int64_t seq) {
   std::int64_t ordinal = 0;
   for (const RecordValue& value : record.values) {

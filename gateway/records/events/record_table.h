@@ -1,6 +1,5 @@
 // `RecordTable` writes the tables `records`, `record_values` and `owed_records` (events whose
-// records are still to be read) of events.db. Each call is part of the caller's transaction. Used
-// by one thread.
+// records are still to be read) of events.db, within the caller's transaction. Used by one thread.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -22,16 +21,14 @@ namespace baudgate::events {
 
 class RecordTable {
  public:
-  /// The limit of the stored records of one kind. It does not apply to records of events, which are
-  /// deleted with their events.
+  /// The limit for one kind. Records of events are deleted with their events instead.
   static constexpr std::int64_t kMost = 1'000'000;
 
   /// `database` must come from OpenEvents, and outlive this object.
   explicit RecordTable(records::Database& database, std::int64_t most = kMost);
 
-  /// Writes a record with the next number of its kind, and removes its event from `owed_records`.
-  /// If the file already contains a record with the same kind, line, device, name, device_time and
-  /// event, the record is not written again.
+  /// Removes the event from `owed_records`. A record with the same kind, line, device, name,
+  /// device_time and event is not written again.
   bool Insert(const KeptRecord& record);
   bool Owe(const OwedRecord& owed);
   /// Deletes the records of events up to this event number.
@@ -59,8 +56,8 @@ class RecordTable {
 // Selects stored records for ReadRecords. The file can contain anything, so every field is checked.
 struct RecordQuery {
   std::string kind{};
-  std::int64_t after = 0;           ///< returns only records of this kind with a greater number
-  std::string line{};               ///< empty: all lines
+  std::int64_t after = 0;
+  std::string line{};
   std::string device{};             ///< name of the device without its line; empty: all devices
   std::string name{};               ///< empty: all names
   std::optional<WallTime> since{};  ///< returns only records with this device_time or later
@@ -70,11 +67,10 @@ struct RecordQuery {
 struct RecordPage {
   std::vector<KeptRecord> records;  ///< sorted by number, each with all its values
   std::int64_t next = 0;            ///< value of `after` for the next page
-  bool more = false;                ///< the file contained more records at that time
+  bool more = false;
 };
 
-/// A page ends after kRecordPage records, or after the record with which the number of values
-/// reaches kPageValues.
+/// A page also ends after the record with which the number of values reaches kPageValues.
 inline constexpr std::size_t kRecordPage = 100;
 inline constexpr std::size_t kPageValues = 1000;
 
@@ -85,21 +81,18 @@ Result<std::vector<KeptRecord>> ReadRecordsOf(records::Database& database, std::
                                               std::int64_t last);
 
 // `PastTable` writes the tables `past` and `past_points` of events.db: values that devices have
-// measured and stored themselves, such as the load profiles of meters. Each value is a numbered row
-// with the device's time, which can be days ago. Each call is part of the caller's transaction.
-// Used by one thread; `ReadPast` reads over another connection.
+// stored themselves, such as load profiles, each with the device's time. Within the caller's
+// transaction, on one thread; `ReadPast` reads over another connection.
 
 class PastTable {
  public:
-  /// The limit of the number of stored values: about 270 MB, or 70 years of half-hour values of one
-  /// meter.
+  /// About 270 MB, or 70 years of half-hour values of one meter.
   static constexpr std::int64_t kMost = 5'000'000;
 
   /// `database` must come from OpenEvents, and outlive this object.
   explicit PastTable(records::Database& database, std::int64_t most = kMost);
 
-  /// Writes the values of a device. A record without values is written as a gap in all points of
-  /// its series.
+  /// A record without values is written as a gap in all points of its series.
   bool Insert(const std::string& line, const std::string& device,
               const std::vector<protocols::PastRecord>& records);
 
@@ -119,12 +112,9 @@ class PastTable {
   records::Statement drop_;
 };
 
-// `ReadPast` reads values that devices have measured and stored themselves, page by page, for
-// `baudgate history`. It uses a separate connection, so no writer waits for it. The file can
-// contain anything.
+// `ReadPast` uses a separate connection, so no writer waits. The file can contain anything.
 
-/// The position at which a page ended. A device can report a time twice, so the row number is
-/// needed as well.
+/// A device can report a time twice, so the row number is needed as well.
 struct PastCursor {
   std::int64_t seq = 0;
   std::int64_t time = std::numeric_limits<std::int64_t>::min();  ///< microseconds since 1970
@@ -151,7 +141,7 @@ struct PastPage {
   std::vector<PastRow> rows{};  ///< sorted by time
   PastCursor next{};
   bool more = false;
-  bool known = false;  ///< true: the file contains a series of that name
+  bool known = false;  ///< the file contains a series of that name
 };
 
 Result<PastPage> ReadPast(records::Database& database, const PastQuery& query);

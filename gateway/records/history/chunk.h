@@ -1,5 +1,4 @@
-// `EncodeChunk` compresses many entries of one point, and `DecodeChunk` restores them. A chunk
-// contains columns of differences, compressed by zlib:
+// `EncodeChunk` compresses entries of one point into columns of differences, with zlib:
 //
 //   byte 0, 1, 2   version (1), ValueCode, decimals
 //   number         size in bytes before the compression
@@ -25,8 +24,7 @@
 
 namespace baudgate::history {
 
-// `ColumnWriter` and `ColumnReader` write and read numbers of variable length, for the columns of a
-// chunk.
+// Numbers of variable length, for the columns of a chunk.
 
 /// Maps 0, -1, 1, -2 … to 0, 1, 2, 3 …, so that small numbers of either sign are short.
 constexpr std::uint64_t ZigZag(std::int64_t number) {
@@ -72,8 +70,7 @@ class ColumnReader {
   bool ok_ = true;
 };
 
-// The encoding of the values of a chunk, by their type. The numbers are stored in the files
-// (docs/history.md), so new ones are appended.
+// The numbers are stored in the files (docs/history.md), so new ones are appended.
 enum class ValueCode : std::uint8_t {
   none = 0,     ///< the chunk contains no values
   whole = 1,    ///< signed: difference to the previous value
@@ -92,16 +89,14 @@ struct ValueForm {
   std::uint8_t decimals = 0;
 };
 
-/// Returns the shortest form that restores exactly these values. `values` must not contain an empty
-/// value.
+/// The shortest form that restores exactly these values, none of which may be empty.
 ValueForm FormOf(std::span<const Value> values);
 
 inline constexpr std::size_t kMostInChunk = 20'000;
 /// The limit of texts, in bytes. Callers of EncodeChunk cut longer texts.
 inline constexpr std::size_t kLongestText = 250;
 
-/// Encodes at most kMostInChunk entries; their times must be positive and increase. Returns no
-/// bytes if memory is short.
+/// At most kMostInChunk entries with positive, increasing times. No bytes: memory is short.
 Bytes EncodeChunk(std::span<const Entry> entries);
 /// Returns exactly the encoded entries; nullopt if the bytes are not a valid chunk.
 std::optional<std::vector<Entry>> DecodeChunk(View bytes);

@@ -18,8 +18,7 @@
 
 namespace baudgate::history {
 
-// `OpenRows` contains a copy of a day file's rows in memory, by point, in few bytes each, so that
-// chunks are made without reading the file.
+// A compact copy of a day file's rows in memory, so that chunks are made without reading the file.
 struct Chunk {
   PointNumber point = 0;
   std::int64_t run = 0;
@@ -35,9 +34,7 @@ class OpenRows {
   void Add(const Sample& sample);
   std::size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  Millis oldest() const {
-    return oldest_;
-  }  ///< time of the oldest entry; valid if there is an entry
+  Millis oldest() const { return oldest_; }  ///< valid if there is an entry
 
   /// Moves about `entries` entries to `out`, as chunks. Returns false if memory is short.
   bool Pack(std::size_t entries, std::vector<Chunk>& out);
@@ -47,7 +44,7 @@ class OpenRows {
     std::uint64_t bits = 0;
     std::uint32_t after = 0;  // milliseconds after Series::begin
     std::uint16_t quality = 0;
-    std::uint8_t kind = 0;  // index of the value's type in Value
+    std::uint8_t kind = 0;
   };
   struct Series {
     PointNumber point = 0;
@@ -58,10 +55,10 @@ class OpenRows {
   };
   static Entry EntryOf(const Series& series, const Row& row);
 
-  std::vector<Series> current_;  // the series that still get rows; index: point
+  std::vector<Series> current_;
   // Series of an earlier run, or with kMostInChunk rows; they get no more rows.
   std::vector<Series> full_;
-  std::size_t packed_ = 0;  // how many series of current_ are packed already
+  std::size_t packed_ = 0;
   std::size_t size_ = 0;
   Millis oldest_ = 0;
 };
@@ -70,17 +67,15 @@ inline constexpr std::int64_t kValuesApplication = 0x42477661;
 
 /// Returns "values-20261123.db" for the day that begins at `day`.
 std::string DayFileName(Millis day);
-/// Returns the day of a file name such as "values-20261123.db"; nothing if the name is another.
 std::optional<Millis> DayOf(const std::string& file_name);
 
-/// `PointFile` is the common part of a day's file and trends.db: a database with points, runs and
-/// their rows. Used by one thread. After a failed call, error() contains the reason; if damaged()
-/// is true, the owner must close the file.
+/// The common part of a day's file and trends.db. Used by one thread. After a failed call, error()
+/// contains the reason; if damaged() is true, the owner must close the file.
 class PointFile {
  public:
   struct Opened {
     bool ok = false;
-    std::string put_aside{};  ///< one line for the log; see OpenedDatabase
+    std::string put_aside{};
     std::optional<std::string> lost{};
     std::int64_t last_run = 0;
   };
@@ -88,8 +83,7 @@ class PointFile {
   const std::string& error() const { return error_; }
   bool damaged() const { return damaged_; }
   records::OpenFile::Look LookAt() { return open_.LookAt(*database_); }
-  /// Checks the whole file, because a reader has found damage. Returns what is damaged; empty:
-  /// nothing.
+  /// For when a reader has found damage.
   std::optional<std::string> Damage() { return database_->Damage(); }
   const std::filesystem::path& path() const { return path_; }
 
@@ -124,20 +118,16 @@ class DayFile final : public PointFile {
   DayFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: damage that was found while the file was in use; if not empty, the file is put
-  /// aside.
+  /// `damage` was found while the file was in use; if not empty, the file is put aside.
   Opened Open(const std::string& damage = {});
 
-  /// Writes samples as rows, and the runs; all or nothing. The run numbers must be those of the
-  /// files.
+  /// All or nothing. The run numbers must be those of the files.
   bool Write(const std::vector<Sample>& samples, const std::vector<Run>& runs);
 
-  /// Begins to pack the present rows; new rows go to the other table. Must not be called while
-  /// packing().
+  /// New rows go to the other table. Must not be called while packing().
   void BeginPacking();
   bool packing() const { return packing_; }
-  /// Packs about `entries` entries. The last call writes all chunks and ends packing(). After a
-  /// failure, Pack can be called again.
+  /// The last call writes all chunks. After a failure, Pack can be called again.
   bool Pack(std::size_t entries);
 
   std::size_t open_rows() const { return active_.size(); }
@@ -153,7 +143,7 @@ class DayFile final : public PointFile {
   records::Statement insert_[2];
   std::size_t table_ = 0;  // index of the table that takes new rows
   OpenRows active_;
-  OpenRows packed_;  // rows of the table that becomes chunks
+  OpenRows packed_;
   std::vector<Chunk> chunks_;
   bool packing_ = false;
 };

@@ -30,8 +30,7 @@ struct StoreLimits {
   std::size_t pack_each = 40'000;  ///< how many entries one call of Pack packs
 };
 
-// `TrendFile` is trends.db: the means of each point over minutes and hours. docs/history.md
-// describes the tables.
+// trends.db: the means of each point over minutes and hours (docs/history.md).
 
 inline constexpr std::int64_t kTrendsApplication = 0x42477472;
 inline constexpr const char* kTrendsFile = "trends.db";
@@ -46,12 +45,10 @@ class TrendFile final : public PointFile {
   TrendFile(std::filesystem::path path, const std::vector<PointName>& names, std::string vfs = {})
       : PointFile(std::move(path), names, std::move(vfs)) {}
 
-  /// `damage`: damage that was found while the file was in use; if not empty, the file is put
-  /// aside.
+  /// `damage` was found while the file was in use; if not empty, the file is put aside.
   Opened Open(const std::string& damage = {});
-  /// Writes all rows or none. Writing the same rows again changes nothing. `sure`: see SureTime;
-  /// minutes and hours are deleted only if they are too old by `sure` and by the time of the new
-  /// rows.
+  /// Writes all rows or none; the same rows can be written again. Deletes old minutes and hours
+  /// only if they are too old by `sure` (see SureTime) and by the time of the new rows.
   bool Write(const std::vector<TrendRow>& trends, const std::vector<Run>& runs,
              std::optional<Millis> sure);
 
@@ -76,17 +73,14 @@ struct News {
 
 class HistoryFiles {
  public:
-  /// `vfs`: as in Database. `news` must outlive this object; it receives messages about files that
-  /// were put aside, or removed by another program.
+  /// `news` must outlive this object: messages about files put aside or removed.
   HistoryFiles(std::filesystem::path folder, std::vector<PointName> names, std::string vfs,
                std::vector<News>& news);
 
   Status OpenTrends();
-  /// Opens the files of these days and returns the last run number in them. Only the file of
-  /// `today` stays open.
+  /// Returns the last run number. Only the file of `today` stays open.
   Result<std::int64_t> OpenDays(const std::vector<Millis>& days, Millis today);
-  /// Returns the file of the day, and opens it if necessary. The pointer is valid until the day's
-  /// file is closed.
+  /// Opens the file if necessary. Valid until the day's file is closed.
   Result<DayFile*> Day(Millis day);
   /// Returns why the last call of `file` failed. Closes the file if it is damaged.
   Error Failed(DayFile& file);
@@ -98,11 +92,9 @@ class HistoryFiles {
   void Look();
   /// Checks the whole content of the named files that are open, because readers have found damage.
   void Check(const std::set<std::string>& files);
-  /// True if a file with values of the present run was lost since the last call.
   bool TakeLost() { return std::exchange(lost_, false); }
 
-  /// Performs one step of packing: rows of past hours become chunks, and files of past days are
-  /// closed.
+  /// One step: rows of past hours become chunks, and files of past days are closed.
   Status Pack(Millis now, const StoreLimits& limits);
   void CloseDay(Millis day) { days_.erase(day); }
 
@@ -117,7 +109,7 @@ class HistoryFiles {
   std::map<Millis, std::unique_ptr<DayFile>> days_;
   std::unique_ptr<TrendFile> trends_;
   std::map<Millis, std::string> damaged_days_;
-  std::string damaged_trends_;  // damage of trends.db; empty: no damage was found
+  std::string damaged_trends_;
   std::int64_t last_run_ = 0;
   bool lost_ = false;
 };

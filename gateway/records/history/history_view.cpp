@@ -67,8 +67,7 @@ class DayReader {
     return step == records::Statement::Step::done;
   }
 
-  /// Adds about `most` entries of one run to `out`, oldest first. The entries are later than
-  /// `after`.
+  /// About `most` entries of one run after `after`, oldest first.
   bool ReadEntries(std::int64_t run, Millis after, Millis until, std::size_t most,
                    std::vector<Entry>& out) {
     if (!knows()) return true;
@@ -76,8 +75,7 @@ class DayReader {
       const Millis last = out.empty() ? after : std::max(after, out.back().time);
       if (entry.time > last && entry.time < until) out.push_back(std::move(entry));
     };
-    // Rows and chunks are read in one transaction, so an entry that becomes a chunk meanwhile is
-    // read only once.
+    // In one transaction, so that an entry that becomes a chunk meanwhile is read only once.
     if (!database_.Execute("BEGIN")) return false;
     records::Statement chunks(
         database_,
@@ -150,8 +148,7 @@ class PageReader {
         if (!is_latest) NoteUnread(*reader, "the file is empty: its content is lost");
         continue;
       }
-      // After a damaged file, the other files are still read. A file that is being removed is not
-      // reported.
+      // The other files are still read. A file that is being removed is not reported.
       if (!reader->ok() || !reader->ReadRuns(runs_)) {
         std::error_code none;
         if (fs::exists(folder_ / DayFileName(day.day), none)) NoteUnread(*reader, reader->error());
@@ -234,7 +231,6 @@ struct Part {
 constexpr const char* kColumns =
     "SELECT run, begin, mean, min, max, first, last, count, good FROM ";
 
-/// Returns the trend of a row; empty: the row is not valid.
 std::optional<Part> PartOf(const records::Statement& row) {
   Part part{row.Number(0),
             {row.Number(1), row.Real(2), row.Real(3), row.Real(4), row.Real(5), row.Real(6),
@@ -388,8 +384,7 @@ Result<Page> HistoryView::Read(const PageQuery& query) const {
   return page;
 }
 
-/// Logs that a file could not be read, once for each file. A damaged file is reported to the
-/// writing thread.
+/// Logs once for each file. A damaged file is reported to the writing thread.
 void HistoryView::Note(const UnreadFile& file, const PageQuery& query) const {
   {
     const MutexLock lock(mutex_);
@@ -434,8 +429,7 @@ void HistoryView::LookAgain() {
 
 namespace {
 
-/// The value at the beginning of a chart is searched this far back, because an unchanged value is
-/// usually stored again within this time (max_gap).
+/// The start value of a chart is searched this far back: unchanged values are stored again by then.
 constexpr Millis kLookBack = kHour;
 // Above this number of pages, minutes are used instead of values.
 constexpr std::size_t kMostPages = 200;
@@ -443,7 +437,6 @@ constexpr std::size_t kMostPages = 200;
 constexpr std::array<Millis, 8> kSteps = {1 * kSecond,  2 * kSecond,  5 * kSecond,  10 * kSecond,
                                           15 * kSecond, 20 * kSecond, 30 * kSecond, kMinute};
 
-/// Returns the smallest round step that is not shorter than the time of one pixel.
 Millis StepOf(const ChartQuery& query) {
   const Millis pixels = std::clamp<Millis>(query.pixels, 1, kMostPixels);
   const Millis least = (query.until - query.since + pixels - 1) / pixels;
@@ -458,8 +451,7 @@ std::optional<double> GoodValue(const Entry& entry) {
   return ToDouble(entry.value);
 }
 
-/// Sorts rows by time and merges rows of the same step, because runs overlap if the clock was set
-/// back.
+/// Sorts and merges the rows, because runs overlap if the clock was set back.
 void Tidy(std::vector<Trend>& rows, Millis since) {
   std::erase_if(rows, [since](const Trend& row) { return row.begin < since; });
   std::ranges::stable_sort(rows, {}, &Trend::begin);

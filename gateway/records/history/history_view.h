@@ -19,9 +19,7 @@
 
 namespace baudgate::history {
 
-// `ReadPage` reads the history page by page, for `baudgate history`. It uses separate connections,
-// so no writer waits for it. The files can contain anything, so every field is checked.
-// `UnreadFiles` lists files that could not be read.
+// `ReadPage` uses separate connections, so no writer waits. The files can contain anything.
 
 /// The limit of records in one page: about 100 kB on the control socket.
 inline constexpr std::size_t kPage = 1000;
@@ -33,7 +31,6 @@ struct Gap {
 
 struct HistoryRecord {
   Entry entry{};  ///< for a gap, only `time` is set: the beginning of the gap
-  /// Set: the history of the point has a gap from entry.time to gap->until.
   std::optional<Gap> gap{};
 };
 
@@ -50,7 +47,6 @@ struct PageQuery {
   Cursor after{};
 };
 
-/// A file that could not be read completely, so a page lacks values of the file.
 struct UnreadFile {
   Millis day = 0;
   std::string text{};  ///< name and reason: "values-20261123.db: file is not a database"
@@ -60,12 +56,11 @@ struct UnreadFile {
 };
 
 struct Page {
-  /// Sorted by run, and within a run by time. This is the order of recording, even if the clock was
-  /// set back.
+  /// Sorted by run, then by time: the order of recording, even if the clock was set back.
   std::vector<HistoryRecord> records{};
   Cursor next{};
   bool more = false;
-  bool known = false;  ///< true: a file contains the point
+  bool known = false;
   std::vector<UnreadFile> unread{};
 };
 
@@ -80,26 +75,24 @@ struct TrendQuery {
 
 struct TrendPage {
   std::vector<Trend> spans{};  ///< sorted by time, without regard to runs
-  Millis next = 0;             ///< value of `since` for the next page
+  Millis next = 0;
   bool more = false;
   bool known = false;
 };
 
-/// Reads trends of one point. The last span can be incomplete: it ends with the last full minute.
-/// `damaged`: see ReadOnce.
+/// The last span can be incomplete: it ends with the last full minute. `damaged`: see ReadOnce.
 Result<TrendPage> ReadTrends(const std::filesystem::path& folder, const TrendQuery& query,
                              bool* damaged = nullptr);
 
-// `UnreadFiles` lists files of days that could not be read completely. Each file is read again from
-// time to time, and removed from the list when reading works: the file was repaired or removed, or
-// file descriptors are available again. No lock: HistoryView provides it.
+// Files that could not be read completely. Each is tried again from time to time, and removed when
+// reading works. No lock: HistoryView provides it.
 class UnreadFiles {
  public:
   static constexpr std::size_t kMost = 16;
 
   struct Entry {
     UnreadFile file{};
-    PageQuery query{};  ///< the query that failed, limited to this day
+    PageQuery query{};
   };
   /// Adds a file. Returns true if the file is not in the list yet. Files beyond kMost are ignored.
   bool Note(const UnreadFile& file, const PageQuery& query);
@@ -112,11 +105,10 @@ class UnreadFiles {
   std::vector<Entry> entries_;
 };
 
-// `HistoryState` and `HistorySource` are the interface to the history for gateway/outputs/status
-// and gateway/outputs/control. Thread-safe.
+// The history for gateway/outputs/status and gateway/outputs/control. Thread-safe.
 struct HistoryState {
   records::Disk disk = records::Disk::opening;
-  std::string trouble;  ///< why the disk fails; empty: the disk works
+  std::string trouble;
   WallTime since{};
   std::size_t points = 0;
   RecorderCounters counters{};       ///< since the start
@@ -126,8 +118,8 @@ struct HistoryState {
   std::uint64_t limit = 0;
   WallTime oldest{};  ///< beginning of the oldest stored day; the epoch: no day is stored
   std::string folder;
-  std::vector<std::string> put_aside{};  ///< names of damaged files that still exist
-  std::vector<std::string> unread{};     ///< files that cannot be read completely, and why
+  std::vector<std::string> put_aside{};
+  std::vector<std::string> unread{};
 };
 
 class HistorySource {
@@ -162,8 +154,7 @@ class HistoryView final : public HistorySource {
   }
   /// Returns the names of files in which readers have found damage since the last call.
   std::set<std::string> TakeDoubts();
-  /// Reads the files again that could not be read before, however long the disk takes. To be called
-  /// from time to time.
+  /// Reads failed files again, however long the disk takes. Call it from time to time.
   void LookAgain();
 
  private:
@@ -176,9 +167,8 @@ class HistoryView final : public HistorySource {
   mutable std::set<std::string> doubts_ BAUDGATE_GUARDED_BY(mutex_);
 };
 
-// `ReadChart` reduces the history of a point to the values that a chart of `pixels` pixels can
-// show: minimum, mean and maximum of each step. Short time ranges are computed from all stored
-// values, long ranges from minutes and hours.
+// `ReadChart` reduces the history of a point to minimum, mean and maximum of each step that a chart
+// of `pixels` can show: from all values, or for long ranges from minutes and hours.
 
 inline constexpr std::int64_t kMostPixels = 4096;
 
@@ -192,7 +182,7 @@ struct ChartQuery {
 struct Chart {
   Millis step = 0;
   std::vector<Trend> rows{};  ///< sorted by time; a step without a good value has no row
-  bool known = false;         ///< true: a file contains the point
+  bool known = false;
 };
 
 Result<Chart> ReadChart(const HistorySource& source, const ChartQuery& query);

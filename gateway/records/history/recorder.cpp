@@ -31,8 +31,7 @@ bool IsKept(const LogRule& rule, const Entry* last, const Entry& now) {
 
 namespace {
 
-/// Returns the value as it is stored: empty if the quality is bad or the value is NaN; a long text
-/// is cut.
+/// Empty if the quality is bad or the value is NaN; a long text is cut.
 Value Cleaned(Value value, Quality quality) {
   if (IsBad(quality)) return {};
   if (auto* text = std::get_if<std::string>(&value); text != nullptr) {
@@ -155,7 +154,6 @@ void Recorder::Keep(PointNumber number, const Entry& entry, Batch& out) {
   points_[number].kept = entry;
 }
 
-/// Checks both clocks, and begins a new run if the clock was set, or if the queue has room again.
 void Recorder::Look(Now now, std::size_t room, Batch& out) {
   room_ = room;
   const Duration passed = now.instant - last_.instant;
@@ -169,8 +167,7 @@ void Recorder::Look(Now now, std::size_t room, Batch& out) {
     BeginRun(RunBegin::dropped, ToMillis(now.wall), out);
 }
 
-/// Begins a run and stores all present values again, so that a reader of the run needs no earlier
-/// run.
+/// All present values are stored again, so that a reader needs no earlier run.
 void Recorder::BeginRun(RunBegin why, Millis now, Batch& out) {
   out.SetRun(run_);
   run_ = {run_.number + 1, now, now, why};
@@ -194,8 +191,7 @@ void Recorder::ForgetSpans(Millis time, Batch& out) {
   Roll([&](Rollup& rollup) { rollup.Forget(time, ended_); }, out);
 }
 
-/// Handles a standstill of the process, which makes a gap. Points start again with their present
-/// values in the store, because the last values that the recorder has can be too old.
+/// Points start again with their present values, because the recorder's last values can be too old.
 void Recorder::EndStandstill(Millis old_time, Now now, Batch& out) {
   ForgetSpans(old_time, out);
   if (recording_) run_.until = std::max(run_.until, old_time);

@@ -81,7 +81,6 @@ constexpr std::string_view kProfile = "profile ";
 constexpr std::string_view kSet = "set ";
 constexpr std::string_view kBetween = ", ";
 
-/// True if `text` can be read back unchanged. Other texts are left out of the head.
 bool FitsHead(const std::string& text) {
   return text.find(kBetween) == std::string::npos &&
          std::ranges::none_of(text, [](char c) { return static_cast<unsigned char>(c) < 0x20; });

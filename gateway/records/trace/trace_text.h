@@ -1,7 +1,5 @@
 // `TraceRecord` is a piece of a line's traffic as users see it: direction, time in microseconds,
-// bytes with secrets masked. ToText makes one line of text of it, which `baudgate decode` reads.
-// gateway/records/trace/line_recorder.h makes the records; they go to gateway/outputs/control and
-// to the files of the flight recorder. `TraceHead` describes the line at the top of a trace.
+// bytes with secrets masked. `TraceHead` describes the line at the top of a trace.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -24,15 +22,14 @@ struct TraceRecord {
   enum class Kind : std::uint8_t {
     sent,
     received,
-    end,   ///< the end of an exchange: outcome, round trip, reason
-    note,  ///< another fact: a device went offline, records were dropped
+    end,  ///< the end of an exchange: outcome, round trip, reason
+    note,
   };
   Kind kind = Kind::note;
   WallTime at{};
   std::string device;  ///< name of the device; empty: the record is about the line
   std::string hex;     ///< for sent and received: "3E 31 ** **", secret bytes as **
-  /// For sent and received, the bytes as characters, with dots for bytes that cannot be shown; else
-  /// the text of the note.
+  /// The bytes as characters, with dots for bytes that cannot be shown; else the text of the note.
   std::string text;
   Outcome outcome = Outcome::none;  ///< for `end`
   Duration round_trip{};            ///< for `end`
@@ -46,8 +43,7 @@ struct TraceRecord {
 /// `baudgate decode` reads the lines with > and <; times are UTC.
 std::string ToText(const TraceRecord& record);
 
-/// Queues records between a line's thread and a slow reader. Records beyond kMostRecords are
-/// dropped, and a note tells how many.
+/// Between a line's thread and a slow reader. Records beyond kMostRecords are dropped and counted.
 class TraceQueue {
  public:
   static constexpr std::size_t kMostRecords = 4096;
@@ -63,8 +59,7 @@ class TraceQueue {
   std::uint64_t dropped_ BAUDGATE_GUARDED_BY(mutex_) = 0;
 };
 
-// `TraceHead` and `ReadTracedDevice` write and read comments at the top of a trace or recording.
-// They tell `baudgate decode` what it needs to know about a line to interpret its bytes.
+// Comments at the top of a trace, by which `baudgate decode` interprets the bytes.
 //
 //   # line bay-1, port /dev/ttyUSB0 9600 7E1, protocol spabus
 //   # device feeder-1, protocol spabus, profile spaj140c, set checksum=off
@@ -72,7 +67,7 @@ class TraceQueue {
 struct TracedDevice {
   std::string name{};
   std::string protocol{};
-  std::string profile{};           ///< empty: no profile
+  std::string profile{};
   std::vector<std::string> set{};  ///< configured options, "key=value"; never a secret
   bool operator==(const TracedDevice&) const = default;
 };

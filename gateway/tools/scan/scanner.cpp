@@ -8,8 +8,7 @@ namespace {
 
 /// How often a found device is asked again. Two devices with one address do not always collide.
 constexpr int kRepeats = 3;
-/// How often a question is tried if another master is active, because replies are then lost now and
-/// then.
+/// Tries while another master is active, because replies are then lost now and then.
 constexpr int kTriesInTraffic = 4;
 /// Fewer bytes than this are a disturbance of the line, no reply.
 constexpr std::size_t kLeastOfReply = 3;
@@ -38,8 +37,7 @@ Status Scanner::Run() {
   return status_;
 }
 
-/// Applies serial settings. Returns false if the port does not support them; the scan then goes on
-/// without them.
+/// Returns false if the port does not support the settings; the scan then goes on without them.
 bool Scanner::Set(const config::SerialSettings& serial) {
   if (wish_.network) return true;
   const Status set = wire_.Apply(serial);
@@ -112,8 +110,8 @@ void Scanner::Sweep(const scan::Sweep& sweep, Duration behind) {
   }
 }
 
-/// True if the device was found already: in this protocol, or in a protocol for whose devices the
-/// questions of this protocol are writes (never_at).
+/// True if found in this protocol, or in one whose devices take this one's questions for writes
+/// (never_at).
 bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
   const protocols::Protocol& protocol = *wish_.tongues[tongue].protocol;
   return known_.contains({std::string(protocol.name), address}) ||
@@ -121,7 +119,7 @@ bool Scanner::IsKnown(std::size_t tongue, unsigned address) const {
 }
 
 void Scanner::Look(Asked asked, std::uint32_t finds) {
-  bool proof = false;  // true: the reply could be an echo, so the next question decides
+  bool proof = false;  // the reply could be an echo, so the next question decides
   for (std::size_t question = 0; question < TongueAt(asked).rule().questions; ++question) {
     if ((finds >> question & 1U) == 0 && !proof) continue;
     asked.question = question;
@@ -173,8 +171,7 @@ Verdict Scanner::ExchangeOnce(const Asked& asked) {
   return verdict;
 }
 
-/// Called after bytes that came without a request or from another device than the asked one. They
-/// may be a late reply to `late`, so `late` is asked again with a longer timeout.
+/// Unexpected bytes may be a late reply to `late`, which is asked again with a longer timeout.
 void Scanner::CheckLate(std::optional<Asked> late) {
   if (!late || traffic_ || checking_late_ || IsKnown(late->tongue, late->address)) return;
   late->patience = *TongueAt(*late).protocol->timing(late->serial).reply;
@@ -184,8 +181,7 @@ void Scanner::CheckLate(std::optional<Asked> late) {
   checking_late_ = false;
 }
 
-/// Handles the verdict about the reply to a question. Returns true if this address needs no further
-/// question.
+/// Returns true if this address needs no further question.
 bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   switch (verdict.what) {
     case Verdict::What::device: {
@@ -215,8 +211,7 @@ bool Scanner::OnVerdict(const Asked& asked, Verdict verdict) {
   }
 }
 
-/// The device accepts any parity, and its reply shows its real character format. Asks it in that
-/// format, and records the format if the device answers.
+/// The device accepts any parity, and its reply shows its real format: asks it in that format.
 void Scanner::TakeInOwnFormat(Asked asked, Verdict verdict) {
   const Asked before = asked;
   asked.serial.data_bits = 7;
@@ -249,8 +244,7 @@ bool Scanner::TryFormats(const Asked& asked, const std::string& why) {
   return found;
 }
 
-/// Repeats a question whose reply was damaged. If all replies are damaged, tries other formats; if
-/// that fails, records that two devices may have this address.
+/// Repeats the question, then tries other formats; else two devices may have this address.
 void Scanner::OnGarbled(const Asked& asked) {
   if (traffic_ || checking_late_) return;
   for (int repeat = 0; repeat < 2; ++repeat) {
@@ -309,8 +303,7 @@ void Scanner::Take(const Asked& asked, protocols::Sighting sighting,
   Keep(std::move(found));
 }
 
-/// Asks a found device again. Returns true if its replies differ or are damaged, which means that
-/// two devices have this address.
+/// Returns true if replies differ or are damaged, so two devices have this address.
 bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) {
   for (int repeat = 0; repeat < kRepeats && !is_over(); ++repeat) {
     const Verdict verdict = ExchangeOnce(asked);
@@ -329,8 +322,7 @@ bool Scanner::IsShared(const Asked& asked, const protocols::Sighting& sighting) 
 void Scanner::AskName(const Asked& asked, protocols::Sighting& sighting) {
   Asked more = asked;
   const protocols::ScanRule& rule = TongueAt(asked).rule();
-  // A missing reply is not tried again, because most devices without a name do not support the
-  // question.
+  // Most devices without a name do not support the question.
   for (std::size_t question = 0; question < rule.questions; ++question) {
     if (!sighting.identity.empty()) return;
     more.question = question;
@@ -353,8 +345,7 @@ void Scanner::Keep(Found found) {
   report_.found.push_back(std::move(found));
 }
 
-/// Drops damaged replies from an address at which another protocol has found a device, because this
-/// device has sent them.
+/// Drops damaged replies from an address at which another protocol has found a device.
 void Scanner::Finish() {
   for (Found& doubtful : doubtful_) {
     const bool explained = std::ranges::any_of(

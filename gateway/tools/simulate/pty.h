@@ -1,5 +1,4 @@
-// `Pty` is a pseudo terminal that replaces a serial cable, for twins, the demo and tests: bytes
-// that a twin writes to the master arrive at the program that reads the linked path.
+// `Pty` is a pseudo terminal that replaces a serial cable, for twins, the demo and tests.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -10,15 +9,13 @@
 
 namespace baudgate::tools {
 
-// `ServerOf` finds the program that serves the pty of a symbolic link, so that a second simulator
-// does not take over the link of a running twin.
+// `ServerOf` protects the link of a running twin from a second simulator:
 //
 //   link -> /dev/pts/7, no /dev/pts/7                           not served: its program has ended
 //   link -> /dev/pts/7, which was created after the link        not served: the number was reused
 //   link -> /dev/pts/7, which was created before the link       served
 
-/// Returns the program, such as "socat (pid 4711)", or "another program" if it cannot be
-/// determined; empty: no program serves the pty. `target`: the target of `link`, "/dev/pts/7".
+/// Returns "socat (pid 4711)", or "another program"; empty: not served. `target`: that of `link`.
 std::optional<std::string> ServerOf(const std::string& link, const std::string& target);
 
 class Pty {
@@ -31,8 +28,7 @@ class Pty {
   Pty& operator=(Pty&& other) noexcept;
   ~Pty() { Unplug(); }
 
-  /// Returns the master (non-blocking, close-on-exec); -1 after Unplug or TakeMaster. The Pty still
-  /// owns the master.
+  /// Non-blocking, close-on-exec, owned by the Pty; -1 after Unplug or TakeMaster.
   int master() const { return master_; }
   /// Passes the ownership of the master to the caller, for example for an asio stream_descriptor.
   int TakeMaster();

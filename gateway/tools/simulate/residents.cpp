@@ -101,7 +101,6 @@ void TwinEvents::CatchUp(protocols::Twin& twin, const config::Device& device, No
 
 namespace {
 
-/// Interval of the events of a twin that sends unasked.
 constexpr Duration kOwnEvents = 2s;
 
 }  // namespace
@@ -226,8 +225,7 @@ void Residents::SetFaults(const std::vector<Fault>& wanted, Instant now) {
   });
 }
 
-/// Makes copies of the twins with different values. All copies reply under one address that no twin
-/// has.
+/// Makes copies of the twins with different values and one address that no twin has.
 Residents::Twins Residents::MakeStrangers() const {
   std::vector<config::Device> devices;
   for (const auto& one : twins_) devices.push_back(one->device);

@@ -1,6 +1,4 @@
-// `Simulator` serves twins (simulated devices) on a pty or behind a TCP server. It answers requests
-// as the real devices would, at a real bit rate if one is given. Used by `baudgate simulate`, the
-// demo, system tests and benchmarks.
+// `Simulator` serves twins on a pty or behind a TCP server, at a real bit rate if one is given.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -23,8 +21,8 @@
 
 namespace baudgate::tools {
 
-/// Devices of one bus with the same protocol. The options of the first device determine for the
-/// whole group how received bytes are divided into requests.
+/// Devices of one bus and protocol. The first one's options determine how received bytes are
+/// divided.
 struct TwinGroup {
   const protocols::Protocol* protocol = nullptr;
   std::vector<config::Device> devices;
@@ -34,11 +32,9 @@ struct SimulatorOptions {
   std::string link;  ///< path of the symbolic link to the pty; empty: no link
   /// The address of a TCP server, in place of a pty; port 0: any free port.
   std::optional<config::HostPort> listen;
-  /// Serial settings that determine how long each character takes on the wire; empty: characters
-  /// take no time.
+  /// How long each character takes on the wire; empty: no time.
   std::optional<config::SerialSettings> pace;
-  /// True: if a reader has set the pty to another bit rate or format, bytes are converted to what a
-  /// UART with these settings would receive.
+  /// True: if a reader has set another format, converts bytes to what a UART would receive.
   bool strict = false;
   Duration think_time = 5ms;  ///< from the end of the request to the first byte of the reply
   std::vector<Fault> faults;  ///< their schedules begin when the simulator is created
@@ -50,8 +46,7 @@ struct SimulatorOptions {
 
 class Simulator {
  public:
-  /// Creates one bus with these devices; without devices, no request is answered. `io` must outlive
-  /// this object.
+  /// Without devices, no request is answered. `io` must outlive this object.
   static Result<std::unique_ptr<Simulator>> Create(asio::io_context& io,
                                                    std::vector<TwinGroup> groups,
                                                    const SimulatorOptions& options);
@@ -63,17 +58,14 @@ class Simulator {
 
   /// Returns the value for `port:` of a line: a path, or for example "tcp://127.0.0.1:4001".
   const std::string& path() const;
-  /// The number of answered requests, and of the characters of these exchanges in both directions.
-  /// Thread-safe.
+  /// The number of answered requests, and of the characters of these exchanges. Thread-safe.
   std::uint64_t answered() const;
   std::uint64_t characters() const;
   /// Returns how often each fault has struck. To be called on the thread of the io_context.
   std::vector<FaultCount> fault_counts() const;
-  /// Returns the numbers of raised and of refused events. To be called on the thread of the
-  /// io_context.
+  /// Raised and refused events. To be called on the thread of the io_context.
   std::pair<std::uint64_t, std::uint64_t> event_counts() const;
-  /// Replaces all faults. Their counts and schedules start again. To be called on the thread of the
-  /// io_context.
+  /// Counts and schedules start again. To be called on the thread of the io_context.
   void SetFaults(const std::vector<Fault>& faults);
 
  private:
@@ -82,11 +74,9 @@ class Simulator {
   std::shared_ptr<Impl> impl_;
 };
 
-// `SimulateLine` makes the twins of a whole line of a configuration, which can have several
-// protocols and serial settings. Used by `baudgate simulate -c` and the demo.
+// The twins of a whole line, which can have several protocols and serial settings.
 
-/// Takes the place (link or listen) and the faults from `options`. The line determines the pace,
-/// and the serial settings that a reader must use.
+/// Place and faults are those of `options`; the line determines the pace and serial settings.
 Result<std::unique_ptr<Simulator>> SimulateLine(asio::io_context& io, const config::Line& line,
                                                 const config::Catalog& catalog,
                                                 SimulatorOptions options);

@@ -1,6 +1,5 @@
-// `TwinFaults` applies faults to the replies of a twin: a reply becomes timed pieces of bytes that
-// can be lost, damaged, torn, late or from another device. No I/O:
-// gateway/tools/simulate/simulator.h sends the pieces on a pty, tests on a virtual line.
+// `TwinFaults` makes timed pieces of a twin's reply that can be lost, damaged, torn, late or from
+// another device. No I/O.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -26,17 +25,17 @@ struct TimedPiece {
 struct Fault {
   /// The kinds of faults. If several faults strike one reply, they are applied in this order.
   enum class Kind : std::uint8_t {
-    death,          ///< the device receives nothing and sends nothing
-    wrong_address,  ///< another device answers in its place
+    death,  ///< the device receives nothing and sends nothing
+    wrong_address,
     loss,
-    bits,     ///< bits of the reply are flipped
-    stall,    ///< a silence within the reply
-    dribble,  ///< the reply comes byte by byte
+    bits,
+    stall,  ///< a silence within the reply
+    dribble,
     doubled,
     garbage_before,
     garbage_after,
     late,  ///< the reply comes later, or with the reply to a later request
-    echo,  ///< the request comes back before the reply
+    echo,
   };
   Kind kind = Kind::loss;
   double rate = 1;         ///< share of the replies that the fault strikes, 0…1
@@ -49,16 +48,14 @@ struct Fault {
   std::size_t exchanges = 0;  ///< late: delay in number of requests; zero: delay by `pause`
   std::string text;           ///< the fault as the user wrote it
 
-  /// True if the fault can strike at this time after the start.
   bool IsDue(Duration since_start) const;
 };
 
 std::string_view Name(Fault::Kind kind);
 
-/// How characters travel between the twin and the master.
 struct TwinWire {
   config::SerialSettings serial;
-  bool paced = false;    ///< true: each character takes the time of its bit rate; false: no time
+  bool paced = false;    ///< each character takes the time of its bit rate; false: no time
   Duration think = 5ms;  ///< from the end of the request to the first byte of the reply
 
   Duration TimeOf(std::size_t characters) const {
@@ -68,20 +65,18 @@ struct TwinWire {
 };
 
 struct FaultCount {
-  std::string fault;            ///< Fault::text
-  std::uint64_t struck = 0;     ///< how often the fault has struck
+  std::string fault;
+  std::uint64_t struck = 0;
   std::uint64_t exchanges = 0;  ///< number of exchanges that the fault could have struck
 };
 
 class TwinFaults {
  public:
-  /// Returns the reply of another device to `request`, with the address of this other device. It is
-  /// called for each request that the twin answers, so that the sessions of the other device stay
+  /// Returns another device's reply. Called for each answered request, so that its sessions stay
   /// valid.
   using Stranger = std::function<Bytes(View request, Instant now)>;
 
-  /// `stranger`: see Stranger; empty: the fault wrong_address never occurs. The times of the faults
-  /// count from `start`.
+  /// An empty `stranger`: wrong_address never occurs. The times of the faults count from `start`.
   TwinFaults(std::vector<Fault> faults, const TwinWire& wire, Instant start,
              Stranger stranger = {});
 
@@ -89,16 +84,14 @@ class TwinFaults {
   /// because a restarted device has lost its sessions.
   bool IsDead(Instant now) const;
 
-  /// Returns the bytes that the master receives after `request`, sorted by time. `reply` empty: the
-  /// request was not for this twin. Pieces of earlier replies that are still on the wire come
-  /// first.
+  /// Returns pieces sorted by time, those of earlier replies first. An empty `reply`: the request
+  /// was not for this twin.
   std::vector<TimedPiece> Deliver(View request, Bytes reply, Instant end_of_request);
 
   /// Returns the counts of the faults, in the order of the constructor's argument.
   std::vector<FaultCount> Counts() const;
 
  private:
-  /// A pause, then bytes without a pause between them.
   struct Part {
     Duration pause{};
     Bytes bytes;
@@ -115,7 +108,6 @@ class TwinFaults {
     Speech speech;
   };
 
-  /// One request and its reply, while faults are applied.
   struct Utterance {
     View request;
     Speech speech;
@@ -139,11 +131,10 @@ class TwinFaults {
   Instant start_;
   Stranger stranger_;
   std::vector<Held> held_;
-  Instant said_until_{};  // end of the last character that the twin has sent
+  Instant said_until_{};
 };
 
-// `ParseFault` reads a fault as the user writes it for `simulate --fault`. Example:
-// "bits:rate=0.1,count=2,every=60s,for=20s". docs/faults.md lists the kinds and keys.
+// Reads `simulate --fault`: "bits:rate=0.1,count=2,every=60s,for=20s" (docs/faults.md).
 
 /// The error contains the fault, the key and the permitted values.
 Result<Fault> ParseFault(std::string_view text);

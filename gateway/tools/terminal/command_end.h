@@ -1,6 +1,5 @@
-// `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, for commands that run until
-// they are stopped or their terminal is closed. Commands that draw on a terminal can also get
-// SIGWINCH, which reports a new size.
+// `StopSignals` delivers SIGINT, SIGTERM and SIGHUP by a descriptor, and SIGWINCH (a new size) if
+// wanted.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,8 +15,7 @@
 
 namespace baudgate::tools {
 
-/// Blocks the signals during its lifetime. Signals that were not read are discarded by the
-/// destructor.
+/// Blocks the signals during its lifetime; the destructor discards unread ones.
 class StopSignals {
  public:
   enum class And : std::uint8_t { nothing, resize };
@@ -66,9 +64,8 @@ class StopSignals {
   int descriptor_ = -1;
 };
 
-/// Returns the exit code of a command. If the output cannot be written, for example to a full disk,
-/// returns 4 in place of a successful `code`. If the program that reads the output has closed it,
-/// this is not an error.
+/// Returns 4 in place of a successful `code` if the output cannot be written, for example to a full
+/// disk. An output closed by its reader is no error.
 int AfterOutput(int code);
 
 }  // namespace baudgate::tools

@@ -34,7 +34,7 @@ constexpr const char* kFolder = "baudgate-support";  // the top folder inside th
 
 struct Ran {
   std::string output;
-  bool well = false;  ///< true: the command could be started, and its exit code is 0
+  bool well = false;
 };
 Ran Run(const std::string& command) {
   FILE* const pipe = ::popen(command.c_str(), "r");

@@ -24,7 +24,6 @@ constexpr Duration kAnswerTime = 10s;
 
 constexpr std::string_view kIsItRunning = "; start baudgate, or name its socket with --socket PATH";
 
-/// Returns a connected socket, or -1 with errno set.
 int ConnectTo(const std::string& path) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;

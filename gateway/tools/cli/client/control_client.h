@@ -1,5 +1,4 @@
-// `ControlClient` is the client side of the control socket, for all commands that need a running
-// gateway. It finds the gateway, sends requests and reads replies, both as JSON lines.
+// `ControlClient` is the client side of the control socket: requests and replies are JSON lines.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -18,8 +17,7 @@ class ControlClient {
  public:
   using Json = nlohmann::ordered_json;
 
-  /// Connects to the socket `path`. If `path` is empty, connects to the only gateway that answers
-  /// in the default places. A failure contains a text that tells the user what to do.
+  /// An empty `path`: the only gateway in the default places. The error tells the user what to do.
   static Result<ControlClient> Connect(const std::string& path);
   ControlClient(ControlClient&& other) noexcept;
   ControlClient& operator=(ControlClient&&) = delete;
@@ -34,8 +32,7 @@ class ControlClient {
   void Send(const Json& request);
 
   enum class Got { line, end, timeout, stopped };
-  /// Waits for a whole line until `until` (empty: without limit), or until `stop_descriptor` is
-  /// readable.
+  /// `until` empty: without limit. Also returns when `stop_descriptor` is readable.
   Got ReadLine(std::string& line, std::optional<Instant> until, int stop_descriptor = -1);
 
  private:
@@ -47,8 +44,6 @@ class ControlClient {
   std::size_t searched_ = 0;  // this many bytes of buffer_ were searched and contain no line end
 };
 
-/// Returns advice for the user, with a command, when the gateway with this process id does not
-/// answer.
 std::string CureOfSilence(int process);
 
 inline constexpr int kNoDaemon = 4;
@@ -56,8 +51,7 @@ inline constexpr int kNoDaemon = 4;
 /// Connects to the gateway. If this fails, prints the reason on `err` and returns nothing.
 std::optional<ControlClient> ConnectOrTell(const std::string& socket, std::ostream& err);
 
-/// Sends the request and waits a limited time for its answer. Returns the exit code. A failure is
-/// printed on `err`.
+/// Waits a limited time. Returns the exit code; prints a failure on `err`.
 int ReadAnswer(ControlClient& client, const ControlClient::Json& request,
                ControlClient::Json& answer, std::ostream& err);
 
@@ -83,7 +77,6 @@ inline const nlohmann::ordered_json& PartOf(const nlohmann::ordered_json& json, 
   return found == json.end() ? none : *found;
 }
 
-/// Returns the text; empty if the member is missing or is not a text.
 inline std::string TextOf(const nlohmann::ordered_json& json, const char* key) {
   const auto found = json.find(key);
   return found != json.end() && found->is_string() ? found->get<std::string>() : std::string();

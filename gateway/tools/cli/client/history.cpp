@@ -90,8 +90,7 @@ struct BillingRow {
 
 using BillingRows = std::map<Key, BillingRow>;
 
-/// Returns the meter's local date whose midnight is this UTC time. Example: 2026-10-31T21:00Z is
-/// the first of November at +03:00. Works for UTC offsets from -11:59 to +12:00.
+/// 2026-10-31T21:00Z is the first of November at +03:00. For UTC offsets from -11:59 to +12:00.
 Day DateOf(WallTime midnight) { return floor<days>(midnight + 12h); }
 
 bool IsWanted(Day date, const HistoryOptions& options) {
@@ -107,8 +106,7 @@ class Reader {
     if (asked_.until) *asked_.until += days(2);
   }
 
-  /// Reads all billing values of a device and returns the exit code. A value that is not recorded
-  /// is an error only if no value of the device is recorded.
+  /// A value that is not recorded is an error only if no value of the device is recorded.
   int Read(std::size_t device, std::ostream& err) {
     bool any = false;
     for (std::size_t period = 0; period < kPeriods.size(); ++period) {
@@ -313,8 +311,7 @@ class HistoryPrinter {
   std::vector<StreamTable::Row> rows_;
 };
 
-/// Collects the named points, and the points that match a pattern; each point once. Returns the
-/// exit code.
+/// Named points, and points that match a pattern; each once. Returns the exit code.
 int PointsOf(const HistoryOptions& options, ControlClient& client, std::ostream& err,
              std::vector<std::string>& points) {
   const auto add = [&points](const std::string& point) {
@@ -357,8 +354,7 @@ int RunHistory(const HistoryOptions& options, std::ostream& out, std::ostream& e
   }
   HistoryPrinter printer(options, out);
   if (options.csv) printer.PrintCsvHead();
-  // Prints the oldest next record of all streams. The records of one stream keep their order, even
-  // if the clock was set back.
+  // The records of one stream keep their order, even if the clock was set back.
   for (bool any = false;; any = true) {
     HistoryStream* oldest = nullptr;
     std::string time;

@@ -13,11 +13,10 @@
 
 namespace baudgate::tools {
 
-/// Returns a member of the record as printable text; empty: the member is missing.
 std::string FieldText(const ControlClient::Json& record, const char* key);
 
 struct EventsOptions {
-  bool follow = false;    ///< true: go on, and print new events
+  bool follow = false;
   std::int64_t from = 1;  ///< the number of the first event to print
   std::string device{};   ///< DEVICE or LINE.DEVICE; empty: all devices
   std::optional<WallTime> since{};
@@ -25,7 +24,7 @@ struct EventsOptions {
   bool csv = false;
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
-  std::size_t width = 0;              ///< width of the table, in characters per line; 0: no limit
+  std::size_t width = 0;
 };
 
 /// Exit codes: 0, also if there are no events; 2 unknown device; 4 no gateway answers, or it
@@ -34,9 +33,9 @@ int RunEvents(const EventsOptions& options, std::ostream& out, std::ostream& err
 
 struct AlarmsOptions {
   bool json = false;
-  bool follow = false;    ///< true: go on, and print each alarm again whenever it changes
-  std::string socket{};   ///< empty: the only gateway that answers in the default places
-  std::size_t width = 0;  ///< width of the table, in characters per line; 0: no limit
+  bool follow = false;   ///< go on, and print each alarm again whenever it changes
+  std::string socket{};  ///< empty: the only gateway that answers in the default places
+  std::size_t width = 0;
 };
 /// Exit codes: 0, also if there are no alarms; 4 no gateway answers, or its disk fails.
 int RunAlarms(const AlarmsOptions& options, std::ostream& out, std::ostream& err);
@@ -50,12 +49,12 @@ int RunAck(const AckOptions& options, std::ostream& out, std::ostream& err);
 
 // `baudgate writes`: prints the audit records, oldest first.
 struct WritesOptions {
-  bool follow = false;  ///< true: go on, and print new writes when they have ended
+  bool follow = false;
   std::optional<WallTime> since{};
   bool json = false;
   std::string socket{};  ///< empty: the only gateway that answers in the default places
   std::optional<Duration> seconds{};  ///< for tests, with `follow`: end after this time
-  std::size_t width = 0;              ///< width of the table, in characters per line; 0: no limit
+  std::size_t width = 0;
 };
 
 /// Exit codes: 0, also if there are no writes; 4 no gateway answers, or it records no writes.

@@ -128,8 +128,7 @@ using Json = nlohmann::ordered_json;
 
 const Json& DdsOf(const Json& status) { return PartOf(status, "dds"); }
 
-/// The sort key of a device for advice, so that causes come before consequences: devices that do
-/// not answer, then devices with the most failures among their latest exchanges.
+/// Sort key, causes before consequences: devices that do not answer, then those with most failures.
 std::pair<bool, std::uint64_t> FailsOf(const Json* device) {
   const Json& recent = PartOf(*device, "recent");
   const bool known = recent.is_object();
@@ -241,12 +240,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kBarWidth = 40;
-/// The upper end of the chart's first row, in µs. Each row covers twice the range of the previous
-/// row.
+/// The upper end of the first row, in µs. Each row covers twice the range of the previous one.
 constexpr double kFirstRowUs = 64;
 
-/// Returns the number of exchanges, and how many had each outcome. Example: "12345: ok 12300,
-/// no_reply 45".
+/// Example: "12345: ok 12300, no_reply 45"
 std::string ExchangesText(const Json& of) {
   std::string text;
   for (const auto& [outcome, count] : of.at("outcomes").items()) {
@@ -256,8 +253,7 @@ std::string ExchangesText(const Json& of) {
   return NumberText(of, "exchanges") + text;
 }
 
-/// Returns the counters that have a label. Example: "retries 3, missed periods 2, late 4 (by up to
-/// 80 ms)".
+/// Example: "retries 3, missed periods 2, late 4 (by up to 80 ms)"
 std::string LabelledText(const Json& labels, const Json& of) {
   std::string text;
   for (const auto& [key, label] : labels.items()) {
@@ -306,7 +302,6 @@ std::string Chart(const Json& trips) {
   return text;
 }
 
-/// Returns the sentences after an empty line. Returns nothing if there is no sentence.
 std::string Paragraph(const std::vector<std::string>& sentences, const TableView& view) {
   std::string text;
   for (const std::string& sentence : sentences) text += WrapSentence(sentence, view.width);
@@ -383,8 +378,7 @@ std::string JsonValueText(const Json& value) {
   return value.is_number_float() ? FormatValue(value.get<double>()) : value.dump();
 }
 
-/// Example: "quiet 5.2 ms, reply 1000 ms (line), …". A time other than the protocol's default is
-/// followed by its source in brackets.
+/// "quiet 5.2 ms, reply 1000 ms (line), …"; brackets: the source of a time that is not the default.
 std::string TimesText(const Json& times) {
   std::string text;
   for (const Json& time : times) {

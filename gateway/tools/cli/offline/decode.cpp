@@ -21,8 +21,7 @@ struct Captures {
   std::vector<diagnosis::Capture> exchanges;
 };
 
-/// True if `piece` belongs to the message in `capture`. A pause ends a message that was sent
-/// unasked.
+/// A pause ends a message that was sent unasked.
 bool Continues(const diagnosis::Capture& capture, const diagnosis::TraceLine& piece) {
   if (!capture.unasked || piece.time.empty()) return true;
   return diagnosis::Between(capture.heard_at, diagnosis::TimeOfDay(piece.time)) <=
@@ -53,7 +52,6 @@ diagnosis::Capture Heard(const diagnosis::TraceLine& marked, int number,
           .last = true};
 }
 
-/// Adds a line of the input to `captures`. The error tells what is wrong with the line.
 Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Capture>& captures) {
   const diagnosis::TraceLine marked = diagnosis::ReadTraceLine(line);
   const bool of_trace = !marked.time.empty();
@@ -61,8 +59,7 @@ Status TakeLine(std::string_view line, int number, std::vector<diagnosis::Captur
   if (marked.mark != '<' && !captures.empty() && captures.back().unasked) {
     captures.back().ended = true;
   }
-  // If the line is about another device or the last capture has ended, records were lost, and the
-  // line does not belong to the capture.
+  // Records were lost, and the line does not belong to the capture.
   const bool known =
       !captures.empty() && !captures.back().ended && captures.back().device == marked.device;
   if (marked.mark == '=' && of_trace && known) {
@@ -104,8 +101,7 @@ Result<Captures> ReadCaptures(std::istream& in) {
   return captures;
 }
 
-/// Makes a decoder. The error names the wrong protocol, profile or option. `catalog` must outlive
-/// the decoder.
+/// `catalog` must outlive the decoder.
 Result<diagnosis::ExchangeDecoder> MakeDecoder(const records::TracedDevice& traced,
                                                const config::Catalog& catalog) {
   // The decoder gets the address from each request; the address given here must only be valid.
@@ -176,8 +172,7 @@ std::string ToProse(const diagnosis::DecodedExchange& decoded, const diagnosis::
   return text;
 }
 
-/// Makes a decoder for each device in the head of the capture. A protocol or profile of the command
-/// line replaces the protocol in the head.
+/// For each device in the head. The command line's protocol or profile replaces that of the head.
 class TracedDecoders {
  public:
   TracedDecoders(const DecodeOptions& options, const config::Catalog& catalog)
@@ -193,8 +188,7 @@ class TracedDecoders {
     return Error{"the captures have no trace head that names the protocol; add --protocol"};
   }
 
-  /// Returns the decoder of a device; null: the status contains the reason. All devices that
-  /// `devices_` does not contain share one decoder.
+  /// Null: the status contains the reason. Unknown devices share one decoder.
   std::pair<Status, diagnosis::ExchangeDecoder*> For(const std::string& device) {
     const auto known = devices_.find(device);
     const std::string key = known == devices_.end() ? "" : device;
@@ -211,8 +205,7 @@ class TracedDecoders {
     return {Status(), &found->second};
   }
 
-  /// Returns the decoder of the device that sends unasked; null: there is no such device, or it
-  /// cannot be made.
+  /// Null: no device sends unasked, or the decoder cannot be made.
   diagnosis::ExchangeDecoder* Speaker() {
     std::vector<std::string> names;
     for (const auto& [name, device] : devices_) names.push_back(name);
@@ -225,8 +218,7 @@ class TracedDecoders {
   }
 
  private:
-  /// Returns the protocol of slaves that only routes reach: they are not in the head, but use the
-  /// protocol of their line.
+  /// These slaves are not in the head, but use the protocol of their line.
   std::string ProtocolOfOthers() const {
     if (!options_.protocol.empty() || devices_.empty()) return options_.protocol;
     return devices_.begin()->second.protocol;

@@ -1,5 +1,4 @@
-// `MakeLine` makes a line of a configuration from words of the command line, and checks it like a
-// configuration file.
+// Makes a line of a configuration from words of the command line, and checks it.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 

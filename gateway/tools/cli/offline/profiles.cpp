@@ -326,7 +326,6 @@ std::size_t Errors(const std::vector<config::Problem>& problems) {
       std::ranges::count_if(problems, [](const auto& problem) { return !problem.warning; }));
 }
 
-/// Adds the protocol's warnings about every device with this profile.
 void AddDoubts(Judged& judged) {
   const protocols::Protocol& protocol = *judged.protocol;
   if (protocol.doubts == nullptr) return;
@@ -349,8 +348,7 @@ Judged Judge(const std::string& text, const std::string& file, const protocols::
   return {&protocol, config::LoadProfileText(text, file, name, protocol, catalog)};
 }
 
-/// Checks the file as a profile of the protocol that its folder names; else of the protocol with
-/// the fewest errors.
+/// By the protocol of the file's folder; else the one with the fewest errors.
 Judged JudgeByContent(const std::string& text, const std::string& file,
                       const config::Catalog& catalog) {
   const std::string folder = fs::absolute(file).parent_path().filename().string();

@@ -22,8 +22,7 @@ std::string RegistersText(const ListedPoint& point) {
   return last == point.address ? first : first + "…" + std::to_string(last);
 }
 
-/// Finds points whose registers overlap. Adds an error for a partial overlap, and a warning for
-/// equal registers. `file`: the list's name in messages.
+/// An error for a partial overlap, a warning for equal registers. `file`: for messages.
 void CheckPlaces(const std::string& file, RegisterList& list) {
   std::vector<const ListedPoint*> points;
   for (const ListedPoint& point : list.points) points.push_back(&point);
@@ -83,8 +82,7 @@ struct Range {
   std::optional<std::size_t> count;  // number of registers; empty: the text gives no last number
 };
 
-/// Parses a register or a range of registers. Examples: "40003", "40003-40004", "40003..40004",
-/// "40003-4".
+/// Example: "40003", "40003-40004", "40003..40004", "40003-4"
 std::optional<Range> RangeOf(std::string_view text) {
   text = Trim(text);
   const auto dash = text.find_first_of("-.", 1);
@@ -209,8 +207,7 @@ class ListReader {
     return there ? row.cells[found->second] : std::string();
   }
 
-  /// True if the row has no cells with content behind the last column of the header. Else adds an
-  /// error: a separator in a cell is not quoted.
+  /// Else adds an error: a separator in a cell is not quoted.
   bool HasItsColumns(const CsvRow& row) {
     const bool more =
         row.cells.size() > width_ &&
@@ -230,8 +227,7 @@ class ListReader {
     return "write a cell that holds a separator in quotes";
   }
 
-  /// Warns if the register numbers look like the 40001 notation although another notation was
-  /// given.
+  /// The numbers look like the 40001 notation, but another was given.
   void CheckCounting() {
     if (!first_ || *first_ == FirstRegister::modicon) return;
     const auto within = [&](std::uint32_t from, std::uint32_t to) {
@@ -423,8 +419,7 @@ class ListReader {
     point.registers = point.form == "bool" ? 1 : RegistersOf(point.type);
   }
 
-  /// Returns the type of the value. A scaled value needs a float that can represent all digits of
-  /// the raw number.
+  /// A scaled value needs a float that can represent all digits of the raw number.
   static std::string TypeOf(const std::string& form, const Decimal& scale) {
     const bool kept = form.starts_with("float") || form.starts_with("string") || form == "bool";
     if (kept || IsTimeForm(form)) return form;
@@ -464,7 +459,7 @@ class ListReader {
   std::optional<std::uint32_t> lowest_;
   std::uint32_t highest_ = 0;
   char separator_ = ',';
-  std::size_t width_ = 0;  // number of columns in the header
+  std::size_t width_ = 0;
   RegisterList list_;
 };
 

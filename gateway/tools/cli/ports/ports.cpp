@@ -37,8 +37,7 @@ std::string ReadText(const fs::path& file) {
   return Harmless(text);
 }
 
-/// Since Linux 6.5, two devices of serial-base are between a port and its driver: "port" and
-/// "ctrl".
+/// Since Linux 6.5, "port" and "ctrl" of serial-base are between a port and its driver.
 std::string DriverOf(fs::path device) {
   for (int level = 0; level < kMostLevels; ++level, device = device.parent_path()) {
     std::error_code error;
@@ -80,8 +79,7 @@ std::optional<FoundPort> Look(const fs::path& tty) {
   return port;
 }
 
-/// True for a link by the place of the adapter. If two adapters have the same serial number, links
-/// by serial number are not unique.
+/// True for a link by the place of the adapter, because serial numbers need not be unique.
 bool IsByPlace(const std::string& link) {
   return link.find("/by-path/") != std::string::npos || link.find("/at-") != std::string::npos;
 }
@@ -162,8 +160,7 @@ std::vector<gid_t> GroupsOf(const std::string& name, gid_t first) {
   return groups;
 }
 
-/// Returns the groups of this process. If the user has joined another group, the user must log in
-/// again before this list contains the group.
+/// Does not contain groups that the user has joined since the last login.
 std::vector<gid_t> OwnGroups() {
   std::vector<gid_t> groups(kMostGroups);
   const int count = ::getgroups(kMostGroups, groups.data());
@@ -193,8 +190,7 @@ std::vector<Person> PeopleHere() {
 
 }  // namespace
 
-/// Decides like the kernel: of owner, group and others, the first that fits the person determines
-/// the access.
+/// Decides like the kernel: of owner, group and others, the first that fits determines the access.
 bool MayUse(const Person& person, const PortFile& file) {
   if (person.id == 0) return true;
   unsigned shift = 0;
@@ -236,15 +232,14 @@ constexpr int kShortLatency = 1;
 struct Row {
   FoundPort port;
   std::vector<std::string> held_by;
-  bool ours = false;  ///< true: the gateway uses the port
+  bool ours = false;  ///< the gateway uses the port
   Json modem;         ///< control lines of a port that the gateway uses; null: unknown
   std::vector<std::string> advice;
 };
 
 Json Gateway(const PortsPlace& place) { return place.status ? place.status() : Json(); }
 
-/// If the gateway uses the port, adds this use to `row.held_by`. Example: "line bay of substation-7
-/// (open: DTR RTS CTS)".
+/// Adds "line bay of substation-7 (open: DTR RTS CTS)" to `row.held_by`.
 void AddOurs(const PortsPlace& place, const Json& status, Row& row) {
   const std::string gateway = status.value("gateway", "the gateway");
   const auto add = [&](const Json& user, const std::string& what) {

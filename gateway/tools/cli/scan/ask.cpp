@@ -35,8 +35,7 @@ int Fail(std::ostream& err, int code, const std::string& why) {
   return code;
 }
 
-/// Returns the bytes of a telegram. Hex is parsed; other text must begin with punctuation, as text
-/// telegrams of all protocols do, and is sent unchanged.
+/// Hex is parsed; other text must begin with punctuation, as all text telegrams do.
 Result<Bytes> WrittenOf(const std::string& telegram) {
   if (const auto bytes = ParseHex(telegram)) return *bytes;
   const bool mark = !telegram.empty() && std::ispunct(static_cast<unsigned char>(telegram[0])) != 0;
@@ -46,8 +45,7 @@ Result<Bytes> WrittenOf(const std::string& telegram) {
                "telegram in text, as in '>1RV201:XX'"};
 }
 
-/// Returns the first installed protocol whose telegrams begin with the same character as
-/// `telegram`; empty: there is no such protocol.
+/// The first protocol whose telegrams begin with the same character.
 std::string ProtocolLike(const std::string& telegram, const config::Catalog& catalog) {
   for (const auto& [name, protocol] : catalog.protocols) {
     const bool begins = protocol->telegram != nullptr && !telegram.empty() &&
@@ -155,8 +153,7 @@ int AskOnPort(const AskOptions& options, const config::Catalog& catalog, std::os
   return Show(options, exchange, catalog, out);
 }
 
-/// Returns the name of a given option that is valid only for a free port; empty: no such option was
-/// given.
+/// A given option that is valid only for a free port.
 std::string OptionOfPort(const AskOptions& options) {
   if (!options.protocol.empty()) return "--protocol";
   if (!options.serial.empty()) return "--serial";

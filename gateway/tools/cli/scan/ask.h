@@ -1,5 +1,4 @@
-// `baudgate ask`: sends one telegram, to a free port or through the queue of the running gateway,
-// and prints the reply as bytes and decoded.
+// `baudgate ask`: sends one telegram, to a free port or through the gateway, and prints the reply.
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
@@ -16,14 +15,13 @@ struct AskOptions {
   std::string telegram;  ///< the telegram as text (">1RF:XX") or hex
   /// For a port; empty: the protocol whose telegrams begin with the same character.
   std::string protocol;
-  std::string serial;              ///< for a port, "9600 7E1"; empty: the protocol's default
-  std::string profile;             ///< names and units for the decoded reply
+  std::string serial;  ///< for a port, "9600 7E1"; empty: the protocol's default
+  std::string profile;
   std::vector<std::string> set{};  ///< for a port: device options, "key=value"
   bool rs485 = false;              ///< for a port: its driver switches the RS-485 direction
-  bool write = false;              ///< true: the telegram is allowed to write
+  bool write = false;
   bool json = false;
-  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
-                       ///< the default places
+  std::string socket;  ///< empty: the only gateway in the default places
   std::size_t width = 0;
 };
 

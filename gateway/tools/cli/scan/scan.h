@@ -22,11 +22,10 @@ struct ScanOptions {
   bool quick = false;
   bool json = false;
   bool over_traffic = false;
-  bool rs485 = false;  ///< true: the port's driver switches the RS-485 direction
+  bool rs485 = false;
   std::string config;  ///< configuration file to write; empty: no file is written
-  bool force = false;  ///< true: overwrite `config` if it exists
-  std::string socket;  ///< control socket of the gateway; empty: the only gateway that answers in
-                       ///< the default places
+  bool force = false;
+  std::string socket;  ///< empty: the only gateway in the default places
   std::size_t width = 0;
 };
 
@@ -35,8 +34,7 @@ struct ScanOptions {
 int RunScan(const ScanOptions& options, const config::Catalog& catalog, std::ostream& out,
             std::ostream& err);
 
-// `ScanView` is the user interface of `baudgate scan`: a progress line, the question whether to
-// send on a line with traffic, and the found devices as a table or JSON lines.
+// The user interface of `baudgate scan`: progress, the question before sending, the found devices.
 class ScanView final : public scan::Watcher {
  public:
   /// All references must outlive this object. `alive` is called repeatedly while the scan runs.
@@ -60,7 +58,7 @@ class ScanView final : public scan::Watcher {
   const std::function<void()> alive_;
   std::ostream& out_;
   std::ostream& err_;
-  const bool terminal_;  ///< true: standard error is a terminal
+  const bool terminal_;
   bool drawn_ = false;
   bool refused_ = false;
   Instant drawn_at_{};

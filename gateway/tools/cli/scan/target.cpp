@@ -65,8 +65,7 @@ namespace {
 
 /// A port or server that does not open within this time is an error.
 constexpr Duration kOpening = 10s;
-/// If bytes were received, the line must be silent for kQuiet before a request, but no longer than
-/// kMostQuiet is waited for that.
+/// Silence that is awaited before a request if bytes were received, for kMostQuiet at most.
 constexpr Duration kQuiet = 25ms;
 constexpr Duration kMostQuiet = 1s;
 /// A reply that takes longer than this, or has more than kMostBytes, is cut off.
@@ -153,8 +152,7 @@ void PortWire::AwaitQuiet() {
   }
 }
 
-/// True if no byte but an echo of the request was received so far. A bus with an echo returns the
-/// request before the reply.
+/// A bus with an echo returns the request before the reply.
 bool PortWire::IsOnlyRequest(View request) const {
   return heard_.size() <= request.size() &&
          std::equal(heard_.begin(), heard_.end(), request.begin());

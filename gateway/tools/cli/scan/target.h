@@ -17,8 +17,7 @@
 
 namespace baudgate::tools {
 
-/// True for a path with '/' or tcp://. All other targets are lines: the name of a line contains no
-/// '/'.
+/// A path with '/' or tcp://; the name of a line contains no '/'.
 bool IsPort(const std::string& target);
 
 /// Fails if the target is neither a port nor a line. The error contains the correct form of a port.
@@ -28,8 +27,7 @@ Status CheckTarget(const std::string& target);
 // the port back when the loan ends, or two minutes after the last renewal if this program has died.
 class LineLoan {
  public:
-  /// Borrows the port of a line. Null: this has failed, `code` is the exit code, and the reason was
-  /// printed on `err`. `socket` as in ReleaseOptions.
+  /// Null: `code` is the exit code, and the reason was printed. `socket` as in ReleaseOptions.
   static std::unique_ptr<LineLoan> Take(const std::string& line, const std::string& socket,
                                         std::ostream& err, int& code);
   ~LineLoan();
@@ -53,8 +51,7 @@ class LineLoan {
 // `PortWire` is the wire of a scan over a real port: it sends and receives through a transport.
 class PortWire final : public scan::Wire, private transports::TransportListener {
  public:
-  /// Opens the port. The error contains the reason why the port cannot be opened. `stop` must
-  /// outlive the wire.
+  /// `stop` must outlive the wire.
   static Result<std::unique_ptr<PortWire>> Open(const std::string& port,
                                                 const config::SerialSettings& serial,
                                                 const StopSignals& stop);
@@ -86,7 +83,7 @@ class PortWire final : public scan::Wire, private transports::TransportListener 
   std::unique_ptr<transports::Transport> transport_;
   Bytes heard_;
   Instant last_byte_{};
-  const bool rs485_;  // the driver switches the RS-485 direction
+  const bool rs485_;
   bool opened_ = false;
   bool stopped_ = false;
   std::string lost_;

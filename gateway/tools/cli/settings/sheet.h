@@ -25,7 +25,7 @@ struct Setting {
   // The following members are not stored in files.
   bool writable = false;
   std::optional<double> resolution;  ///< smallest difference of two values, in the point's unit
-  config::Mark mark;                 ///< place of the setting's row in the file
+  config::Mark mark;
 };
 
 struct Sheet {
@@ -45,19 +45,16 @@ struct Sheet {
   std::optional<Duration> oldest() const;
 };
 
-/// Reads the settings of LINE.DEVICE from the gateway. Returns the exit code. A failure is printed
-/// on `err`.
+/// Returns the exit code; prints a failure on `err`.
 int AskSheet(const std::string& socket, const std::string& target, Sheet& sheet, std::ostream& err);
 
 /// Both formats can be read by ReadSheet, because JSON is a subset of YAML.
 std::string ToYaml(const Sheet& sheet);
 std::string ToJson(const Sheet& sheet);
 
-/// Reads a file of `settings dump`, possibly edited. The error has one line for each problem,
-/// "file:line:column: error: …".
+/// The file may be edited. The error has one line for each problem, "file:line:column: error: …".
 Result<Sheet> ReadSheet(const std::string& path);
 
-/// A setting whose value in the file differs from its value in the device.
 struct Difference {
   const Setting* filed = nullptr;
   const Setting* now = nullptr;
@@ -73,15 +70,14 @@ struct Comparison {
   bool same() const { return different.empty() && open.empty(); }
 };
 
-/// Checks that profile, designation, items and units are equal. The error contains the place in the
-/// file.
+/// Profile, designation, items and units. The error contains the place in the file.
 Status CheckFit(const Sheet& file, const Sheet& now);
 
 /// Compares two sheets. Both must outlive the result.
 Comparison Compare(const Sheet& file, const Sheet& now);
 
-/// True if two values are equal: whole numbers exactly, other numbers within the precision of a
-/// float32. Example: true for "0.90" and "0.9". `resolution`: see Setting.
+/// Compares whole numbers exactly, others within the precision of a float32. `resolution`: see
+/// Setting.
 bool IsSameValue(const std::string& a, const std::string& b, std::optional<double> resolution = {});
 
 }  // namespace baudgate::settings
